@@ -1,0 +1,1 @@
+"""One file = one scene: what can be run, found by name through `mot_sim.registry`."""

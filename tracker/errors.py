@@ -1,0 +1,56 @@
+"""The one flat tree of errors: every message says what, the value, where, and the cure."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class TrackingError(Exception):
+    """Base of everything that a user of this project can do wrong."""
+
+
+class BadCalibration(TrackingError):
+    """A camera that cannot be: singular K, no height, no image."""
+
+
+class BadDetections(TrackingError):
+    """Boxes or scores that no detector can mean: NaN, inverted, of different lengths."""
+
+
+class BadTracks(TrackingError):
+    """Track rows that contradict each other: one id twice in a frame."""
+
+
+class BadConfig(TrackingError):
+    """A parameter outside its range, or parameters that contradict each other."""
+
+
+class MissingCue(TrackingError):
+    """A cost asks for a column that these detections do not have."""
+
+
+class UnknownName(TrackingError):
+    """A name that no registry knows."""
+
+    @classmethod
+    def of(cls, what: str, name: str, known: Iterable[str]) -> "UnknownName":
+        """The error with the known names and the nearest of them."""
+        names = sorted(known)
+        close = get_close_matches(name, names, n=1, cutoff=0.5)
+        hint = f". Did you mean '{close[0]}'?" if close else ""
+        return cls(f"unknown {what} '{name}'; known: {', '.join(names)}{hint}")
+
+
+class DatasetNotFound(TrackingError):
+    """A data root, a sequence or one of its files is not there."""
+
+
+class BadFile(TrackingError):
+    """A file that does not hold what its format promises; names the file and the line."""
+
+
+class OutputExists(TrackingError):
+    """Results stand where new ones would go."""
+
+
+class BadOutput(TrackingError):
+    """A place that cannot be written to."""

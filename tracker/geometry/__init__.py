@@ -1,0 +1,34 @@
+"""Pure functions on plain arrays: transforms, the road plane, overlaps."""
+
+from tracker.geometry.ground import road_contact, road_contact_jacobian
+from tracker.geometry.overlap import (
+    box_intersection,
+    box_iou,
+    convex_intersection,
+    polygon_area,
+)
+from tracker.geometry.transforms import (
+    homogeneous,
+    invert,
+    rotation_x,
+    rotation_y,
+    rotation_z,
+    transform,
+    wrap_angle,
+)
+
+__all__ = [
+    "box_intersection",
+    "box_iou",
+    "convex_intersection",
+    "homogeneous",
+    "invert",
+    "polygon_area",
+    "road_contact",
+    "road_contact_jacobian",
+    "rotation_x",
+    "rotation_y",
+    "rotation_z",
+    "transform",
+    "wrap_angle",
+]

@@ -1,0 +1,38 @@
+"""Overlaps: axis-aligned boxes in the image, convex polygons on the road. No area, no overlap."""
+
+import numpy as np
+import shapely
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+
+def box_area(boxes: Float[Array, "*n 4"]) -> Float[Array, "*n"]:
+    """Areas of boxes x_min, y_min, x_max, y_max; 0 for inverted ones."""
+    sides = np.maximum(boxes[..., 2:] - boxes[..., :2], 0.0)
+    return sides[..., 0] * sides[..., 1]
+
+
+def box_intersection(a: Float[Array, "*n 4"], b: Float[Array, "*n 4"]) -> Float[Array, "*n"]:
+    """The shared area of boxes, broadcast: a[:, None], b[None] gives every pair."""
+    sides = np.minimum(a[..., 2:], b[..., 2:]) - np.maximum(a[..., :2], b[..., :2])
+    np.maximum(sides, 0.0, out=sides)
+    return sides[..., 0] * sides[..., 1]
+
+
+def box_iou(a: Float[Array, "*n 4"], b: Float[Array, "*n 4"]) -> Float[Array, "*n"]:
+    """Intersection over union, broadcast like `box_intersection`; 0 where there is no area."""
+    shared = box_intersection(a, b)
+    union = box_area(a) + box_area(b) - shared
+    return np.divide(shared, union, out=np.zeros_like(shared), where=union > 0.0)
+
+
+def polygon_area(polygons: Float[Array, "n k 2"]) -> Float[Array, " n"]:
+    """Areas of simple polygons (the shoelace formula), whichever way they turn."""
+    x, y = polygons[..., 0], polygons[..., 1]
+    doubled = x * np.roll(y, -1, axis=-1) - y * np.roll(x, -1, axis=-1)
+    return 0.5 * np.abs(doubled.sum(axis=-1))
+
+
+def convex_intersection(a: Float[Array, "n k 2"], b: Float[Array, "n m 2"]) -> Float[Array, " n"]:
+    """The area that polygon i of a shares with polygon i of b."""
+    return shapely.area(shapely.intersection(shapely.polygons(a), shapely.polygons(b)))

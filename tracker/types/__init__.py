@@ -1,0 +1,9 @@
+"""The nouns: frozen dataclasses of arrays, no algorithms."""
+
+from tracker.types.camera import Camera
+from tracker.types.cuboids import Cuboids
+from tracker.types.detections import Detections
+from tracker.types.sequence import Frame, Sequence
+from tracker.types.tracks import Tracks
+
+__all__ = ["Camera", "Cuboids", "Detections", "Frame", "Sequence", "Tracks"]

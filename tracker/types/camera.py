@@ -1,0 +1,91 @@
+"""The camera: intrinsics, image, and where it stands above the road."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from tracker.errors import BadCalibration
+from tracker.geometry import (
+    homogeneous,
+    invert,
+    road_contact,
+    rotation_x,
+    rotation_z,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """A pinhole camera above a road plane.
+
+    K: pixels, pixel centres at integers. image_size: width, height. T_cam_road: from the
+    `road` frame (on the road under the camera: x right, y along the road normal, down,
+    z forward) to the `cam` frame (x right, y down, z forward): pitch, roll and height are in it.
+    """
+
+    K: Float[Array, "3 3"]
+    image_size: tuple[int, int]
+    T_cam_road: Float[Array, "4 4"]
+
+    def __post_init__(self) -> None:
+        if not np.isfinite(self.K).all() or abs(np.linalg.det(self.K)) < 1e-9:
+            raise BadCalibration(f"K is singular or not finite: {self.K.tolist()}")
+        if min(self.image_size) <= 0:
+            raise BadCalibration(f"image size {self.image_size}: give width and height in pixels")
+        if not self.height > 0.0:
+            raise BadCalibration(
+                f"camera height {self.height:g} m: the camera must stand above the road"
+            )
+
+    @classmethod
+    def mounted(
+        cls,
+        K: Float[Array, "3 3"],
+        image_size: tuple[int, int],
+        height: float,
+        pitch: float = 0.0,
+        roll: float = 0.0,
+    ) -> "Camera":
+        """A camera `height` metres above the road; pitch > 0 looks up, roll > 0 leans right."""
+        R_road_cam = rotation_x(pitch) @ rotation_z(roll)
+        T_road_cam = homogeneous(R_road_cam, np.array([0.0, -height, 0.0]))
+        return cls(np.asarray(K, dtype=float), image_size, invert(T_road_cam))
+
+    @cached_property
+    def T_road_cam(self) -> Float[Array, "4 4"]:
+        """From the camera's frame to the road's."""
+        return invert(self.T_cam_road)
+
+    @cached_property
+    def road_normal(self) -> Float[Array, "3"]:
+        """The downward unit normal of the road in `cam`; (0, 1, 0) for a level camera."""
+        return self.T_cam_road[:3, 1].copy()
+
+    @cached_property
+    def height(self) -> float:
+        """Metres from the road to the camera: the road is `road_normal . X = height`."""
+        return float(self.T_cam_road[:3, 1] @ self.T_cam_road[:3, 3])
+
+    @cached_property
+    def P_road(self) -> Float[Array, "3 4"]:
+        """Projects homogeneous points of the road frame: K [R | t]."""
+        return self.K @ self.T_cam_road[:3]
+
+    def project(self, points_cam: Float[Array, "*n 3"]) -> Float[Array, "*n 2"]:
+        """Where points of the camera frame appear, in pixels; NaN behind the camera."""
+        homogeneous_pixels = points_cam @ self.K.T
+        depth = homogeneous_pixels[..., 2:]
+        in_front = depth > 1e-6
+        return np.where(
+            in_front, homogeneous_pixels[..., :2] / np.where(in_front, depth, 1), np.nan
+        )
+
+    def touch_road(self, pixels: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
+        """Where the rays through the pixels meet the road, in camera coordinates (eq. 2).
+
+        Rays at or above the horizon never meet it and give NaN.
+        """
+        return road_contact(pixels, self.K, self.road_normal, self.height)
