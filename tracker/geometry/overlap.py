@@ -12,14 +12,14 @@ def box_area(boxes: Float[Array, "*n 4"]) -> Float[Array, "*n"]:
     return sides[..., 0] * sides[..., 1]
 
 
-def box_intersection(a: Float[Array, "*n 4"], b: Float[Array, "*n 4"]) -> Float[Array, "*n"]:
+def box_intersection(a: Float[Array, "*#n 4"], b: Float[Array, "*#n 4"]) -> Float[Array, "..."]:
     """The shared area of boxes, broadcast: a[:, None], b[None] gives every pair."""
     sides = np.minimum(a[..., 2:], b[..., 2:]) - np.maximum(a[..., :2], b[..., :2])
     np.maximum(sides, 0.0, out=sides)
     return sides[..., 0] * sides[..., 1]
 
 
-def box_iou(a: Float[Array, "*n 4"], b: Float[Array, "*n 4"]) -> Float[Array, "*n"]:
+def box_iou(a: Float[Array, "*#n 4"], b: Float[Array, "*#n 4"]) -> Float[Array, "..."]:
     """Intersection over union, broadcast like `box_intersection`; 0 where there is no area."""
     shared = box_intersection(a, b)
     union = box_area(a) + box_area(b) - shared

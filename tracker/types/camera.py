@@ -70,6 +70,11 @@ class Camera:
         return float(self.T_cam_road[:3, 1] @ self.T_cam_road[:3, 3])
 
     @cached_property
+    def K_inverse(self) -> Float[Array, "3 3"]:
+        """From homogeneous pixels to viewing rays."""
+        return np.linalg.inv(self.K)
+
+    @cached_property
     def P_road(self) -> Float[Array, "3 4"]:
         """Projects homogeneous points of the road frame: K [R | t]."""
         return self.K @ self.T_cam_road[:3]
@@ -83,9 +88,13 @@ class Camera:
             in_front, homogeneous_pixels[..., :2] / np.where(in_front, depth, 1), np.nan
         )
 
+    def rays(self, pixels: Float[Array, "*n 2"]) -> Float[Array, "*n 3"]:
+        """K^-1 x: the viewing rays of pixels in camera coordinates, with depth 1."""
+        return pixels @ self.K_inverse[:, :2].T + self.K_inverse[:, 2]
+
     def touch_road(self, pixels: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
         """Where the rays through the pixels meet the road, in camera coordinates (eq. 2).
 
         Rays at or above the horizon never meet it and give NaN.
         """
-        return road_contact(pixels, self.K, self.road_normal, self.height)
+        return road_contact(self.rays(pixels), self.road_normal, self.height)

@@ -1,0 +1,28 @@
+"""Optimal two-frame assignment: the paper's association."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+from scipy.optimize import linear_sum_assignment
+
+from tracker.association.match import Match
+
+
+@dataclass(frozen=True)
+class Hungarian:
+    """The match with the smallest sum of (cost - max_cost): a pair is made only if it gains.
+
+    max_cost: pairs that cost as much or more are never made.
+    """
+
+    max_cost: float = 1.0
+
+    def __call__(self, costs: Float[Array, "n m"]) -> Match:
+        """The optimal match."""
+        gain = np.minimum(costs - self.max_cost, 0.0)
+        rows, columns = linear_sum_assignment(gain)
+        made = gain[rows, columns] < 0.0
+        pairs = np.stack((rows[made], columns[made]), axis=1)
+        return Match.of(pairs, *costs.shape)

@@ -1,0 +1,210 @@
+"""Where we think objects are: detections lifted through the road, and carried to the next frame.
+
+Sharma et al., ICRA 2018: `Lift` is phi(pi_G^-1(.), s) of eqs. 2-4, `transport` is g(xi, .).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray as Array
+
+from tracker.geometry import road_contact, road_contact_jacobian
+from tracker.types import Camera, Cuboids, Detections
+from tracker.types.rows import Rows
+
+# Length, height, width of the median car among KITTI's labels (ten sequences), metres.
+MEAN_CAR = (3.9, 1.5, 1.63)
+# Nearest depth of anything in front of the camera, metres.
+NEAR = 1.0
+# Beyond this a road contact says nothing (one pixel is 20 m at KITTI's focal length), metres.
+FAR = 150.0
+# A box whose lower edge is this near to the image's (pixels) is cut by it: no road contact.
+BORDER = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Beliefs(Rows):
+    """Objects in the road frame of one moment, with their uncertainty.
+
+    cuboids: where they stand. velocity: of the base along road x and z, m/s (0: nobody knows).
+    cov: covariance of (x, z, velocity x, velocity z). boxes: in the image of that moment, as
+    seen (after `Lift`) or as expected (after `transport`), pixels, not clipped.
+    """
+
+    cuboids: Cuboids
+    velocity: Float[Array, "n 2"]
+    cov: Float[Array, "n 4 4"]
+    boxes: Float[Array, "n 4"]
+
+    @classmethod
+    def empty(cls) -> "Beliefs":
+        """Nothing is believed to be anywhere."""
+        return cls(Cuboids.empty(), np.zeros((0, 2)), np.zeros((0, 4, 4)), np.zeros((0, 4)))
+
+    def region(self, sigmas: float) -> Cuboids:
+        """The cuboids stretched by `sigmas` standard deviations along and across the car.
+
+        The uncertainty is far longer than wide (it points along the viewing ray): it is taken
+        in the car's own axes, so that the region stays a cuboid.
+        """
+        c, s = np.cos(self.cuboids.yaw), np.sin(self.cuboids.yaw)
+        xx, xz, zz = self.cov[:, 0, 0], self.cov[:, 0, 1], self.cov[:, 1, 1]
+        cross = 2.0 * c * s * xz
+        size = self.cuboids.size.copy()
+        size[:, 0] += 2.0 * sigmas * np.sqrt(c * c * xx - cross + s * s * zz)
+        size[:, 2] += 2.0 * sigmas * np.sqrt(s * s * xx + cross + c * c * zz)
+        return Cuboids(self.cuboids.base, self.cuboids.yaw, size)
+
+
+@dataclass(frozen=True)
+class Lift:
+    """From boxes to beliefs on the road: eq. 2 with its linearised covariance.
+
+    edge_std: std of a box's bottom centre at confidence 1, as a fraction of the box's height;
+        it doubles at confidence 0 (sigma(s) of the paper). RRC's edges: 2.7-3.1 %.
+    pitch_std, height_std: how the camera nods (radians) and heaves (metres) from frame to frame;
+        what is constant shifts the belief and the new detection alike.
+    car_size: length, height, width where no detector measured them; car_size_std: of the height,
+        as a fraction; it is what limits the depth that a box's height tells.
+    yaw: where no detector measured it (-pi/2: along the road that the camera looks down).
+    speed_std: prior of the unknown velocity along x and z, m/s.
+    use_box_height: fuse the depth that the box's height tells. Unlike the paper, which has eq. 2
+        alone; a box whose bottom edge is no road contact is placed by its height in any case.
+    """
+
+    edge_std: float = 0.03
+    pitch_std: float = 0.005
+    height_std: float = 0.03
+    car_size: tuple[float, float, float] = MEAN_CAR
+    car_size_std: float = 0.06
+    yaw: float = -np.pi / 2
+    speed_std: tuple[float, float] = (3.0, 8.0)
+    use_box_height: bool = False
+
+    def __call__(self, detections: Detections, camera: Camera) -> Beliefs:
+        """One belief a detection.
+
+        The bottom centre of the box touches the road at the car's near face (eq. 2); the centre
+        lies behind it, on the same ray, by half of the yawed extent. Where the bottom edge is no
+        road contact (cut by the lower border, or above the horizon) the depth comes from the
+        box's height, at most that of the border, and its std is half of it.
+        """
+        boxes, n = detections.boxes, len(detections)
+        if n == 0:
+            return Beliefs.empty()
+        yaw = np.full(n, self.yaw) if detections.yaw is None else detections.yaw
+        size = np.tile(self.car_size, (n, 1)) if detections.size is None else detections.size
+        rays = camera.rays(np.column_stack((0.5 * (boxes[:, 0] + boxes[:, 2]), boxes[:, 3])))
+        heights = np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
+        sigma = self.edge_std * heights * (2.0 - np.clip(detections.scores, 0.0, 1.0))
+
+        near, cov = self._road_contact(rays, sigma, camera)
+        near_by_height = camera.K[1, 1] * size[:, 1] / heights
+        cut = boxes[:, 3] >= camera.image_size[1] - 1.0 - BORDER
+        lost = cut | ~(near < FAR)
+        if lost.any():
+            _place_by_height(near, cov, near_by_height, lost, rays @ camera.T_road_cam[:3, :3].T)
+        behind = 0.5 * (size[:, 0] * np.abs(np.sin(yaw)) + size[:, 2] * np.abs(np.cos(yaw)))
+        base = (rays * (near + behind)[:, None]) @ camera.T_road_cam[:3, :3].T
+        base += camera.T_road_cam[:3, 3]
+        base[:, 1] = 0.0
+        if self.use_box_height:
+            spread = np.hypot(1.4 * sigma / heights, self.car_size_std)
+            var = np.where(cut, np.inf, np.square(near_by_height * spread))
+            gain = cov[:, 1] / (cov[:, 1, 1] + var)[:, None]
+            base[:, ::2] += gain * (near_by_height - near)[:, None]
+            cov = cov - gain[:, :, None] * cov[:, None, 1]
+        state_cov = np.zeros((n, 4, 4))
+        state_cov[:, :2, :2] = cov
+        state_cov[:, 2, 2], state_cov[:, 3, 3] = np.square(self.speed_std)
+        return Beliefs(Cuboids(base, yaw, size), np.zeros((n, 2)), state_cov, boxes)
+
+    def _road_contact(
+        self, rays: Float[Array, "n 3"], sigma: Float[Array, " n"], camera: Camera
+    ) -> tuple[Float[Array, " n"], Float[Array, "n 2 2"]]:
+        """Depth of the contacts (NaN: none) and their covariance on the road's x and z, eq. 2."""
+        normal, height = camera.road_normal, camera.height
+        jacobian = road_contact_jacobian(rays, camera.K_inverse, normal, height)
+        on_road = camera.T_road_cam[:3:2, :3] @ jacobian
+        var = np.empty((len(rays), 1, 4))
+        var[:, 0, :2] = np.square(sigma)[:, None]
+        var[:, 0, 2:] = self.height_std**2, self.pitch_std**2
+        cov = (on_road * var) @ on_road.transpose(0, 2, 1)
+        return road_contact(rays, normal, height)[:, 2], cov
+
+
+def _place_by_height(
+    near: Float[Array, " n"],
+    cov: Float[Array, "n 2 2"],
+    near_by_height: Float[Array, " n"],
+    lost: Bool[Array, " n"],
+    rays_road: Float[Array, "n 3"],
+) -> None:
+    """Overwrite, in the `lost` rows, depth and covariance by what the box's height tells."""
+    depth = np.fmin(near[lost], near_by_height[lost])
+    near[lost] = np.clip(depth, NEAR, FAR)
+    along = rays_road[lost][:, ::2] * (0.5 * near[lost])[:, None]
+    cov[lost] = along[:, :, None] * along[:, None, :] + np.eye(2)
+
+
+def transport(
+    beliefs: Beliefs,
+    camera: Camera,
+    T_now_before: Float[Array, "4 4"],
+    motion_cov: Float[Array, "6 6"],
+    moved: Float[Array, "n 2"] | None = None,
+) -> Beliefs:
+    """The beliefs in the road frame of now, g(xi, .) of eqs. 3-4, the motion's doubt added.
+
+    `moved` is how far each object itself went meanwhile, in the road frame of before, metres.
+    The expected boxes are the seen ones, carried by the parallax of the car's near half: exact
+    for a turning camera, to first order for a moving one.
+    """
+    if len(beliefs) == 0:
+        return beliefs
+    base = beliefs.cuboids.base
+    if moved is not None:
+        base = base.copy()
+        base[:, ::2] += moved
+    T_road = camera.T_road_cam @ T_now_before @ camera.T_cam_road
+    turn = np.arctan2(T_road[0, 2] - T_road[2, 0], T_road[0, 0] + T_road[2, 2])
+    base_now = base @ T_road[:3, :3].T + T_road[:3, 3]
+    cuboids = Cuboids(base_now, beliefs.cuboids.yaw + turn, beliefs.cuboids.size)
+
+    # A shift rho and a turn phi of the camera move the point X by rho + phi x X.
+    points_cam = base_now @ camera.T_cam_road[:3, :3].T + camera.T_cam_road[:3, 3]
+    x, y, z = points_cam.T
+    jacobian = np.zeros((len(base), 3, 6))
+    jacobian[:, (0, 1, 2), (0, 1, 2)] = 1.0
+    jacobian[:, 0, 4], jacobian[:, 0, 5] = z, -y
+    jacobian[:, 1, 5], jacobian[:, 1, 3] = x, -z
+    jacobian[:, 2, 3], jacobian[:, 2, 4] = y, -x
+    on_road = camera.T_road_cam[:3:2, :3] @ jacobian
+    R = T_road[:3:2, :3:2]
+    R_state = np.zeros((4, 4))
+    R_state[:2, :2] = R_state[2:, 2:] = R
+    cov = R_state @ beliefs.cov @ R_state.T
+    cov[:, :2, :2] += on_road @ motion_cov @ on_road.transpose(0, 2, 1)
+    boxes = _carry_boxes(beliefs, camera, T_now_before, moved)
+    return Beliefs(cuboids, beliefs.velocity @ R.T, cov, boxes)
+
+
+def _carry_boxes(
+    beliefs: Beliefs,
+    camera: Camera,
+    T_now_before: Float[Array, "4 4"],
+    moved: Float[Array, "n 2"] | None,
+) -> Float[Array, "n 4"]:
+    """The boxes as fronto-parallel windows at the car's depth, seen from the camera of now."""
+    cuboids = beliefs.cuboids
+    depth = cuboids.base @ camera.T_cam_road[2, :3] + camera.T_cam_road[2, 3]
+    depth = np.maximum(depth - 0.25 * cuboids.size[:, 0], NEAR)
+    R, t = T_now_before[:3, :3], T_now_before[:3, 3]
+    corners = camera.rays(beliefs.boxes.reshape(-1, 2, 2)) @ (camera.K @ R).T
+    shift = camera.K @ t
+    if moved is not None:
+        shift = shift + moved @ (camera.K @ R @ camera.T_cam_road[:3, :3:2]).T
+    corners += (shift / depth[:, None])[:, None]
+    corners[:, :, 2] = np.maximum(corners[:, :, 2], 0.2)
+    return (corners[:, :, :2] / corners[:, :, 2:]).reshape(-1, 4)

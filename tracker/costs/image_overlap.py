@@ -1,0 +1,35 @@
+"""2D-2D: the overlap of the expected box with the new one."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from tracker.costs.pairing import Pairing
+from tracker.geometry import box_iou
+
+
+@dataclass(frozen=True)
+class ImageOverlap:
+    """1 - IoU of the expected box (carried by the camera's and the car's motion) and the new one.
+
+    buffer: both boxes are widened by this fraction of their sides, so that small and fast cars,
+    whose boxes would miss each other, still meet (as C-BIoU does). Not of the paper's eqs. 3-6;
+    its Table IV uses such a 2D-2D cue as the baseline.
+    """
+
+    buffer: float = 0.0
+
+    def __call__(self, pairing: Pairing) -> Float[Array, " k"]:
+        """The cost of every pair of the pairing, in [0, 1]."""
+        rows, columns = pairing.pairs
+        expected = widened(pairing.expected.boxes, self.buffer)
+        observed = widened(pairing.observed.boxes, self.buffer)
+        return 1.0 - box_iou(expected[rows], observed[columns])
+
+
+def widened(boxes: Float[Array, "n 4"], fraction: float) -> Float[Array, "n 4"]:
+    """The boxes with every side moved outwards by a fraction of the box's width or height."""
+    margin = fraction * (boxes[:, 2:] - boxes[:, :2])
+    return np.concatenate((boxes[:, :2] - margin, boxes[:, 2:] + margin), axis=1)

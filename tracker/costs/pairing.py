@@ -1,0 +1,82 @@
+"""What every cost receives: the pairs inside the expected search areas, ready to compare."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray as Array
+
+from tracker.beliefs import NEAR, Beliefs
+from tracker.types import Camera, Cuboids, Detections
+
+
+@dataclass(frozen=True, eq=False)
+class Pairing:
+    """Expected beliefs (rows) against observed ones (columns), both in the road frame of now.
+
+    Costs are computed only for the pairs (rows[k], columns[k]) whose detection lies in the
+    search area, the region's projection into the image: the paper's main saving.
+    sigmas: how many standard deviations the regions are stretched by.
+    """
+
+    expected: Beliefs
+    observed: Beliefs
+    detections: Detections
+    camera: Camera
+    sigmas: float
+
+    @cached_property
+    def expected_regions(self) -> Cuboids:
+        """g(xi, phi(pi_G^-1(.), s)) of eqs. 3-4."""
+        return self.expected.region(self.sigmas)
+
+    @cached_property
+    def observed_regions(self) -> Cuboids:
+        """phi(pi_G^-1(.), s) of eq. 4, of the new detections."""
+        return self.observed.region(self.sigmas)
+
+    @cached_property
+    def search_areas(self) -> Float[Array, "n 4"]:
+        """The upright boxes around the expected regions' projections, clipped to the image."""
+        return project_cuboids(self.expected_regions, self.camera)
+
+    @cached_property
+    def boxes_in_image(self) -> Float[Array, "m 4"]:
+        """The new boxes, clipped to the image."""
+        return clip_boxes(self.observed.boxes, self.camera)
+
+    @cached_property
+    def pairs(self) -> tuple[Int[Array, " k"], Int[Array, " k"]]:
+        """Rows and columns of the pairs whose boxes meet the search areas."""
+        a, b = self.search_areas[:, None], self.observed.boxes[None]
+        meet = (np.minimum(a[..., 2:], b[..., 2:]) > np.maximum(a[..., :2], b[..., :2])).all(axis=2)
+        rows, columns = np.nonzero(meet)
+        return rows, columns
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """The number of expected and of observed objects."""
+        return len(self.expected), len(self.observed)
+
+
+def clip_boxes(boxes: Float[Array, "n 4"], camera: Camera) -> Float[Array, "n 4"]:
+    """The parts of boxes inside the image; without area where there is none."""
+    width, height = camera.image_size
+    return boxes.clip(0.0, (width - 1.0, height - 1.0, width - 1.0, height - 1.0))
+
+
+def project_cuboids(cuboids: Cuboids, camera: Camera) -> Float[Array, "n 4"]:
+    """The upright boxes around cuboids in the image, clipped to it.
+
+    Corners behind the camera are drawn onto the plane NEAR metres before it, so that a region
+    that passes the camera reaches the image's border; one wholly behind it gets a box without
+    area.
+    """
+    P = camera.K @ camera.T_cam_road[:3]
+    corners = cuboids.corners() @ P[:, :3].T + P[:, 3]
+    depth = np.maximum(corners[..., 2], 0.25 * NEAR)
+    pixels = corners[..., :2] / depth[..., None]
+    boxes = clip_boxes(np.concatenate((pixels.min(axis=1), pixels.max(axis=1)), axis=1), camera)
+    boxes[corners[..., 2].max(axis=1) < NEAR] = 0.0
+    return boxes

@@ -1,0 +1,78 @@
+"""How an unseen car moves: not at all (the paper), or with constant velocity (a Kalman filter)."""
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from filterpy.common import Q_discrete_white_noise
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from tracker.beliefs import Beliefs
+from tracker.types import Cuboids
+
+
+class Dynamics(Protocol):
+    """How a belief changes with time, and what a new sighting makes of it."""
+
+    def predict(self, beliefs: Beliefs, dt: float) -> tuple[Beliefs, Float[Array, "n 2"] | None]:
+        """The beliefs `dt` seconds later, not yet moved, and how far each moves meanwhile."""
+        ...
+
+    def update(self, expected: Beliefs, observed: Beliefs) -> Beliefs:
+        """Row by row: what to believe of an object that was expected there and seen here."""
+        ...
+
+
+@dataclass(frozen=True)
+class Still:
+    """The paper's: a car stays where it was last seen, and its next sighting replaces it.
+
+    speed_std: std of the speed that it may have nevertheless, along road x and z, m/s; it
+    widens the search area with the time unseen.
+    """
+
+    speed_std: tuple[float, float] = (1.0, 5.0)
+
+    def predict(self, beliefs: Beliefs, dt: float) -> tuple[Beliefs, Float[Array, "n 2"] | None]:
+        """The same place, with more doubt."""
+        cov = beliefs.cov.copy()
+        cov[:, 0, 0] += (self.speed_std[0] * dt) ** 2
+        cov[:, 1, 1] += (self.speed_std[1] * dt) ** 2
+        return replace(beliefs, cov=cov), None
+
+    def update(self, expected: Beliefs, observed: Beliefs) -> Beliefs:
+        """What is seen now."""
+        return observed
+
+
+@dataclass(frozen=True)
+class ConstantVelocity:
+    """A Kalman filter on (x, z, velocity x, velocity z), all objects at once.
+
+    The same filter as filterpy's `KalmanFilter` with its `Q_discrete_white_noise`, batched (a
+    test holds them equal). acceleration_std: m/s^2, of the white-noise acceleration.
+    """
+
+    acceleration_std: float = 2.0
+
+    def predict(self, beliefs: Beliefs, dt: float) -> tuple[Beliefs, Float[Array, "n 2"] | None]:
+        """F x and F P F' + Q; the shift of the position is returned apart."""
+        F = np.eye(4)
+        F[0, 2] = F[1, 3] = dt
+        Q = Q_discrete_white_noise(2, dt, self.acceleration_std**2, block_size=2, order_by_dim=False)
+        return replace(beliefs, cov=F @ beliefs.cov @ F.T + Q), beliefs.velocity * dt
+
+    def update(self, expected: Beliefs, observed: Beliefs) -> Beliefs:
+        """The Kalman update by the observed position; the box is the observed one."""
+        cov = expected.cov
+        R = observed.cov[:, :2, :2]
+        gain = cov[:, :, :2] @ np.linalg.inv(cov[:, :2, :2] + R)
+        off = observed.cuboids.base[:, ::2] - expected.cuboids.base[:, ::2]
+        step = (gain @ off[:, :, None])[:, :, 0]
+        base = expected.cuboids.base.copy()
+        base[:, ::2] += step[:, :2]
+        base[:, 1] = observed.cuboids.base[:, 1]
+        cuboids = Cuboids(base, observed.cuboids.yaw, observed.cuboids.size)
+        kept = np.eye(4) - np.concatenate((gain, np.zeros_like(gain)), axis=2)
+        return Beliefs(cuboids, expected.velocity + step[:, 2:], kept @ cov, observed.boxes)
