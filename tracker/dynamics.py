@@ -60,7 +60,9 @@ class ConstantVelocity:
         """F x and F P F' + Q; the shift of the position is returned apart."""
         F = np.eye(4)
         F[0, 2] = F[1, 3] = dt
-        Q = Q_discrete_white_noise(2, dt, self.acceleration_std**2, block_size=2, order_by_dim=False)
+        Q = Q_discrete_white_noise(
+            2, dt, self.acceleration_std**2, block_size=2, order_by_dim=False
+        )
         return replace(beliefs, cov=F @ beliefs.cov @ F.T + Q), beliefs.velocity * dt
 
     def update(self, expected: Beliefs, observed: Beliefs) -> Beliefs:

@@ -10,7 +10,6 @@ from tracker.association import Associate, Hungarian, Match
 from tracker.beliefs import Beliefs, Lift, transport
 from tracker.costs import ImageOverlap, Pairing, Reprojection, Volume, WeightedCosts, weighted_sum
 from tracker.dynamics import ConstantVelocity, Dynamics, Still
-from tracker.errors import BadConfig
 from tracker.lifecycle import Lifecycle, Population
 from tracker.suppression import Suppression
 from tracker.types import Camera, Detections, Frame, Tracks
@@ -50,6 +49,26 @@ class Tracker:
     tie_break: float = 1e-3
     state: State = field(default_factory=State)
 
+    @classmethod
+    def paper(cls, camera: Camera, costs: WeightedCosts | None = None) -> "Tracker":
+        """The paper's two-frame scheme on its geometric cues, 3D-3D and 3D-2D."""
+        weights = ((0.6, Volume()), (0.4, Reprojection())) if costs is None else costs
+        return cls(camera, weights, suppress=Suppression(min_score=0.3))
+
+    @classmethod
+    def default(cls, camera: Camera, costs: WeightedCosts | None = None) -> "Tracker":
+        """The same costs with a memory, a motion model and two score stages: our best."""
+        return cls(
+            camera,
+            ((1.0, ImageOverlap(0.1)),) if costs is None else costs,
+            lift=Lift(use_box_height=True),
+            dynamics=ConstantVelocity(),
+            suppress=Suppression(min_score=0.2, max_iou=0.5),
+            associate=Hungarian(max_cost=0.7),
+            lifecycle=Lifecycle(birth_score=0.4, max_gap=2.0),
+            strong_score=0.4,
+        )
+
     def step(self, frame: Frame) -> Tracks:
         """The rows (frame, id, box, score) of this frame; every detection at most once."""
         detections = self.suppress(frame.detections, self.camera)
@@ -61,10 +80,12 @@ class Tracker:
         rows, columns = match.pairs.T
         seen = Population(
             np.concatenate((expected.ids[rows], self.state.next_id + np.arange(len(born)))),
-            Beliefs.concatenate((
-                self.dynamics.update(expected.beliefs.select(rows), observed.select(columns)),
-                observed.select(born),
-            )),
+            Beliefs.concatenate(
+                (
+                    self.dynamics.update(expected.beliefs.select(rows), observed.select(columns)),
+                    observed.select(born),
+                )
+            ),
             np.zeros(len(rows) + len(born)),
             np.concatenate((expected.sightings[rows] + 1, np.ones(len(born), np.int64))),
         )

@@ -41,5 +41,7 @@ def road_contact_jacobian(
     jacobian[:, :, :2] = height * d_rays - contact[:, :, None] * (normal @ d_rays)
     jacobian[:, :, :2] *= reach[:, None, None]
     jacobian[:, :, 2] = per_height
-    jacobian[:, :, 3] = contact * ((rays[:, 2] * normal[1] - rays[:, 1] * normal[2]) * reach)[:, None]
+    jacobian[:, :, 3] = (
+        contact * ((rays[:, 2] * normal[1] - rays[:, 1] * normal[2]) * reach)[:, None]
+    )
     return jacobian

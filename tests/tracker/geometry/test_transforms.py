@@ -32,7 +32,9 @@ def test_yaw_of_a_quarter_turn_faces_away_from_the_camera_at_minus_90_degrees() 
     np.testing.assert_allclose(facing, [0.0, 0.0, 1.0], atol=1e-15)
 
 
-@pytest.mark.parametrize(("axis", "ours"), [("x", rotation_x), ("y", rotation_y), ("z", rotation_z)])
+@pytest.mark.parametrize(
+    ("axis", "ours"), [("x", rotation_x), ("y", rotation_y), ("z", rotation_z)]
+)
 def test_rotations_equal_scipys(axis: str, ours) -> None:
     np.testing.assert_allclose(ours(0.7), Rotation.from_euler(axis, 0.7).as_matrix(), atol=1e-15)
 
