@@ -27,9 +27,13 @@ def kitti_root() -> Path:
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Skip what needs a data set where there is none."""
+    for item in items:
+        for marker in ("kitti", "gl", "slow"):
+            if item.get_closest_marker(marker):
+                item.user_properties.append(("marker", marker))
     if kitti_root_of_the_environment() is None:
         for item in items:
-            if "kitti" in item.keywords:
+            if item.get_closest_marker("kitti"):
                 item.add_marker(pytest.mark.skip(reason="MOT_SIM_KITTI_ROOT is not set"))
 
 
@@ -37,6 +41,6 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Say aloud how many tests of each marker did not run."""
     skipped = terminalreporter.stats.get("skipped", [])
     for marker in ("kitti", "gl", "slow"):
-        count = sum(marker in report.keywords for report in skipped)
+        count = sum(("marker", marker) in report.user_properties for report in skipped)
         if count:
             terminalreporter.write_line(f"{count} tests marked '{marker}' were skipped")

@@ -99,22 +99,22 @@ class Lift:
         heights = np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
         sigma = self.edge_std * heights * (2.0 - np.clip(detections.scores, 0.0, 1.0))
 
+        rays_road = rays @ camera.T_road_cam[:3, :3].T
         near, cov = self._road_contact(rays, sigma, camera)
         near_by_height = camera.K[1, 1] * size[:, 1] / heights
         cut = boxes[:, 3] >= camera.image_size[1] - 1.0 - BORDER
         lost = cut | ~(near < FAR)
         if lost.any():
-            _place_by_height(near, cov, near_by_height, lost, rays @ camera.T_road_cam[:3, :3].T)
-        behind = 0.5 * (size[:, 0] * np.abs(np.sin(yaw)) + size[:, 2] * np.abs(np.cos(yaw)))
-        base = (rays * (near + behind)[:, None]) @ camera.T_road_cam[:3, :3].T
-        base += camera.T_road_cam[:3, 3]
-        base[:, 1] = 0.0
+            _place_by_height(near, cov, near_by_height, lost, rays_road)
         if self.use_box_height:
             spread = np.hypot(1.4 * sigma / heights, self.car_size_std)
             var = np.where(cut, np.inf, np.square(near_by_height * spread))
             gain = cov[:, 1] / (cov[:, 1, 1] + var)[:, None]
-            base[:, ::2] += gain * (near_by_height - near)[:, None]
+            near = near + gain[:, 1] * (near_by_height - near)
             cov = cov - gain[:, :, None] * cov[:, None, 1]
+        behind = 0.5 * (size[:, 0] * np.abs(np.sin(yaw)) + size[:, 2] * np.abs(np.cos(yaw)))
+        base = rays_road * near[:, None] + camera.T_road_cam[:3, 3]
+        base[:, ::2] += rays_road[:, ::2] * behind[:, None]
         state_cov = np.zeros((n, 4, 4))
         state_cov[:, :2, :2] = cov
         state_cov[:, 2, 2], state_cov[:, 3, 3] = np.square(self.speed_std)

@@ -1,7 +1,7 @@
 """How an unseen car moves: not at all (the paper), or with constant velocity (a Kalman filter)."""
 
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from filterpy.common import Q_discrete_white_noise
@@ -12,6 +12,7 @@ from tracker.beliefs import Beliefs
 from tracker.types import Cuboids
 
 
+@runtime_checkable
 class Dynamics(Protocol):
     """How a belief changes with time, and what a new sighting makes of it."""
 

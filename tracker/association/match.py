@@ -1,7 +1,7 @@
 """What an association says: who is who, who was lost, who is new."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -25,6 +25,7 @@ class Match:
         return cls(pairs, np.flatnonzero(unmatched_rows), np.flatnonzero(unmatched_columns))
 
 
+@runtime_checkable
 class Associate(Protocol):
     """From a matrix of costs (rows expected, columns observed, inf = impossible) to a match."""
 

@@ -1,7 +1,7 @@
 """Pairwise costs: small = same object. One file a cost; `COSTS` is their register."""
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -13,6 +13,7 @@ from tracker.costs.reprojection import Reprojection
 from tracker.costs.volume import Volume
 
 
+@runtime_checkable
 class Cost(Protocol):
     """A pure function of a pairing: one number in [0, 1] a pair, NaN where its cue is missing."""
 

@@ -1,6 +1,6 @@
 """What every table of this package shares: rows that are picked and put end to end."""
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import fields
 from functools import cache
 from typing import Any, TypeVar
@@ -15,9 +15,9 @@ Table = TypeVar("Table", bound="Rows")
 
 
 @cache
-def column_names(table: type) -> tuple[str, ...]:
+def column_names(table: Hashable) -> tuple[str, ...]:
     """The fields of a table; looked up once, for it stands in the tracker's inner loop."""
-    return tuple(field.name for field in fields(table))
+    return tuple(field.name for field in fields(table))  # type: ignore[arg-type]
 
 
 class Rows:

@@ -1,0 +1,59 @@
+"""Readers and writers: recorded drives become `Sequence`s, tracks become files."""
+
+from mot_sim.datasets.boxes import box_sequence
+from mot_sim.datasets.camera_files import CameraFile, read_camera
+from mot_sim.datasets.detection_files import DetectionFormat, read_detections
+from mot_sim.datasets.export import export_motchallenge, export_trackeval
+from mot_sim.datasets.images import ImageFolder
+from mot_sim.datasets.kitti import (
+    DETECTORS,
+    EGO,
+    Calibration,
+    EgoSource,
+    KittiSequence,
+    available_sequences,
+    find_root,
+    kitti_sequence,
+    read_calibration,
+    read_labels,
+    read_results,
+    write_calibration,
+    write_labels,
+    write_results,
+)
+from mot_sim.datasets.poses import read_poses, write_poses
+from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
+from mot_sim.datasets.text import Table, read_table
+from mot_sim.datasets.writing import write_lines
+
+__all__ = [
+    "DETECTORS",
+    "EGO",
+    "Calibration",
+    "CameraFile",
+    "DetectionFormat",
+    "DetectionLog",
+    "EgoSource",
+    "ImageFolder",
+    "KittiSequence",
+    "RecordedSequence",
+    "Table",
+    "available_sequences",
+    "box_sequence",
+    "export_motchallenge",
+    "export_trackeval",
+    "find_root",
+    "kitti_sequence",
+    "read_calibration",
+    "read_camera",
+    "read_detections",
+    "read_labels",
+    "read_poses",
+    "read_results",
+    "read_table",
+    "write_calibration",
+    "write_labels",
+    "write_lines",
+    "write_poses",
+    "write_results",
+]

@@ -1,0 +1,99 @@
+"""The door for everybody else: a drive given as boxes.csv and camera.toml."""
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.datasets.camera_files import read_camera
+from mot_sim.datasets.detection_files import BadBoxes, DetectionFormat, check_detections
+from mot_sim.datasets.images import ImageFolder
+from mot_sim.datasets.kitti.ego import ORBSLAM3_MOTION_STD
+from mot_sim.datasets.poses import read_poses
+from mot_sim.datasets.recorded import RecordedSequence
+from mot_sim.datasets.text import Table, read_table
+from tracker.errors import BadConfig, BadFile, DatasetNotFound, UnknownName
+
+REQUIRED = ("frame", "x_min", "y_min", "x_max", "y_max")
+OPTIONAL = ("score",)
+HEADER = ",".join((*REQUIRED, *OPTIONAL))
+
+
+def box_sequence(
+    boxes: Path | str,
+    camera: Path | str,
+    images: Path | str | None = None,
+    poses: Path | str | None = None,
+    name: str | None = None,
+    *,
+    motion_cov: Float[Array, "6 6"] | None = None,
+    bad_boxes: BadBoxes = "error",
+) -> RecordedSequence:
+    """The drive in a table of boxes and a camera file.
+
+    boxes: a csv file whose header names its columns, `frame,x_min,y_min,x_max,y_max,score` in
+    any order, score optional (1 then); frames count from 0, pixel centres are integers; boxes
+    are clipped to the image. camera: see `read_camera`. images: a folder of 000000.png, ... .
+    poses: a 3x4 camera-to-world matrix a line, one a frame, in metres; without it nobody knows
+    how the camera moved. motion_cov: of the motion that the poses give over one frame; taken as
+    good as ORB-SLAM3's on KITTI unless given. name: the csv file's, unless given.
+    There are as many frames as poses, else as images, else up to the last box.
+    """
+    table = read_boxes_table(Path(boxes))
+    described = read_camera(Path(camera))
+    folder = None if images is None else ImageFolder.require(Path(images))
+    image_size = described.camera.image_size
+    if folder is not None and folder.image_size != image_size:
+        raise BadConfig(
+            f"{camera}: image_width and image_height are {image_size[0]}x{image_size[1]}, the "
+            f"images in {images} have {folder.image_size[0]}x{folder.image_size[1]} pixels"
+        )
+    Ts_world_cam = None if poses is None else read_poses(_require(Path(poses), "pose file"))
+    frame_count = None if folder is None else max(folder.paths) + 1
+    frame_count = frame_count if Ts_world_cam is None else len(Ts_world_cam)
+    form = DetectionFormat(tuple(table.rows.dtype.names or ()), delimiter=",")
+    log = check_detections(table, form, image_size, frame_count, bad_boxes)
+    if frame_count is None:
+        frame_count = int(table["frame"].max()) + 1 if len(table) else 0
+    if folder is not None:
+        folder.warn_of_gaps(frame_count)
+    if motion_cov is None and Ts_world_cam is not None:
+        motion_cov = np.diag(ORBSLAM3_MOTION_STD) ** 2
+    return RecordedSequence(
+        name=Path(boxes).stem if name is None else name,
+        camera=described.camera,
+        frame_count=frame_count,
+        log=log,
+        frame_indices=np.arange(frame_count),
+        Ts_world_cam=Ts_world_cam,
+        motion_cov=motion_cov,
+        images=folder,
+        frame_rate=described.frame_rate,
+    )
+
+
+def read_boxes_table(path: Path) -> Table:
+    """The rows of a boxes.csv; BadFile without a header, for missing and unknown columns."""
+
+    def columns(fields: list[str]) -> list[str]:
+        if not set(fields) & {*REQUIRED, *OPTIONAL}:
+            first = ",".join(fields) or "an empty file"
+            raise BadFile(f"{path}:1: no header but {first[:80]!r}; the first line names: {HEADER}")
+        for field in fields:
+            if field not in REQUIRED + OPTIONAL:
+                error = UnknownName.of("column", field, REQUIRED + OPTIONAL)
+                raise BadFile(f"{path}:1: {error}")
+        missing = [column for column in REQUIRED if column not in fields]
+        if missing or len(set(fields)) < len(fields):
+            what = f"no column {missing[0]}" if missing else "a column stands twice"
+            raise BadFile(f"{path}:1: {what}: {','.join(fields)}; the header is {HEADER}")
+        return fields
+
+    return read_table(_require(path, "boxes"), columns, delimiter=",", header=True)
+
+
+def _require(path: Path, what: str) -> Path:
+    if not path.is_file():
+        raise DatasetNotFound(f"{path}: no {what}; is the path right?")
+    return path

@@ -1,0 +1,99 @@
+"""camera.toml: the camera of a drive that is given as plain boxes."""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.datasets.text import read_text
+from tracker.errors import BadCalibration, BadConfig, BadFile, DatasetNotFound, UnknownName
+from tracker.types import Camera
+
+PINHOLE = ("fx", "fy", "cx", "cy")
+REQUIRED = ("image_width", "image_height", "camera_height")
+OPTIONAL = {"pitch_deg": 0.0, "roll_deg": 0.0, "frame_rate": 10.0}
+# No number of a camera file comes near; NaN and infinity are no smaller either.
+LARGEST = 1e12
+EXAMPLE = (
+    "K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] or fx, fy, cx, cy; image_width and image_height "
+    "in pixels; camera_height in metres"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class CameraFile:
+    """What a camera.toml says: the camera, and frames a second."""
+
+    camera: Camera
+    frame_rate: float
+
+
+def read_camera(path: Path) -> CameraFile:
+    """The camera in a TOML file.
+
+    Keys: `K` (3x3) or `fx fy cx cy`; `image_width`, `image_height` in pixels; `camera_height`
+    above the road in metres; and, if they are not 0, 0 and 10, `pitch_deg` (positive looks
+    up), `roll_deg` (positive leans right), `frame_rate` in Hz. Raises DatasetNotFound without
+    the file, BadFile for what is not TOML, BadConfig for missing, unknown and wrong values,
+    BadCalibration for a camera that cannot be.
+    """
+    if not path.is_file():
+        raise DatasetNotFound(f"{path}: no camera file; write one with {EXAMPLE}")
+    try:
+        values = tomllib.loads(read_text(path))
+    except tomllib.TOMLDecodeError as error:
+        raise BadFile(f"{path}: not TOML: {error}") from None
+    known = ("K", *PINHOLE, *REQUIRED, *OPTIONAL)
+    for key in values:
+        if key not in known:
+            raise BadConfig(f"{path}: {UnknownName.of('key', key, known)}")
+    K = _intrinsics(path, values)
+    width, height = (_number(path, values, key) for key in REQUIRED[:2])
+    if width % 1.0 or height % 1.0:
+        raise BadConfig(f"{path}: image_width {width} and image_height {height} are whole pixels")
+    pitch, roll, frame_rate = (_number(path, OPTIONAL | values, key) for key in OPTIONAL)
+    if not frame_rate > 0.0:
+        raise BadConfig(f"{path}: frame_rate is {frame_rate:g}; give frames a second above 0")
+    try:
+        camera = Camera.mounted(
+            K,
+            (int(width), int(height)),
+            _number(path, values, "camera_height"),
+            float(np.radians(pitch)),
+            float(np.radians(roll)),
+        )
+    except BadCalibration as error:
+        raise BadCalibration(f"{path}: {error}") from None
+    return CameraFile(camera, frame_rate)
+
+
+def _intrinsics(path: Path, values: Mapping[str, object]) -> Float[Array, "3 3"]:
+    given = [key for key in PINHOLE if key in values]
+    if "K" in values:
+        if given:
+            raise BadConfig(f"{path}: K and {given[0]} both say the intrinsics; keep one of them")
+        rows = values["K"]
+        if (
+            not isinstance(rows, list)
+            or [len(r) if isinstance(r, list) else 0 for r in rows] != [3] * 3
+        ):
+            raise BadConfig(f"{path}: K is {rows!r}; give three rows of three numbers")
+        entries = {
+            f"K[{i}][{j}]": value for i, row in enumerate(rows) for j, value in enumerate(row)
+        }
+        return np.array([_number(path, entries, key) for key in entries]).reshape(3, 3)
+    fx, fy, cx, cy = (_number(path, values, key) for key in PINHOLE)
+    return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
+
+
+def _number(path: Path, values: Mapping[str, object], key: str) -> float:
+    if key not in values:
+        raise BadConfig(f"{path}: no {key}; a camera file holds {EXAMPLE}")
+    value = values[key]
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LARGEST:
+        raise BadConfig(f"{path}: {key} is {value!r}; give a finite number")
+    return float(value)

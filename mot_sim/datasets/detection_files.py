@@ -1,0 +1,125 @@
+"""Files of detected boxes: what a format is, and the strict reading of it."""
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Bool, Float, Shaped
+from numpy import ndarray as Array
+
+from mot_sim.datasets.recorded import DetectionLog
+from mot_sim.datasets.text import Table, read_table
+from tracker.types import Detections
+
+BadBoxes = Literal["error", "drop"]
+
+CORNERS = ("x1", "y1", "x2", "y2")
+X_MIN = ("x_min", "y_min", "x_max", "y_max")
+SIDES = ("left", "top", "width", "height")
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class DetectionFormat:
+    """How a detector's files are written.
+
+    columns: names a row's values; boxes are x1 y1 x2 y2, x_min y_min x_max y_max or left top
+    width height; a column `score` may be missing (1 then). delimiter None: any white space.
+    first_frame: the number of frame 0. kind: only rows whose `type` is this are kept; words and
+    numbers both do. bad_boxes: what happens to boxes without area or wholly outside the image.
+    open_ended: rows may hold more values than there are columns, all rows equally many.
+    """
+
+    columns: tuple[str, ...]
+    delimiter: str | None = None
+    first_frame: int = 0
+    kind: str | float | None = None
+    bad_boxes: BadBoxes = "error"
+    open_ended: bool = False
+
+    def names(self, fields: Sequence[str]) -> Sequence[str]:
+        """The names of the columns of rows with as many values as the given one."""
+        extra = len(fields) - len(self.columns) if self.open_ended else 0
+        return [*self.columns, *(f"more{number}" for number in range(1, extra + 1))]
+
+    @property
+    def box_columns(self) -> tuple[str, ...]:
+        """The four columns that hold a box."""
+        return next(four for four in (CORNERS, SIDES, X_MIN) if four[0] in self.columns)
+
+    def boxes(self, table: Table) -> Float[Array, "n 4"]:
+        """The corners of the boxes; BadFile for NaN and infinity."""
+        boxes = table.finite(self.box_columns)
+        if self.box_columns == SIDES:
+            boxes[:, 2:] += boxes[:, :2]
+        return boxes
+
+
+def read_detections(
+    path: Path,
+    form: DetectionFormat,
+    image_size: tuple[int, int],
+    frame_count: int | None = None,
+    bad_boxes: BadBoxes | None = None,
+) -> DetectionLog:
+    """The detections in a file, clipped to the image [0, width - 1] x [0, height - 1].
+
+    bad_boxes: "error" refuses boxes without area and boxes wholly outside the image, "drop"
+    leaves them out and logs how many; None: as the format says. An empty file holds no
+    detections. Raises BadFile with file and line for NaN and infinity, inverted boxes, frames
+    outside the sequence (when frame_count says how long it is), and rows that are not numbers.
+    """
+    table = read_table(path, form.names, form.delimiter, words=_words(form))
+    return check_detections(table, form, image_size, frame_count, bad_boxes or form.bad_boxes)
+
+
+def check_detections(
+    table: Table,
+    form: DetectionFormat,
+    image_size: tuple[int, int],
+    frame_count: int | None,
+    bad_boxes: BadBoxes,
+) -> DetectionLog:
+    """The detections of a table that was read; see `read_detections`."""
+    frames = table.frames(frame_count, form.first_frame)
+    boxes, box_columns = form.boxes(table), form.box_columns
+    count = len(table)
+    scores = table.finite(["score"])[:, 0] if "score" in form.columns else np.ones(count)
+    sides = boxes[:, 2:] - boxes[:, :2]
+    table.reject(
+        (sides < 0.0).any(axis=1),
+        "inverted box",
+        box_columns,
+        "the second corner lies below and right of the first; widths and heights are positive",
+    )
+    furthest = np.array([*image_size, *image_size], dtype=float) - 1.0
+    clipped = np.clip(boxes, 0.0, furthest)
+    keep = _of_kind(table["type"], form.kind) if form.kind is not None else np.ones(count, bool)
+    flat = (sides == 0.0).any(axis=1)
+    outside = ~flat & (clipped[:, 2:] <= clipped[:, :2]).any(axis=1)
+    if bad_boxes == "error":
+        cure = 'mend the file, or read it with bad_boxes="drop"'
+        width, height = image_size
+        table.reject(keep & flat, "box without area", box_columns, cure)
+        table.reject(
+            keep & outside, f"box wholly outside the {width}x{height} image", box_columns, cure
+        )
+    elif (keep & (flat | outside)).any():
+        log.warning(
+            "%s: %d boxes without area and %d wholly outside the image are left out",
+            table.path, (keep & flat).sum(), (keep & outside).sum(),
+        )  # fmt: skip
+    keep &= ~(flat | outside)
+    return DetectionLog.of(frames[keep], Detections(clipped[keep], scores[keep]))
+
+
+def _words(form: DetectionFormat) -> Sequence[str]:
+    return ("type",) if isinstance(form.kind, str) else ()
+
+
+def _of_kind(kinds: Shaped[Array, " n"], kind: str | float) -> Bool[Array, " n"]:
+    return np.asarray(kinds == kind, dtype=bool)

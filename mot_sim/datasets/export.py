@@ -1,0 +1,124 @@
+"""Exports for other people's evaluators: MOTChallenge files and TrackEval's folders for KITTI."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray as Array
+
+from mot_sim.datasets.kitti.labels import write_labels
+from mot_sim.datasets.kitti.results import write_results
+from mot_sim.datasets.writing import write_lines
+from tracker.errors import BadConfig, BadTracks
+from tracker.types import Detections, Sequence, Tracks
+
+DEFAULT_FRAME_RATE = 10.0
+
+# Frames, ids, boxes and confidences: the columns of a MOTChallenge file.
+MotRows = tuple[Int[Array, " n"], Int[Array, " n"], Float[Array, "n 4"], Float[Array, " n"]]
+
+
+def export_motchallenge(
+    folder: Path, sequence: Sequence, truth: Tracks | None = None, results: Tracks | None = None
+) -> None:
+    """Write `<folder>/<name>/`: seqinfo.ini, det/det.txt, and gt/gt.txt, res/res.txt if given.
+
+    Rows are `frame,id,left,top,width,height,conf,-1,-1,-1` (the MOT15 layout); frames and ids
+    count from 1, so a KITTI id i becomes i + 1, and detections have id -1. Pixel coordinates
+    stay as they are. In gt.txt conf is 1 for cars and 0 for every other kind, which evaluators
+    leave out; DontCare regions have no counterpart and are not written.
+    """
+    indices, times, parts = [], [], []
+    for frame in sequence:
+        indices.append(frame.index)
+        times.append(frame.time)
+        parts.append(Detections(frame.detections.boxes, frame.detections.scores))
+    length = indices[-1] + 1 if indices else 0
+    tables = {"det": _detection_rows(np.array(indices, dtype=np.int64), parts)}
+    if truth is not None:
+        tables["gt"] = _truth_rows(truth)
+    if results is not None:
+        results.require_unique_ids(f"results of {sequence.name}")
+        scores = np.ones(len(results)) if results.scores is None else results.scores
+        tables["res"] = (results.frames, results.ids + 1, results.boxes, scores)
+    home = folder / sequence.name
+    for kind, table in tables.items():
+        _require_frames(table[0], length, f"{kind} of {sequence.name}")
+        write_lines(home / kind / f"{kind}.txt", _lines(*table))
+    width, height = sequence.camera.image_size
+    rate = (indices[1] - indices[0]) / (times[1] - times[0]) if length > 1 else DEFAULT_FRAME_RATE
+    write_lines(
+        home / "seqinfo.ini",
+        [
+            "[Sequence]",
+            f"name={sequence.name}",
+            "imDir=img1",
+            f"frameRate={rate:g}",
+            f"seqLength={length}",
+            f"imWidth={width}",
+            f"imHeight={height}",
+            "imExt=.png",
+        ],
+    )
+
+
+def export_trackeval(
+    folder: Path,
+    tracker: str,
+    lengths: Mapping[str, int],
+    truths: Mapping[str, Tracks],
+    results: Mapping[str, Tracks],
+) -> None:
+    """Write what TrackEval's Kitti2DBox reads, for the sequences that `lengths` counts.
+
+    GT_FOLDER is `<folder>/gt` (evaluate_tracking.seqmap.training and label_02/SSSS.txt),
+    TRACKERS_FOLDER is `<folder>/trackers` (<tracker>/data/SSSS.txt). Cuboids are not written:
+    TrackEval reads boxes. Raises BadConfig for a sequence without truth or results, BadTracks
+    for frames outside a sequence.
+    """
+    for what, given in {"truth": truths, "results": results}.items():
+        missing = [name for name in lengths if name not in given]
+        if missing:
+            raise BadConfig(
+                f"no {what} for sequence {missing[0]}: TrackEval needs it; leave it out"
+            )
+    for name, length in lengths.items():
+        _require_frames(truths[name].frames, length, f"truth of {name}")
+        _require_frames(results[name].frames, length, f"results of {name}")
+        write_labels(truths[name], folder / "gt" / "label_02" / f"{name}.txt")
+        write_results(results[name], folder / "trackers" / tracker / "data" / f"{name}.txt")
+    write_lines(
+        folder / "gt" / "evaluate_tracking.seqmap.training",
+        (f"{name} empty 000000 {length:06d}" for name, length in lengths.items()),
+    )
+
+
+def _detection_rows(indices: Int[Array, " k"], parts: list[Detections]) -> MotRows:
+    detections = Detections.concatenate(parts) if parts else Detections.empty()
+    frames = np.repeat(indices, [len(part) for part in parts])
+    return frames, np.full(len(frames), -1), detections.boxes, detections.scores
+
+
+def _truth_rows(truth: Tracks) -> MotRows:
+    named = truth.select(truth.ids >= 0)
+    cars = np.ones(len(named), dtype=bool) if named.kinds is None else named.kinds == "Car"
+    return named.frames, named.ids + 1, named.boxes, np.where(cars, 1.0, 0.0)
+
+
+def _require_frames(frames: Int[Array, " n"], length: int, what: str) -> None:
+    outside = frames[(frames < 0) | (frames >= length)]
+    if len(outside):
+        raise BadTracks(f"{what}: frame {outside[0]} is outside the sequence of {length} frames")
+
+
+def _lines(
+    frames: Int[Array, " n"],
+    ids: Int[Array, " n"],
+    boxes: Float[Array, "n 4"],
+    confidences: Float[Array, " n"],
+) -> Iterator[str]:
+    sides = np.hstack([boxes[:, :2], boxes[:, 2:] - boxes[:, :2]])
+    for row in np.argsort(frames, kind="stable").tolist():
+        box = ",".join(f"{value:.6f}" for value in sides[row].tolist())
+        yield f"{frames[row] + 1},{ids[row]},{box},{confidences[row]:.9g},-1,-1,-1"

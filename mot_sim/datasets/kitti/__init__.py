@@ -1,0 +1,26 @@
+"""The KITTI tracking benchmark: reading its tree and writing what its tools read."""
+
+from mot_sim.datasets.kitti.calibration import Calibration, read_calibration, write_calibration
+from mot_sim.datasets.kitti.detectors import DETECTORS
+from mot_sim.datasets.kitti.ego import EGO, EgoSource
+from mot_sim.datasets.kitti.labels import read_labels, write_labels
+from mot_sim.datasets.kitti.places import available_sequences, find_root
+from mot_sim.datasets.kitti.results import read_results, write_results
+from mot_sim.datasets.kitti.sequence import KittiSequence, kitti_sequence
+
+__all__ = [
+    "DETECTORS",
+    "EGO",
+    "Calibration",
+    "EgoSource",
+    "KittiSequence",
+    "available_sequences",
+    "find_root",
+    "kitti_sequence",
+    "read_calibration",
+    "read_labels",
+    "read_results",
+    "write_calibration",
+    "write_labels",
+    "write_results",
+]

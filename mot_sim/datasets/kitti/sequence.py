@@ -1,0 +1,154 @@
+"""A sequence of the KITTI tracking benchmark: calibration, detections, ego-motion, labels."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.datasets.detection_files import BadBoxes, DetectionFormat, read_detections
+from mot_sim.datasets.images import ImageFolder
+from mot_sim.datasets.kitti.calibration import CAMERA_HEIGHT, Calibration, read_calibration
+from mot_sim.datasets.kitti.detectors import DETECTORS
+from mot_sim.datasets.kitti.ego import EGO
+from mot_sim.datasets.kitti.ego.oxts import oxts_path
+from mot_sim.datasets.kitti.labels import read_labels
+from mot_sim.datasets.kitti.places import (
+    DEFAULT_SIZE,
+    TRAINING_FRAMES,
+    TRAINING_SIZES,
+    beside_the_splits,
+    find_root,
+    require_file,
+    require_sequence,
+    training_row,
+)
+from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
+from mot_sim.datasets.text import read_text
+from tracker.errors import BadConfig, UnknownName
+from tracker.types import Detections, Tracks
+
+
+@dataclass(frozen=True, eq=False)
+class KittiSequence(RecordedSequence):
+    """A recorded drive with KITTI's calibration and, where there are any, its labels."""
+
+    calibration: Calibration | None = None
+    label_path: Path | None = None
+
+    @property
+    def T_road_label(self) -> Float[Array, "4 4"]:
+        """From the frame of KITTI's labels (camera 0) to the road frame of the camera."""
+        calibration = self.calibration or Calibration(self.camera.K)
+        return self.camera.T_road_cam @ calibration.T_cam_label
+
+    @cached_property
+    def truth(self) -> Tracks | None:
+        """The labels, read when first asked for; None for a sequence that has none.
+
+        A subset has the labels of its frames.
+        """
+        if self.label_path is None:
+            return None
+        labels = read_labels(self.label_path, self.T_road_label, self.frame_count)
+        if len(self) == self.frame_count:
+            return labels
+        return labels.select(np.isin(labels.frames, self.frame_indices))
+
+
+def kitti_sequence(
+    root: Path | str | None,
+    name: str,
+    detections: str | Path | None = "rrc",
+    ego: str = "oxts",
+    images: bool = False,
+    *,
+    split: str = "training",
+    height: float = CAMERA_HEIGHT,
+    pitch: float = 0.0,
+    detection_format: str | None = None,
+    bad_boxes: BadBoxes | None = None,
+) -> KittiSequence:
+    """A sequence of a KITTI tree, at 10 Hz.
+
+    root: the folder that holds `training`; None takes it from the environment.
+    detections: a name of DETECTORS, read from `<root>/detections/<name>/SSSS.txt`; or a folder
+    of such files, or one file, with detection_format naming its format; or None, for a drive in
+    which nothing was detected. ego: a name of EGO.
+    images: load the frames' images, one by one while iterating; frames without one get None.
+    height, pitch: of the camera above the road, metres and radians. bad_boxes: see
+    `read_detections`.
+    For the testing split, detections and odometry lie in a folder `testing` of their own.
+    Raises DatasetNotFound, UnknownName, BadFile, BadCalibration.
+    """
+    root = find_root(root)
+    if ego not in EGO:
+        raise UnknownName.of("ego-motion", ego, EGO)
+    detected = None
+    if detections is not None:
+        detected = _detection_file(root, split, name, detections, detection_format)
+    folder = require_sequence(root, split, name)
+    calibration = read_calibration(folder / "calib" / f"{name}.txt")
+    image_folder = folder / "image_02" / name
+    found = ImageFolder.require(image_folder) if images else ImageFolder.find(image_folder)
+    number = training_row(name, split)
+    known_size = DEFAULT_SIZE if number is None else TRAINING_SIZES[number]
+    camera = calibration.camera(found.image_size if found else known_size, height, pitch)
+    frame_count = _frame_count(root, split, name, found)
+    log = DetectionLog(np.zeros(0, np.int64), Detections.empty())
+    if detected is not None:
+        log = read_detections(*detected, camera.image_size, frame_count, bad_boxes)
+    if frame_count is None:
+        frame_count = int(log.frames[-1]) + 1 if len(log.frames) else 0
+    Ts_world_cam = EGO[ego].poses(root, split, name, calibration, frame_count)
+    if images and found is not None:
+        found.warn_of_gaps(frame_count)
+    labels = folder / "label_02" / f"{name}.txt"
+    return KittiSequence(
+        name=name,
+        camera=camera,
+        frame_count=frame_count,
+        log=log,
+        frame_indices=np.arange(frame_count),
+        Ts_world_cam=Ts_world_cam,
+        motion_cov=EGO[ego].motion_cov,
+        images=found if images else None,
+        calibration=calibration,
+        label_path=labels if split == "training" and labels.is_file() else None,
+    )
+
+
+def _frame_count(root: Path, split: str, name: str, images: ImageFolder | None) -> int | None:
+    """From OXTS, else from KITTI's list, else from the images; None when nothing says."""
+    oxts = oxts_path(root, split, name)
+    if oxts.is_file():
+        return sum(1 for line in read_text(oxts).split("\n") if line.strip())
+    number = training_row(name, split)
+    if images is not None and number is None:
+        return max(images.paths) + 1
+    return None if number is None else TRAINING_FRAMES[number]
+
+
+def _detection_file(
+    root: Path, split: str, name: str, detections: str | Path, detection_format: str | None
+) -> tuple[Path, DetectionFormat]:
+    """The file of a sequence's detections and its format."""
+    given = Path(detections)
+    if detection_format is None:
+        if detections not in DETECTORS and given.exists():
+            raise BadConfig(
+                f"detections {given}: name their format too; known: {', '.join(sorted(DETECTORS))}"
+            )
+        if detections not in DETECTORS:
+            raise UnknownName.of("detector", str(detections), DETECTORS)
+    elif detection_format not in DETECTORS:
+        raise UnknownName.of("detection format", detection_format, DETECTORS)
+    form = DETECTORS[detection_format or str(detections)]
+    if detection_format is not None and given.is_file():
+        return given, form
+    beside = beside_the_splits(root, "detections", str(detections), split)
+    folder = given if detection_format is not None and given.is_dir() else beside
+    path = folder / f"{name}.txt"
+    return require_file(path, "detections", "give them, or choose another detector"), form

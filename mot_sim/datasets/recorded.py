@@ -1,0 +1,127 @@
+"""A recorded drive as a `Sequence`: detections by frame, poses, images loaded when asked for."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TypeVar
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray as Array
+
+from mot_sim.datasets.images import ImageFolder
+from tracker.errors import BadConfig
+from tracker.geometry import invert
+from tracker.types import Camera, Detections, Frame
+
+# The kind of sequence that a subset is taken of. (Not `Self`: the type checks of the test run
+# decorate methods one by one, where `Self` says nothing.)
+AnySequence = TypeVar("AnySequence", bound="RecordedSequence")
+
+
+@dataclass(frozen=True, eq=False)
+class DetectionLog:
+    """The detections of a whole drive, in the order of frames."""
+
+    frames: Int[Array, " n"]
+    detections: Detections
+
+    @classmethod
+    def of(cls, frames: Int[Array, " n"], detections: Detections) -> "DetectionLog":
+        """The log of rows in any order; inside a frame they keep their order."""
+        if (np.diff(frames) < 0).any():
+            order = np.argsort(frames, kind="stable")
+            frames, detections = frames[order], detections.select(order)
+        return cls(frames, detections)
+
+    def at(self, frame: int) -> Detections:
+        """The detections of one frame, perhaps none."""
+        first, last = np.searchsorted(self.frames, [frame, frame + 1])
+        return self.detections.select(slice(int(first), int(last)))
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedSequence:
+    """A drive read from files; satisfies `tracker.types.Sequence`.
+
+    frame_indices: the frames that are delivered, increasing; all of them unless `subset` chose.
+    Ts_world_cam: one pose for every frame of the recording, in any fixed world; or None.
+    motion_cov: covariance of the left perturbation of the motion over ONE frame, see `Frame`.
+    """
+
+    name: str
+    camera: Camera
+    frame_count: int
+    log: DetectionLog
+    frame_indices: Int[Array, " n"]
+    Ts_world_cam: Float[Array, "m 4 4"] | None = None
+    motion_cov: Float[Array, "6 6"] | None = None
+    images: ImageFolder | None = None
+    frame_rate: float = 10.0
+
+    def __len__(self) -> int:
+        return len(self.frame_indices)
+
+    def __iter__(self) -> Iterator[Frame]:
+        before: int | None = None
+        for index in self.frame_indices.tolist():
+            yield Frame(
+                index=index,
+                time=index / self.frame_rate,
+                detections=self.log.at(index),
+                T_now_before=None if before is None else self._T_now_before(index, before),
+                motion_cov=None if before is None else self._motion_cov(index, before),
+                image=None if self.images is None else self.images.load(index),
+            )
+            before = index
+
+    def subset(self: AnySequence, frame_indices: Iterable[int]) -> AnySequence:
+        """The same drive with only these frames delivered; motion is composed over the others.
+
+        Frames keep the index and the time that they have in the recording. Raises BadConfig
+        for frames that are not in this sequence, or not in increasing order.
+        """
+        chosen = np.fromiter(frame_indices, dtype=np.int64)
+        missing = chosen[~np.isin(chosen, self.frame_indices)]
+        if len(missing):
+            raise BadConfig(
+                f"sequence {self.name} has no frame {missing[0]}: it has {len(self)} frames "
+                f"of 0..{self.frame_count - 1}"
+            )
+        if (np.diff(chosen) <= 0).any():
+            raise BadConfig(f"the frames of a subset of {self.name} must increase: sort them")
+        return replace(self, frame_indices=chosen)
+
+    @cached_property
+    def _motions(self) -> Float[Array, "m 4 4"] | None:
+        """T_now_before between neighbours of the recording; the first is the identity."""
+        if self.Ts_world_cam is None:
+            return None
+        Ts_now_before = np.empty_like(self.Ts_world_cam)
+        Ts_now_before[:1] = np.eye(4)
+        Ts_now_before[1:] = invert(self.Ts_world_cam[1:]) @ self.Ts_world_cam[:-1]
+        return Ts_now_before
+
+    def _T_now_before(self, now: int, before: int) -> Float[Array, "4 4"] | None:
+        if self._motions is None or self.Ts_world_cam is None:
+            return None
+        if now == before + 1:
+            return self._motions[now].copy()
+        return invert(self.Ts_world_cam[now]) @ self.Ts_world_cam[before]
+
+    def _motion_cov(self, now: int, before: int) -> Float[Array, "6 6"] | None:
+        """The covariances of the single motions, each carried into the camera frame of now."""
+        if self._motions is None or self.motion_cov is None:
+            return None
+        covariance = self.motion_cov.copy()
+        for middle in range(before + 2, now + 1):
+            adjoint = adjoint_of(self._motions[middle])
+            covariance = adjoint @ covariance @ adjoint.T + self.motion_cov
+        return covariance
+
+
+def adjoint_of(T: Float[Array, "4 4"]) -> Float[Array, "6 6"]:
+    """What carries a small motion (translation, rotation vector) of frame b to frame a."""
+    R, (x, y, z) = T[:3, :3], T[:3, 3]
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.block([[R, cross @ R], [np.zeros((3, 3)), R]])

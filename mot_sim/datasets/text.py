@@ -1,0 +1,168 @@
+"""Tables of numbers in text files: read fast, and explained line by line when they are bad."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Bool, Float, Int, Shaped
+from numpy import ndarray as Array
+
+from tracker.errors import BadFile
+
+# Longest word that a text column keeps; KITTI's longest class is 'Person_sitting'.
+WORD_LENGTH = 32
+
+# Beyond this a float skips whole numbers.
+LARGEST_INTEGER = 2.0**53
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """The rows of a text file: a structured array with one field a column.
+
+    header: the first line that is not blank holds names, not a row.
+    """
+
+    path: Path
+    rows: Shaped[Array, " n"]
+    header: bool = False
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __getitem__(self, column: str) -> Shaped[Array, " n"]:
+        return np.ascontiguousarray(self.rows[column])
+
+    def block(self, columns: Sequence[str]) -> Float[Array, "n c"]:
+        """The named columns side by side."""
+        block = np.empty((len(self.rows), len(columns)))
+        for index, column in enumerate(columns):
+            block[:, index] = self.rows[column]
+        return block
+
+    def integers(self, column: str, lowest: int | None = None) -> Int[Array, " n"]:
+        """A column of whole numbers; BadFile for fractions and for values below `lowest`."""
+        numbers = self.finite([column])[:, 0]
+        broken = (numbers % 1.0 != 0.0) | (np.abs(numbers) > LARGEST_INTEGER)
+        self.reject(broken, f"{column} is not a whole number", [column])
+        if lowest is not None:
+            cure = f"{column}s of this format start at {lowest}"
+            self.reject(numbers < lowest, f"{column} below {lowest}", [column], cure)
+        return numbers.astype(np.int64)
+
+    def frames(self, frame_count: int | None = None, first: int = 0) -> Int[Array, " n"]:
+        """The column `frame`, counted from 0 where the file counts from `first`.
+
+        BadFile for frames before the first and, given frame_count, beyond the last.
+        """
+        frames = self.integers("frame", first)
+        if frame_count is not None:
+            last = frame_count - 1 + first
+            cure = f"the sequence has frames {first}..{last}; is it the right one?"
+            self.reject(frames > last, "frame beyond the sequence", ["frame"], cure)
+        return frames - first
+
+    def finite(self, columns: Sequence[str]) -> Float[Array, "n c"]:
+        """The named columns side by side; BadFile for NaN and infinity."""
+        block = self.block(columns)
+        bad = ~np.isfinite(block)
+        if bad.any():
+            culprit = columns[int(np.flatnonzero(bad[bad.any(axis=1)][0])[0])]
+            cure = "leave the row out, or write a finite number"
+            self.reject(bad.any(axis=1), f"{culprit} is not finite", [culprit], cure)
+        return block
+
+    def reject(
+        self, bad: Bool[Array, " n"], what: str, columns: Sequence[str], cure: str = ""
+    ) -> None:
+        """Raise BadFile at the first bad row, with the values of the given columns."""
+        if not bad.any():
+            return
+        row = int(np.flatnonzero(bad)[0])
+        values = ", ".join(f"{column} {_shown(self.rows[row][column])}" for column in columns)
+        ending = f"; {cure}" if cure else ""
+        raise BadFile(f"{self.path}:{self.line(row)}: {what}: {values}{ending}")
+
+    def line(self, row: int) -> int:
+        """The line of the file, from 1, that a row stands on; the file is read again for it."""
+        lines = read_text(self.path).split("\n")
+        filled = [number for number, line in enumerate(lines, 1) if line.strip()]
+        return filled[row + self.header]
+
+
+def read_text(path: Path) -> str:
+    """The whole file as text, whatever its line ends; BadFile when it cannot be read."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise BadFile(f"{path}: not a text file ({error.reason} at byte {error.start})") from None
+    except OSError as error:
+        raise BadFile(f"{path}: cannot be read: {error.strerror}") from None
+
+
+def read_table(
+    path: Path,
+    columns: Sequence[str] | Callable[[list[str]], Sequence[str] | None],
+    delimiter: str | None = None,
+    words: Sequence[str] = (),
+    header: bool = False,
+) -> Table:
+    """The table in a text file, one row a line; blank lines are skipped.
+
+    columns: their names; or, where a format has variants, what gives the names for the fields
+    of the first line (None: no such variant). words: the columns that hold text. delimiter
+    None: any white space. header: the first line is not a row. No rows for an empty file.
+    Raises BadFile with file and line for rows of another length and for values that are not
+    numbers; NaN and infinity pass.
+    """
+    lines = [line for line in read_text(path).split("\n") if line.strip()]
+    first = [field.strip() for field in lines[0].split(delimiter)] if lines else []
+    names = columns(first) if callable(columns) else columns
+    if names is None:
+        shown = lines[0][:80] if lines else ""
+        raise BadFile(f"{path}:1: no known format has {len(first)} values a row: {shown!r}")
+    kinds = [(name, f"U{WORD_LENGTH}" if name in words else "f8") for name in names]
+    if len(lines) <= header:
+        return Table(path, np.zeros(0, dtype=kinds), header)
+    try:
+        rows = np.loadtxt(lines[header:], dtype=kinds, delimiter=delimiter, comments=None, ndmin=1)
+    except ValueError as error:
+        numbered = enumerate(read_text(path).split("\n"), 1)
+        filled = [(number, line) for number, line in numbered if line.strip()][header:]
+        reason = _first_fault(filled, names, delimiter, words) or f" {error}"
+        raise BadFile(f"{path}:{reason}") from None
+    return Table(path, rows, header)
+
+
+def _first_fault(
+    numbered_lines: Sequence[tuple[int, str]],
+    names: Sequence[str],
+    delimiter: str | None,
+    words: Sequence[str],
+) -> str | None:
+    """The first bad line and what is wrong with it; None when nothing is found."""
+    layout = (
+        f"a row is {' '.join(names)}, separated by {repr(delimiter) if delimiter else 'spaces'}"
+    )
+    for number, line in numbered_lines:
+        values = line.split(delimiter)
+        if len(values) != len(names):
+            shown = line.strip()[:80]
+            return f"{number}: {len(values)} values where {len(names)} belong: {shown!r}; {layout}"
+        for name, value in zip(names, values, strict=True):
+            if name not in words and not _is_number(value):
+                return f"{number}: {name} is {value.strip()!r}, which is no number; {layout}"
+    return None
+
+
+def _is_number(value: str) -> bool:
+    try:
+        float(value)
+    except ValueError:
+        return False
+    return value.isascii() and "_" not in value
+
+
+def _shown(value: object) -> str:
+    return f"{value:.9g}" if isinstance(value, float) else str(value)

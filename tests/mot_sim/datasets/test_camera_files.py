@@ -1,0 +1,71 @@
+"""camera.toml: what it may hold, and what is said when it does not."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mot_sim.datasets.camera_files import read_camera
+from tests.mot_sim.datasets.conftest import write
+from tracker.errors import BadCalibration, BadConfig, BadFile, DatasetNotFound
+
+PLACE = "image_width = 100\nimage_height = 40\ncamera_height = 1.65\n"
+GOOD = "fx = 90.0\nfy = 80\ncx = 50\ncy = 20\n" + PLACE
+
+
+def test_focal_lengths_and_centre_make_the_camera(tmp_path: Path) -> None:
+    described = read_camera(write(tmp_path / "camera.toml", GOOD))
+    assert described.camera.K.tolist() == [[90, 0, 50], [0, 80, 20], [0, 0, 1]]
+    assert described.camera.image_size == (100, 40)
+    assert described.camera.height == pytest.approx(1.65)
+    assert described.camera.road_normal.tolist() == [0, 1, 0]
+    assert described.frame_rate == 10.0
+
+
+def test_k_pitch_roll_and_frame_rate_are_read(tmp_path: Path) -> None:
+    text = "K = [[90, 1, 50], [0, 80, 20], [0, 0, 1]]\npitch_deg = 90\nframe_rate = 25\n" + PLACE
+    described = read_camera(write(tmp_path / "camera.toml", text))
+    assert described.camera.K[0, 1] == 1.0
+    np.testing.assert_allclose(described.camera.road_normal, [0, 0, -1], atol=1e-12)
+    assert described.frame_rate == 25.0
+
+
+@pytest.mark.parametrize(
+    ("text", "error", "message"),
+    [
+        (
+            GOOD + "pitch = 1\n",
+            BadConfig,
+            "unknown key 'pitch'; known: .* Did you mean 'pitch_deg'",
+        ),
+        (GOOD.replace("fx", "f_x"), BadConfig, "unknown key 'f_x'.* Did you mean 'fx'"),
+        (PLACE, BadConfig, "no fx; a camera file holds K ="),
+        (GOOD.replace("camera_height = 1.65", ""), BadConfig, "no camera_height; "),
+        (GOOD + "K = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n", BadConfig, "K and fx both say"),
+        ("K = [[1, 0, 0], [0, 1]]\n" + PLACE, BadConfig, "give three rows of three numbers"),
+        ("K = 3\n" + PLACE, BadConfig, "K is 3; give three rows"),
+        ("K = [[1, 0, 0], [0, 'a', 0], [0, 0, 1]]\n" + PLACE, BadConfig, r"K\[1\]\[1\] is 'a'"),
+        (GOOD.replace("90.0", "true"), BadConfig, "fx is True; give a finite number"),
+        (GOOD.replace("90.0", "nan"), BadConfig, "fx is nan; give a finite number"),
+        (GOOD.replace("90.0", "1" + "0" * 400), BadConfig, "fx is 10+; give a finite number"),
+        (GOOD.replace("= 100", "= 100.5"), BadConfig, "are whole pixels"),
+        (GOOD + "frame_rate = 0\n", BadConfig, "frame_rate is 0; give frames a second"),
+        (GOOD.replace("90.0", "0"), BadCalibration, "K is singular"),
+        (GOOD.replace("1.65", "-1"), BadCalibration, "camera height -1 m"),
+        (GOOD.replace("= 40", "= 0"), BadCalibration, "give width and height in pixels"),
+        ("fx = \n", BadFile, r"not TOML: .*line 1"),
+    ],
+)
+def test_bad_camera_files_are_refused(
+    tmp_path: Path, text: str, error: type[Exception], message: str
+) -> None:
+    path = write(tmp_path / "camera.toml", text)
+    with pytest.raises(error, match=re.escape(str(path)) + ".*" + message) as caught:
+        read_camera(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_camera_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(DatasetNotFound, match=r"camera.toml: no camera file; write one with K ="):
+        read_camera(tmp_path / "camera.toml")

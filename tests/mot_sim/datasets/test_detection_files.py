@@ -1,0 +1,148 @@
+"""Strict reading of detected boxes: every bad input has its line and its cure."""
+
+import logging
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mot_sim.datasets.detection_files import DetectionFormat, read_detections
+from tests.mot_sim.datasets.conftest import write
+from tracker.errors import BadFile
+
+RRC = DetectionFormat(("frame", "x1", "y1", "x2", "y2", "score"), delimiter=",")
+SIZE = (100, 50)
+
+
+def test_boxes_come_by_frame_and_in_the_order_of_the_file(tmp_path: Path) -> None:
+    path = write(tmp_path / "d.txt", "2,1,2,3,4,.5\n0,5,6,7,8,-3.5\n2,9,10,11,12,.25\n")
+    log = read_detections(path, RRC, SIZE, 3)
+    assert log.frames.tolist() == [0, 2, 2]
+    assert log.at(0).boxes.tolist() == [[5, 6, 7, 8]]
+    assert log.at(0).scores.tolist() == [-3.5]
+    assert log.at(2).scores.tolist() == [0.5, 0.25]
+
+
+def test_an_empty_file_holds_no_detections(tmp_path: Path) -> None:
+    log = read_detections(write(tmp_path / "d.txt", ""), RRC, SIZE, 3)
+    assert log.at(1).boxes.shape == (0, 4)
+    assert log.frames.shape == (0,)
+
+
+def test_boxes_are_clipped_to_the_pixel_centres(tmp_path: Path) -> None:
+    log = read_detections(write(tmp_path / "d.txt", "0,-3,-4,120,60,1\n"), RRC, SIZE)
+    assert log.at(0).boxes.tolist() == [[0, 0, 99, 49]]
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        ("1,nan,2,3,4,.5", "x1 is not finite: x1 nan; leave the row out"),
+        ("1,1,2,inf,4,.5", "x2 is not finite: x2 inf"),
+        ("1,1,2,3,4,nan", "score is not finite: score nan"),
+        ("nan,1,2,3,4,1", "frame is not finite"),
+        ("1,3,2,1,4,.5", "inverted box: x1 3, y1 2, x2 1, y2 4; the second corner"),
+        ("1,1,4,3,2,.5", "inverted box: x1 1, y1 4, x2 3, y2 2"),
+        ("1,1,2,1,4,.5", "box without area: x1 1, y1 2, x2 1, y2 4; mend the file"),
+        ("1,1,4,3,4,.5", "box without area: x1 1, y1 4, x2 3, y2 4"),
+        ("1,120,2,130,4,.5", "box wholly outside the 100x50 image: x1 120, y1 2, x2 130, y2 4"),
+        ("1,-9,2,0,4,.5", "box wholly outside the 100x50 image: x1 -9"),
+        ("1,1,49,3,60,.5", "box wholly outside the 100x50 image: x1 1, y1 49"),
+        ("7,1,2,3,4,.5", "frame beyond the sequence: frame 7; the sequence has frames 0..4"),
+        ("-1,1,2,3,4,.5", "frame below 0: frame -1"),
+        ("0.5,1,2,3,4,.5", "frame is not a whole number: frame 0.5"),
+        ("1,1,2,3,4", "5 values where 6 belong"),
+        ("1,1,2,3,4,", "score is '', which is no number"),
+        ("1,a,2,3,4,1", "x1 is 'a', which is no number"),
+    ],
+)
+def test_bad_rows_are_refused_with_line_value_and_cure(
+    tmp_path: Path, row: str, message: str
+) -> None:
+    path = write(tmp_path / "d.txt", f"0,1,2,3,4,.5\n{row}\n")
+    with pytest.raises(BadFile, match=re.escape(f"{path}:2: {message}")) as caught:
+        read_detections(path, RRC, SIZE, 5)
+    assert "\n" not in str(caught.value)
+
+
+def test_boxes_that_cannot_overlap_anything_can_be_dropped_and_counted(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = write(tmp_path / "d.txt", "0,1,2,1,4,1\n0,120,2,130,4,1\n0,1,2,3,4,.5\n0,1,2,3,2,1\n")
+    with caplog.at_level(logging.WARNING):
+        log = read_detections(path, RRC, SIZE, 1, bad_boxes="drop")
+    assert log.detections.boxes.tolist() == [[1, 2, 3, 4]]
+    assert "2 boxes without area and 1 wholly outside the image are left out" in caplog.text
+
+
+def test_dropping_forgives_nothing_else(tmp_path: Path) -> None:
+    path = write(tmp_path / "d.txt", "0,3,2,1,4,1\n")
+    with pytest.raises(BadFile, match="inverted box"):
+        read_detections(path, RRC, SIZE, bad_boxes="drop")
+
+
+def test_a_format_can_drop_by_itself_and_the_caller_can_forbid_it(tmp_path: Path) -> None:
+    form = DetectionFormat(RRC.columns, delimiter=",", bad_boxes="drop")
+    path = write(tmp_path / "d.txt", "0,1,2,1,4,1\n")
+    assert len(read_detections(path, form, SIZE).frames) == 0
+    with pytest.raises(BadFile, match='read it with bad_boxes="drop"'):
+        read_detections(path, form, SIZE, bad_boxes="error")
+
+
+def test_sides_become_corners_and_further_values_are_ignored(tmp_path: Path) -> None:
+    form = DetectionFormat(
+        ("frame", "id", "left", "top", "width", "height", "score"),
+        delimiter=",",
+        first_frame=1,
+        open_ended=True,
+    )
+    path = write(tmp_path / "d.txt", "1,-1,10,20,5,6,.5,-1,-1,-1\n3,-1,10,20,5,6,.5,-1,-1,-1\n")
+    log = read_detections(path, form, SIZE, 3)
+    assert log.frames.tolist() == [0, 2]
+    assert log.at(0).boxes.tolist() == [[10, 20, 15, 26]]
+    for row, message in {
+        "1,-1,10,20,5,6,.5": ":2: 7 values where 10 belong",
+        "0,-1,10,20,5,6,.5,1,1,1": ":2: frame below 1",
+        "4,-1,10,20,5,6,.5,1,1,1": ":2: frame beyond the sequence: frame 4; .* frames 1..3",
+        "1,-1,10,20,-5,6,.5,1,1,1": ":2: inverted box: left 10, top 20, width 5|inverted box",
+    }.items():
+        write(path, f"1,-1,10,20,5,6,.5,-1,-1,-1\n{row}\n")
+        with pytest.raises(BadFile, match=message):
+            read_detections(path, form, SIZE, 3)
+
+
+def test_only_the_wanted_kind_is_kept_and_judged(tmp_path: Path) -> None:
+    form = DetectionFormat(("frame", "type", "x1", "y1", "x2", "y2"), kind="Car")
+    path = write(tmp_path / "d.txt", "0 Car 1 2 3 4\n0 Van 1 2 1 4\n")
+    log = read_detections(path, form, SIZE)
+    assert log.detections.boxes.tolist() == [[1, 2, 3, 4]]
+    assert log.detections.scores.tolist() == [1.0]
+    numbered = DetectionFormat(("frame", "type", "x1", "y1", "x2", "y2"), kind=2.0)
+    log = read_detections(write(path, "0 2 1 2 3 4\n0 1 5 6 7 8\n"), numbered, SIZE)
+    assert log.detections.boxes.tolist() == [[1, 2, 3, 4]]
+
+
+box_rows = st.lists(
+    st.tuples(
+        st.integers(0, 9), st.floats(0, 90), st.floats(0, 40), st.floats(0.5, 9), st.floats(0.5, 9),
+        st.floats(-10, 10),
+    ),
+    max_size=8,
+)  # fmt: skip
+
+
+@given(box_rows)
+def test_boxes_inside_the_image_are_read_as_written(
+    tmp_path_factory: pytest.TempPathFactory, rows: list[tuple[float, ...]]
+) -> None:
+    path = tmp_path_factory.mktemp("rows") / "d.txt"
+    corners = [(f, x, y, x + w, y + h, score) for f, x, y, w, h, score in rows]
+    path.write_text("".join(",".join(map(repr, row)) + "\n" for row in corners))
+    log = read_detections(path, RRC, SIZE, 10)
+    expected = np.array(sorted(corners, key=lambda row: row[0])).reshape(-1, 6)
+    np.testing.assert_array_equal(log.frames, expected[:, 0])
+    np.testing.assert_array_equal(log.detections.boxes, expected[:, 1:5])
+    np.testing.assert_array_equal(log.detections.scores, expected[:, 5])

@@ -1,0 +1,40 @@
+"""Text files that appear whole or not at all."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from mot_sim.datasets.writing import write_lines
+from tracker.errors import BadOutput
+
+
+def test_parents_are_made_and_nothing_else_stays(tmp_path: Path) -> None:
+    path = tmp_path / "a" / "b.txt"
+    write_lines(path, ["one", "two"])
+    assert path.read_bytes() == b"one\ntwo\n"
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_crash_while_writing_leaves_the_old_file(tmp_path: Path) -> None:
+    path = tmp_path / "b.txt"
+    write_lines(path, ["old"])
+
+    def lines() -> Iterator[str]:
+        yield "new"
+        raise RuntimeError("killed")
+
+    with pytest.raises(RuntimeError):
+        write_lines(path, lines())
+    assert path.read_text() == "old\n"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_place_that_cannot_be_written_to_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BadOutput, match=r"file/b.txt: cannot be written: "):
+        write_lines(tmp_path / "file" / "b.txt", ["x"])
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(BadOutput, match=r"folder: cannot be written: "):
+        write_lines(tmp_path / "folder", ["x"])
+    assert [path.name for path in tmp_path.iterdir() if "half" in path.name] == []
