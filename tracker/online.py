@@ -63,10 +63,10 @@ class Tracker:
             ((1.0, ImageOverlap(0.1)),) if costs is None else costs,
             lift=Lift(use_box_height=True),
             dynamics=ConstantVelocity(),
-            suppress=Suppression(min_score=0.2, max_iou=0.5),
+            suppress=Suppression(min_score=0.3, max_iou=0.5),
             associate=Hungarian(max_cost=0.7),
-            lifecycle=Lifecycle(birth_score=0.4, max_gap=2.0),
-            strong_score=0.4,
+            lifecycle=Lifecycle(birth_score=0.8, max_gap=3.0),
+            strong_score=0.8,
         )
 
     def step(self, frame: Frame) -> Tracks:

@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float, Shaped
 from numpy import ndarray as Array
 
 from mot_sim.datasets.recorded import DetectionLog
+from mot_sim.datasets.score_maps import ScoreMap
 from mot_sim.datasets.text import Table, read_table
 from tracker.types import Detections
 
@@ -32,6 +33,7 @@ class DetectionFormat:
     first_frame: the number of frame 0. kind: only rows whose `type` is this are kept; words and
     numbers both do. bad_boxes: what happens to boxes without area or wholly outside the image.
     open_ended: rows may hold more values than there are columns, all rows equally many.
+    score_map: from the file's scores to probabilities; None: they are taken as they stand.
     """
 
     columns: tuple[str, ...]
@@ -40,6 +42,7 @@ class DetectionFormat:
     kind: str | float | None = None
     bad_boxes: BadBoxes = "error"
     open_ended: bool = False
+    score_map: ScoreMap | None = None
 
     def names(self, fields: Sequence[str]) -> Sequence[str]:
         """The names of the columns of rows with as many values as the given one."""
@@ -102,7 +105,7 @@ def check_detections(
     flat = (sides == 0.0).any(axis=1)
     outside = ~flat & (clipped[:, 2:] <= clipped[:, :2]).any(axis=1)
     if bad_boxes == "error":
-        cure = 'mend the file, or read it with bad_boxes="drop"'
+        cure = 'mend the file, or leave such boxes out: --drop-bad-boxes, bad_boxes="drop"'
         width, height = image_size
         table.reject(keep & flat, "box without area", box_columns, cure)
         table.reject(
@@ -114,6 +117,13 @@ def check_detections(
             table.path, (keep & flat).sum(), (keep & outside).sum(),
         )  # fmt: skip
     keep &= ~(flat | outside)
+    if form.score_map is not None:
+        scores = form.score_map(scores)
+    elif ((scores < 0.0) | (scores > 1.0)).any():
+        log.warning(
+            "%s: scores from %g to %g are no probabilities, which the trackers' thresholds take "
+            "them for; name a score map", table.path, scores.min(), scores.max(),
+        )  # fmt: skip
     return DetectionLog.of(frames[keep], Detections(clipped[keep], scores[keep]))
 
 

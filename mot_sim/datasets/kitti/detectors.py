@@ -1,8 +1,13 @@
 """The detectors whose files a KITTI tree may hold, and the formats of those files."""
 
+from dataclasses import replace
+
 from mot_sim.datasets.detection_files import DetectionFormat
+from mot_sim.datasets.score_maps import ScoreMap
 
 CORNERS = DetectionFormat(("frame", "x1", "y1", "x2", "y2", "score"), delimiter=",")
+RRC = replace(CORNERS, score_map=ScoreMap(0.22, 0.134))
+PERMATRACK = replace(CORNERS, score_map=ScoreMap(0.54, 0.073))
 KITTI_ROWS = DetectionFormat(
     (
         "frame", "id", "type", "truncated", "occluded", "alpha", "x1", "y1", "x2", "y2",
@@ -12,8 +17,8 @@ KITTI_ROWS = DetectionFormat(
 )  # fmt: skip
 
 DETECTORS: dict[str, DetectionFormat] = {
-    "rrc": CORNERS,
-    "permatrack": CORNERS,
+    "rrc": RRC,
+    "permatrack": PERMATRACK,
     "degraded": CORNERS,
     # Its published files hold five boxes without area; type 2 is Car.
     "pointrcnn": DetectionFormat(
@@ -24,6 +29,7 @@ DETECTORS: dict[str, DetectionFormat] = {
         delimiter=",",
         kind=2.0,
         bad_boxes="drop",
+        score_map=ScoreMap(2.43, 1.24),
     ),
     "regionlets": KITTI_ROWS,
     "kitti": KITTI_ROWS,

@@ -1,0 +1,1 @@
+"""Our scores against TrackEval's: the same numbers, in less time."""

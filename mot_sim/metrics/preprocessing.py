@@ -1,0 +1,105 @@
+"""What KITTI counts, and what it neither rewards nor punishes: neutral labels, ignored boxes.
+
+The rules are those of KITTI's 2D tracking benchmark for the class Car (Geiger et al., CVPR
+2012), as TrackEval 1.3.0 (Luiten et al., IJCV 2021) applies them; label height plays no part.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Int
+from numpy import ndarray as Array
+
+from mot_sim.metrics.matching import match
+from mot_sim.metrics.overlaps import EPSILON, Overlaps, bare_rows, same_frame_pairs
+from tracker.geometry.overlap import box_area, box_intersection
+from tracker.types import Tracks
+
+MIN_OVERLAP = 0.5  # intersection over union of a match
+MAX_OCCLUSION = 2  # KITTI's levels: 0 visible, 1 partly, 2 largely occluded, 3 unknown
+MAX_TRUNCATION = 0
+MIN_HEIGHT = 25.0  # pixels; an unmatched box this high or lower is ignored
+MAX_DONT_CARE = 0.5  # part of an unmatched box inside one DontCare region
+
+
+@dataclass(frozen=True, eq=False)
+class Contest:
+    """All that takes part in scoring one sequence: cars and vans against the output.
+
+    neutral: labels that need not be found, but may be (vans, strongly occluded, truncated).
+    dont_care: regions that are not labelled.
+    """
+
+    overlaps: Overlaps
+    neutral: Bool[Array, " n"]
+    dont_care: Tracks
+
+
+def prepare(truth: Tracks, output: Tracks, frame_count: int) -> Contest:
+    """The rows that take part, checked, with all their overlaps.
+
+    Of the truth: Car and Van; without a column `kinds` all are cars; without `truncation` or
+    `occlusion` nothing is truncated or occluded. Of the output: all but other kinds than Car.
+    Rows with a negative id name no object and are left out, as in both reference evaluators.
+    Raises BadTracks: see `bare_rows`.
+    """
+    is_car, is_van = kind_is(truth, "Car", True), kind_is(truth, "Van", False)
+    labels = (is_car | is_van) & (truth.ids >= 0)
+    cars = kind_is(output, "Car", True) & (output.ids >= 0)
+    neutral = is_van
+    if truth.occlusion is not None:
+        neutral = neutral | (truth.occlusion > MAX_OCCLUSION)
+    if truth.truncation is not None:
+        neutral = neutral | (truth.truncation > MAX_TRUNCATION)
+    in_order = np.argsort(truth.frames[labels], kind="stable")
+    return Contest(
+        Overlaps.between(
+            bare_rows(truth, labels, frame_count, "truth"),
+            bare_rows(output, cars, frame_count, "output"),
+        ),
+        neutral[labels][in_order],
+        bare_rows(truth, kind_is(truth, "DontCare", False), frame_count, "DontCare"),
+    )
+
+
+def kind_is(tracks: Tracks, kind: str, without_kinds: bool) -> Bool[Array, " n"]:
+    """Where rows are of a kind; `without_kinds` everywhere when there is no such column."""
+    if tracks.kinds is None:
+        return np.full(len(tracks), without_kinds)
+    return np.asarray(tracks.kinds == kind, dtype=bool).reshape(len(tracks))
+
+
+def ignored_if_unmatched(contest: Contest, slack: float) -> Bool[Array, " m"]:
+    """Output boxes that are no false positives when nothing matches them.
+
+    They are too low, or lie in a DontCare region by more than the allowed part plus `slack`.
+    """
+    boxes = contest.overlaps.output.boxes
+    ignored = boxes[:, 3] - boxes[:, 1] <= MIN_HEIGHT
+    rows, regions = same_frame_pairs(contest.overlaps.output.frames, contest.dont_care.frames)
+    shared = box_intersection(boxes[rows], contest.dont_care.boxes[regions])
+    area = box_area(boxes[rows])
+    covered = (area > EPSILON) & (shared > 0.0)
+    inside = shared[covered] / area[covered] > MAX_DONT_CARE + slack
+    ignored[rows[covered][inside]] = True
+    return ignored
+
+
+def counted(contest: Contest) -> Overlaps:
+    """What TrackEval scores: neutral labels, what matches them and what is ignored are gone.
+
+    Labels and output are matched first (most overlap, at least MIN_OVERLAP a pair). Output that
+    matches a neutral label leaves with it; unmatched output may be ignored.
+    """
+    overlaps = contest.overlaps
+    matched = match_cars(overlaps)
+    columns = overlaps.columns[matched]
+    leaves = ignored_if_unmatched(contest, EPSILON)
+    leaves[columns] = contest.neutral[overlaps.rows[matched]]
+    return overlaps.keep(~contest.neutral, ~leaves)
+
+
+def match_cars(overlaps: Overlaps) -> Int[Array, " j"]:
+    """The pairs of the matching with the most overlap, at least MIN_OVERLAP each."""
+    near = np.flatnonzero(overlaps.iou >= MIN_OVERLAP - EPSILON)
+    return match(overlaps, near, overlaps.iou[near])
