@@ -3,6 +3,7 @@
 Sharma et al., ICRA 2018: `Lift` is phi(pi_G^-1(.), s) of eqs. 2-4, `transport` is g(xi, .).
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,10 @@ NEAR = 1.0
 FAR = 150.0
 # A box whose lower edge is this near to the image's (pixels) is cut by it: no road contact.
 BORDER = 2.0
+# A box grows at most five times as the camera passes the car.
+MIN_SCALE = 0.2
+# Boxes times this are the pixels of their bottom centres.
+BOTTOM_CENTRE = np.array([[0.5, 0.0], [0.0, 0.0], [0.5, 0.0], [0.0, 1.0]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,12 +54,17 @@ class Beliefs(Rows):
         in the car's own axes, so that the region stays a cuboid.
         """
         c, s = np.cos(self.cuboids.yaw), np.sin(self.cuboids.yaw)
-        xx, xz, zz = self.cov[:, 0, 0], self.cov[:, 0, 1], self.cov[:, 1, 1]
-        cross = 2.0 * c * s * xz
+        axes = np.empty((len(c), 2, 2))  # rows: forward and left of the car, on road x and z
+        axes[:, 0, 0] = axes[:, 1, 1] = c
+        axes[:, 0, 1] = -s
+        axes[:, 1, 0] = s
+        var = (axes @ self.cov[:, :2, :2] * axes).sum(axis=2)
         size = self.cuboids.size.copy()
-        size[:, 0] += 2.0 * sigmas * np.sqrt(c * c * xx - cross + s * s * zz)
-        size[:, 2] += 2.0 * sigmas * np.sqrt(s * s * xx + cross + c * c * zz)
+        size[:, ::2] += 2.0 * sigmas * np.sqrt(var)
         return Cuboids(self.cuboids.base, self.cuboids.yaw, size)
+
+
+NOTHING = Beliefs.empty()
 
 
 @dataclass(frozen=True)
@@ -92,46 +102,47 @@ class Lift:
         """
         boxes, n = detections.boxes, len(detections)
         if n == 0:
-            return Beliefs.empty()
+            return NOTHING
         yaw = np.full(n, self.yaw) if detections.yaw is None else detections.yaw
-        size = np.tile(self.car_size, (n, 1)) if detections.size is None else detections.size
-        rays = camera.rays(np.column_stack((0.5 * (boxes[:, 0] + boxes[:, 2]), boxes[:, 3])))
+        size = detections.size
+        if size is None:
+            size = np.empty((n, 3))
+            size[:] = self.car_size
+        rays = camera.rays_road(boxes @ BOTTOM_CENTRE)
         heights = np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
-        sigma = self.edge_std * heights * (2.0 - np.clip(detections.scores, 0.0, 1.0))
+        doubt = self.edge_std * (2.0 - np.minimum(np.maximum(detections.scores, 0.0), 1.0))
 
-        rays_road = rays @ camera.T_road_cam[:3, :3].T
-        near, cov = self._road_contact(rays, sigma, camera)
+        near, cov = self._road_contact(rays, doubt * heights, camera)
         near_by_height = camera.K[1, 1] * size[:, 1] / heights
         cut = boxes[:, 3] >= camera.image_size[1] - 1.0 - BORDER
         lost = cut | ~(near < FAR)
         if lost.any():
-            _place_by_height(near, cov, near_by_height, lost, rays_road)
+            _place_by_height(near, cov, near_by_height, lost, rays)
         if self.use_box_height:
-            spread = np.hypot(1.4 * sigma / heights, self.car_size_std)
-            var = np.where(cut, np.inf, np.square(near_by_height * spread))
+            var = near_by_height**2 * (2.0 * doubt**2 + self.car_size_std**2)  # two edges
+            var[cut] = np.inf
             gain = cov[:, 1] / (cov[:, 1, 1] + var)[:, None]
             near = near + gain[:, 1] * (near_by_height - near)
             cov = cov - gain[:, :, None] * cov[:, None, 1]
         behind = 0.5 * (size[:, 0] * np.abs(np.sin(yaw)) + size[:, 2] * np.abs(np.cos(yaw)))
-        base = rays_road * near[:, None] + camera.T_road_cam[:3, 3]
-        base[:, ::2] += rays_road[:, ::2] * behind[:, None]
+        base = rays * near[:, None]
+        base[:, 1] -= camera.height
+        base[:, ::2] += rays[:, ::2] * behind[:, None]
         state_cov = np.zeros((n, 4, 4))
         state_cov[:, :2, :2] = cov
-        state_cov[:, 2, 2], state_cov[:, 3, 3] = np.square(self.speed_std)
+        state_cov[:, 2, 2], state_cov[:, 3, 3] = self.speed_std[0] ** 2, self.speed_std[1] ** 2
         return Beliefs(Cuboids(base, yaw, size), np.zeros((n, 2)), state_cov, boxes)
 
     def _road_contact(
         self, rays: Float[Array, "n 3"], sigma: Float[Array, " n"], camera: Camera
     ) -> tuple[Float[Array, " n"], Float[Array, "n 2 2"]]:
-        """Depth of the contacts (NaN: none) and their covariance on the road's x and z, eq. 2."""
-        normal, height = camera.road_normal, camera.height
-        jacobian = road_contact_jacobian(rays, camera.K_inverse, normal, height)
-        on_road = camera.T_road_cam[:3:2, :3] @ jacobian
-        var = np.empty((len(rays), 1, 4))
-        var[:, 0, :2] = np.square(sigma)[:, None]
-        var[:, 0, 2:] = self.height_std**2, self.pitch_std**2
-        cov = (on_road * var) @ on_road.transpose(0, 2, 1)
-        return road_contact(rays, normal, height)[:, 2], cov
+        """Reach along the rays (NaN: none) and covariance on the road's x and z, eq. 2."""
+        contact = road_contact(rays, camera.height)
+        deviation = road_contact_jacobian(rays, camera.A_road_pixel[:, :2], camera.height)
+        deviation[:, :, :2] *= sigma[:, None, None]
+        deviation[:, :, 2] *= self.height_std
+        deviation[:, :, 3] *= self.pitch_std
+        return contact[:, 1] / rays[:, 1], deviation @ deviation.transpose(0, 2, 1)
 
 
 def _place_by_height(
@@ -139,12 +150,11 @@ def _place_by_height(
     cov: Float[Array, "n 2 2"],
     near_by_height: Float[Array, " n"],
     lost: Bool[Array, " n"],
-    rays_road: Float[Array, "n 3"],
+    rays: Float[Array, "n 3"],
 ) -> None:
-    """Overwrite, in the `lost` rows, depth and covariance by what the box's height tells."""
-    depth = np.fmin(near[lost], near_by_height[lost])
-    near[lost] = np.clip(depth, NEAR, FAR)
-    along = rays_road[lost][:, ::2] * (0.5 * near[lost])[:, None]
+    """Overwrite, in the `lost` rows, reach and covariance by what the box's height tells."""
+    near[lost] = np.clip(np.fmin(near[lost], near_by_height[lost]), NEAR, FAR)
+    along = rays[lost, ::2] * (0.5 * near[lost])[:, None]
     cov[lost] = along[:, :, None] * along[:, None, :] + np.eye(2)
 
 
@@ -161,31 +171,24 @@ def transport(
     The expected boxes are the seen ones, carried by the parallax of the car's near half: exact
     for a turning camera, to first order for a moving one.
     """
-    if len(beliefs) == 0:
+    n = len(beliefs)
+    if n == 0:
         return beliefs
     base = beliefs.cuboids.base
     if moved is not None:
         base = base.copy()
         base[:, ::2] += moved
     T_road = camera.T_road_cam @ T_now_before @ camera.T_cam_road
-    turn = np.arctan2(T_road[0, 2] - T_road[2, 0], T_road[0, 0] + T_road[2, 2])
+    turn = math.atan2(T_road[0, 2] - T_road[2, 0], T_road[0, 0] + T_road[2, 2])
     base_now = base @ T_road[:3, :3].T + T_road[:3, 3]
     cuboids = Cuboids(base_now, beliefs.cuboids.yaw + turn, beliefs.cuboids.size)
 
-    # A shift rho and a turn phi of the camera move the point X by rho + phi x X.
-    points_cam = base_now @ camera.T_cam_road[:3, :3].T + camera.T_cam_road[:3, 3]
-    x, y, z = points_cam.T
-    jacobian = np.zeros((len(base), 3, 6))
-    jacobian[:, (0, 1, 2), (0, 1, 2)] = 1.0
-    jacobian[:, 0, 4], jacobian[:, 0, 5] = z, -y
-    jacobian[:, 1, 5], jacobian[:, 1, 3] = x, -z
-    jacobian[:, 2, 3], jacobian[:, 2, 4] = y, -x
-    on_road = camera.T_road_cam[:3:2, :3] @ jacobian
     R = T_road[:3:2, :3:2]
     R_state = np.zeros((4, 4))
     R_state[:2, :2] = R_state[2:, 2:] = R
     cov = R_state @ beliefs.cov @ R_state.T
-    cov[:, :2, :2] += on_road @ motion_cov @ on_road.transpose(0, 2, 1)
+    shift = (base_now @ camera.road_shift[:3] + camera.road_shift[3]).reshape(n, 2, 6)
+    cov[:, :2, :2] += shift @ motion_cov @ shift.transpose(0, 2, 1)
     boxes = _carry_boxes(beliefs, camera, T_now_before, moved)
     return Beliefs(cuboids, beliefs.velocity @ R.T, cov, boxes)
 
@@ -201,10 +204,11 @@ def _carry_boxes(
     depth = cuboids.base @ camera.T_cam_road[2, :3] + camera.T_cam_road[2, 3]
     depth = np.maximum(depth - 0.25 * cuboids.size[:, 0], NEAR)
     R, t = T_now_before[:3, :3], T_now_before[:3, 3]
-    corners = camera.rays(beliefs.boxes.reshape(-1, 2, 2)) @ (camera.K @ R).T
+    K_R = camera.K @ R
+    H = K_R @ camera.K_inverse  # carries pixels at infinity
     shift = camera.K @ t
     if moved is not None:
-        shift = shift + moved @ (camera.K @ R @ camera.T_cam_road[:3, :3:2]).T
+        shift = shift + moved @ (K_R @ camera.T_cam_road[:3, :3:2]).T
+    corners = beliefs.boxes.reshape(-1, 2, 2) @ H[:, :2].T + H[:, 2]
     corners += (shift / depth[:, None])[:, None]
-    corners[:, :, 2] = np.maximum(corners[:, :, 2], 0.2)
-    return (corners[:, :, :2] / corners[:, :, 2:]).reshape(-1, 4)
+    return (corners[:, :, :2] / np.maximum(corners[:, :, 2:], MIN_SCALE)).reshape(-1, 4)

@@ -1,6 +1,7 @@
 """How an unseen car moves: not at all (the paper), or with constant velocity (a Kalman filter)."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -59,23 +60,38 @@ class ConstantVelocity:
 
     def predict(self, beliefs: Beliefs, dt: float) -> tuple[Beliefs, Float[Array, "n 2"] | None]:
         """F x and F P F' + Q; the shift of the position is returned apart."""
-        F = np.eye(4)
-        F[0, 2] = F[1, 3] = dt
-        Q = Q_discrete_white_noise(
-            2, dt, self.acceleration_std**2, block_size=2, order_by_dim=False
-        )
-        return replace(beliefs, cov=F @ beliefs.cov @ F.T + Q), beliefs.velocity * dt
+        F, Q = _motion_model(round(dt, 6), self.acceleration_std)
+        cov = F @ beliefs.cov @ F.T + Q
+        return Beliefs(beliefs.cuboids, beliefs.velocity, cov, beliefs.boxes), beliefs.velocity * dt
 
     def update(self, expected: Beliefs, observed: Beliefs) -> Beliefs:
-        """The Kalman update by the observed position; the box is the observed one."""
+        """The Kalman update by the observed position; the box is the observed one.
+
+        The height above the road plane, which no filter follows, is the observed one too.
+        """
         cov = expected.cov
-        R = observed.cov[:, :2, :2]
-        gain = cov[:, :, :2] @ np.linalg.inv(cov[:, :2, :2] + R)
+        gain = cov[:, :, :2] @ inverse_2x2(cov[:, :2, :2] + observed.cov[:, :2, :2])
         off = observed.cuboids.base[:, ::2] - expected.cuboids.base[:, ::2]
         step = (gain @ off[:, :, None])[:, :, 0]
-        base = expected.cuboids.base.copy()
-        base[:, ::2] += step[:, :2]
-        base[:, 1] = observed.cuboids.base[:, 1]
+        base = observed.cuboids.base.copy()
+        base[:, ::2] = expected.cuboids.base[:, ::2] + step[:, :2]
         cuboids = Cuboids(base, observed.cuboids.yaw, observed.cuboids.size)
-        kept = np.eye(4) - np.concatenate((gain, np.zeros_like(gain)), axis=2)
-        return Beliefs(cuboids, expected.velocity + step[:, 2:], kept @ cov, observed.boxes)
+        cov = cov - gain @ cov[:, :2]
+        return Beliefs(cuboids, expected.velocity + step[:, 2:], cov, observed.boxes)
+
+
+@lru_cache(maxsize=64)
+def _motion_model(dt: float, acceleration_std: float) -> tuple[Array, Array]:
+    """F and Q of (x, z, velocity x, velocity z); dt to the microsecond."""
+    F = np.eye(4)
+    F[0, 2] = F[1, 3] = dt
+    var = acceleration_std**2
+    return F, Q_discrete_white_noise(2, dt, var, block_size=2, order_by_dim=False)
+
+
+def inverse_2x2(matrices: Float[Array, "n 2 2"]) -> Float[Array, "n 2 2"]:
+    """The inverses, in closed form: for a few matrices ten times faster than LAPACK's."""
+    a, b, c, d = matrices[:, 0, 0], matrices[:, 0, 1], matrices[:, 1, 0], matrices[:, 1, 1]
+    inverse = np.empty_like(matrices)
+    inverse[:, 0, 0], inverse[:, 0, 1], inverse[:, 1, 0], inverse[:, 1, 1] = d, -b, -c, a
+    return inverse / (a * d - b * c)[:, None, None]

@@ -29,6 +29,9 @@ class Population(Rows):
         return cls(np.zeros(0, np.int64), Beliefs.empty(), np.zeros(0), np.zeros(0, np.int64))
 
 
+NOBODY = Population.empty()
+
+
 @dataclass(frozen=True)
 class Lifecycle:
     """When tracks begin and end.
@@ -41,9 +44,34 @@ class Lifecycle:
     birth_score: float = 0.0
     max_gap: float = 0.0
 
-    def survives(self, unseen: Population, camera: Camera) -> Bool[Array, " n"]:
-        """Which of the tracks that were not seen in this frame live on."""
-        return (unseen.unseen <= self.max_gap) & in_view(unseen.beliefs, camera)
+    def seen(
+        self,
+        expected: Population,
+        rows: Int[Array, " k"],
+        updated: Beliefs,
+        observed: Beliefs,
+        born: Int[Array, " b"],
+        next_id: int,
+    ) -> Population:
+        """Those seen in this frame: the matched rows with their updated beliefs, then the born."""
+        count = len(rows) + len(born)
+        ids = np.empty(count, np.int64)
+        sightings = np.ones(count, np.int64)
+        ids[: len(rows)] = expected.ids[rows]
+        sightings[: len(rows)] += expected.sightings[rows]
+        if len(born):
+            ids[len(rows) :] = next_id + np.arange(len(born))
+            updated = Beliefs.concatenate((updated, observed.select(born)))
+        return Population(ids, updated, np.zeros(count), sightings)
+
+    def unseen(self, expected: Population, lost: Int[Array, " l"], camera: Camera) -> Population:
+        """Those of the lost rows that live on."""
+        if len(lost) == 0:
+            return NOBODY
+        remembered = lost[expected.unseen[lost] <= self.max_gap]
+        coasting = expected.select(remembered)
+        inside = in_view(coasting.beliefs, camera)
+        return coasting if inside.all() else coasting.select(inside)
 
 
 def in_view(beliefs: Beliefs, camera: Camera) -> Bool[Array, " n"]:

@@ -22,15 +22,13 @@ class Suppression:
     def __call__(self, detections: Detections, camera: Camera) -> Detections:
         """What is left, in the given order."""
         boxes, scores = detections.boxes, detections.scores
-        width, height = camera.image_size
-        far_corner = np.minimum(boxes[:, 2:], (width - 1.0, height - 1.0))
-        visible = (far_corner > np.maximum(boxes[:, :2], 0.0)).all(axis=1)
-        kept = visible & (scores >= self.min_score)
-        if np.count_nonzero(kept) > 1:
-            iou = box_iou(boxes[:, None], boxes[None])
-            np.fill_diagonal(iou, 0.0)
-            if (iou > self.max_iou).any():
+        inside = camera.clip_boxes(boxes)
+        kept = (inside[:, 2:] > inside[:, :2]).all(axis=1) & (scores >= self.min_score)
+        if len(boxes) > 1:
+            close = box_iou(boxes[:, None], boxes[None]) > self.max_iou
+            if np.count_nonzero(close) > len(boxes):  # more than each box with itself
+                np.fill_diagonal(close, val=False)
                 for row in np.argsort(-scores, kind="stable"):
                     if kept[row]:
-                        kept &= iou[row] <= self.max_iou
+                        kept &= ~close[row]
         return detections if kept.all() else detections.select(kept)

@@ -23,6 +23,6 @@ class Hungarian:
         """The optimal match."""
         gain = np.minimum(costs - self.max_cost, 0.0)
         rows, columns = linear_sum_assignment(gain)
+        pairs = np.array((rows, columns)).T
         made = gain[rows, columns] < 0.0
-        pairs = np.stack((rows[made], columns[made]), axis=1)
-        return Match.of(pairs, *costs.shape)
+        return Match.of(pairs if made.all() else pairs[made], *costs.shape)

@@ -19,10 +19,16 @@ class Match:
     @classmethod
     def of(cls, pairs: Int[Array, "k 2"], rows: int, columns: int) -> "Match":
         """The match of these pairs among so many rows and columns."""
-        unmatched_rows, unmatched_columns = np.ones(rows, bool), np.ones(columns, bool)
-        unmatched_rows[pairs[:, 0]] = False
-        unmatched_columns[pairs[:, 1]] = False
-        return cls(pairs, np.flatnonzero(unmatched_rows), np.flatnonzero(unmatched_columns))
+        return cls(pairs, _others(pairs[:, 0], rows), _others(pairs[:, 1], columns))
+
+
+def _others(taken: Int[Array, " k"], count: int) -> Int[Array, " l"]:
+    """The numbers below `count` that are not among the taken ones."""
+    if len(taken) == count:
+        return np.zeros(0, np.int64)
+    left = np.ones(count, bool)
+    left[taken] = False
+    return left.nonzero()[0]
 
 
 @runtime_checkable

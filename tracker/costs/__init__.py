@@ -1,7 +1,7 @@
 """Pairwise costs: small = same object. One file a cost; `COSTS` is their register."""
 
 from collections.abc import Callable
-from typing import Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -32,24 +32,31 @@ COSTS: dict[str, Callable[[], Cost]] = {
 WeightedCosts = tuple[tuple[float, Cost], ...]
 
 
-def weighted_sum(
-    pairing: Pairing, costs: WeightedCosts
-) -> tuple[Float[Array, " k"], tuple[Float[Array, " k"], ...]]:
-    """The weighted mean of the costs a pair, and each cost by itself.
+class Sum(NamedTuple):
+    """total: the weighted mean of the costs, a pair. parts: each cost. unmeasured: NaN in them."""
+
+    total: Float[Array, " k"]
+    parts: tuple[Float[Array, " k"], ...]
+    unmeasured: int
+
+
+def weighted_sum(pairing: Pairing, costs: WeightedCosts) -> Sum:
+    """The overall pairwise cost of the paper, divided by the sum of the weights.
 
     A NaN takes that cost out of its pair and the other weights renormalise; a pair without any
     cost is impossible (inf).
     """
     parts = tuple(cost(pairing) for _, cost in costs)
-    if len(parts) == 1:
-        return np.where(np.isnan(parts[0]), np.inf, parts[0]), parts
-    total = np.zeros(len(pairing.pairs[0]))
-    weight = np.zeros(len(total))
-    for (share, _), part in zip(costs, parts, strict=True):
-        measured = ~np.isnan(part)
-        total += np.where(measured, share * part, 0.0)
-        weight += share * measured
-    return np.divide(total, weight, out=np.full(len(total), np.inf), where=weight > 0.0), parts
+    values = np.array(parts)
+    weights = np.array([[weight] for weight, _ in costs])
+    measured = ~np.isnan(values)
+    if measured.all():
+        return Sum((weights * values).sum(axis=0) / weights.sum(), parts, 0)
+    shares = weights * measured
+    share = shares.sum(axis=0)
+    total = np.full(len(share), np.inf)
+    np.divide((shares * np.where(measured, values, 0.0)).sum(axis=0), share, total, where=share > 0)
+    return Sum(total, parts, int(measured.size - np.count_nonzero(measured)))
 
 
 __all__ = [
@@ -58,6 +65,7 @@ __all__ = [
     "ImageOverlap",
     "Pairing",
     "Reprojection",
+    "Sum",
     "Volume",
     "WeightedCosts",
     "weighted_sum",

@@ -1,6 +1,7 @@
 """2D-2D: the overlap of the expected box with the new one."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from jaxtyping import Float
@@ -31,5 +32,10 @@ class ImageOverlap:
 
 def widened(boxes: Float[Array, "n 4"], fraction: float) -> Float[Array, "n 4"]:
     """The boxes with every side moved outwards by a fraction of the box's width or height."""
-    margin = fraction * (boxes[:, 2:] - boxes[:, :2])
-    return np.concatenate((boxes[:, :2] - margin, boxes[:, 2:] + margin), axis=1)
+    return boxes @ _widening(fraction) if fraction else boxes
+
+
+@cache
+def _widening(fraction: float) -> Float[Array, "4 4"]:
+    """x_min - f (x_max - x_min), and so on, as a matrix."""
+    return np.eye(4) * (1.0 + 2.0 * fraction) - fraction * np.tile(np.eye(2), (2, 2))

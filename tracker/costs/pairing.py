@@ -44,7 +44,7 @@ class Pairing:
     @cached_property
     def boxes_in_image(self) -> Float[Array, "m 4"]:
         """The new boxes, clipped to the image."""
-        return clip_boxes(self.observed.boxes, self.camera)
+        return self.camera.clip_boxes(self.observed.boxes)
 
     @cached_property
     def pairs(self) -> tuple[Int[Array, " k"], Int[Array, " k"]]:
@@ -55,15 +55,22 @@ class Pairing:
         return rows, columns
 
     @property
+    def image_distance(self) -> Float[Array, " k"]:
+        """How far the new boxes' centres are from the expected ones: d / (d + diagonal), in [0, 1).
+
+        It decides ties: a box inside the search area costs 0 in eqs. 3-4.
+        """
+        rows, columns = self.pairs
+        expected, observed = self.expected.boxes[rows], self.observed.boxes[columns]
+        off = 0.5 * (expected[:, :2] + expected[:, 2:] - observed[:, :2] - observed[:, 2:])
+        sides = observed[:, 2:] - observed[:, :2]
+        distance = np.hypot(off[:, 0], off[:, 1])
+        return distance / (distance + np.hypot(sides[:, 0], sides[:, 1]))
+
+    @property
     def shape(self) -> tuple[int, int]:
         """The number of expected and of observed objects."""
         return len(self.expected), len(self.observed)
-
-
-def clip_boxes(boxes: Float[Array, "n 4"], camera: Camera) -> Float[Array, "n 4"]:
-    """The parts of boxes inside the image; without area where there is none."""
-    width, height = camera.image_size
-    return boxes.clip(0.0, (width - 1.0, height - 1.0, width - 1.0, height - 1.0))
 
 
 def project_cuboids(cuboids: Cuboids, camera: Camera) -> Float[Array, "n 4"]:
@@ -73,10 +80,11 @@ def project_cuboids(cuboids: Cuboids, camera: Camera) -> Float[Array, "n 4"]:
     that passes the camera reaches the image's border; one wholly behind it gets a box without
     area.
     """
-    P = camera.K @ camera.T_cam_road[:3]
-    corners = cuboids.corners() @ P[:, :3].T + P[:, 3]
-    depth = np.maximum(corners[..., 2], 0.25 * NEAR)
-    pixels = corners[..., :2] / depth[..., None]
-    boxes = clip_boxes(np.concatenate((pixels.min(axis=1), pixels.max(axis=1)), axis=1), camera)
-    boxes[corners[..., 2].max(axis=1) < NEAR] = 0.0
+    corners = cuboids.corners() @ camera.P_road[:, :3].T + camera.P_road[:, 3]
+    depth = corners[:, :, 2:]
+    pixels = corners[:, :, :2] / np.maximum(depth, 0.25 * NEAR)
+    boxes = camera.clip_boxes(np.concatenate((pixels.min(axis=1), pixels.max(axis=1)), axis=1))
+    behind = depth[:, :, 0].max(axis=1) < NEAR
+    if behind.any():
+        boxes[behind] = 0.0
     return boxes

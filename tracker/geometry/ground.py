@@ -1,7 +1,8 @@
 """Back-projection through the road plane: eq. 2 of Sharma et al., ICRA 2018.
 
-Rays are K^-1 x, with depth 1 (`Camera.rays`); the road is `normal . X = height` in the camera's
-frame. Rays at or above the horizon never meet the road and give NaN.
+Eq. 2 is written in the road's own axes (x right, y down along the normal n, z forward, turned
+to the camera's place): with rays r = R_road_cam K^-1 x, n . K^-1 x is just r_y. Rays at or above
+the horizon (r_y <= 0) never meet the road and give NaN.
 """
 
 import numpy as np
@@ -13,35 +14,27 @@ from numpy import ndarray as Array
 MIN_DIP = 1.5e-3
 
 
-def road_contact(
-    rays: Float[Array, "n 3"], normal: Float[Array, "3"], height: float
-) -> Float[Array, "n 3"]:
-    """Where rays meet the road, in camera coordinates: X = h r / (n . r), eq. 2."""
-    dip = rays @ normal
+def road_contact(rays: Float[Array, "n 3"], height: float) -> Float[Array, "n 3"]:
+    """Where rays from the camera meet the road, seen from the camera: X = h r / (n . r), eq. 2."""
+    dip = rays[:, 1]
     return rays * (height / np.where(dip > MIN_DIP, dip, np.nan))[:, None]
 
 
 def road_contact_jacobian(
-    rays: Float[Array, "n 3"],
-    K_inverse: Float[Array, "3 3"],
-    normal: Float[Array, "3"],
-    height: float,
-) -> Float[Array, "n 3 4"]:
-    """Derivatives of `road_contact` by the pixel's u and v, the camera's height and its pitch.
+    rays: Float[Array, "n 3"], d_rays: Float[Array, "3 2"], height: float
+) -> Float[Array, "n 2 4"]:
+    """Derivatives of the contact's x and z by the pixel's u and v, the height and the pitch.
 
-    With X = h r / (n . r): dX = (h dr - X (n . dr)) / (n . r) for a pixel, r / (n . r) for the
-    height, and -X (dn . r) / (n . r) for the pitch, where looking up turns n by -e_x x n.
+    d_rays: derivatives of a ray by u and v, R_road_cam K^-1 [:, :2]. With X = h r / r_y:
+    dX = h (dr - r / r_y dr_y) / r_y for a pixel and r / r_y for the height. Looking up by
+    d turns the ray by (0, -r_z, r_y) d, which gives h (r r_z / r_y + (0, r_y)) / r_y.
     """
-    dip = rays @ normal
-    reach = 1.0 / np.where(dip > MIN_DIP, dip, np.nan)
-    per_height = rays * reach[:, None]
-    contact = per_height * height
-    d_rays = K_inverse[:, :2]
-    jacobian = np.empty((len(rays), 3, 4))
-    jacobian[:, :, :2] = height * d_rays - contact[:, :, None] * (normal @ d_rays)
-    jacobian[:, :, :2] *= reach[:, None, None]
+    reach = 1.0 / np.where(rays[:, 1] > MIN_DIP, rays[:, 1], np.nan)
+    per_height = rays[:, ::2] * reach[:, None]
+    depth = (height * reach)[:, None]
+    jacobian = np.empty((len(rays), 2, 4))
+    jacobian[:, :, :2] = depth[:, :, None] * (d_rays[::2] - per_height[:, :, None] * d_rays[1])
     jacobian[:, :, 2] = per_height
-    jacobian[:, :, 3] = (
-        contact * ((rays[:, 2] * normal[1] - rays[:, 1] * normal[2]) * reach)[:, None]
-    )
+    jacobian[:, :, 3] = depth * per_height * rays[:, 2:]
+    jacobian[:, 1, 3] += height
     return jacobian

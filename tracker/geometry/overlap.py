@@ -5,6 +5,9 @@ import shapely
 from jaxtyping import Float
 from numpy import ndarray as Array
 
+# Divides no shared area without a warning.
+TINY = np.finfo(float).tiny
+
 
 def box_area(boxes: Float[Array, "*n 4"]) -> Float[Array, "*n"]:
     """Areas of boxes x_min, y_min, x_max, y_max; 0 for inverted ones."""
@@ -23,7 +26,7 @@ def box_iou(a: Float[Array, "*#n 4"], b: Float[Array, "*#n 4"]) -> Float[Array, 
     """Intersection over union, broadcast like `box_intersection`; 0 where there is no area."""
     shared = box_intersection(a, b)
     union = box_area(a) + box_area(b) - shared
-    return np.divide(shared, union, out=np.zeros_like(shared), where=union > 0.0)
+    return shared / np.maximum(union, TINY)
 
 
 def polygon_area(polygons: Float[Array, "n k 2"]) -> Float[Array, " n"]:

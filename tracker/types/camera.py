@@ -88,13 +88,46 @@ class Camera:
             in_front, homogeneous_pixels[..., :2] / np.where(in_front, depth, 1), np.nan
         )
 
+    @cached_property
+    def A_road_pixel(self) -> Float[Array, "3 3"]:
+        """R_road_cam K^-1: from homogeneous pixels to viewing rays in the road's axes."""
+        return self.T_road_cam[:3, :3] @ self.K_inverse
+
+    @cached_property
+    def road_shift(self) -> Float[Array, "4 12"]:
+        """How a small motion of the camera shifts points of the road frame along road x and z.
+
+        For a point X in the camera's frame and a motion (rho, phi) the shift is rho + phi x X.
+        [X_road, 1] times this matrix, reshaped to (2, 6), is its Jacobian by (rho, phi).
+        """
+        X_cam = self.T_cam_road[:3].T  # [X_road, 1] @ X_cam is the point in the camera's frame
+        jacobian = np.zeros((4, 2, 6))
+        for row, axis in enumerate(self.T_road_cam[:3:2, :3]):
+            jacobian[3, row, :3] = axis
+            jacobian[:, row, 3:] = np.cross(X_cam, axis)  # axis . (phi x X) = phi . (X x axis)
+        return jacobian.reshape(4, 12)
+
+    @cached_property
+    def far_corner(self) -> Float[Array, "4"]:
+        """The centre of the last pixel, twice: what boxes are clipped to."""
+        width, height = self.image_size
+        return np.array([width - 1.0, height - 1.0, width - 1.0, height - 1.0])
+
+    def clip_boxes(self, boxes: Float[Array, "*n 4"]) -> Float[Array, "*n 4"]:
+        """The parts of boxes inside the image; without area where there is none."""
+        return np.minimum(np.maximum(boxes, 0.0), self.far_corner)
+
     def rays(self, pixels: Float[Array, "*n 2"]) -> Float[Array, "*n 3"]:
         """K^-1 x: the viewing rays of pixels in camera coordinates, with depth 1."""
         return pixels @ self.K_inverse[:, :2].T + self.K_inverse[:, 2]
+
+    def rays_road(self, pixels: Float[Array, "*n 2"]) -> Float[Array, "*n 3"]:
+        """The same rays in the road's axes (not its origin)."""
+        return pixels @ self.A_road_pixel[:, :2].T + self.A_road_pixel[:, 2]
 
     def touch_road(self, pixels: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
         """Where the rays through the pixels meet the road, in camera coordinates (eq. 2).
 
         Rays at or above the horizon never meet it and give NaN.
         """
-        return road_contact(self.rays(pixels), self.road_normal, self.height)
+        return road_contact(self.rays_road(pixels), self.height) @ self.T_road_cam[:3, :3]

@@ -8,6 +8,12 @@ from numpy import ndarray as Array
 
 from tracker.types.rows import Rows
 
+# Where the corners lie along the half axes: forward, down, left. The roof is one height up.
+CORNERS = np.array([
+    [1, 0, 1], [-1, 0, 1], [-1, 0, -1], [1, 0, -1],
+    [1, -1, 1], [-1, -1, 1], [-1, -1, -1], [1, -1, -1],
+], dtype=float)  # fmt: skip
+
 
 @dataclass(frozen=True, eq=False)
 class Cuboids(Rows):
@@ -28,29 +34,16 @@ class Cuboids(Rows):
 
     def footprint(self) -> Float[Array, "n 4 2"]:
         """The four bottom corners on the road plane (x, z), in a constant turning sense."""
-        c, s = np.cos(self.yaw), np.sin(self.yaw)
-        along = 0.5 * self.size[:, 0]
-        across = 0.5 * self.size[:, 2]
-        ax, az = along * c, -along * s  # the car's forward half axis
-        bx, bz = across * s, across * c  # its left half axis
-        x, z = self.base[:, 0], self.base[:, 2]
-        corners = np.empty((len(self.yaw), 4, 2))
-        corners[:, 0, 0] = x + ax + bx
-        corners[:, 0, 1] = z + az + bz
-        corners[:, 1, 0] = x - ax + bx
-        corners[:, 1, 1] = z - az + bz
-        corners[:, 2, 0] = x - ax - bx
-        corners[:, 2, 1] = z - az - bz
-        corners[:, 3, 0] = x + ax - bx
-        corners[:, 3, 1] = z + az - bz
-        return corners
+        return self.corners()[:, :4, ::2]
 
     def corners(self) -> Float[Array, "n 8 3"]:
-        """The eight corners in the road frame: the footprint, then the same four at the roof."""
-        ground = self.footprint()
-        corners = np.empty((len(self.yaw), 8, 3))
-        corners[:, :4, 0] = corners[:, 4:, 0] = ground[:, :, 0]
-        corners[:, :4, 2] = corners[:, 4:, 2] = ground[:, :, 1]
-        corners[:, :4, 1] = self.base[:, 1, None]
-        corners[:, 4:, 1] = (self.base[:, 1] - self.size[:, 1])[:, None]
-        return corners
+        """The eight corners in the road frame: the four at the bottom, then those at the roof."""
+        c, s = np.cos(self.yaw), np.sin(self.yaw)
+        half_axes = np.zeros((len(c), 3, 3))  # rows: forward, down, left
+        half_axes[:, 0, 0] = c
+        half_axes[:, 0, 2] = -s
+        half_axes[:, 1, 1] = 2.0
+        half_axes[:, 2, 0] = s
+        half_axes[:, 2, 2] = c
+        half_axes *= 0.5 * self.size[:, :, None]
+        return self.base[:, None] + CORNERS @ half_axes

@@ -1,8 +1,6 @@
 """What every table of this package shares: rows that are picked and put end to end."""
 
-from collections.abc import Hashable, Sequence
-from dataclasses import fields
-from functools import cache
+from collections.abc import Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -14,34 +12,35 @@ RowIndex = Any
 Table = TypeVar("Table", bound="Rows")
 
 
-@cache
-def column_names(table: Hashable) -> tuple[str, ...]:
-    """The fields of a table; looked up once, for it stands in the tracker's inner loop."""
-    return tuple(field.name for field in fields(table))  # type: ignore[arg-type]
-
-
 class Rows:
     """Mixin for frozen dataclasses whose fields are columns with one entry a row, or None."""
 
+    __match_args__: tuple[str, ...] = ()  # the names of the columns, filled in by @dataclass
+
     def __len__(self) -> int:
-        return len(getattr(self, column_names(type(self))[0]))
+        return len(getattr(self, type(self).__match_args__[0]))
 
     def select(self: Table, rows: RowIndex) -> Table:
         """The given rows of every column, in the given order."""
+        table = type(self)
+        if isinstance(rows, np.ndarray) and rows.dtype == bool:
+            rows = rows.nonzero()[0]
         columns: list[Any] = []
-        for name in column_names(type(self)):
+        for name in table.__match_args__:
             column = getattr(self, name)
-            if isinstance(column, Rows):
-                columns.append(column.select(rows))
+            if column is None or isinstance(column, Rows):
+                columns.append(column.select(rows) if column is not None else None)
+            elif isinstance(rows, np.ndarray):
+                columns.append(column.take(rows, axis=0))  # three times faster than column[rows]
             else:
-                columns.append(None if column is None else column[rows])
-        return type(self)(*columns)
+                columns.append(column[rows])
+        return table(*columns)
 
     @classmethod
     def concatenate(cls: type[Table], parts: Sequence[Table]) -> Table:
         """The rows of all parts, in order; a column stays only if every part has it."""
         columns: list[Any] = []
-        for name in column_names(cls):
+        for name in cls.__match_args__:
             pieces = [getattr(part, name) for part in parts]
             if any(piece is None for piece in pieces):
                 columns.append(None)

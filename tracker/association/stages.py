@@ -1,0 +1,21 @@
+"""Matching in two stages, sure detections first (as ByteTrack, Zhang et al., ECCV 2022)."""
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray as Array
+
+from tracker.association.match import Associate, Match
+
+
+def match_in_stages(
+    costs: Float[Array, "n m"], strong: Bool[Array, " m"], associate: Associate
+) -> Match:
+    """The strong columns first; the weak ones take what is left of the rows."""
+    if strong.all():
+        return associate(costs)
+    first_columns, second_columns = strong.nonzero()[0], (~strong).nonzero()[0]
+    first = associate(costs[:, first_columns])
+    second = associate(costs[np.ix_(first.lost, second_columns)])
+    rows = np.concatenate((first.pairs[:, 0], first.lost[second.pairs[:, 0]]))
+    columns = np.concatenate((first_columns[first.pairs[:, 1]], second_columns[second.pairs[:, 1]]))
+    return Match.of(np.array((rows, columns)).T, *costs.shape)
