@@ -103,11 +103,13 @@ class Lift:
         boxes, n = detections.boxes, len(detections)
         if n == 0:
             return NOTHING
-        yaw = np.full(n, self.yaw) if detections.yaw is None else detections.yaw
-        size = detections.size
+        yaw, size = detections.yaw, detections.size  # a NaN row: not measured
+        yaw = np.full(n, self.yaw) if yaw is None else np.where(np.isnan(yaw), self.yaw, yaw)
         if size is None:
             size = np.empty((n, 3))
             size[:] = self.car_size
+        else:
+            size = np.where(np.isnan(size), self.car_size, size)
         rays = camera.rays_road(boxes @ BOTTOM_CENTRE)
         heights = np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
         doubt = self.edge_std * (2.0 - np.minimum(np.maximum(detections.scores, 0.0), 1.0))

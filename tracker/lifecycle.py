@@ -10,6 +10,9 @@ from tracker.beliefs import NEAR, Beliefs
 from tracker.types import Camera
 from tracker.types.rows import Rows
 
+# Sums of the steps between frames are off by less than this, seconds.
+ROUNDING = 1e-6
+
 
 @dataclass(frozen=True, eq=False)
 class Population(Rows):
@@ -68,7 +71,7 @@ class Lifecycle:
         """Those of the lost rows that live on."""
         if len(lost) == 0:
             return NOBODY
-        remembered = lost[expected.unseen[lost] <= self.max_gap]
+        remembered = lost[expected.unseen[lost] <= self.max_gap + ROUNDING]
         coasting = expected.select(remembered)
         inside = in_view(coasting.beliefs, camera)
         return coasting if inside.all() else coasting.select(inside)

@@ -16,7 +16,7 @@ from tracker.lifecycle import NOBODY, Lifecycle, Population
 from tracker.suppression import Suppression
 from tracker.types import Camera, Frame, Tracks
 
-# How far an unknown camera motion may be from standing still: 1 m along and 3 cm across the
+# How far an unknown camera motion may be from standing still: 1 m along and 10 cm across the
 # view a frame, 1 degree of yaw; the 10 Hz of KITTI in a town.
 UNKNOWN_MOTION_COV = np.diag(np.square([0.1, 0.03, 1.0, 0.005, 0.02, 0.003]))
 
@@ -80,8 +80,8 @@ class Tracker:
         weights = [weight for weight, _ in self.costs]
         if not weights or min(weights) < 0.0 or not 0.0 < sum(weights) < np.inf:
             raise BadConfig(f"weights {weights}: they must not be negative, and not all zero")
-        if not self.sigmas >= 0.0:
-            raise BadConfig(f"sigmas {self.sigmas:g}: search areas cannot shrink below the car")
+        if not 0.0 <= self.sigmas < np.inf:
+            raise BadConfig(f"sigmas {self.sigmas:g}: give a finite number, 0 or more")
 
     @classmethod
     def paper(cls, camera: Camera, costs: WeightedCosts | None = None) -> "Tracker":
@@ -114,7 +114,7 @@ class Tracker:
         )
 
     def step(self, frame: Frame) -> Tracks:
-        """The rows (frame, id, box, score) of this frame; every detection at most once."""
+        """The rows of this frame, with cuboids in its road frame; no detection twice."""
         detections = self.suppress(frame.detections, self.camera)
         observed = self.lift(detections, self.camera)
         expected = self._expect(frame)
@@ -132,7 +132,8 @@ class Tracker:
             given = (frame.index, expected.ids, pairing, self.costs, costs, match)
             self.explanation = Explanation.of(*given)
         scores = detections.scores[np.concatenate((columns, born))]
-        return Tracks(np.full(len(seen), frame.index), seen.ids, seen.beliefs.boxes, scores)
+        frames, beliefs = np.full(len(seen), frame.index), seen.beliefs
+        return Tracks(frames, seen.ids, beliefs.boxes, scores, cuboids=beliefs.cuboids)
 
     def reset(self) -> None:
         """Forget everything; ids start at 0 again."""

@@ -26,8 +26,8 @@ class Suppression:
         kept = (inside[:, 2:] > inside[:, :2]).all(axis=1) & (scores >= self.min_score)
         if len(boxes) > 1:
             close = box_iou(boxes[:, None], boxes[None]) > self.max_iou
-            if np.count_nonzero(close) > len(boxes):  # more than each box with itself
-                np.fill_diagonal(close, val=False)
+            close.ravel()[:: len(boxes) + 1] = False  # each box with itself
+            if close.any():
                 for row in np.argsort(-scores, kind="stable"):
                     if kept[row]:
                         kept &= ~close[row]

@@ -10,6 +10,9 @@ from numpy import ndarray as Array
 from tracker.beliefs import NEAR, Beliefs
 from tracker.types import Camera, Cuboids, Detections
 
+# The corners of a region are projected from this depth at least, metres.
+NEAREST_CORNER = 0.25 * NEAR
+
 
 @dataclass(frozen=True, eq=False)
 class Pairing:
@@ -76,13 +79,15 @@ class Pairing:
 def project_cuboids(cuboids: Cuboids, camera: Camera) -> Float[Array, "n 4"]:
     """The upright boxes around cuboids in the image, clipped to it.
 
-    Corners behind the camera are drawn onto the plane NEAR metres before it, so that a region
-    that passes the camera reaches the image's border; one wholly behind it gets a box without
-    area.
+    Corners nearer than NEAREST_CORNER, or behind the camera, are drawn forward to that depth, so
+    that a region that passes the camera reaches the image's border on its own side; one wholly
+    nearer than NEAR gets a box without area.
     """
-    corners = cuboids.corners() @ camera.P_road[:, :3].T + camera.P_road[:, 3]
+    P = camera.P_road_centred
+    corners = cuboids.corners() @ P[:, :3].T + P[:, 3]
     depth = corners[:, :, 2:]
-    pixels = corners[:, :, :2] / np.maximum(depth, 0.25 * NEAR)
+    pixels = corners[:, :, :2] / np.maximum(depth, NEAREST_CORNER)
+    pixels += camera.K[:2, 2]
     boxes = camera.clip_boxes(np.concatenate((pixels.min(axis=1), pixels.max(axis=1)), axis=1))
     behind = depth[:, :, 0].max(axis=1) < NEAR
     if behind.any():

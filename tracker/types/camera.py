@@ -75,9 +75,14 @@ class Camera:
         return np.linalg.inv(self.K)
 
     @cached_property
-    def P_road(self) -> Float[Array, "3 4"]:
-        """Projects homogeneous points of the road frame: K [R | t]."""
-        return self.K @ self.T_cam_road[:3]
+    def P_road_centred(self) -> Float[Array, "3 4"]:
+        """Projects homogeneous points of the road frame, pixels counted from the principal point.
+
+        K [R | t] with f x in place of f x + c z: what is drawn to another depth keeps its side.
+        """
+        K_centred = self.K.copy()
+        K_centred[:2, 2] = 0.0
+        return K_centred @ self.T_cam_road[:3]
 
     def project(self, points_cam: Float[Array, "*n 3"]) -> Float[Array, "*n 2"]:
         """Where points of the camera frame appear, in pixels; NaN behind the camera."""

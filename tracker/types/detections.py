@@ -35,10 +35,17 @@ class Detections(Rows):
     ) -> "Detections":
         """Detections from anything array-like, checked. Scores default to 1.
 
-        Raises BadDetections for NaN or infinite values, inverted boxes and columns of
-        different lengths. Boxes without area are allowed here: they overlap nothing.
+        Raises BadDetections for NaN or infinite values, inverted boxes, rows that are not four
+        numbers and columns of different lengths. Boxes without area are allowed here: they
+        overlap nothing.
         """
-        box_array = np.asarray(boxes, dtype=float).reshape(-1, 4)
+        box_array = np.asarray(boxes, dtype=float)
+        if box_array.size == 0:
+            box_array = box_array.reshape(0, 4)
+        if box_array.ndim != 2 or box_array.shape[1] != 4:
+            raise BadDetections(
+                f"boxes of shape {box_array.shape}: give n rows of x_min, y_min, x_max, y_max"
+            )
         score_array = (
             np.ones(len(box_array)) if scores is None else np.asarray(scores, dtype=float).ravel()
         )

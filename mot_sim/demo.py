@@ -1,0 +1,192 @@
+"""The demo that needs no data: a scripted crossing, drawn, tracked, scored and filmed."""
+
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from mot_sim.datasets import write_labels, write_lines, write_results
+from mot_sim.episode import Episode, record
+from mot_sim.metrics import Scores, evaluate_sequence
+from mot_sim.registry import find_scene
+from mot_sim.report import Film, write_image, write_video
+from mot_sim.report.canvas import Image
+from mot_sim.report.grid import score_grid
+from tracker import Tracker
+from tracker.errors import BadOutput, OutputExists
+from tracker.types import Camera, Tracks
+
+SCENE = "crossing"
+STILLS = (0.15, 0.65)  # of the film's length
+PICTURE_AT = 0.33  # the README's picture: the crossing is full, the car behind the van is back
+PICTURE = f"{SCENE}.png"
+OURS = frozenset(
+    {"tracks.txt", "truth.txt", "scores.json", "scores.md", "demo.mp4", "demo.avi", PICTURE}
+)
+
+MakeTracker = Callable[[Camera], Tracker]
+
+
+@dataclass(frozen=True, eq=False)
+class DemoResult:
+    """What the demo gives: scores by tracker (the shown one first), and where it wrote what."""
+
+    folder: Path
+    video_name: str
+    still_names: tuple[str, ...]
+    frame_count: int
+    scores: dict[str, Scores]
+
+    @property
+    def video(self) -> Path:
+        """The film."""
+        return self.folder / self.video_name
+
+    @property
+    def stills(self) -> tuple[Path, ...]:
+        """Single frames; the last one is the README's."""
+        return tuple(self.folder / name for name in self.still_names)
+
+    @property
+    def tracks(self) -> Path:
+        """The shown tracker's rows, as the KITTI server wants them."""
+        return self.folder / "tracks.txt"
+
+    @property
+    def truth(self) -> Path:
+        """The true rows, as KITTI labels."""
+        return self.folder / "truth.txt"
+
+    @property
+    def scores_json(self) -> Path:
+        """All scores."""
+        return self.folder / "scores.json"
+
+    @property
+    def scores_table(self) -> Path:
+        """The scores as a Markdown table."""
+        return self.folder / "scores.md"
+
+
+def run_demo(
+    out: Path,
+    seed: int = 0,
+    overwrite: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+    make_tracker: MakeTracker = Tracker.default,
+) -> DemoResult:
+    """Run the demo and put everything into the folder `out`, as a whole or not at all.
+
+    The film shows the tracker of `make_tracker`; `Tracker.paper` is scored beside it. The same
+    seed writes the same tracks and scores, bit by bit. progress: called with (frames drawn, all
+    frames). Raises OutputExists where `out` stands and overwrite is False, or where it holds
+    what no demo wrote; BadOutput where it cannot be written.
+    """
+    half = out.absolute().with_name(f".{out.name}.{os.getpid()}.half")
+    try:
+        require_free(out, overwrite)
+        half.mkdir(parents=True)
+        result = _make(half, seed, progress or _silence, make_tracker)
+        _move(half, out)
+    except OSError as error:
+        raise BadOutput(f"{out}: cannot be written: {error.strerror or error}") from None
+    finally:
+        shutil.rmtree(half, ignore_errors=True)
+    return replace(result, folder=out)
+
+
+def track(episode: Episode, make_tracker: MakeTracker) -> Tracks:
+    """All rows that a fresh tracker gives for an episode."""
+    tracker = make_tracker(episode.camera)
+    return Tracks.concatenate([tracker.step(frame) for frame in episode])
+
+
+def require_free(out: Path, overwrite: bool) -> None:
+    """Raise OutputExists unless `out` is free or empty, or an older demo's to be overwritten."""
+    if not os.path.lexists(out):
+        return
+    if out.is_symlink() or not out.is_dir():
+        raise OutputExists(f"{out}: exists and is no folder; name another one")
+    there = list(out.iterdir())
+    if there and not overwrite:
+        raise OutputExists(f"{out}: exists and is not empty; name another folder, or overwrite it")
+    foreign = sorted(
+        path.name for path in there if path.name not in OURS and not path.match("frame_*.png")
+    )
+    if foreign:
+        raise OutputExists(
+            f"{out}: holds {foreign[0]}, which the demo did not write; name another folder"
+        )
+
+
+def _make(
+    folder: Path, seed: int, progress: Callable[[int, int], None], make_tracker: MakeTracker
+) -> DemoResult:
+    """Everything, in a folder that is there."""
+    episode = record(find_scene(SCENE), seed)
+    name = getattr(make_tracker, "__name__", "given")
+    outputs = {name: track(episode, make_tracker), "paper": track(episode, Tracker.paper)}
+    scores = {
+        tracker: evaluate_sequence(episode.truth, tracks, episode.frame_count)
+        for tracker, tracks in outputs.items()
+    }
+    stills = _still_names(episode.frame_count)
+    result = DemoResult(folder, "demo.mp4", tuple(stills.values()), episode.frame_count, scores)
+    write_results(outputs[name], result.tracks)
+    write_labels(episode.truth, result.truth, episode.camera.T_road_cam)
+    write_lines(result.scores_json, [json.dumps(_as_json(episode, scores), indent=1)])
+    write_lines(result.scores_table, score_grid(scores, "tracker").as_markdown().splitlines())
+    film = Film(episode, outputs[name], name)
+    frames = _frames(film, {frame: folder / still for frame, still in stills.items()}, progress)
+    return replace(result, video_name=write_video(result.video, frames, episode.frame_rate).name)
+
+
+def _frames(
+    film: Film, stills: dict[int, Path], progress: Callable[[int, int], None]
+) -> Iterator[Image]:
+    """The film's frames; some are kept as stills on the way."""
+    for index in range(len(film)):
+        image = film.frame(index)
+        if index in stills:
+            write_image(stills[index], image)
+        yield image
+        progress(index + 1, len(film))
+
+
+def _still_names(frame_count: int) -> dict[int, str]:
+    """Which frames are kept, and as what."""
+    frames = [int(share * frame_count) for share in STILLS]
+    names = {frame: f"frame_{frame:03d}.png" for frame in frames}
+    picture = int(PICTURE_AT * frame_count)
+    return {frame: name for frame, name in names.items() if frame != picture} | {picture: PICTURE}
+
+
+def _as_json(episode: Episode, scores: dict[str, Scores]) -> dict[str, Any]:
+    return {
+        "scene": episode.name,
+        "seed": episode.seed,
+        "frames": episode.frame_count,
+        "trackers": {tracker: column.as_dict() for tracker, column in scores.items()},
+    }
+
+
+def _move(half: Path, out: Path) -> None:
+    """Put the finished folder in place; an older one leaves only when the new one stands."""
+    if not out.exists():
+        half.rename(out)
+        return
+    old = half.with_suffix(".old")
+    out.rename(old)
+    try:
+        half.rename(out)
+    except OSError:
+        old.rename(out)
+        raise
+    shutil.rmtree(old)
+
+
+def _silence(done: int, total: int) -> None:
+    """The progress of those who do not ask for it."""

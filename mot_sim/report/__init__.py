@@ -1,0 +1,16 @@
+"""What people look at: frames, videos, tables."""
+
+from mot_sim.report.drawing import draw_detections, draw_tracks, draw_world
+from mot_sim.report.film import Film
+from mot_sim.report.topview import TopView
+from mot_sim.report.video import write_image, write_video
+
+__all__ = [
+    "Film",
+    "TopView",
+    "draw_detections",
+    "draw_tracks",
+    "draw_world",
+    "write_image",
+    "write_video",
+]

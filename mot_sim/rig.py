@@ -1,0 +1,84 @@
+"""The camera on the ego car: from the world to the road and camera frames."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.traffic.world import World
+from tracker.geometry import homogeneous, transform, wrap_angle
+from tracker.types import Camera, Cuboids
+
+# KITTI's camera 2 on the tracking benchmark, and where it stands.
+KITTI_K = ((721.5377, 0.0, 609.5593), (0.0, 721.5377, 172.854), (0.0, 0.0, 1.0))
+KITTI_IMAGE_SIZE = (1242, 375)
+KITTI_HEIGHT = 1.65
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """A camera above the reference point (x, y) of the ego car, looking along its heading."""
+
+    camera: Camera
+
+    @classmethod
+    def kitti(cls, height: float = KITTI_HEIGHT, pitch: float = 0.0, roll: float = 0.0) -> "Rig":
+        """KITTI's camera; pitch > 0 looks up, roll > 0 leans right, radians."""
+        return cls(Camera.mounted(np.array(KITTI_K), KITTI_IMAGE_SIZE, height, pitch, roll))
+
+    def T_world_road(self, ego: Float[Array, "3"]) -> Float[Array, "4 4"]:
+        """From the road frame under the camera to the world, for an ego pose x, y, heading.
+
+        The road's x is the ego's right, its y is down, its z is forward.
+        """
+        x, y, heading = ego
+        c, s = np.cos(heading), np.sin(heading)
+        R_world_road = np.array([[-s, 0.0, c], [c, 0.0, s], [0.0, 1.0, 0.0]])
+        return homogeneous(R_world_road, np.array([x, y, 0.0]))
+
+    def T_world_cam(self, ego: Float[Array, "3"]) -> Float[Array, "4 4"]:
+        """From the camera to the world, for an ego pose x, y, heading."""
+        return self.T_world_road(ego) @ self.camera.T_road_cam
+
+    def cuboids(self, world: World) -> Cuboids:
+        """The cars of a world in the road frame: yaw = heading - ego heading - pi/2."""
+        x, y, heading = world.ego
+        c, s = np.cos(heading), np.sin(heading)
+        dx, dy = world.x - x, world.y - y
+        base = np.stack((c * dy - s * dx, np.zeros(len(world)), c * dx + s * dy), axis=1)
+        yaw = np.asarray(wrap_angle(world.heading - heading - 0.5 * np.pi))
+        return Cuboids(base, yaw, world.size)
+
+    def ground_cam(
+        self, ego: Float[Array, "3"], points: Float[Array, "n 2"]
+    ) -> Float[Array, "n 3"]:
+        """Points (x, y) on the world's ground, in camera coordinates."""
+        x, y, heading = ego
+        c, s = np.cos(heading), np.sin(heading)
+        dx, dy = (points - (x, y)).T
+        points_road = np.stack((c * dy - s * dx, np.zeros(len(points)), c * dx + s * dy), axis=1)
+        return transform(self.camera.T_cam_road, points_road)
+
+
+def clip_polygon(
+    points: Float[Array, "n d"], depth: Float[Array, " n"], near: float = 0.0
+) -> Float[Array, "m d"]:
+    """The part of a convex polygon where `depth`, linear over it, is at least `near`.
+
+    Sutherland and Hodgman's rule for one plane; no point is left of what lies wholly behind.
+    """
+    inside = depth >= near
+    if inside.all():
+        return points
+    if not inside.any():
+        return points[:0]
+    after, depth_after = np.roll(points, -1, axis=0), np.roll(depth, -1)
+    kept: list[Float[Array, " d"]] = []
+    for i, leaves in enumerate(inside != np.roll(inside, -1)):
+        if inside[i]:
+            kept.append(points[i])
+        if leaves:
+            share = (near - depth[i]) / (depth_after[i] - depth[i])
+            kept.append(points[i] + share * (after[i] - points[i]))
+    return np.array(kept)

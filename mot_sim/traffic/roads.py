@@ -1,0 +1,58 @@
+"""What the ground is painted with: convex patches in world coordinates, from below to above."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+PAINTS = ("pavement", "asphalt", "kerb", "line")
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A convex patch of ground: what it is (one of PAINTS) and its corners (x, y)."""
+
+    paint: str
+    corners: Float[Array, "n 2"]
+
+
+@dataclass(frozen=True, eq=False)
+class Roads:
+    """All patches of a scene; later ones lie on earlier ones."""
+
+    surfaces: tuple[Surface, ...] = ()
+
+
+def rectangle(paint: str, x: tuple[float, float], y: tuple[float, float]) -> Surface:
+    """The patch between two x and two y."""
+    return Surface(paint, np.array([(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])]))
+
+
+def stripe(
+    start: tuple[float, float],
+    end: tuple[float, float],
+    width: float = 0.15,
+    dash: tuple[float, float] | None = None,
+) -> list[Surface]:
+    """A painted line from start to end; dash: lengths of a dash and of the gap after it."""
+    a, b = np.array(start), np.array(end)
+    length = float(np.hypot(*(b - a)))
+    along = (b - a) / length
+    side = 0.5 * width * np.array([-along[1], along[0]])
+    on, off = dash or (length, 0.0)
+    surfaces = []
+    for first in np.arange(0.0, length, on + off):
+        p, q = a + first * along, a + min(first + on, length) * along
+        surfaces.append(Surface("line", np.array([p - side, q - side, q + side, p + side])))
+    return surfaces
+
+
+def zebra(x: tuple[float, float], y: tuple[float, float], across: str = "y") -> list[Surface]:
+    """A zebra crossing over the patch; its bars follow one another along x or y (`across`)."""
+    low, high = y if across == "y" else x
+    bars: Sequence[float] = np.arange(low + 0.25, high - 0.5, 1.0).tolist()
+    if across == "y":
+        return [rectangle("line", x, (bar, bar + 0.5)) for bar in bars]
+    return [rectangle("line", (bar, bar + 0.5), y) for bar in bars]

@@ -1,0 +1,62 @@
+"""One moment of traffic, and the protocol of everything that makes traffic."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray as Array
+
+STEP = 0.1  # seconds from one world to the next: KITTI's 10 Hz
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """All cars at one time, in the `world` frame (x forward, y right, z down), apart from ours.
+
+    x, y: centre of the car. heading: radians from +x towards +y. speed: m/s, forward.
+    size: length, height, width. ego: x, y and heading of the car that carries the camera;
+    ego_size as size.
+    """
+
+    time: float
+    ids: Int[Array, " n"]
+    x: Float[Array, " n"]
+    y: Float[Array, " n"]
+    heading: Float[Array, " n"]
+    speed: Float[Array, " n"]
+    size: Float[Array, "n 3"]
+    ego: Float[Array, "3"]
+    ego_size: Float[Array, "3"]
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def footprint(self) -> Float[Array, "n 4 2"]:
+        """The four corners (x, y) of every car: front right, front left, rear left, rear right."""
+        return outline(np.stack((self.x, self.y, self.heading), axis=1), self.size)
+
+    def ego_footprint(self) -> Float[Array, "4 2"]:
+        """The four corners of the car that carries the camera."""
+        return outline(self.ego[None], self.ego_size[None])[0]
+
+
+def outline(poses: Float[Array, "n 3"], size: Float[Array, "n 3"]) -> Float[Array, "n 4 2"]:
+    """The rectangles of cars at poses x, y, heading: front right, front left, and round."""
+    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    along = 0.5 * size[:, :1] * np.stack((c, s), axis=1)
+    right = 0.5 * size[:, 2:] * np.stack((-s, c), axis=1)
+    corners = np.stack((along + right, along - right, -along - right, right - along), axis=1)
+    return poses[:, None, :2] + corners
+
+
+class Traffic(Protocol):
+    """What moves cars. Every `step` is 0.1 s; ids are stable from first to last sight."""
+
+    def reset(self, rng: np.random.Generator) -> World:
+        """Back to the beginning; the first world."""
+        ...
+
+    def step(self) -> World:
+        """The world 0.1 s later."""
+        ...

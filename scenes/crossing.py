@@ -1,0 +1,115 @@
+"""A four-way crossing by script: waiting behind a car, cross traffic, one car hidden by a van.
+
+The junction is where our road (along x) meets the cross road (along y, two lanes each way).
+Traffic keeps to the right: x forward, y right, so we drive at y > 0 and cars that come from
+the left drive at the smaller x. Nobody touches anybody (a test).
+"""
+
+from mot_sim.episode import Scene
+from mot_sim.traffic import Roads, Route, Script, Scripted
+from mot_sim.traffic.roads import rectangle, stripe, zebra
+
+LANE = 3.5  # metres
+OURS, ONCOMING = 0.5 * LANE, -0.5 * LANE  # y of the lanes of our road
+FROM_LEFT, FROM_LEFT_INNER = 48.25, 51.75  # x of the lanes of the cross road
+FROM_RIGHT_INNER, FROM_RIGHT = 55.25, 58.75
+NEAR_KERB, FAR_KERB = 46.5, 60.5  # x of the cross road's edges
+PARKED = 5.0  # y of the parking bay
+ENDS = (-60.0, 200.0)  # x of our road
+SIDES = (-90.0, 90.0)  # y of the cross road
+
+VAN = (5.4, 2.3, 2.0)  # length, height, width
+SMALL = (3.7, 1.5, 1.65)
+ESTATE = (4.7, 1.5, 1.82)
+SUV = (4.6, 1.75, 1.9)
+
+EGO = Script(
+    Route([(2.0, OURS), (160.0, OURS)]),
+    speeds=[(0.0, 8.0), (1.5, 8.0), (5.5, 0.0), (9.6, 0.0), (14.0, 6.0)],
+)
+
+
+def across(
+    lane: float, to_right: bool, start: float, speed: float, size: tuple[float, float, float]
+) -> Script:
+    """A car that crosses our road in one lane; start: its y at time 0."""
+    first, last = SIDES if to_right else SIDES[::-1]
+    return Script(
+        Route([(lane, first), (lane, last)]), [(0.0, speed)], start=abs(start - first), size=size
+    )
+
+
+CARS = (
+    # Leads us to the stop line, waits for the cross traffic, and goes on.
+    Script(
+        Route([(19.5, OURS), (160.0, OURS)]),
+        speeds=[(0.0, 8.0), (1.0, 8.0), (4.0, 0.0), (9.0, 0.0), (14.0, 8.0)],
+    ),
+    # The van hides the faster small car beside it for more than a second.
+    across(FROM_LEFT, True, -18.0, 6.0, VAN),
+    across(FROM_LEFT_INNER, True, -25.5, 10.0, SMALL),
+    across(FROM_LEFT, True, -33.0, 6.5, ESTATE),
+    across(FROM_RIGHT_INNER, False, 30.0, 9.0, SUV),
+    across(FROM_RIGHT, False, 40.0, 9.0, (4.3, 1.45, 1.8)),
+    # Comes towards us and turns left in front of us, into the inner lane.
+    Script(
+        Route([(95.0, ONCOMING), (FROM_LEFT_INNER, ONCOMING), (FROM_LEFT_INNER, SIDES[1])], 6.5),
+        speeds=[(0.0, 6.5), (4.0, 5.0), (7.0, 6.0), (10.0, 9.0)],
+        size=SMALL,
+    ),
+    # Two more come towards us behind that one, go straight on and pass us.
+    Script(
+        Route([(118.0, ONCOMING), (ENDS[0], ONCOMING)]),
+        speeds=[(0.0, 7.0), (5.0, 6.5), (8.0, 8.0)],
+        size=ESTATE,
+    ),
+    Script(
+        Route([(141.0, ONCOMING), (ENDS[0], ONCOMING)]),
+        speeds=[(0.0, 7.0), (5.0, 6.5), (8.0, 8.0)],
+        size=SUV,
+    ),
+    # Parked at the kerb: we stop beside it.
+    Script(Route([(28.5, PARKED), (35.0, PARKED)]), [(0.0, 0.0)], size=SUV),
+)
+
+
+def _roads() -> Roads:
+    """Pavements, asphalt, lane marks, stop lines and zebra crossings."""
+    edge, side = LANE, 2.5  # of our road, and how wide a pavement is
+    bay = (8.0, 40.0)  # x of the parking bay
+    stop_near, stop_far = NEAR_KERB - 4.5, FAR_KERB + 4.5
+    arms = (ENDS[0], stop_near), (stop_far, ENDS[1])
+    blocks = (ENDS[0], NEAR_KERB), (FAR_KERB, ENDS[1])
+    surfaces = [
+        rectangle("pavement", ENDS, (-edge - side, edge + side + 2.6)),
+        rectangle("pavement", (NEAR_KERB - side, FAR_KERB + side), SIDES),
+        *(rectangle("kerb", block, (-edge - 0.2, edge + 0.2)) for block in blocks),
+        rectangle("kerb", (bay[0] - 0.2, bay[1] + 0.2), (edge, edge + 2.8)),
+        rectangle("kerb", (NEAR_KERB - 0.2, FAR_KERB + 0.2), SIDES),
+        rectangle("asphalt", ENDS, (-edge, edge)),
+        rectangle("asphalt", bay, (edge, edge + 2.6)),
+        rectangle("asphalt", (NEAR_KERB, FAR_KERB), SIDES),
+    ]
+    for arm in arms:
+        surfaces += stripe((arm[0], 0.0), (arm[1], 0.0), dash=(3.0, 3.0))
+    surfaces += stripe((bay[0], edge), (bay[1], edge), dash=(1.0, 1.0))
+    for first, last in ((SIDES[0], -edge - 4.5), (edge + 4.5, SIDES[1])):
+        middle = 0.5 * (NEAR_KERB + FAR_KERB)
+        surfaces += stripe((middle - 0.15, first), (middle - 0.15, last), 0.12)
+        surfaces += stripe((middle + 0.15, first), (middle + 0.15, last), 0.12)
+        for lane in (NEAR_KERB + LANE, FAR_KERB - LANE):
+            surfaces += stripe((lane, first), (lane, last), dash=(3.0, 4.5))
+    surfaces += zebra((NEAR_KERB - 3.6, NEAR_KERB - 0.8), (-edge, edge))
+    surfaces += zebra((FAR_KERB + 0.8, FAR_KERB + 3.6), (-edge, edge))
+    surfaces += stripe((stop_near, 0.0), (stop_near, edge), 0.4)
+    surfaces += stripe((stop_far, -edge), (stop_far, 0.0), 0.4)
+    surfaces += stripe((NEAR_KERB, -edge - 4.5), (0.5 * (NEAR_KERB + FAR_KERB), -edge - 4.5), 0.4)
+    surfaces += stripe((0.5 * (NEAR_KERB + FAR_KERB), edge + 4.5), (FAR_KERB, edge + 4.5), 0.4)
+    return Roads(tuple(surfaces))
+
+
+def _traffic() -> Scripted:
+    return Scripted(CARS, EGO)
+
+
+SCENE = Scene(name="crossing", make_traffic=_traffic, frame_count=140, roads=_roads())
