@@ -58,9 +58,9 @@ class Beliefs(Rows):
         axes[:, 0, 0] = axes[:, 1, 1] = c
         axes[:, 0, 1] = -s
         axes[:, 1, 0] = s
-        var = (axes @ self.cov[:, :2, :2] * axes).sum(axis=2)
+        var = axes @ self.cov[:, :2, :2] * axes
         size = self.cuboids.size.copy()
-        size[:, ::2] += 2.0 * sigmas * np.sqrt(var)
+        size[:, ::2] += 2.0 * sigmas * np.sqrt(var[:, :, 0] + var[:, :, 1])
         return Cuboids(self.cuboids.base, self.cuboids.yaw, size)
 
 

@@ -23,7 +23,8 @@ class Suppression:
         """What is left, in the given order."""
         boxes, scores = detections.boxes, detections.scores
         inside = camera.clip_boxes(boxes)
-        kept = (inside[:, 2:] > inside[:, :2]).all(axis=1) & (scores >= self.min_score)
+        kept = (inside[:, 2] > inside[:, 0]) & (inside[:, 3] > inside[:, 1])
+        kept &= scores >= self.min_score
         if len(boxes) > 1:
             close = box_iou(boxes[:, None], boxes[None]) > self.max_iou
             close.ravel()[:: len(boxes) + 1] = False  # each box with itself

@@ -46,7 +46,9 @@ def weighted_sum(pairing: Pairing, costs: WeightedCosts) -> Sum:
     A NaN takes that cost out of its pair and the other weights renormalise; a pair without any
     cost is impossible (inf).
     """
-    parts = tuple(cost(pairing) for _, cost in costs)
+    parts = tuple([cost(pairing) for _, cost in costs])
+    if len(parts) == 1 and not np.isnan(parts[0]).any():
+        return Sum(parts[0], parts, 0)
     values = np.array(parts)
     weights = np.array([[weight] for weight, _ in costs])
     measured = ~np.isnan(values)

@@ -53,8 +53,8 @@ class Pairing:
     def pairs(self) -> tuple[Int[Array, " k"], Int[Array, " k"]]:
         """Rows and columns of the pairs whose boxes meet the search areas."""
         a, b = self.search_areas[:, None], self.observed.boxes[None]
-        meet = (np.minimum(a[..., 2:], b[..., 2:]) > np.maximum(a[..., :2], b[..., :2])).all(axis=2)
-        rows, columns = np.nonzero(meet)
+        meet = np.minimum(a[..., 2:], b[..., 2:]) > np.maximum(a[..., :2], b[..., :2])
+        rows, columns = (meet[..., 0] & meet[..., 1]).nonzero()
         return rows, columns
 
     @property

@@ -31,10 +31,11 @@ def road_contact_jacobian(
     """
     reach = 1.0 / np.where(rays[:, 1] > MIN_DIP, rays[:, 1], np.nan)
     per_height = rays[:, ::2] * reach[:, None]
-    depth = (height * reach)[:, None]
+    depth = height * reach
     jacobian = np.empty((len(rays), 2, 4))
-    jacobian[:, :, :2] = depth[:, :, None] * (d_rays[::2] - per_height[:, :, None] * d_rays[1])
+    jacobian[:, :, :2] = d_rays[::2] - per_height[:, :, None] * d_rays[1]
+    jacobian[:, :, :2] *= depth[:, None, None]
     jacobian[:, :, 2] = per_height
-    jacobian[:, :, 3] = depth * per_height * rays[:, 2:]
+    jacobian[:, :, 3] = per_height * (depth * rays[:, 2])[:, None]
     jacobian[:, 1, 3] += height
     return jacobian

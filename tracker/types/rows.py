@@ -23,17 +23,17 @@ class Rows:
     def select(self: Table, rows: RowIndex) -> Table:
         """The given rows of every column, in the given order."""
         table = type(self)
-        if isinstance(rows, np.ndarray) and rows.dtype == bool:
+        if not isinstance(rows, np.ndarray):
+            rows = np.arange(len(self))[rows]
+        elif rows.dtype == bool:
             rows = rows.nonzero()[0]
         columns: list[Any] = []
         for name in table.__match_args__:
             column = getattr(self, name)
-            if column is None or isinstance(column, Rows):
-                columns.append(column.select(rows) if column is not None else None)
-            elif isinstance(rows, np.ndarray):
+            if isinstance(column, np.ndarray):
                 columns.append(column.take(rows, axis=0))  # three times faster than column[rows]
             else:
-                columns.append(column[rows])
+                columns.append(None if column is None else column.select(rows))
         return table(*columns)
 
     @classmethod
@@ -42,7 +42,7 @@ class Rows:
         columns: list[Any] = []
         for name in cls.__match_args__:
             pieces = [getattr(part, name) for part in parts]
-            if any(piece is None for piece in pieces):
+            if any([piece is None for piece in pieces]):
                 columns.append(None)
             elif isinstance(pieces[0], Rows):
                 columns.append(type(pieces[0]).concatenate(pieces))

@@ -1,0 +1,129 @@
+"""How fast the trackers are, how they grow, and what reading all of KITTI costs.
+
+    python -m benchmarks.speed [--root KITTI]
+
+CPU seconds of one thread. Machines differ and are shared: beside every figure stands its ratio
+to a yardstick measured in the same run, the same frames through a bare IoU matcher (IoU matrix
+and Hungarian assignment of neighbouring frames, nothing else).
+"""
+
+import argparse
+import logging
+import os
+import resource
+import sys
+
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
+
+from collections.abc import Callable  # noqa: E402
+from pathlib import Path  # noqa: E402
+from time import perf_counter, process_time  # noqa: E402
+
+import numpy as np  # noqa: E402
+from scipy.optimize import linear_sum_assignment  # noqa: E402
+
+from mot_sim.datasets import available_sequences, kitti_sequence  # noqa: E402
+from tracker import Camera, Detections, Frame, Tracker  # noqa: E402
+from tracker.geometry import box_iou, homogeneous  # noqa: E402
+
+K = np.array([[721.5, 0.0, 609.6], [0.0, 721.5, 172.9], [0.0, 0.0, 1.0]])
+CAMERA = Camera.mounted(K, (1242, 375), 1.65)
+Drive = tuple[Camera, list[Frame]]
+
+
+def yardstick(drives: list[Drive]) -> float:
+    """CPU seconds of the bare IoU matcher over the drives."""
+    start = process_time()
+    for _, frames in drives:
+        before = frames[0].detections.boxes
+        for frame in frames[1:]:
+            boxes = frame.detections.boxes
+            linear_sum_assignment(-box_iou(before[:, None], boxes[None]))
+            before = boxes
+    return process_time() - start
+
+
+def tracking(build: Callable[[Camera], Tracker], drives: list[Drive]) -> float:
+    """CPU seconds of a tracker over the drives."""
+    start = process_time()
+    for camera, frames in drives:
+        tracker = build(camera)
+        for frame in frames:
+            tracker.step(frame)
+    return process_time() - start
+
+
+def crowd(boxes: int, frames: int = 100) -> Drive:
+    """So many cars standing on a wide road that the camera passes at 5 m/s, with jittered boxes."""
+    rng = np.random.default_rng(boxes)
+    x, z = rng.uniform(-0.7, 0.7, boxes), rng.uniform(0.15, 1.0, boxes)
+    steps = []
+    for index in range(frames):
+        depth = 60.0 * z + 50.0 - 0.5 * index
+        height = K[1, 1] * 1.5 / depth * rng.normal(1, 0.02, boxes)
+        u = K[0, 2] + K[0, 0] * x * (60.0 * z + 50.0) / depth + 0.02 * height * rng.normal(size=boxes)
+        v = K[1, 2] + K[1, 1] * 1.65 / depth + 0.02 * height * rng.normal(size=boxes)
+        corners = np.stack((u - 0.6 * height, v - height, u + 0.6 * height, v), axis=1)
+        motion = homogeneous(t=np.array([0.0, 0.0, -0.5]))
+        seen = Detections.of(corners, np.full(boxes, 0.95))
+        steps.append(Frame(index, 0.1 * index, seen, motion if index else None))
+    return CAMERA, steps
+
+
+def growth_table() -> None:
+    """CPU milliseconds a step, by the number of boxes: mean and 99th percentile."""
+    print("\nboxes   default ms   p99 ms   paper ms   p99 ms   x yardstick (default)")
+    for boxes in (5, 20, 50, 100, 200):
+        camera, frames = crowd(boxes)
+        cells = []
+        for build in (Tracker.default, Tracker.paper):
+            tracker, times = build(camera), []
+            for frame in frames:
+                start = process_time()
+                tracker.step(frame)
+                times.append(1e3 * (process_time() - start))
+            cells += [float(np.mean(times[1:])), float(np.percentile(times[1:], 99))]
+        ratio = tracking(Tracker.default, [(camera, frames)]) / yardstick([(camera, frames)])
+        print(f"{boxes:5d} {cells[0]:12.2f} {cells[1]:8.2f} {cells[2]:10.2f} {cells[3]:8.2f} {ratio:8.1f}")
+
+
+def kitti_table(root: Path, repeats: int) -> None:
+    """Frames per CPU second over all sequences with RRC boxes, the time to read, the memory."""
+    names = available_sequences(root)
+    start_cpu, start = process_time(), perf_counter()
+    sequences = [kitti_sequence(root, name) for name in names]
+    print(
+        f"\n{len(names)} sequences read (calib, oxts, rrc) in {perf_counter() - start:.2f} s, "
+        f"{process_time() - start_cpu:.2f} CPU s"
+    )
+    drives = [(sequence.camera, list(sequence)) for sequence in sequences]
+    frames = sum(len(steps) for _, steps in drives)
+    print(f"\n{frames} frames, RRC boxes   frames / CPU s (median, best of {repeats})   x yardstick")
+    yard = [yardstick(drives) for _ in range(repeats)]
+    print(f"bare IoU matcher   {frames / np.median(yard):10.0f} {frames / min(yard):8.0f}        1.0")
+    for name, build in (("default", Tracker.default), ("paper", Tracker.paper)):
+        times, ratios = [], []
+        for _ in range(repeats):
+            times.append(tracking(build, drives))
+            ratios.append(times[-1] / yardstick(drives))
+        fast = frames / np.median(times), frames / min(times), np.median(ratios)
+        print(f"{name:18s} {fast[0]:10.0f} {fast[1]:8.0f} {fast[2]:10.1f}")
+    unit = 1024 if sys.platform != "darwin" else 1024**2
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
+    print(f"\npeak memory, all sequences held at once: {peak:.0f} MB")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--root", type=Path, help="the KITTI tree; without it only the growth")
+    parser.add_argument("--repeats", type=int, default=5)
+    arguments = parser.parse_args()
+    logging.basicConfig(level=logging.ERROR)
+    if arguments.root is not None:
+        kitti_table(arguments.root, arguments.repeats)
+    growth_table()
+
+
+if __name__ == "__main__":
+    main()

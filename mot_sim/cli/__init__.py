@@ -1,0 +1,125 @@
+"""The command line: one file a command; `COMMANDS` is the register.
+
+Commands import what is heavy only when they run, so that `--help` answers at once.
+"""
+
+import os
+import sys
+from collections.abc import Sequence
+from functools import reduce
+from importlib.metadata import version
+from operator import or_
+from typing import Annotated, Any, Protocol, runtime_checkable
+
+import tyro
+
+from mot_sim.cli.demo import Demo
+from mot_sim.cli.doctor import Doctor
+from mot_sim.cli.evaluate import Evaluate
+from mot_sim.cli.export import Export
+from mot_sim.cli.kitti import Kitti
+from mot_sim.cli.listing import List
+from mot_sim.cli.terminal import INTERRUPTED, OK, WRONG, Terminal
+from mot_sim.cli.track import Track
+
+DESCRIPTION = """\
+Camera-only multi-object tracking with geometry, and the testbed for it.
+
+Units: metres, seconds, pixels, degrees. Exit codes: 0 done, 1 (doctor) something is broken,
+2 wrong input, 130 interrupted. Help on a command: mot-sim COMMAND --help. Version: --version."""
+
+
+@runtime_checkable
+class Command(Protocol):
+    """A parsed command: its fields are the options."""
+
+    @property
+    def verbose(self) -> int:
+        """0: warnings, 1: a line a sequence, 2: details."""
+        ...
+
+    def __call__(self, terminal: Terminal) -> int:
+        """Do it and give the exit code."""
+        ...
+
+
+COMMANDS: dict[str, type[Command]] = {
+    "track": Track,
+    "evaluate": Evaluate,
+    "kitti": Kitti,
+    "demo": Demo,
+    "doctor": Doctor,
+    "export": Export,
+    "list": List,
+}
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run one command line and give the exit code; what is wrong becomes one line on stderr."""
+    terminal = Terminal()
+    try:
+        code = _run(arguments, terminal)
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        terminal.error("interrupted")
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader has seen enough; nothing more can reach it
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return OK
+    return code
+
+
+def _run(arguments: Sequence[str], terminal: Terminal) -> int:
+    """Parse and run; the exit code."""
+    if list(arguments) == ["--version"]:
+        terminal.write(f"mot-sim {version('mot-sim')}\n")
+        return OK
+    try:
+        command = parse(arguments)
+    except SystemExit as leaving:  # tyro has shown the help, or what is wrong
+        return leaving.code if isinstance(leaving.code, int) else OK
+    with terminal.logging(command.verbose):
+        return run_command(command, terminal)
+
+
+def parse(arguments: Sequence[str]) -> Command:
+    """The command that the arguments spell; SystemExit for --help and for what is no command."""
+    config = (
+        tyro.conf.FlagCreatePairsOff,
+        tyro.conf.OmitArgPrefixes,
+        tyro.conf.HelptextFromCommentsOff,
+    )
+    name, *options = arguments or [""]
+    command: Command
+    if name in COMMANDS:
+        command = tyro.cli(COMMANDS[name], prog=f"mot-sim {name}", args=options, config=config)
+    else:  # no command: tyro shows them all, or says what is wrong
+        every: Any = reduce(or_, (_overview(name) for name in COMMANDS))
+        command = tyro.cli(
+            every, prog="mot-sim", description=DESCRIPTION, args=list(arguments), config=config
+        )
+    return command
+
+
+def _overview(name: str) -> Any:
+    """A command as tyro wants it, with the first line of what it says about itself."""
+    line = (COMMANDS[name].__doc__ or "").split("\n")[0]
+    return Annotated[COMMANDS[name], tyro.conf.subcommand(name, description=line)]
+
+
+def run_command(command: Command, terminal: Terminal) -> int:
+    """Run a command; a TrackingError, or a file that the system refuses, is one line."""
+    from tracker.errors import TrackingError
+
+    try:
+        return command(terminal)
+    except TrackingError as error:
+        terminal.error(str(error))
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        terminal.error(f"{error.filename or 'input or output'}: {error.strerror or error}")
+    return WRONG
+
+
+__all__ = ["COMMANDS", "Command", "parse", "run"]

@@ -1,0 +1,187 @@
+"""`mot-sim doctor`: what is installed here, and what works."""
+
+import platform
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from importlib import import_module
+from importlib.metadata import distributions
+from pathlib import Path
+
+from mot_sim.cli.options import Flag, Root, Verbose
+from mot_sim.cli.terminal import BROKEN, OK, Terminal
+
+CORE = ("numpy", "scipy", "cv2", "shapely", "filterpy", "jaxtyping", "tyro", "rich")
+OPENGL = ("EGL", "OSMesa", "GL")
+CODECS = {"mp4v": ".mp4", "MJPG": ".avi"}
+OLDEST_PYTHON = (3, 11)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line of the diagnosis. state: ok; missing (something optional is); broken."""
+
+    what: str
+    state: str
+    detail: str
+
+
+@dataclass(frozen=True)
+class Doctor:
+    """Say what is installed here and what works.
+
+    mot-sim doctor --root KITTI
+
+    Versions, the build of OpenCV, the data, OpenGL without a screen, video codecs. Ends with exit
+    code 1 when something is broken that everything needs, else with 0.
+    """
+
+    root: Root = None
+    """A KITTI tree to look into."""
+    json: Flag = False
+    """Print the findings as JSON."""
+    verbose: Verbose = 0
+    """Say more: -v, -vv."""
+
+    def __call__(self, terminal: Terminal) -> int:
+        """Look everywhere, and never fail."""
+        from mot_sim.report.grid import Column, Table
+
+        findings = [
+            find_python(),
+            *(find_package(name) for name in CORE),
+            find_opencv(),
+            *find_kitti(self.root),
+            *(find_library(name) for name in OPENGL),
+            *(find_codec(name, suffix) for name, suffix in CODECS.items()),
+        ]
+        if self.json:
+            terminal.write_json({"findings": [asdict(finding) for finding in findings]})
+        else:
+            rows = tuple((each.what, each.state, each.detail) for each in findings)
+            terminal.show(Table((Column("what"), Column("state"), Column("detail")), rows))
+        return BROKEN if any(finding.state == "broken" for finding in findings) else OK
+
+
+def find_python() -> Finding:
+    """The interpreter."""
+    state = "ok" if sys.version_info >= OLDEST_PYTHON else "broken"
+    return Finding("Python", state, f"{platform.python_version()} on {platform.platform()}")
+
+
+def find_package(name: str) -> Finding:
+    """A package that everything needs."""
+    try:
+        module = import_module(name)
+    except Exception as error:  # noqa: BLE001 - whatever a broken package raises is the finding
+        return Finding(name, "broken", f"cannot be imported: {error}")
+    return Finding(name, "ok", str(getattr(module, "__version__", "")) or _installed(name))
+
+
+def find_opencv() -> Finding:
+    """Which builds of OpenCV are installed: two write over each other's files."""
+    builds = {
+        str(found.metadata["Name"]).lower(): found.version
+        for found in distributions()
+        if str(found.metadata["Name"]).lower().startswith("opencv")
+    }
+    shown = ", ".join(f"{name} {number}" for name, number in sorted(builds.items()))
+    try:
+        rasterizes = hasattr(import_module("cv2"), "triangleRasterize")
+    except ImportError:
+        rasterizes = False
+    if not rasterizes:
+        cure = "pip install --force-reinstall 'opencv-python-headless>=5'"
+        return Finding("OpenCV build", "broken", f"{shown or 'none'}: no triangleRasterize; {cure}")
+    if set(builds) == {"opencv-python-headless"}:
+        return Finding("OpenCV build", "ok", f"{shown}, no other beside it")
+    advice = "uninstall all but opencv-python-headless, then reinstall that"
+    return Finding("OpenCV build", "missing", f"not the headless build alone: {shown}; {advice}")
+
+
+def find_kitti(root: Path | None) -> list[Finding]:
+    """What a KITTI tree holds."""
+    from mot_sim.datasets import available_sequences, find_root
+    from tracker.errors import TrackingError
+
+    try:
+        folder = find_root(root)
+        splits = [split for split in ("training", "testing") if (folder / split).is_dir()]
+        findings = [Finding("KITTI root", "ok", str(folder))]
+        for split in splits:
+            names = available_sequences(folder, split)
+            findings.append(Finding(f"{split} sequences", _state(names), _shown(names)))
+            for kind in ("label_02", "oxts", "image_02"):
+                there = sorted({path.stem for path in (folder / split / kind).glob("[0-9]*")})
+                findings.append(Finding(f"{split}/{kind}", _state(there), _shown(there)))
+    except (TrackingError, OSError) as error:
+        return [Finding("KITTI root", "missing", str(error))]
+    for kind in ("detections", "odometry"):
+        there = sorted(path.name for path in (folder / kind).glob("*/"))
+        findings.append(Finding(kind, _state(there), ", ".join(there) or "none"))
+    return findings
+
+
+def find_library(name: str) -> Finding:
+    """A library for OpenGL without a screen."""
+    import ctypes
+    import ctypes.util
+
+    try:
+        found = ctypes.util.find_library(name)
+        if found is None:
+            return Finding(f"OpenGL: {name}", "missing", "no such library")
+        ctypes.CDLL(found)
+    except OSError as error:
+        return Finding(f"OpenGL: {name}", "missing", f"cannot be loaded: {error}")
+    return Finding(f"OpenGL: {name}", "ok", found)
+
+
+def find_codec(name: str, suffix: str) -> Finding:
+    """Whether OpenCV writes videos of this kind."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"try{suffix}"
+        works = _try(lambda: _write_video(name, path))
+    detail = f"writes {suffix}" if works else f"OpenCV writes no {suffix} here"
+    return Finding(f"video: {name}", "ok" if works else "missing", detail)
+
+
+def _write_video(name: str, path: Path) -> bool:
+    import cv2
+    import numpy as np
+
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*name), 10.0, (64, 48))
+    for _ in range(3):
+        writer.write(np.zeros((48, 64, 3), np.uint8))
+    writer.release()
+    return path.is_file() and path.stat().st_size > 0
+
+
+def _try(attempt: Callable[[], bool]) -> bool:
+    try:
+        return attempt()
+    except Exception:  # noqa: BLE001 - a doctor reports what fails, whatever it raises
+        return False
+
+
+def _installed(name: str) -> str:
+    return next((each.version for each in distributions() if each.metadata["Name"] == name), "")
+
+
+def _state(names: list[str]) -> str:
+    return "ok" if names else "missing"
+
+
+def _shown(names: list[str]) -> str:
+    """How many, and which; neighbours in number as a range."""
+    if not names:
+        return "none"
+    parts: list[list[str]] = []
+    for name in names:
+        if parts and name.isdecimal() and int(name) == int(parts[-1][-1]) + 1:
+            parts[-1].append(name)
+        else:
+            parts.append([name])
+    ranges = [part[0] if len(part) == 1 else f"{part[0]}-{part[-1]}" for part in parts]
+    return f"{len(names)}: {', '.join(ranges)}"

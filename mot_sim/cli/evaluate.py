@@ -1,0 +1,88 @@
+"""`mot-sim evaluate`: results against labels."""
+
+import json as jsonlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from mot_sim.cli.options import File, Root, Rules, Verbose, option
+from mot_sim.cli.terminal import OK, STDOUT, Terminal
+
+if TYPE_CHECKING:
+    import mot_sim.report.grid
+
+
+@dataclass(frozen=True)
+class Evaluate:
+    """Score results against KITTI's labels: CLEAR, HOTA, Identity.
+
+    mot-sim evaluate out/rrc --root KITTI --csv scores.csv
+
+    A row a sequence and one for all together (counts added up, as in TrackEval). Rates are shown
+    in percent; JSON and CSV hold fractions. Sequences without labels are named and left out.
+    """
+
+    results: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RESULTS")]
+    """A folder with SSSS.txt, or data/SSSS.txt, for every sequence."""
+    root: Root = None
+    """The KITTI tree whose training/label_02 is the truth."""
+    sequences: Annotated[str | None, option("NAMES", "those with results and labels")] = None
+    """all, labelled, or names: 0000,0005."""
+    rules: Rules = "trackeval"
+    """trackeval (1.3.0), or devkit2018: KITTI's kit of the paper's time, CLEAR only."""
+    json: File = None
+    """All scores as JSON into a file; - prints them instead of the table."""
+    csv: File = None
+    """The table as CSV into a file; - prints it instead of the table."""
+    verbose: Verbose = 0
+    """Say more: -v, -vv."""
+
+    def __call__(self, terminal: Terminal) -> int:
+        """Score and show."""
+        from mot_sim.report.grid import score_grid
+        from mot_sim.scoring import score_folder
+
+        require_one_on_stdout(self.json, self.csv)
+        scored = score_folder(self.results, self.root, self.sequences, self.rules)
+        evaluation = scored.evaluation
+        table = score_grid(
+            {**evaluation.sequences, "combined": evaluation.combined},
+            title=f"{self.results}, rules {self.rules}, rates in %",
+            sums=1,
+        )
+        deliver(terminal, table, evaluation.as_dict(), self.json, self.csv)
+        say_unlabelled(terminal, scored.unlabelled)
+        return OK
+
+
+def say_unlabelled(terminal: Terminal, names: tuple[str, ...]) -> None:
+    """Name the sequences that could not be scored."""
+    if names:
+        terminal.note(f"left out, for want of labels: {', '.join(names)}")
+
+
+def require_one_on_stdout(json: str | None, csv: str | None) -> None:
+    """BadConfig when both are to be printed."""
+    from tracker.errors import BadConfig
+
+    if json == STDOUT and csv == STDOUT:
+        raise BadConfig("--json - and --csv - would mix on stdout: give one of them a file")
+
+
+def deliver(
+    terminal: Terminal,
+    table: "mot_sim.report.grid.Table",
+    content: Mapping[str, object],
+    json: str | None,
+    csv: str | None,
+) -> None:
+    """The scores into the files that were asked for; the table, unless stdout is taken."""
+    if json is not None:
+        terminal.save(jsonlib.dumps(content, indent=2) + "\n", json)
+    if csv is not None:
+        terminal.save(table.as_csv(), csv)
+    if STDOUT not in (json, csv):
+        terminal.show(table)

@@ -1,0 +1,111 @@
+"""`mot-sim export`: results for other people's evaluators."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from mot_sim.cli.evaluate import say_unlabelled
+from mot_sim.cli.options import DETECTIONS, Root, Verbose, option
+from mot_sim.cli.terminal import OK, Terminal
+
+if TYPE_CHECKING:
+    import mot_sim.datasets
+    import tracker
+
+
+@dataclass(frozen=True)
+class Export:
+    """Write results and labels for another evaluator.
+
+    mot-sim export out/rrc out/mot --to motchallenge --root KITTI --detections rrc
+
+    mot-sim export out/rrc out/te --to trackeval --root KITTI
+
+    motchallenge: OUT/SSSS/ with seqinfo.ini, det/det.txt, res/res.txt and, where there are labels,
+    gt/gt.txt; frames and ids from 1. trackeval: OUT/gt is GT_FOLDER and OUT/trackers is
+    TRACKERS_FOLDER of TrackEval's Kitti2DBox; only sequences with labels.
+    """
+
+    results: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RESULTS")]
+    """A folder with SSSS.txt, or data/SSSS.txt, for every sequence."""
+    out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="OUT")]
+    """A new or empty folder."""
+    to: Annotated[str, tyro.conf.arg(metavar="FORMAT")]
+    """motchallenge or trackeval."""
+    root: Root = None
+    """The KITTI tree with the calibration, labels and detections."""
+    sequences: Annotated[str | None, option("NAMES", "those with results")] = None
+    """all, labelled, or names: 0000,0005."""
+    detections: Annotated[str, option("NAME|PATH", DETECTIONS)] = DETECTIONS
+    """For motchallenge: the detections that det/det.txt gets."""
+    detection_format: Annotated[str | None, option("NAME", "the detector's own")] = None
+    """How the rows of a folder or file of your own are written: the name of a detector."""
+    name: Annotated[str | None, option("NAME", "the name of the folder RESULTS")] = None
+    """For trackeval: what the tracker is called."""
+    verbose: Verbose = 0
+    """Say more: -v, -vv."""
+
+    def __call__(self, terminal: Terminal) -> int:
+        """Read everything, then write."""
+        from mot_sim.run_folder import require_empty
+        from mot_sim.scoring import pick_results, read_picked
+        from tracker.errors import UnknownName
+
+        if self.to not in FORMATS:
+            raise UnknownName.of("export format", self.to, FORMATS)
+        require_empty(self.out)
+        files = pick_results(self.results, self.root, self.sequences)
+        drives = [self._drive(name) for name in files]
+        names = FORMATS[self.to](self, drives, read_picked(files, drives))
+        say_unlabelled(terminal, tuple(name for name in files if name not in names))
+        terminal.write(f"{self.out}: {len(names)} sequences for {self.to}\n")
+        return OK
+
+    def _drive(self, name: str) -> "mot_sim.datasets.KittiSequence":
+        """A drive, with its detections if the format wants them."""
+        from mot_sim.datasets import kitti_sequence
+
+        detections = self.detections if self.to == "motchallenge" else None
+        return kitti_sequence(
+            self.root, name, detections, "none", detection_format=self.detection_format
+        )
+
+
+def to_motchallenge(
+    export: Export,
+    drives: "list[mot_sim.datasets.KittiSequence]",
+    results: "dict[str, tracker.Tracks]",
+) -> list[str]:
+    """Write a folder a sequence; gives the sequences that were written."""
+    from mot_sim.datasets import export_motchallenge
+
+    for drive in drives:
+        export_motchallenge(export.out, drive, drive.truth, results[drive.name])
+    return [drive.name for drive in drives]
+
+
+def to_trackeval(
+    export: Export,
+    drives: "list[mot_sim.datasets.KittiSequence]",
+    results: "dict[str, tracker.Tracks]",
+) -> list[str]:
+    """Write TrackEval's two folders; gives the sequences that were written."""
+    from mot_sim.datasets import export_trackeval
+    from tracker.errors import DatasetNotFound
+
+    truths = {drive.name: drive.truth for drive in drives if drive.truth is not None}
+    if not truths:
+        raise DatasetNotFound(f"no labels for {', '.join(results)}: TrackEval needs them")
+    lengths = {drive.name: drive.frame_count for drive in drives if drive.name in truths}
+    tracker_name = export.name or export.results.resolve().name
+    export_trackeval(export.out, tracker_name, lengths, truths, results)
+    return list(truths)
+
+
+FORMATS: dict[str, Callable[..., list[str]]] = {
+    "motchallenge": to_motchallenge,
+    "trackeval": to_trackeval,
+}

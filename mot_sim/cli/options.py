@@ -1,0 +1,141 @@
+"""Groups of options that several commands share. Values are checked by what uses them."""
+
+from dataclasses import dataclass
+from math import radians
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+if TYPE_CHECKING:
+    import mot_sim.datasets
+    import mot_sim.run_folder
+    import mot_sim.runs
+
+DETECTIONS, EGO, SPLIT = "rrc", "oxts", "training"
+CAMERA_HEIGHT = 1.65  # metres; KITTI's car, as in mot_sim.datasets.kitti (which imports slowly)
+
+
+def option(metavar: str, default: str = "", **more: object) -> object:
+    """How `--help` shows an option whose default is not a plain value."""
+    hint = f"(default: {default})" if default else "(optional)"
+    return tyro.conf.arg(metavar=metavar, help_behavior_hint=hint, **more)  # type: ignore[call-overload]
+
+
+Verbose = Annotated[tyro.conf.UseCounterAction[int], option("", "warnings only", aliases=("-v",))]
+Root = Annotated[Path | None, option("DIR", "$MOT_SIM_KITTI_ROOT")]
+Rules = Annotated[str, option("NAME", "trackeval")]
+Flag = Annotated[bool, tyro.conf.arg(help_behavior_hint="")]
+File = Annotated[str | None, option("FILE|-")]
+
+
+@dataclass(frozen=True)
+class KittiOptions:
+    """Which drives of a KITTI tree, and what is known about them."""
+
+    root: Root = None
+    """The folder that holds training/ and, beside it, detections/ and odometry/."""
+    sequences: Annotated[str | None, option("NAMES", "all")] = None
+    """all, labelled (those with labels; given is the same), or names: 0000,0005."""
+    split: Annotated[str | None, option("NAME", SPLIT)] = None
+    """training or testing."""
+    detections: Annotated[str | None, option("NAME|PATH", DETECTIONS)] = None
+    """A detector of <root>/detections (mot-sim list), or a folder of SSSS.txt or one file."""
+    detection_format: Annotated[str | None, option("NAME", "the detector's own")] = None
+    """How the rows of a folder or file of your own are written: the name of a detector."""
+    ego: Annotated[str | None, option("NAME|FILE", "oxts; none with --boxes")] = None
+    """Where the camera's motion comes from: oxts, orbslam3, none. With --boxes: none, or a file
+    with a 3x4 camera-to-world matrix (12 numbers, metres) a line, one line a frame."""
+    height: Annotated[float | None, option("METRES", f"{CAMERA_HEIGHT}")] = None
+    """Of the camera above the road."""
+    pitch: Annotated[float | None, option("DEGREES", "0")] = None
+    """Of the camera; positive looks up."""
+    drop_bad_boxes: Flag = False
+    """Leave out boxes without area and boxes outside the image, instead of refusing the file."""
+
+    def named(self) -> list[str]:
+        """The options of a KITTI tree that were given."""
+        mine = ("root", "sequences", "split", "detections", "detection_format", "height", "pitch")
+        return [name for name in mine if getattr(self, name) is not None]
+
+    def open(self, sequences: str = "all") -> "list[mot_sim.datasets.KittiSequence]":
+        """The drives, every file of theirs read and checked."""
+        from mot_sim.datasets import kitti_sequence
+        from mot_sim.scoring import choose_sequences
+
+        split = self.split or SPLIT
+        chosen = choose_sequences(self.root, self.sequences or sequences, split)
+        return [
+            kitti_sequence(
+                self.root,
+                name,
+                self.detections or DETECTIONS,
+                self.ego or EGO,
+                split=split,
+                height=CAMERA_HEIGHT if self.height is None else self.height,
+                pitch=radians(self.pitch or 0.0),
+                detection_format=self.detection_format,
+                bad_boxes="drop" if self.drop_bad_boxes else None,
+            )
+            for name in chosen
+        ]
+
+    def settings(self) -> "mot_sim.run_folder.Settings":
+        """What decides the results, with the defaults filled in."""
+        from mot_sim.datasets import find_root
+
+        return {
+            "root": str(find_root(self.root).resolve()),
+            "split": self.split or SPLIT,
+            "detections": self.detections or DETECTIONS,
+            "detection_format": self.detection_format,
+            "ego": self.ego or EGO,
+            "height": CAMERA_HEIGHT if self.height is None else self.height,
+            "pitch_deg": self.pitch or 0.0,
+            "drop_bad_boxes": self.drop_bad_boxes,
+        }
+
+
+@dataclass(frozen=True)
+class TrackerOptions:
+    """What is changed in a tracker."""
+
+    costs: Annotated[str | None, option("NAME=WEIGHT,...", "the tracker's own")] = None
+    """Pairwise costs and their weights, for example volume=0.6,reprojection=0.4."""
+    associate: Annotated[str | None, option("NAME", "the tracker's own")] = None
+    """hungarian or greedy."""
+
+    def recipe(self, tracker: str) -> "mot_sim.runs.Recipe":
+        """How to build a tracker of this name; all names are checked."""
+        from mot_sim.runs import Recipe, parse_costs
+
+        costs = None if self.costs is None else parse_costs(self.costs)
+        return Recipe(tracker, costs, self.associate)
+
+    def settings(self, tracker: str) -> "mot_sim.run_folder.Settings":
+        """What decides the results."""
+        costs = self.recipe(tracker).costs
+        weights = [f"{name}={weight!r}" for name, weight in sorted((costs or {}).items())]
+        return {
+            "tracker": tracker,
+            "costs": ",".join(weights) or None,
+            "associate": self.associate,
+        }
+
+
+@dataclass(frozen=True)
+class FolderOptions:
+    """What happens to results that are there already."""
+
+    resume: Flag = False
+    """Go on with an interrupted run: finished sequences stay, the rest is done."""
+    overwrite: Flag = False
+    """Replace the run in the output folder."""
+
+    def open(
+        self, path: Path, settings: "mot_sim.run_folder.Settings", names: list[str]
+    ) -> "mot_sim.run_folder.RunFolder":
+        """The folder, checked; nothing is written yet."""
+        from mot_sim.run_folder import RunFolder
+
+        return RunFolder.open(path, settings, names, resume=self.resume, overwrite=self.overwrite)

@@ -1,0 +1,140 @@
+"""`mot-sim track`: boxes in, identities out."""
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from mot_sim.cli.options import Flag, FolderOptions, KittiOptions, TrackerOptions, Verbose, option
+from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
+
+if TYPE_CHECKING:
+    import mot_sim.datasets
+    import mot_sim.run_folder
+    import mot_sim.runs
+
+
+@dataclass(frozen=True)
+class Track:
+    """Track the cars in KITTI sequences, or in boxes of your own.
+
+    mot-sim track --root KITTI --detections rrc --ego oxts --out out/rrc
+
+    mot-sim track --boxes boxes.csv --camera camera.toml --ego poses.txt --out out/mine
+
+    Writes DIR/SSSS.txt for every sequence, as the KITTI server and TrackEval read them (each file
+    appears when its sequence is finished), and DIR/run.json: settings, versions, counts.
+    """
+
+    out: Annotated[Path, option("DIR", "none: it must be given")]
+    """Where the results go: a new or empty folder, unless --resume or --overwrite is given."""
+    tracker: Annotated[str, option("NAME", "default")] = "default"
+    """default (memory, motion model, two score stages) or paper (the paper's two frames)."""
+    method: TrackerOptions = field(default_factory=TrackerOptions)
+    kitti: KittiOptions = field(default_factory=KittiOptions)
+    boxes: Annotated[Path | None, option("FILE")] = None
+    """Boxes of your own instead of KITTI: a csv file with the header
+    frame,x_min,y_min,x_max,y_max,score; frames from 0, pixels."""
+    camera: Annotated[Path | None, option("FILE")] = None
+    """The camera of --boxes, a TOML file: fx fy cx cy, image_width, image_height in pixels,
+    camera_height in metres, and pitch_deg, roll_deg, frame_rate if they are not 0, 0, 10."""
+    images: Annotated[Path | None, option("DIR")] = None
+    """The images of --boxes: 000000.png, ..."""
+    folder: FolderOptions = field(default_factory=FolderOptions)
+    json: Flag = False
+    """Print a summary as JSON instead of one line."""
+    verbose: Verbose = 0
+    """Say more: -v a line a sequence, -vv details."""
+
+    def __call__(self, terminal: Terminal) -> int:
+        """Track, and say what came of it."""
+        recipe = self.method.recipe(self.tracker)
+        drives, settings = self._input()
+        folder = self.folder.open(
+            self.out,
+            {**self.method.settings(self.tracker), **settings},
+            [drive.name for drive in drives],
+        )
+        run = run_tracker(terminal, recipe, drives, folder)
+        if run is None:
+            return INTERRUPTED
+        self._report(terminal, run)
+        return OK
+
+    def _input(
+        self,
+    ) -> "tuple[Sequence[mot_sim.datasets.RecordedSequence], mot_sim.run_folder.Settings]":
+        """The drives, and the settings that say which they are."""
+        from mot_sim.datasets import box_sequence
+        from tracker.errors import BadConfig
+
+        if self.boxes is None:
+            alone = "--camera" if self.camera else "--images" if self.images else None
+            if alone:
+                raise BadConfig(f"{alone} belongs to --boxes: give boxes.csv too")
+            return self.kitti.open(), self.kitti.settings()
+        if self.camera is None:
+            raise BadConfig("--boxes needs --camera: a TOML file, see mot-sim track --help")
+        if self.kitti.named():
+            option_name = self.kitti.named()[0].replace("_", "-")
+            raise BadConfig(f"--boxes and --{option_name} exclude each other: KITTI or your own")
+        poses = None if self.kitti.ego in (None, "none") else Path(str(self.kitti.ego))
+        drop = self.kitti.drop_bad_boxes
+        drive = box_sequence(
+            self.boxes,
+            self.camera,
+            self.images,
+            poses,
+            bad_boxes="drop" if drop else "error",
+        )
+        files = {"boxes": self.boxes, "camera": self.camera, "images": self.images, "ego": poses}
+        settings = {
+            name: None if path is None else str(path.resolve()) for name, path in files.items()
+        }
+        return [drive], {**settings, "drop_bad_boxes": drop}
+
+    def _report(self, terminal: Terminal, run: "mot_sim.runs.Run") -> None:
+        frames = sum(counts.frames for counts in run.counts.values())
+        if self.json:
+            terminal.write_json(
+                {
+                    "out": str(self.out),
+                    "frames": frames,
+                    "frames_per_second": run.frames_per_second,
+                    "resumed": list(run.resumed),
+                    "sequences": {name: vars(counts) for name, counts in run.counts.items()},
+                }
+            )
+            return
+        kept = f", {len(run.resumed)} of them finished before" if run.resumed else ""
+        speed = run.frames_per_second
+        pace = "" if speed is None else f", {speed:,.0f} frames/s"
+        terminal.write(f"{self.out}: {len(run.counts)} sequences{kept}, {frames:,} frames{pace}\n")
+
+
+def run_tracker(
+    terminal: Terminal,
+    recipe: "mot_sim.runs.Recipe",
+    drives: "Sequence[mot_sim.datasets.RecordedSequence]",
+    folder: "mot_sim.run_folder.RunFolder | None",
+) -> "mot_sim.runs.Run | None":
+    """Track under a progress bar; None after Ctrl-C, when it has said how to go on."""
+    from mot_sim.runs import track_sequences
+
+    finished = folder.finished if folder is not None else {}
+    frames = sum(len(drive) for drive in drives if drive.name not in finished)
+    try:
+        with folder or nullcontext(), terminal.progress(frames) as advance:
+            return track_sequences(drives, recipe.build, folder, lambda name, _: advance(name))
+    except KeyboardInterrupt:
+        if folder is None:
+            terminal.note("interrupted: nothing is left behind, results are kept only with --out")
+        elif folder.finished:
+            terminal.note(
+                f"interrupted: {len(folder.finished)} of {len(drives)} sequences are finished in "
+                f"{folder.path}; the same command with --resume does the rest"
+            )
+        else:
+            terminal.note("interrupted: no sequence was finished and nothing is left behind")
+        return None

@@ -1,0 +1,195 @@
+"""A folder of results: `SSSS.txt` a finished sequence, and `run.json`, how they were made."""
+
+import json
+import platform
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from types import TracebackType
+
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.datasets.kitti.results import write_results
+from mot_sim.datasets.text import read_text
+from mot_sim.datasets.writing import write_lines
+from tracker.errors import BadConfig, BadFile, BadOutput, OutputExists
+from tracker.types import Tracks
+
+RUN_FILE = "run.json"
+PACKAGES = ("mot-sim", "numpy", "scipy", "shapely", "filterpy", "opencv-python-headless")
+
+# What decides the results, by name; plain values, so that JSON gives back the same.
+Settings = Mapping[str, str | float | bool | None]
+
+
+@dataclass(frozen=True)
+class Counts:
+    """What went through a tracker in one sequence; seconds of wall time, reading included."""
+
+    frames: int
+    detections: int
+    rows: int
+    ids: int
+    seconds: float
+
+
+@dataclass(eq=False)
+class RunFolder:
+    """Results that appear sequence by sequence, each file as a whole.
+
+    Opening one only looks; entering it as a context writes `run.json`, and leaving it by an
+    exception before any sequence is finished takes back all that was made.
+    wanted: the names of all sequences of the run. finished: what stands in the folder.
+    """
+
+    path: Path
+    settings: Settings
+    wanted: Sequence[str]
+    finished: dict[str, Counts] = field(default_factory=dict)
+    stale: tuple[str, ...] = ()
+    made: tuple[Path, ...] = ()
+
+    @classmethod
+    def open(
+        cls,
+        path: Path,
+        settings: Settings,
+        wanted: Sequence[str],
+        *,
+        resume: bool = False,
+        overwrite: bool = False,
+    ) -> "RunFolder":
+        """The folder, checked; nothing is written yet.
+
+        resume: go on with a run of the same settings. overwrite: replace an earlier run.
+        Raises OutputExists for a folder that holds something, BadConfig for a run that was made
+        with other settings, BadFile for a `run.json` that is none, BadOutput for no folder.
+        """
+        if resume and overwrite:
+            raise BadConfig("--resume goes on with a run, --overwrite replaces it: keep one")
+        if not _holds_something(path):
+            return cls(path, settings, wanted)
+        if not (path / RUN_FILE).is_file():
+            raise OutputExists(f"{path}: not empty, and no run of ours; choose another folder")
+        if not (resume or overwrite):
+            raise OutputExists(
+                f"{path}: holds a run already; --resume does its rest, --overwrite replaces it"
+            )
+        before, finished = _read_run(path / RUN_FILE)
+        if overwrite:
+            return cls(path, settings, wanted, stale=tuple(finished))
+        _require_same(path, before, settings)
+        there = {name: part for name, part in finished.items() if (path / f"{name}.txt").is_file()}
+        return cls(path, settings, wanted, there)
+
+    def __enter__(self) -> "RunFolder":
+        self.made = tuple(place for place in (self.path, *self.path.parents) if not place.exists())
+        try:
+            for name in self.stale:
+                self.result(name).unlink(missing_ok=True)
+            self._write_run({})
+        except OSError as error:
+            raise BadOutput(f"{self.path}: cannot be written: {error.strerror}") from None
+        except BaseException:
+            self._take_back()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
+    ) -> None:
+        if kind is not None:
+            self._take_back()
+
+    def add(
+        self,
+        name: str,
+        tracks: Tracks,
+        counts: Counts,
+        T_road_label: Float[Array, "4 4"] | None = None,
+    ) -> None:
+        """Keep a finished sequence: both files appear as a whole, the results last."""
+        self._write_run({name: counts})
+        write_results(tracks, self.result(name), T_road_label)
+        self.finished[name] = counts
+
+    def result(self, name: str) -> Path:
+        """Where the results of a sequence lie."""
+        return self.path / f"{name}.txt"
+
+    def _take_back(self) -> None:
+        """Remove what was made, unless a sequence is finished."""
+        if any(self.result(name).exists() for name in {*self.finished, *self.wanted}):
+            return
+        with suppress(OSError):
+            (self.path / RUN_FILE).unlink(missing_ok=True)
+            for place in self.made:
+                place.rmdir()
+
+    def _write_run(self, more: Mapping[str, Counts]) -> None:
+        sequences = {name: asdict(counts) for name, counts in {**self.finished, **more}.items()}
+        described = {
+            "settings": dict(self.settings),
+            "versions": versions(),
+            "complete": set(self.wanted) <= sequences.keys(),
+            "sequences": dict(sorted(sequences.items())),
+        }
+        write_lines(self.path / RUN_FILE, [json.dumps(described, indent=2)])
+
+
+def versions() -> dict[str, str]:
+    """Of Python and of what computes."""
+    return {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def require_empty(path: Path) -> None:
+    """OutputExists for a folder that holds something, BadOutput for what is no folder."""
+    if _holds_something(path):
+        raise OutputExists(f"{path}: not empty; choose another folder, or empty it")
+
+
+def _holds_something(path: Path) -> bool:
+    """Whether there is a folder that is not empty; BadOutput for what is no folder."""
+    try:
+        return any(path.iterdir())
+    except FileNotFoundError:
+        return False
+    except OSError as error:
+        raise BadOutput(f"{path}: no folder to write to: {error.strerror}") from None
+
+
+def _read_run(path: Path) -> tuple[Settings, dict[str, Counts]]:
+    """The settings and the finished sequences that a `run.json` names."""
+    try:
+        described = json.loads(read_text(path))
+        parts = {name: Counts(**part) for name, part in described["sequences"].items()}
+        settings = dict(described["settings"])
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise BadFile(f"{path}: not a run of ours: {error!r}; choose another folder") from None
+    if any(Path(name).name != name for name in parts):
+        raise BadFile(f"{path}: a sequence is named like a path; choose another folder")
+    return settings, parts
+
+
+def _require_same(path: Path, before: Settings, now: Settings) -> None:
+    """BadConfig that names every setting which differs."""
+    differing = [
+        f"{name} was {before.get(name)!r} and is {now.get(name)!r}"
+        for name in sorted({*before, *now})
+        if before.get(name) != now.get(name)
+    ]
+    if differing:
+        raise BadConfig(
+            f"{path}: the run there had other settings: {'; '.join(differing)}; "
+            "give the same ones, or choose another folder"
+        )

@@ -1,0 +1,128 @@
+"""Trackers over whole drives: built by name, run over sequences, results kept as they come."""
+
+import logging
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from math import isfinite
+from time import perf_counter
+
+from mot_sim.datasets import KittiSequence, read_results
+from mot_sim.run_folder import Counts, RunFolder
+from tracker import TRACKERS, Camera, Sequence, Tracker, Tracks
+from tracker.association import ASSOCIATIONS
+from tracker.costs import COSTS, WeightedCosts
+from tracker.errors import BadConfig, UnknownName
+
+# Called after every frame with the name of its sequence and the number of frames so far.
+Progress = Callable[[str, int], None]
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How to build a tracker, all by name; the names are checked here, the camera comes later.
+
+    costs: weights by the cost's name in place of the tracker's own. associate: likewise.
+    """
+
+    tracker: str = "default"
+    costs: Mapping[str, float] | None = None
+    associate: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.tracker not in TRACKERS:
+            raise UnknownName.of("tracker", self.tracker, TRACKERS)
+        if self.associate is not None and self.associate not in ASSOCIATIONS:
+            raise UnknownName.of("association", self.associate, ASSOCIATIONS)
+        for name, weight in (self.costs or {}).items():
+            if name not in COSTS:
+                raise UnknownName.of("cost", name, COSTS)
+            if not (isfinite(weight) and weight > 0.0):
+                raise BadConfig(f"the weight of {name} is {weight:g}; weights are above 0")
+
+    def build(self, camera: Camera) -> Tracker:
+        """The tracker for a camera; another association keeps the tracker's largest cost."""
+        tracker = TRACKERS[self.tracker](camera)
+        if self.costs is not None:
+            costs: WeightedCosts = tuple((w, COSTS[name]()) for name, w in self.costs.items())
+            tracker = replace(tracker, costs=costs)
+        if self.associate is not None:
+            max_cost = getattr(tracker.associate, "max_cost", 1.0)
+            tracker = replace(tracker, associate=ASSOCIATIONS[self.associate](max_cost))
+        return tracker
+
+
+def parse_costs(text: str) -> dict[str, float]:
+    """Weights by cost from `volume=0.6,reprojection=0.4`; a name alone weighs 1."""
+    weights: dict[str, float] = {}
+    for part in text.split(","):
+        name, _, weight = (piece.strip() for piece in part.partition("="))
+        try:
+            number = float(weight) if "=" in part else 1.0
+        except ValueError:
+            number = float("nan")
+        if not name or name in weights or not isfinite(number):
+            raise BadConfig(f"costs {text!r}: write volume=0.6,reprojection=0.4, each cost once")
+        weights[name] = number
+    return weights
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What came of tracking some sequences; resumed: those that an earlier run had finished."""
+
+    tracks: dict[str, Tracks]
+    counts: dict[str, Counts]
+    resumed: tuple[str, ...] = ()
+
+    @property
+    def frames_per_second(self) -> float | None:
+        """Of wall time, over the sequences that were tracked now; None when none was."""
+        fresh = [part for name, part in self.counts.items() if name not in self.resumed]
+        seconds = sum(part.seconds for part in fresh)
+        return sum(part.frames for part in fresh) / seconds if seconds > 0.0 else None
+
+
+def track_sequence(
+    tracker: Tracker, sequence: Sequence, progress: Progress | None = None
+) -> tuple[Tracks, Counts]:
+    """All rows of one drive, in the order of frames."""
+    start, parts, seen = perf_counter(), [], 0
+    for number, frame in enumerate(sequence, 1):
+        parts.append(tracker.step(frame))
+        seen += len(frame.detections)
+        if progress is not None:
+            progress(sequence.name, number)
+    tracks = Tracks.concatenate(parts) if parts else Tracks.empty()
+    ids = len(set(tracks.ids.tolist()))
+    return tracks, Counts(len(parts), seen, len(tracks), ids, perf_counter() - start)
+
+
+def track_sequences(
+    sequences: Iterable[Sequence],
+    build: Callable[[Camera], Tracker],
+    folder: RunFolder | None = None,
+    progress: Progress | None = None,
+) -> Run:
+    """Track the sequences one after the other, each with a tracker of its own.
+
+    folder: an entered RunFolder that keeps each sequence as soon as it is finished, and gives
+    back those that it holds already. progress: called after every frame.
+    """
+    tracks: dict[str, Tracks] = {}
+    counts: dict[str, Counts] = {}
+    resumed = []
+    for sequence in sequences:
+        name = sequence.name
+        T_road_label = sequence.T_road_label if isinstance(sequence, KittiSequence) else None
+        if folder is not None and name in folder.finished:
+            tracks[name] = read_results(folder.result(name), T_road_label)
+            counts[name] = folder.finished[name]
+            resumed.append(name)
+            continue
+        tracks[name], counts[name] = track_sequence(build(sequence.camera), sequence, progress)
+        if folder is not None:
+            folder.add(name, tracks[name], counts[name], T_road_label)
+        log.info("%s: %d rows of %d ids", name, counts[name].rows, counts[name].ids)
+    return Run(tracks, counts, tuple(resumed))

@@ -1,0 +1,144 @@
+"""Results against the labels of a KITTI tree, and which of its sequences are meant."""
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mot_sim.datasets import (
+    KittiSequence,
+    available_sequences,
+    find_root,
+    kitti_sequence,
+    read_results,
+)
+from mot_sim.metrics import RULES, Evaluation, evaluate
+from tracker.errors import DatasetNotFound, UnknownName
+from tracker.types import Tracks
+
+ALL = "all"
+LABELLED = ("labelled", "given")  # two words for one choice
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class Scored:
+    """An evaluation, and the sequences that were left out because they have no labels."""
+
+    evaluation: Evaluation
+    unlabelled: tuple[str, ...]
+
+
+def choose_sequences(
+    root: Path | str | None, wanted: str = ALL, split: str = "training"
+) -> list[str]:
+    """The names that `all`, `labelled` or `0000,0005` mean, in order, each once.
+
+    Raises DatasetNotFound for a tree without sequences (or labels, if they are asked for),
+    UnknownName for a sequence that is not there.
+    """
+    found = find_root(root)
+    there = available_sequences(found, split)
+    if not there:
+        raise DatasetNotFound(f"{found / split}/calib: no sequences; give calib/SSSS.txt")
+    if wanted == ALL:
+        return there
+    if wanted in LABELLED:
+        labels = found / split / "label_02"
+        named = [name for name in there if (labels / f"{name}.txt").is_file()]
+        if not named:
+            raise DatasetNotFound(f"{labels}: no labels; name the sequences, or take all")
+        return named
+    names = sorted({name.strip() for name in wanted.split(",")})
+    for name in names:
+        if name not in there:
+            raise UnknownName.of("sequence", name, there)
+    return names
+
+
+def require_rules(rules: str) -> None:
+    """UnknownName when there are no such rules."""
+    if rules not in RULES:
+        raise UnknownName.of("rules", rules, RULES)
+
+
+def result_files(folder: Path) -> dict[str, Path]:
+    """The result files in a folder, or in its folder `data`, by sequence."""
+    for place in (folder, folder / "data"):
+        files = {path.stem: path for path in sorted(place.glob("*.txt"))}
+        if files:
+            return files
+    there = "no such folder" if not folder.is_dir() else "no results in it"
+    raise DatasetNotFound(
+        f"{folder}: {there}; results are SSSS.txt, as `mot-sim track` writes them"
+    )
+
+
+def score_sequences(
+    drives: Sequence[KittiSequence], results: Mapping[str, Tracks], rules: str = "trackeval"
+) -> Scored:
+    """The scores of results in memory. Raises DatasetNotFound when no drive has labels."""
+    require_rules(rules)
+    truths = {drive.name: (drive.truth, drive.frame_count) for drive in drives}
+    contests = {
+        name: (truth, results[name], frame_count)
+        for name, (truth, frame_count) in truths.items()
+        if truth is not None
+    }
+    unlabelled = tuple(name for name in truths if name not in contests)
+    if not contests:
+        raise DatasetNotFound(f"no labels for {', '.join(unlabelled)}: nothing can be scored")
+    return Scored(evaluate(contests, rules), unlabelled)
+
+
+def pick_results(
+    folder: Path, root: Path | str | None = None, sequences: str | None = None
+) -> dict[str, Path]:
+    """The result files of the training sequences that are meant, by name, in order.
+
+    sequences: see `choose_sequences`; None: those that have results. Raises DatasetNotFound for
+    no results at all, and for a sequence that was asked for and has none.
+    """
+    files = result_files(folder)
+    there = choose_sequences(root)
+    names = choose_sequences(root, sequences) if sequences else [n for n in there if n in files]
+    missing = [name for name in names if name not in files]
+    if missing or not names:
+        what = f"no results for {', '.join(missing)}" if missing else "no results of this tree"
+        raise DatasetNotFound(f"{folder}: {what}; it has those of {', '.join(files)}")
+    if sequences is None:
+        for name in sorted(files.keys() - there):
+            log.warning("%s is of no sequence of this tree and is left out", files[name])
+    return {name: files[name] for name in names}
+
+
+def read_picked(files: Mapping[str, Path], drives: Sequence[KittiSequence]) -> dict[str, Tracks]:
+    """The results in the files, checked against the lengths of their drives."""
+    return {
+        drive.name: read_results(files[drive.name], frame_count=drive.frame_count)
+        for drive in drives
+    }
+
+
+def score_folder(
+    folder: Path,
+    root: Path | str | None = None,
+    sequences: str | None = None,
+    rules: str = "trackeval",
+) -> Scored:
+    """The scores of a folder of result files; the training split, for it has the labels.
+
+    sequences: see `pick_results`. Labelled sequences without results are warned of, because
+    leaving them out changes the sum.
+    """
+    require_rules(rules)
+    files = pick_results(folder, root, sequences)
+    drives = [kitti_sequence(root, name, None, ego="none") for name in files]
+    scored = score_sequences(drives, read_picked(files, drives), rules)
+    if sequences is None:
+        labelled = choose_sequences(root, LABELLED[0])
+        unscored = [name for name in labelled if name not in files]
+        if unscored:
+            log.warning("no results for %s, which have labels: not in the sum", ", ".join(unscored))
+    return scored

@@ -1,0 +1,177 @@
+"""`mot-sim evaluate`, `kitti` and `export`: from result files to tables and folders."""
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.mot_sim.cli.conftest import FRAMES, CommandLine, files, labels, write
+
+BOXES = 4 * FRAMES  # two cars in each of two labelled sequences
+TITLES = ["HOTA", "DetA", "AssA", "MOTA", "MOTP", "IDF1", "recall", "precision"]
+TITLES += ["TP", "FP", "FN", "IDSW", "Frag", "MT", "PT", "ML"]
+CLEAR_ONLY = [title for title in TITLES if title not in ("HOTA", "DetA", "AssA", "IDF1")]
+
+
+@pytest.fixture
+def results(tmp_path: Path) -> Path:
+    """Perfect results of all three sequences; in 0031 one car changes its name half way."""
+    swapped = labels().replace("\n1 1 ", "\n1 8 ").replace("\n2 1 ", "\n2 8 ")
+    for name, text in {"0030": labels(), "0031": swapped, "0032": labels()}.items():
+        write(tmp_path / "results" / f"{name}.txt", text)
+    return tmp_path / "results"
+
+
+def test_the_table_has_a_row_a_sequence_and_one_for_all(
+    mot_sim: CommandLine, tree: Path, results: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    outcome = mot_sim("evaluate", results, "--root", tree)
+    assert outcome.code == 0
+    assert outcome.err == "left out, for want of labels: 0032\n"
+    lines = [line.split() for line in outcome.out.split("\n") if line.strip()]
+    assert lines[1] == ["sequence", *TITLES]
+    rows = {line[0]: line[1:] for line in lines[3:]}
+    assert list(rows) == ["0030", "0031", "combined"]
+    assert rows["0030"] == ["100.00"] * 8 + [str(2 * FRAMES), "0", "0", "0", "0", "2", "0", "0"]
+    # A name changes at two of the labels: there and back.
+    assert rows["combined"][3] == f"{100 * (1 - 2 / BOXES):.2f}"
+    assert rows["combined"][8:13] == [str(BOXES), "0", "0", "2", "0"]
+
+
+def test_at_80_columns_the_rates_stand_above_the_counts(
+    mot_sim: CommandLine, tree: Path, results: Path
+) -> None:
+    outcome = mot_sim("evaluate", results, "--root", tree)
+    assert max(len(line) for line in outcome.out.split("\n")) <= 80
+    assert "…" not in outcome.out
+    for title in TITLES:
+        assert f" {title} " in outcome.out
+
+
+def test_csv_and_json_hold_every_digit_as_fractions(
+    mot_sim: CommandLine, tree: Path, results: Path, tmp_path: Path
+) -> None:
+    table = mot_sim("evaluate", results, "--root", tree, "--csv", "-").out
+    rows = list(csv.DictReader(io.StringIO(table)))
+    assert list(rows[0]) == ["sequence", *TITLES]
+    assert float(rows[-1]["MOTA"]) == 1 - 2 / BOXES
+    content = json.loads(mot_sim("evaluate", results, "--root", tree, "--json", "-").out)
+    assert content["rules"] == "trackeval"
+    assert content["combined"]["MOTA"] == 1 - 2 / BOXES
+    assert content["sequences"]["0031"]["IDSW"] == 2
+    kept = ["--csv", tmp_path / "new" / "s.csv", "--json", tmp_path / "s.json"]
+    outcome = mot_sim("evaluate", results, "--root", tree, *kept)
+    assert "combined" in outcome.out
+    assert (tmp_path / "new" / "s.csv").read_text() == table
+    assert json.loads((tmp_path / "s.json").read_text()) == content
+    both = mot_sim("evaluate", results, "--root", tree, "--csv", "-", "--json", "-")
+    assert (both.code, both.out) == (2, "")
+
+
+def test_the_rules_of_2018_know_only_clear_scores(
+    mot_sim: CommandLine, tree: Path, results: Path
+) -> None:
+    rules = ["--rules", "devkit2018", "--csv", "-"]
+    rows = list(
+        csv.DictReader(io.StringIO(mot_sim("evaluate", results, "--root", tree, *rules).out))
+    )
+    assert list(rows[0]) == ["sequence", *CLEAR_ONLY]
+    assert rows[0]["MOTA"] == "1.0"
+
+
+def test_what_is_left_out_of_the_sum_is_said(
+    mot_sim: CommandLine, tree: Path, results: Path
+) -> None:
+    (results / "0031.txt").unlink()
+    write(results / "notes.txt", "not results")
+    outcome = mot_sim("evaluate", results, "--root", tree)
+    assert outcome.code == 0
+    assert "warning: no results for 0031, which have labels: not in the sum\n" in outcome.err
+    assert "notes.txt is of no sequence of this tree" in outcome.err
+    chosen = mot_sim("evaluate", results, "--root", tree, "--sequences", "0030")
+    assert (chosen.code, chosen.err) == (0, "")
+
+
+def test_results_in_a_folder_called_data_are_found(
+    mot_sim: CommandLine, tree: Path, results: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "tracker").mkdir()
+    results.rename(tmp_path / "tracker" / "data")
+    assert mot_sim("evaluate", tmp_path / "tracker", "--root", tree).code == 0
+
+
+def test_kitti_tracks_and_scores_the_labelled_sequences(mot_sim: CommandLine, tree: Path) -> None:
+    outcome = mot_sim("kitti", "--root", tree)
+    assert (outcome.code, outcome.err) == (0, "")
+    assert "default: rrc boxes, ego oxts, rules trackeval, rates in %" in outcome.out
+    assert "0031" in outcome.out
+    assert "0032" not in outcome.out
+    content = json.loads(mot_sim("kitti", "--root", tree, "--json", "-").out)
+    assert content["default"]["combined"]["MOTA"] == 1.0
+
+
+def test_kitti_gives_several_trackers_a_row_each(mot_sim: CommandLine, tree: Path) -> None:
+    several = ["--trackers", "default,paper,default", "--csv", "-"]
+    outcome = mot_sim("kitti", "--root", tree, *several)
+    rows = list(csv.DictReader(io.StringIO(outcome.out)))
+    assert [row["tracker"] for row in rows] == ["default", "paper"]
+    assert {row["TP"] for row in rows} == {str(BOXES)}
+
+
+def test_kitti_keeps_results_only_when_told_where(
+    mot_sim: CommandLine, tree: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    mot_sim("kitti", "--root", tree)
+    assert files(tmp_path / "here") == []
+    keep = ["--trackers", "paper", "--out", tmp_path / "kept", "--sequences", "all"]
+    outcome = mot_sim("kitti", "--root", tree, *keep, "--csv", "-")
+    assert outcome.err == "left out, for want of labels: 0032\n"
+    names = ["0030.txt", "0031.txt", "0032.txt", "run.json"]
+    assert files(tmp_path / "kept" / "paper") == names
+    again = mot_sim("kitti", "--root", tree, *keep, "--resume", "--csv", "-")
+    assert again.out == outcome.out
+    judged = mot_sim("evaluate", tmp_path / "kept" / "paper", "--root", tree, "--csv", "-")
+    assert judged.out == outcome.out
+
+
+def test_export_to_motchallenge_counts_from_one(
+    mot_sim: CommandLine, tree: Path, results: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "mot"
+    outcome = mot_sim("export", results, out, "--to", "motchallenge", "--root", tree)
+    assert (outcome.code, outcome.err) == (0, "")
+    assert outcome.out == f"{out}: 3 sequences for motchallenge\n"
+    assert files(out / "0030") == ["det/det.txt", "gt/gt.txt", "res/res.txt", "seqinfo.ini"]
+    assert files(out / "0032") == ["det/det.txt", "res/res.txt", "seqinfo.ini"]
+    first = (out / "0030" / "res" / "res.txt").read_text().split(",")[:6]
+    assert [float(value) for value in first] == [1, 1, 500, 200, 60, 40]
+    assert mot_sim("export", results, out, "--to", "motchallenge", "--root", tree).code == 2
+
+
+def test_export_to_trackeval_needs_labels_but_no_detections(
+    mot_sim: CommandLine, tree: Path, results: Path, tmp_path: Path
+) -> None:
+    for name in ("0030", "0031", "0032"):
+        (tree / "detections" / "rrc" / f"{name}.txt").unlink()
+    out = tmp_path / "te"
+    name = ["--name", "ours"]
+    outcome = mot_sim("export", results, out, "--to", "trackeval", "--root", tree, *name)
+    assert outcome.code == 0
+    assert outcome.err == "left out, for want of labels: 0032\n"
+    assert files(out) == [
+        "gt/evaluate_tracking.seqmap.training",
+        "gt/label_02/0030.txt",
+        "gt/label_02/0031.txt",
+        "trackers/ours/data/0030.txt",
+        "trackers/ours/data/0031.txt",
+    ]
+    seqmap = (out / "gt" / "evaluate_tracking.seqmap.training").read_text()
+    assert seqmap.split("\n")[0] == f"0030 empty 000000 {FRAMES:06d}"
+    alone = ["--sequences", "0032", "--to", "trackeval", "--root", tree]
+    assert mot_sim("export", results, tmp_path / "none", *alone).code == 2
+    assert not (tmp_path / "none").exists()
