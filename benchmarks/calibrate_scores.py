@@ -64,7 +64,8 @@ def main() -> None:
         try:
             folder = root / "detections" / name
             parts = [
-                judged(kitti_sequence(root, n, folder, detection_format="raw scores")) for n in GIVEN
+                judged(kitti_sequence(root, n, folder, detection_format="raw scores"))
+                for n in GIVEN
             ]
         finally:
             del DETECTORS["raw scores"]

@@ -28,7 +28,9 @@ Build = Callable[[Camera], Tracker]
 Drives = list[RecordedSequence]
 
 TRACKEVAL = ("MOTA", "HOTA", "DetA", "AssA", "IDF1", "CLR_FP", "CLR_FN", "IDSW", "Frag")
-DEVKIT = ("MOTA", "MOTP", "CLR_Re", "CLR_Pr", "MTR", "PTR", "MLR", "CLR_TP", "CLR_FP", "IDSW", "Frag")
+DEVKIT = (
+    "MOTA", "MOTP", "CLR_Re", "CLR_Pr", "MTR", "PTR", "MLR", "CLR_TP", "CLR_FP", "IDSW", "Frag",
+)  # fmt: skip
 COUNTS = {"CLR_TP", "CLR_FP", "CLR_FN", "IDSW", "Frag"}
 
 PEERS = {
@@ -76,7 +78,9 @@ def tracked(build: Build, sequences: Drives) -> tuple[dict[str, Tracks], float]:
 
 def scores(results: dict[str, Tracks], sequences: Drives, rules: str = "trackeval") -> Scores:
     """The combined scores of the ten sequences."""
-    truths = {drive.name: (drive.truth, results[drive.name], drive.frame_count) for drive in sequences}
+    truths = {
+        drive.name: (drive.truth, results[drive.name], drive.frame_count) for drive in sequences
+    }
     return evaluate(truths, rules=rules).combined
 
 
@@ -102,7 +106,9 @@ def cells(score: Scores, columns: tuple[str, ...]) -> list[str]:
 def default_table(root: Path) -> None:
     """Tracker.default with every detector and every source of ego-motion."""
     for detector, peers in PEERS.items():
-        head(f"{detector} boxes, ten given sequences, TrackEval rules", TRACKEVAL, ("pairs skipped",))
+        head(
+            f"{detector} boxes, ten given sequences, TrackEval rules", TRACKEVAL, ("pairs skipped",)
+        )
         for ego in ("oxts", "orbslam3", "none"):
             sequences = drives(root, detector, ego)
             for name, build in (("default", Tracker.default), ("paper", Tracker.paper)):
@@ -121,7 +127,9 @@ def paper_table(root: Path) -> None:
         "3D-3D + 3D-2D": ((0.6, Volume()), (0.4, Reprojection())),
     }
     sequences = drives(root, "rrc", "oxts")
-    results = {name: tracked(lambda c, w=w: Tracker.paper(c, w), sequences) for name, w in cues.items()}
+    results = {
+        name: tracked(lambda c, w=w: Tracker.paper(c, w), sequences) for name, w in cues.items()
+    }
     head("Tracker.paper, RRC, OXTS, TrackEval rules", TRACKEVAL, ("pairs skipped",))
     for name, (tracks, skipped) in results.items():
         share = f"{100 * skipped:.1f} %"
@@ -133,18 +141,17 @@ def paper_table(root: Path) -> None:
         line(name, values.split())
 
 
+IMAGE = ImageOverlap(0.1)
 ABLATION: dict[str, Callable[[Tracker], Tracker]] = {
     "default": lambda t: t,
-    "costs .8 2D-2D + .2 3D-3D": lambda t: replace(t, costs=((0.8, ImageOverlap(0.1)), (0.2, Volume()))),
-    "costs .8 2D-2D + .2 3D-2D": lambda t: replace(
-        t, costs=((0.8, ImageOverlap(0.1)), (0.2, Reprojection()))
-    ),
+    "costs .8 2D-2D + .2 3D-3D": lambda t: replace(t, costs=((0.8, IMAGE), (0.2, Volume()))),
+    "costs .8 2D-2D + .2 3D-2D": lambda t: replace(t, costs=((0.8, IMAGE), (0.2, Reprojection()))),
     "costs .6 3D-3D + .4 3D-2D": lambda t: replace(
         t, costs=((0.6, Volume()), (0.4, Reprojection())), tie_break=1e-3
     ),
     "no buffer round the boxes": lambda t: replace(t, costs=((1.0, ImageOverlap()),)),
     "cars stand still": lambda t: replace(t, dynamics=Still()),
-    "depth from road contact only": lambda t: replace(t, lift=replace(t.lift, use_box_height=False)),
+    "depth by road contact alone": lambda t: replace(t, lift=replace(t.lift, use_box_height=False)),
     "one score stage": lambda t: replace(t, strong_score=0.0),
     "births from .5": lambda t: replace(t, lifecycle=Lifecycle(0.5, 3.0)),
     "memory 0.5 s": lambda t: replace(t, lifecycle=Lifecycle(0.8, 0.5)),
@@ -180,9 +187,13 @@ def reference_table(root: Path, published: Path) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
     parser.add_argument("--root", type=Path, required=True, help="the KITTI tree")
-    parser.add_argument("--published", type=Path, help="the authors' result files (for `reference`)")
+    parser.add_argument(
+        "--published", type=Path, help="the authors' result files (for `reference`)"
+    )
     tables = ("default", "paper", "ablation", "reference")
     parser.add_argument("--table", nargs="+", choices=tables, default=tables)
     arguments = parser.parse_args()

@@ -62,7 +62,11 @@ def crowd(boxes: int, frames: int = 100) -> Drive:
     for index in range(frames):
         depth = 60.0 * z + 50.0 - 0.5 * index
         height = K[1, 1] * 1.5 / depth * rng.normal(1, 0.02, boxes)
-        u = K[0, 2] + K[0, 0] * x * (60.0 * z + 50.0) / depth + 0.02 * height * rng.normal(size=boxes)
+        u = (
+            K[0, 2]
+            + K[0, 0] * x * (60.0 * z + 50.0) / depth
+            + 0.02 * height * rng.normal(size=boxes)
+        )
         v = K[1, 2] + K[1, 1] * 1.65 / depth + 0.02 * height * rng.normal(size=boxes)
         corners = np.stack((u - 0.6 * height, v - height, u + 0.6 * height, v), axis=1)
         motion = homogeneous(t=np.array([0.0, 0.0, -0.5]))
@@ -85,7 +89,8 @@ def growth_table() -> None:
                 times.append(1e3 * (process_time() - start))
             cells += [float(np.mean(times[1:])), float(np.percentile(times[1:], 99))]
         ratio = tracking(Tracker.default, [(camera, frames)]) / yardstick([(camera, frames)])
-        print(f"{boxes:5d} {cells[0]:12.2f} {cells[1]:8.2f} {cells[2]:10.2f} {cells[3]:8.2f} {ratio:8.1f}")
+        default, p99, paper, paper_p99 = cells
+        print(f"{boxes:5d} {default:12.2f} {p99:8.2f} {paper:10.2f} {paper_p99:8.2f} {ratio:8.1f}")
 
 
 def kitti_table(root: Path, repeats: int) -> None:
@@ -99,9 +104,13 @@ def kitti_table(root: Path, repeats: int) -> None:
     )
     drives = [(sequence.camera, list(sequence)) for sequence in sequences]
     frames = sum(len(steps) for _, steps in drives)
-    print(f"\n{frames} frames, RRC boxes   frames / CPU s (median, best of {repeats})   x yardstick")
+    print(
+        f"\n{frames} frames, RRC boxes   frames / CPU s (median, best of {repeats})   x yardstick"
+    )
     yard = [yardstick(drives) for _ in range(repeats)]
-    print(f"bare IoU matcher   {frames / np.median(yard):10.0f} {frames / min(yard):8.0f}        1.0")
+    print(
+        f"bare IoU matcher   {frames / np.median(yard):10.0f} {frames / min(yard):8.0f}        1.0"
+    )
     for name, build in (("default", Tracker.default), ("paper", Tracker.paper)):
         times, ratios = [], []
         for _ in range(repeats):
@@ -115,7 +124,9 @@ def kitti_table(root: Path, repeats: int) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
     parser.add_argument("--root", type=Path, help="the KITTI tree; without it only the growth")
     parser.add_argument("--repeats", type=int, default=5)
     arguments = parser.parse_args()

@@ -112,7 +112,9 @@ def require_free(out: Path, overwrite: bool) -> None:
         raise OutputExists(f"{out}: exists and is no folder; name another one")
     there = list(out.iterdir())
     if there and not overwrite:
-        raise OutputExists(f"{out}: exists and is not empty; name another folder, or overwrite it")
+        raise OutputExists(
+            f"{out}: exists and is not empty; name another folder, or give --overwrite"
+        )
     foreign = sorted(
         path.name for path in there if path.name not in OURS and not path.match("frame_*.png")
     )

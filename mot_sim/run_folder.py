@@ -27,13 +27,20 @@ Settings = Mapping[str, str | float | bool | None]
 
 @dataclass(frozen=True)
 class Counts:
-    """What went through a tracker in one sequence; seconds of wall time, reading included."""
+    """What went through a tracker in one sequence; seconds of wall time, reading included.
+
+    pairs: of an expected track and a detection; compared: those whose costs were computed, the
+    search areas spared the others. unmeasured: costs that were NaN, their cue missing.
+    """
 
     frames: int
     detections: int
     rows: int
     ids: int
     seconds: float
+    pairs: int = 0
+    compared: int = 0
+    unmeasured: int = 0
 
 
 @dataclass(eq=False)

@@ -83,6 +83,13 @@ class Run:
         seconds = sum(part.seconds for part in fresh)
         return sum(part.frames for part in fresh) / seconds if seconds > 0.0 else None
 
+    @property
+    def skipped_share(self) -> float | None:
+        """The share of pairs that the search areas spared; None without any pair."""
+        pairs = sum(part.pairs for part in self.counts.values())
+        compared = sum(part.compared for part in self.counts.values())
+        return 1.0 - compared / pairs if pairs else None
+
 
 def track_sequence(
     tracker: Tracker, sequence: Sequence, progress: Progress | None = None
@@ -96,7 +103,9 @@ def track_sequence(
             progress(sequence.name, number)
     tracks = Tracks.concatenate(parts) if parts else Tracks.empty()
     ids = len(set(tracks.ids.tolist()))
-    return tracks, Counts(len(parts), seen, len(tracks), ids, perf_counter() - start)
+    done, seconds = tracker.state.counts, perf_counter() - start
+    pairs = done.pairs, done.compared, done.unmeasured
+    return tracks, Counts(len(parts), seen, len(tracks), ids, seconds, *pairs)
 
 
 def track_sequences(

@@ -53,6 +53,16 @@ class KittiOptions:
     drop_bad_boxes: Flag = False
     """Leave out boxes without area and boxes outside the image, instead of refusing the file."""
 
+    score_map: Annotated[str | None, option("MIDPOINT,SCALE", "the detector's own")] = None
+    """From the file's scores to probabilities, which the trackers' thresholds take them for: half
+    of the boxes with a score of MIDPOINT are right, 73 % of those SCALE above it."""
+
+    def parsed_score_map(self) -> "mot_sim.datasets.ScoreMap | None":
+        """The score map that was asked for."""
+        from mot_sim.datasets import ScoreMap
+
+        return None if self.score_map is None else ScoreMap.parse(self.score_map)
+
     def named(self) -> list[str]:
         """The options of a KITTI tree that were given."""
         mine = ("root", "sequences", "split", "detections", "detection_format", "height", "pitch")
@@ -76,6 +86,7 @@ class KittiOptions:
                 pitch=radians(self.pitch or 0.0),
                 detection_format=self.detection_format,
                 bad_boxes="drop" if self.drop_bad_boxes else None,
+                score_map=self.parsed_score_map(),
             )
             for name in chosen
         ]
@@ -93,6 +104,7 @@ class KittiOptions:
             "height": CAMERA_HEIGHT if self.height is None else self.height,
             "pitch_deg": self.pitch or 0.0,
             "drop_bad_boxes": self.drop_bad_boxes,
+            "score_map": self.score_map,
         }
 
 

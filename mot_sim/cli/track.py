@@ -87,12 +87,13 @@ class Track:
             self.images,
             poses,
             bad_boxes="drop" if drop else "error",
+            score_map=self.kitti.parsed_score_map(),
         )
         files = {"boxes": self.boxes, "camera": self.camera, "images": self.images, "ego": poses}
         settings = {
             name: None if path is None else str(path.resolve()) for name, path in files.items()
         }
-        return [drive], {**settings, "drop_bad_boxes": drop}
+        return [drive], {**settings, "drop_bad_boxes": drop, "score_map": self.kitti.score_map}
 
     def _report(self, terminal: Terminal, run: "mot_sim.runs.Run") -> None:
         frames = sum(counts.frames for counts in run.counts.values())
@@ -102,6 +103,7 @@ class Track:
                     "out": str(self.out),
                     "frames": frames,
                     "frames_per_second": run.frames_per_second,
+                    "pairs_skipped": run.skipped_share,
                     "resumed": list(run.resumed),
                     "sequences": {name: vars(counts) for name, counts in run.counts.items()},
                 }
@@ -110,7 +112,14 @@ class Track:
         kept = f", {len(run.resumed)} of them finished before" if run.resumed else ""
         speed = run.frames_per_second
         pace = "" if speed is None else f", {speed:,.0f} frames/s"
-        terminal.write(f"{self.out}: {len(run.counts)} sequences{kept}, {frames:,} frames{pace}\n")
+        share = run.skipped_share
+        spared = "" if share is None else f"; search areas spared {100 * share:.0f} % of the pairs"
+        unmeasured = sum(counts.unmeasured for counts in run.counts.values())
+        missing = f"; {unmeasured:,} costs had no cue" if unmeasured else ""
+        terminal.write(
+            f"{self.out}: {len(run.counts)} sequences{kept}, {frames:,} frames{pace}"
+            f"{spared}{missing}\n"
+        )
 
 
 def run_tracker(

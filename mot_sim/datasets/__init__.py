@@ -23,6 +23,7 @@ from mot_sim.datasets.kitti import (
 )
 from mot_sim.datasets.poses import read_poses, write_poses
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
+from mot_sim.datasets.score_maps import ScoreMap
 from mot_sim.datasets.text import Table, read_table
 from mot_sim.datasets.writing import write_lines
 
@@ -37,6 +38,7 @@ __all__ = [
     "ImageFolder",
     "KittiSequence",
     "RecordedSequence",
+    "ScoreMap",
     "Table",
     "available_sequences",
     "box_sequence",

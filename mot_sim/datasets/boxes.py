@@ -12,6 +12,7 @@ from mot_sim.datasets.images import ImageFolder
 from mot_sim.datasets.kitti.ego import ORBSLAM3_MOTION_STD
 from mot_sim.datasets.poses import read_poses
 from mot_sim.datasets.recorded import RecordedSequence
+from mot_sim.datasets.score_maps import ScoreMap
 from mot_sim.datasets.text import Table, read_table
 from tracker.errors import BadConfig, BadFile, DatasetNotFound, UnknownName
 
@@ -29,6 +30,7 @@ def box_sequence(
     *,
     motion_cov: Float[Array, "6 6"] | None = None,
     bad_boxes: BadBoxes = "error",
+    score_map: ScoreMap | None = None,
 ) -> RecordedSequence:
     """The drive in a table of boxes and a camera file.
 
@@ -37,7 +39,8 @@ def box_sequence(
     are clipped to the image. camera: see `read_camera`. images: a folder of 000000.png, ... .
     poses: a 3x4 camera-to-world matrix a line, one a frame, in metres; without it nobody knows
     how the camera moved. motion_cov: of the motion that the poses give over one frame; taken as
-    good as ORB-SLAM3's on KITTI unless given. name: the csv file's, unless given.
+    good as ORB-SLAM3's on KITTI unless given. name: the csv file's, unless given. score_map:
+    from the scores to probabilities; None: they are probabilities.
     There are as many frames as poses, else as images, else up to the last box.
     """
     table = read_boxes_table(Path(boxes))
@@ -52,7 +55,8 @@ def box_sequence(
     Ts_world_cam = None if poses is None else read_poses(_require(Path(poses), "pose file"))
     frame_count = None if folder is None else max(folder.paths) + 1
     frame_count = frame_count if Ts_world_cam is None else len(Ts_world_cam)
-    form = DetectionFormat(tuple(table.rows.dtype.names or ()), delimiter=",")
+    columns = tuple(table.rows.dtype.names or ())
+    form = DetectionFormat(columns, delimiter=",", score_map=score_map)
     log = check_detections(table, form, image_size, frame_count, bad_boxes)
     if frame_count is None:
         frame_count = int(table["frame"].max()) + 1 if len(table) else 0

@@ -122,7 +122,7 @@ def check_detections(
     elif ((scores < 0.0) | (scores > 1.0)).any():
         log.warning(
             "%s: scores from %g to %g are no probabilities, which the trackers' thresholds take "
-            "them for; name a score map", table.path, scores.min(), scores.max(),
+            "them for; give --score-map MIDPOINT,SCALE", table.path, scores.min(), scores.max(),
         )  # fmt: skip
     return DetectionLog.of(frames[keep], Detections(clipped[keep], scores[keep]))
 

@@ -1,6 +1,7 @@
 """From a detector's own scores to probabilities, so that one threshold means one thing."""
 
 from dataclasses import dataclass
+from math import inf, isfinite
 
 from jaxtyping import Float
 from numpy import ndarray as Array
@@ -21,8 +22,19 @@ class ScoreMap:
     scale: float
 
     def __post_init__(self) -> None:
-        if not self.scale > 0.0:
-            raise BadConfig(f"score map with scale {self.scale:g}: the scale must be positive")
+        if not (0.0 < self.scale < inf and isfinite(self.midpoint)):
+            raise BadConfig(
+                f"score map {self.midpoint:g},{self.scale:g}: both finite, the scale positive"
+            )
+
+    @classmethod
+    def parse(cls, text: str) -> "ScoreMap":
+        """From `midpoint,scale`."""
+        try:
+            midpoint, scale = (float(number) for number in text.split(","))
+        except ValueError:
+            raise BadConfig(f"score map {text!r}: write two numbers, midpoint,scale") from None
+        return cls(midpoint, scale)
 
     def __call__(self, scores: Float[Array, " n"]) -> Float[Array, " n"]:
         """The probability that a box of that score is right."""

@@ -42,7 +42,7 @@ class Rows:
         columns: list[Any] = []
         for name in cls.__match_args__:
             pieces = [getattr(part, name) for part in parts]
-            if any([piece is None for piece in pieces]):
+            if any(piece is None for piece in pieces):
                 columns.append(None)
             elif isinstance(pieces[0], Rows):
                 columns.append(type(pieces[0]).concatenate(pieces))

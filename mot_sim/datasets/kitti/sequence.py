@@ -1,6 +1,6 @@
 """A sequence of the KITTI tracking benchmark: calibration, detections, ego-motion, labels."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -26,6 +26,7 @@ from mot_sim.datasets.kitti.places import (
     training_row,
 )
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
+from mot_sim.datasets.score_maps import ScoreMap
 from mot_sim.datasets.text import read_text
 from tracker.errors import BadConfig, UnknownName
 from tracker.types import Detections, Tracks
@@ -70,6 +71,7 @@ def kitti_sequence(
     pitch: float = 0.0,
     detection_format: str | None = None,
     bad_boxes: BadBoxes | None = None,
+    score_map: ScoreMap | None = None,
 ) -> KittiSequence:
     """A sequence of a KITTI tree, at 10 Hz.
 
@@ -79,7 +81,7 @@ def kitti_sequence(
     which nothing was detected. ego: a name of EGO.
     images: load the frames' images, one by one while iterating; frames without one get None.
     height, pitch: of the camera above the road, metres and radians. bad_boxes: see
-    `read_detections`.
+    `read_detections`. score_map: in place of the format's own.
     For the testing split, detections and odometry lie in a folder `testing` of their own.
     Raises DatasetNotFound, UnknownName, BadFile, BadCalibration.
     """
@@ -88,7 +90,8 @@ def kitti_sequence(
         raise UnknownName.of("ego-motion", ego, EGO)
     detected = None
     if detections is not None:
-        detected = _detection_file(root, split, name, detections, detection_format)
+        path, form = _detection_file(root, split, name, detections, detection_format)
+        detected = path, form if score_map is None else replace(form, score_map=score_map)
     folder = require_sequence(root, split, name)
     calibration = read_calibration(folder / "calib" / f"{name}.txt")
     image_folder = folder / "image_02" / name
@@ -139,7 +142,8 @@ def _detection_file(
     if detection_format is None:
         if detections not in DETECTORS and given.exists():
             raise BadConfig(
-                f"detections {given}: name their format too; known: {', '.join(sorted(DETECTORS))}"
+                f"detections {given}: name their format too, --detection-format NAME; known: "
+                f"{', '.join(sorted(DETECTORS))}"
             )
         if detections not in DETECTORS:
             raise UnknownName.of("detector", str(detections), DETECTORS)

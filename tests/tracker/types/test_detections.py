@@ -1,0 +1,61 @@
+"""Detections: what no detector can mean is refused, with the row."""
+
+import numpy as np
+import pytest
+
+from tracker.errors import BadDetections
+from tracker.types import Detections
+
+GOOD = [[0.0, 0.0, 10.0, 10.0], [5.0, 5.0, 20.0, 30.0]]
+
+
+def test_lists_become_columns() -> None:
+    detections = Detections.of([[0, 0, 10, 10], [5, 5, 20, 30]], [1, 0])
+    np.testing.assert_array_equal(detections.boxes, GOOD)
+    assert detections.scores.tolist() == [1.0, 0.0]
+    assert detections.yaw is None
+
+
+def test_scores_default_to_one() -> None:
+    assert Detections.of(GOOD).scores.tolist() == [1.0, 1.0]
+
+
+def test_boxes_without_area_are_allowed() -> None:
+    assert len(Detections.of([[3.0, 3.0, 3.0, 3.0]])) == 1
+
+
+@pytest.mark.parametrize(
+    ("boxes", "scores", "told"),
+    [
+        ([GOOD[0], [5, np.nan, 20, 30]], [1, 1], r"box 1 is not finite: \[5\.0, nan"),
+        ([GOOD[0], [5, 5, np.inf, 30]], [1, 1], r"box 1 is not finite.*inf"),
+        (GOOD, [np.nan, 1], r"box 0 is not finite.*score nan"),
+        (GOOD, [1, -np.inf], r"box 1 is not finite.*score -inf"),
+        ([[10, 0, 0, 10]], [1], r"box 0 is inverted: \[10\.0, 0\.0, 0\.0, 10\.0\].*x_min"),
+        ([GOOD[0], [0, 10, 10, 9]], [1, 1], r"box 1 is inverted"),
+        (GOOD, [1, 1, 1], r"2 boxes but 3 scores"),
+        ([], [1], r"0 boxes but 1 scores"),
+        ([[0, 0, 10, 10, 0.9]] * 4, [1] * 5, r"shape \(4, 5\).*x_min"),
+        ([1, 2, 3], [1], r"shape \(3,\)"),
+    ],
+)
+def test_bad_detections_are_refused_with_their_row(boxes, scores, told) -> None:
+    with pytest.raises(BadDetections, match=told):
+        Detections.of(boxes, scores)
+
+
+def test_cues_need_a_row_for_every_box() -> None:
+    with pytest.raises(BadDetections, match="2 boxes but 1 yaw"):
+        Detections.of(GOOD, yaw=np.zeros(1))
+
+
+def test_a_cue_may_be_missing_for_some_boxes() -> None:
+    assert np.isnan(Detections.of(GOOD, yaw=np.array([0.1, np.nan])).yaw).tolist() == [False, True]
+
+
+@pytest.mark.parametrize("nothing", [[], np.zeros((0, 4)), Detections.empty().boxes])
+def test_nothing_detected_is_an_empty_table(nothing) -> None:
+    detections = Detections.of(nothing)
+    assert len(detections) == 0
+    assert detections.boxes.shape == (0, 4)
+    assert detections.scores.shape == (0,)
