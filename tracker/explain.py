@@ -56,7 +56,9 @@ class Explanation:
     def lines(self) -> list[str]:
         """A sentence for each pair that was not gated, the made ones first."""
         sentences = []
-        for row, column in sorted(zip(*np.nonzero(~self.gated), strict=True), key=self._order):
+        rows, columns = np.nonzero(~self.gated)
+        pairs = zip(rows.tolist(), columns.tolist(), strict=True)
+        for row, column in sorted(pairs, key=self._order):
             cues = ", ".join(f"{name} {part[row, column]:.3f}" for name, part in self.parts.items())
             verdict = "matched" if self.matched[row, column] else "refused"
             total, other = self.total[row, column], self.runner_up[row, column]

@@ -8,6 +8,7 @@ from numpy import ndarray as Array
 from scipy.optimize import linear_sum_assignment
 
 from tracker.association.match import Match
+from tracker.errors import BadConfig
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,10 @@ class Hungarian:
     """
 
     max_cost: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not np.isfinite(self.max_cost):
+            raise BadConfig(f"max_cost {self.max_cost:g}: the largest cost must be finite")
 
     def __call__(self, costs: Float[Array, "n m"]) -> Match:
         """The optimal match."""

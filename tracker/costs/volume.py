@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
@@ -22,4 +23,5 @@ class Volume:
         rows, columns = pairing.pairs
         expected, observed = pairing.expected_regions, pairing.observed_regions
         shared = convex_intersection(expected.footprint()[rows], observed.footprint()[columns])
-        return 1.0 - shared / (observed.size[:, 0] * observed.size[:, 2])[columns]
+        share = shared / (observed.size[:, 0] * observed.size[:, 2])[columns]
+        return 1.0 - np.minimum(share, 1.0)  # shapely's areas are off by a rounding

@@ -80,10 +80,13 @@ def test_the_run_file_says_how_the_results_were_made(
         "height": 1.6,
         "pitch_deg": -0.5,
         "drop_bad_boxes": False,
+        "score_map": None,
     }
     summary = json.loads(outcome.out)
     assert summary["sequences"] == run["sequences"]
-    assert run["sequences"]["0031"].keys() == {"frames", "detections", "rows", "ids", "seconds"}
+    sums = {"frames", "detections", "rows", "ids", "seconds", "pairs", "compared", "unmeasured"}
+    assert run["sequences"]["0031"].keys() == sums
+    assert 0.0 < summary["pairs_skipped"] < 1.0
     assert summary["frames"] == 3 * FRAMES
     assert summary["frames_per_second"] > 0.0
 
@@ -188,8 +191,9 @@ def test_resuming_a_finished_run_changes_nothing(
 ) -> None:
     mot_sim("track", "--root", tree, "--out", tmp_path / "out")
     outcome = mot_sim("track", "--root", tree, "--out", tmp_path / "out", "--resume")
-    kept = f"3 sequences, 3 of them finished before, {3 * FRAMES} frames"
-    assert outcome.out == f"{tmp_path / 'out'}: {kept}\n"
+    kept = f"3 sequences, 3 of them finished before, {3 * FRAMES} frames;"
+    assert outcome.out.startswith(f"{tmp_path / 'out'}: {kept}")
+    assert outcome.out.endswith("of the pairs\n")
 
 
 def test_a_result_file_that_is_gone_is_made_again(

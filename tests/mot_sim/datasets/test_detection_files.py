@@ -88,7 +88,7 @@ def test_a_format_can_drop_by_itself_and_the_caller_can_forbid_it(tmp_path: Path
     form = DetectionFormat(RRC.columns, delimiter=",", bad_boxes="drop")
     path = write(tmp_path / "d.txt", "0,1,2,1,4,1\n")
     assert len(read_detections(path, form, SIZE).frames) == 0
-    with pytest.raises(BadFile, match='read it with bad_boxes="drop"'):
+    with pytest.raises(BadFile, match=r"leave such boxes out: --drop-bad-boxes"):
         read_detections(path, form, SIZE, bad_boxes="error")
 
 

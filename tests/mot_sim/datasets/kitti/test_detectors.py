@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mot_sim.datasets.detection_files import read_detections
@@ -32,7 +33,19 @@ def test_every_format_gives_the_one_car(name: str, tmp_path: Path) -> None:
     log = read_detections(path, DETECTORS[name], (100, 50), 2)
     assert log.frames.tolist() == [1]
     assert log.at(1).boxes.tolist() == [[10, 20, 30, 40]]
-    assert log.at(1).scores.tolist() == [0.5]
+    score_map = DETECTORS[name].score_map
+    raw = np.array([0.5])
+    expected = raw if score_map is None else score_map(raw)
+    assert log.at(1).scores.tolist() == expected.tolist()
+
+
+def test_scores_that_are_no_probabilities_are_said_aloud(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = write(tmp_path / "0000.txt", "1 -1 Car -1 -1 -10 10 20 30 40 -1 -1 -1 -1 -1 -1 -1 7\n")
+    read_detections(path, DETECTORS["regionlets"], (100, 50), 2)
+    assert "scores from 7 to 7 are no probabilities" in caplog.text
+    assert "--score-map" in caplog.text
 
 
 @pytest.mark.parametrize("name", sorted(DETECTORS))

@@ -134,7 +134,7 @@ def test_the_testing_split_has_its_own_detections_and_no_truth(tiny_tree: Path) 
 def test_a_folder_or_file_of_ones_own_needs_its_format(tiny_tree: Path, tmp_path: Path) -> None:
     folder = tmp_path / "mine"
     path = write(folder / "0030.txt", "1,-1,10,20,20,20,0.5,-1,-1,-1\n")
-    with pytest.raises(BadConfig, match=r"mine: name their format too; known: degraded, kitti"):
+    with pytest.raises(BadConfig, match=r"mine: name their format too, --detection-format NAME"):
         kitti_sequence(tiny_tree, "0030", folder)
     for given in (folder, str(folder), path):
         sequence = kitti_sequence(tiny_tree, "0030", given, detection_format="motchallenge")

@@ -1,0 +1,99 @@
+"""Births, coasting, deaths, ids."""
+
+import numpy as np
+import pytest
+
+from tests.tracker.samples import LEVEL, beliefs_at
+from tracker.lifecycle import Lifecycle, Population, in_view
+
+NONE = np.zeros(0, np.int64)
+
+
+def population(*unseen: float) -> Population:
+    """Tracks 10, 11, ... that were not seen for so long, side by side 20 m ahead."""
+    n = len(unseen)
+    beliefs = beliefs_at(*[(2.0 * i, 20.0) for i in range(n)])
+    return Population(np.arange(10, 10 + n), beliefs, np.array(unseen), np.full(n, 3))
+
+
+def test_the_matched_keep_their_ids_and_the_born_get_the_next_ones() -> None:
+    expected, observed = population(0.1, 0.1, 0.1), beliefs_at((0.0, 20.0), (5.0, 30.0))
+    rows, born = np.array([2, 0]), np.array([1])
+    updated = beliefs_at((4.0, 20.0), (0.0, 20.0))
+    seen = Lifecycle().seen(expected, rows, updated, observed, born, next_id=50)
+    assert seen.ids.tolist() == [12, 10, 50]
+    assert seen.unseen.tolist() == [0.0, 0.0, 0.0]
+    assert seen.sightings.tolist() == [4, 4, 1]
+    np.testing.assert_array_equal(seen.beliefs.cuboids.base[:, 0], [4.0, 0.0, 5.0])
+
+
+def test_births_take_consecutive_ids_in_the_order_of_detections() -> None:
+    observed = beliefs_at((0.0, 20.0), (3.0, 20.0), (6.0, 20.0))
+    nobody = Population.empty()
+    born = np.array([0, 2])
+    seen = Lifecycle().seen(nobody, NONE, nobody.beliefs, observed, born, next_id=7)
+    assert seen.ids.tolist() == [7, 8]
+    np.testing.assert_array_equal(seen.beliefs.cuboids.base[:, 0], [0.0, 6.0])
+
+
+def test_the_unseen_are_remembered_up_to_the_longest_gap() -> None:
+    expected, lost = population(0.5, 1.0, 1.1), np.arange(3)
+    assert Lifecycle(max_gap=1.0).unseen(expected, lost, LEVEL).ids.tolist() == [10, 11]
+
+
+def test_a_gap_is_not_shorter_for_the_rounding_of_its_steps() -> None:
+    """Ten steps of a tenth are a second, wherever the clock stands: 1.0000000000000009 too."""
+    for start in range(0, 500, 7):
+        times = (start + np.arange(11)) / 10
+        gap = float(np.add.accumulate(np.diff(times))[-1])
+        assert len(Lifecycle(max_gap=1.0).unseen(population(gap), np.array([0]), LEVEL)) == 1
+
+
+def test_without_memory_every_lost_track_ends() -> None:
+    assert len(Lifecycle(max_gap=0.0).unseen(population(0.1, 0.1), np.arange(2), LEVEL)) == 0
+
+
+def test_only_the_lost_coast_and_nobody_lost_is_nobody() -> None:
+    assert Lifecycle(max_gap=9.0).unseen(population(0, 0, 0), np.array([1]), LEVEL).ids == [11]
+    assert len(Lifecycle(max_gap=9.0).unseen(population(0, 0), NONE, LEVEL)) == 0
+
+
+def test_the_coasting_keep_how_long_they_were_unseen() -> None:
+    coasting = Lifecycle(max_gap=9.0).unseen(population(0.4, 0.7), np.arange(2), LEVEL)
+    assert coasting.unseen.tolist() == [0.4, 0.7]
+    assert coasting.sightings.tolist() == [3, 3]
+
+
+@pytest.mark.parametrize(
+    ("box", "seen"),
+    [
+        ([-50.0, 100, 10, 200], True),
+        ([-50.0, 100, -1, 200], False),
+        ([1240.0, 100, 1300, 200], True),
+        ([1242.0, 100, 1300, 200], False),
+        ([100.0, -90, 200, -1], False),
+        ([100.0, 374, 200, 500], False),
+        ([100.0, 373, 200, 500], True),
+    ],
+)
+def test_a_track_whose_expected_box_has_left_the_image_is_out_of_view(box, seen) -> None:
+    beliefs = beliefs_at((0.0, 20.0))
+    beliefs.boxes[0] = box
+    assert in_view(beliefs, LEVEL).tolist() == [seen]
+
+
+def test_a_track_that_fell_behind_is_out_of_view_whatever_its_box() -> None:
+    beliefs = beliefs_at((0.0, 20.0), (0.0, 20.0))
+    beliefs.cuboids.base[1, 2] = -2.0
+    assert in_view(beliefs, LEVEL).tolist() == [True, False]
+
+
+def test_a_lost_track_out_of_view_ends_at_once() -> None:
+    expected = population(0.1, 0.1)
+    expected.beliefs.boxes[0] = [-90.0, 100, -10, 150]
+    assert Lifecycle(max_gap=9.0).unseen(expected, np.arange(2), LEVEL).ids.tolist() == [11]
+
+
+def test_nobody_is_in_view_of_nobody() -> None:
+    assert in_view(Population.empty().beliefs, LEVEL).shape == (0,)
+    assert len(Population.empty()) == 0
