@@ -6,6 +6,9 @@ from dataclasses import dataclass, replace
 from math import isfinite
 from time import perf_counter
 
+from jaxtyping import Float
+from numpy import ndarray as Array
+
 from mot_sim.datasets import KittiSequence, read_results
 from mot_sim.run_folder import Counts, RunFolder
 from tracker import TRACKERS, Camera, Sequence, Tracker, Tracks
@@ -99,6 +102,10 @@ def track_sequence(
     for number, frame in enumerate(sequence, 1):
         parts.append(tracker.step(frame))
         seen += len(frame.detections)
+        log.debug(
+            "%s frame %d: %d detections, %d rows",
+            sequence.name, frame.index, len(frame.detections), len(parts[-1]),
+        )  # fmt: skip
         if progress is not None:
             progress(sequence.name, number)
     tracks = Tracks.concatenate(parts) if parts else Tracks.empty()
@@ -106,6 +113,13 @@ def track_sequence(
     done, seconds = tracker.state.counts, perf_counter() - start
     pairs = done.pairs, done.compared, done.unmeasured
     return tracks, Counts(len(parts), seen, len(tracks), ids, seconds, *pairs)
+
+
+def _result_frame(sequence: Sequence) -> Float[Array, "4 4"]:
+    """T_road_label: results stand in KITTI's camera 0, or in the camera of any other drive."""
+    if isinstance(sequence, KittiSequence):
+        return sequence.T_road_label
+    return sequence.camera.T_road_cam
 
 
 def track_sequences(
@@ -124,7 +138,7 @@ def track_sequences(
     resumed = []
     for sequence in sequences:
         name = sequence.name
-        T_road_label = sequence.T_road_label if isinstance(sequence, KittiSequence) else None
+        T_road_label = _result_frame(sequence)
         if folder is not None and name in folder.finished:
             tracks[name] = read_results(folder.result(name), T_road_label)
             counts[name] = folder.finished[name]

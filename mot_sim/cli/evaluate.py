@@ -45,7 +45,7 @@ class Evaluate:
         from mot_sim.report.grid import score_grid
         from mot_sim.scoring import score_folder
 
-        require_one_on_stdout(self.json, self.csv)
+        require_targets(self.json, self.csv)
         scored = score_folder(self.results, self.root, self.sequences, self.rules)
         evaluation = scored.evaluation
         table = score_grid(
@@ -64,9 +64,14 @@ def say_unlabelled(terminal: Terminal, names: tuple[str, ...]) -> None:
         terminal.note(f"left out, for want of labels: {', '.join(names)}")
 
 
-def require_one_on_stdout(json: str | None, csv: str | None) -> None:
-    """BadConfig when both are to be printed."""
+def require_targets(json: str | None, csv: str | None) -> None:
+    """BadConfig when both are to be printed, BadOutput for a file that could not be written."""
+    from mot_sim.datasets.writing import require_writable
     from tracker.errors import BadConfig
+
+    for target in (json, csv):
+        if target is not None and target != STDOUT:
+            require_writable(Path(target))
 
     if json == STDOUT and csv == STDOUT:
         raise BadConfig("--json - and --csv - would mix on stdout: give one of them a file")

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from mot_sim.cli.evaluate import deliver, require_one_on_stdout, say_unlabelled
+from mot_sim.cli.evaluate import deliver, require_targets, say_unlabelled
 from mot_sim.cli.options import (
     DETECTIONS,
     EGO,
@@ -59,7 +59,7 @@ class Kitti:
         from mot_sim.scoring import require_rules, score_sequences
 
         require_rules(self.rules)
-        require_one_on_stdout(self.json, self.csv)
+        require_targets(self.json, self.csv)
         recipes = {name: self.method.recipe(name) for name in self._names()}
         drives = self.kitti.open("labelled")
         folders = {name: self._folder(name, drives) for name in recipes}

@@ -22,3 +22,14 @@ def write_lines(path: Path, lines: Iterable[str]) -> None:
     finally:
         if half.parent.is_dir():
             half.unlink(missing_ok=True)
+
+
+def require_writable(path: Path) -> None:
+    """Raise BadOutput when `write_lines` would not be able to write there; writes nothing."""
+    if path.is_dir():
+        raise BadOutput(f"{path}: cannot be written: Is a directory")
+    place = path.parent
+    while not place.exists() and place != place.parent:
+        place = place.parent
+    if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
+        raise BadOutput(f"{path}: cannot be written: {place} is no folder that can be written to")

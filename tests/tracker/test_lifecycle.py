@@ -54,8 +54,10 @@ def test_without_memory_every_lost_track_ends() -> None:
 
 
 def test_only_the_lost_coast_and_nobody_lost_is_nobody() -> None:
-    assert Lifecycle(max_gap=9.0).unseen(population(0, 0, 0), np.array([1]), LEVEL).ids == [11]
-    assert len(Lifecycle(max_gap=9.0).unseen(population(0, 0), NONE, LEVEL)) == 0
+    assert Lifecycle(max_gap=9.0).unseen(
+        population(0.0, 0.0, 0.0), np.array([1]), LEVEL
+    ).ids.tolist() == [11]
+    assert len(Lifecycle(max_gap=9.0).unseen(population(0.0, 0.0), NONE, LEVEL)) == 0
 
 
 def test_the_coasting_keep_how_long_they_were_unseen() -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from mot_sim.datasets.writing import write_lines
+from mot_sim.datasets.writing import require_writable, write_lines
 from tracker.errors import BadOutput
 
 
@@ -38,3 +38,12 @@ def test_a_place_that_cannot_be_written_to_is_named(tmp_path: Path) -> None:
     with pytest.raises(BadOutput, match=r"folder: cannot be written: "):
         write_lines(tmp_path / "folder", ["x"])
     assert [path.name for path in tmp_path.iterdir() if "half" in path.name] == []
+
+
+def test_a_place_that_cannot_be_written_is_known_before(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    require_writable(tmp_path / "new" / "folder" / "rows.txt")
+    assert not (tmp_path / "new").exists()
+    for bad in (tmp_path, tmp_path / "file" / "rows.txt"):
+        with pytest.raises(BadOutput, match="cannot be written"):
+            require_writable(bad)

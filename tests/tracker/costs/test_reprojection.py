@@ -57,8 +57,8 @@ def test_doubt_widens_the_area_and_lowers_the_cost() -> None:
 
 
 def test_the_part_of_a_box_outside_the_image_does_not_count() -> None:
-    expected = beliefs_at((-14.0, 20.0), std=0.0)  # reaches the left border
-    observed = beliefs_at((-14.0, 20.0))
+    expected = beliefs_at((-16.5, 20.0), std=0.0)  # reaches the left border
+    observed = beliefs_at((-16.5, 20.0))
     pairing = pairing_of(expected, observed)
     area = pairing.search_areas[0]
     assert area[0] == 0.0

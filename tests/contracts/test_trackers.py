@@ -1,0 +1,120 @@
+"""What every tracker of the register promises."""
+
+import copy
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.tracker.samples import LEVEL, Car, Drive, drive, locked
+from tracker import TRACKERS, Tracker, Tracks
+
+every_tracker = pytest.mark.parametrize("name", list(TRACKERS))
+
+
+def town() -> Drive:
+    """Thirty frames: parked, oncoming and crossing cars, misses, and four empty frames."""
+    cars = [
+        Car(-4.0, 30.0),
+        Car(4.0, 40.0),
+        Car(-1.5, 60.0, yaw=np.pi / 2, velocity=(0.0, -6.0)),
+        Car(-15.0, 35.0, yaw=0.0, velocity=(9.0, 0.0)),
+    ]
+    return drive(
+        cars,
+        lambda t: (0.2 * t, 6.0 * t, 0.05 * np.sin(t)),
+        count=30,
+        hidden=lambda frame, car: 14 <= frame < 18 or (frame * 7 + car * 3) % 11 == 0,
+        score=lambda frame, car: 0.55 + 0.44 * ((frame * 5 + car) % 7) / 6,
+    )
+
+
+def run(tracker: Tracker, seen: Drive, first: int = 0, last: int | None = None) -> list[Tracks]:
+    return [tracker.step(frame) for frame in seen.frames[first:last]]
+
+
+def assert_same(some: list[Tracks], others: list[Tracks]) -> None:
+    for one, other in zip(some, others, strict=True):
+        for column in ("frames", "ids", "boxes", "scores"):
+            np.testing.assert_array_equal(getattr(one, column), getattr(other, column))
+
+
+@every_tracker
+def test_frames_without_detections_give_no_rows_and_the_others_some(name: str) -> None:
+    seen = town()
+    rows = [len(tracks) for tracks in run(TRACKERS[name](LEVEL), seen)]
+    assert rows[14:18] == [0] * 4
+    assert sum(rows) > 40
+
+
+@every_tracker
+def test_an_id_stands_once_a_frame_and_every_detection_at_most_once(name: str) -> None:
+    seen = town()
+    for frame, tracks in zip(seen.frames, run(TRACKERS[name](LEVEL), seen), strict=True):
+        tracks.require_unique_ids()
+        assert (tracks.frames == frame.index).all()
+        given = [tuple(box) for box in frame.detections.boxes.tolist()]
+        used = [tuple(box) for box in tracks.boxes.tolist()]
+        assert len(set(used)) == len(used)
+        assert set(used) <= set(given)
+        for box, score in zip(used, tracks.scores.tolist(), strict=True):
+            assert frame.detections.scores[given.index(box)] == score
+
+
+@every_tracker
+def test_two_trackers_say_the_same_about_the_same(name: str) -> None:
+    assert_same(run(TRACKERS[name](LEVEL), town()), run(TRACKERS[name](LEVEL), town()))
+
+
+@every_tracker
+def test_after_a_reset_it_is_as_new(name: str) -> None:
+    tracker = TRACKERS[name](LEVEL)
+    first = run(tracker, town())
+    tracker.reset()
+    assert_same(run(tracker, town()), first)
+    assert tracker.state.counts.frames == 30
+
+
+@every_tracker
+@pytest.mark.parametrize("cut", [1, 9, 16, 29])
+def test_what_comes_later_changes_nothing_before(name: str, cut: int) -> None:
+    whole = run(TRACKERS[name](LEVEL), town())
+    assert_same(run(TRACKERS[name](LEVEL), town(), last=cut), whole[:cut])
+
+
+@every_tracker
+def test_frames_are_left_as_they_were(name: str) -> None:
+    """Read-only frames are enough: whoever wrote into one would fail."""
+    seen = town()
+    assert_same(run(TRACKERS[name](LEVEL), locked(seen)), run(TRACKERS[name](LEVEL), town()))
+
+
+@every_tracker
+@pytest.mark.parametrize("keep", [lambda state: state, copy.deepcopy, pickle.dumps])
+def test_its_state_can_be_kept_and_given_back(name: str, keep) -> None:
+    seen, tracker = town(), TRACKERS[name](LEVEL)
+    run(tracker, seen, last=12)
+    kept = keep(tracker.state)
+    rest = run(tracker, seen, first=12)
+    other = TRACKERS[name](LEVEL)
+    other.state = pickle.loads(kept) if isinstance(kept, bytes) else kept
+    assert_same(run(other, seen, first=12), rest)
+
+
+@every_tracker
+def test_the_clock_and_the_numbers_of_frames_may_start_anywhere(name: str) -> None:
+    seen = town()
+    later = [replace(f, index=f.index + 1000, time=f.time + 64.0) for f in seen.frames]
+    ids = [tracks.ids.tolist() for tracks in run(TRACKERS[name](LEVEL), seen)]
+    assert [tracks.ids.tolist() for tracks in run(TRACKERS[name](LEVEL), Drive(later, []))] == ids
+
+
+@every_tracker
+def test_ids_are_given_in_order_from_0_and_never_again(name: str) -> None:
+    tracker, known = TRACKERS[name](LEVEL), set()
+    for tracks in run(tracker, town()):
+        for new in sorted(set(tracks.ids.tolist()) - known):
+            assert new == len(known)
+            known.add(new)
+    assert tracker.state.next_id == len(known)

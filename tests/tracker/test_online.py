@@ -1,0 +1,279 @@
+"""The online tracker: identities over gaps, turns and crossings."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.tracker.samples import LEVEL, PITCHED, Car, Drive, drive, ids_of
+from tracker import Detections, Frame, Tracker
+from tracker.costs import ImageOverlap, Pairing, Reprojection, Volume
+from tracker.errors import BadConfig
+from tracker.online import Counts
+from tracker.suppression import Suppression
+
+PRESETS = pytest.mark.parametrize("preset", [Tracker.paper, Tracker.default])
+BOX = [[600.0, 180.0, 650.0, 230.0]]
+
+
+def forward(time: float) -> tuple[float, float, float]:
+    """The ego car drives straight on at 8 m/s."""
+    return 0.0, 8.0 * time, 0.0
+
+
+def turning_right(time: float) -> tuple[float, float, float]:
+    """The ego car turns on the spot by 60 degrees a second."""
+    return 0.0, 0.0, np.deg2rad(60.0) * time
+
+
+def frames_with(*boxes: list) -> list[Frame]:
+    """Frames of these boxes, a tenth of a second apart, from a camera that stands still."""
+    return [
+        Frame(index, index / 10, Detections.of(rows), None if index == 0 else np.eye(4))
+        for index, rows in enumerate(boxes)
+    ]
+
+
+@pytest.mark.parametrize("camera", [LEVEL, PITCHED], ids=["level", "pitched"])
+def test_an_id_survives_a_gap_of_a_second_while_the_ego_car_drives(camera) -> None:
+    parked = [Car(-3.5, 45.0), Car(4.0, 55.0, yaw=0.0)]
+    gap = drive(parked, forward, 35, hidden=lambda frame, car: 10 <= frame < 20, camera=camera)
+    assert ids_of(Tracker.default(camera), gap) == {0: [0], 1: [1]}
+
+
+def test_a_gap_longer_than_the_memory_begins_a_new_track() -> None:
+    gap = drive([Car(0.0, 30.0)], count=60, hidden=lambda frame, car: 10 <= frame < 45)
+    assert ids_of(Tracker.default(LEVEL), gap) == {0: [0, 1]}
+
+
+def test_a_moving_car_is_expected_where_its_velocity_leads() -> None:
+    """At 15 m/s across it goes 7.5 m, twice its length, while it is hidden."""
+    crossing = Car(-12.0, 35.0, yaw=0.0, velocity=(15.0, 0.0))
+    gap = drive([crossing], count=20, hidden=lambda frame, car: 8 <= frame < 13)
+    assert ids_of(Tracker.default(LEVEL), gap) == {0: [0]}
+
+
+@PRESETS
+def test_a_turn_of_60_degrees_a_second_keeps_all_ids_with_ego_motion(preset) -> None:
+    parked = [Car(12.0, 30.0), Car(20.0, 33.0), Car(30.0, 30.0), Car(35.0, 22.0)]
+    known = drive(parked, turning_right, 12)
+    ids = ids_of(preset(LEVEL), known)
+    assert len(ids) == 4
+    assert all(len(had) == 1 for had in ids.values())
+
+
+def test_a_turn_without_ego_motion_costs_ids() -> None:
+    parked = [Car(12.0, 30.0), Car(20.0, 33.0), Car(30.0, 30.0), Car(35.0, 22.0)]
+    unknown = drive(parked, turning_right, 12, know_motion=False)
+    assert sum(map(len, ids_of(Tracker.default(LEVEL), unknown).values())) > 4
+
+
+@PRESETS
+def test_without_any_ego_motion_a_standing_camera_keeps_its_ids(preset) -> None:
+    slow = [Car(-4.0, 20.0, velocity=(0.0, 1.0)), Car(3.0, 30.0)]
+    ids = ids_of(preset(LEVEL), drive(slow, count=15, know_motion=False))
+    assert all(len(had) == 1 for had in ids.values())
+
+
+def test_two_crossing_cars_keep_their_ids() -> None:
+    """They pass each other in opposite directions; the further one is hidden for 0.4 s."""
+    passing = [
+        Car(-8.0, 20.0, yaw=0.0, velocity=(8.0, 0.0)),
+        Car(8.0, 27.0, yaw=np.pi, velocity=(-8.0, 0.0)),
+    ]
+    seen = drive(passing, count=20, hidden=lambda frame, car: car == 1 and 8 <= frame < 12)
+    assert ids_of(Tracker.default(LEVEL), seen) == {0: [0], 1: [1]}
+
+
+def test_a_car_that_stands_still_for_300_frames_keeps_one_id() -> None:
+    tracker = Tracker.default(LEVEL)
+    assert ids_of(tracker, drive([Car(0.0, 25.0)], count=300)) == {0: [0]}
+    belief = tracker.state.population.beliefs
+    assert np.abs(belief.velocity).max() < 0.1
+    assert np.linalg.eigvalsh(belief.cov).min() > 0.0
+    assert tracker.state.population.sightings.tolist() == [300]
+
+
+def test_the_papers_tracker_forgets_at_the_first_missed_frame() -> None:
+    missed = drive([Car(0.0, 25.0)], count=6, hidden=lambda frame, car: frame == 3)
+    assert ids_of(Tracker.paper(LEVEL), missed) == {0: [0, 1]}
+
+
+def test_weak_detections_continue_tracks_but_begin_none() -> None:
+    cars = [Car(-3.0, 25.0), Car(3.0, 25.0)]
+    weak = drive(
+        cars, count=6, score=lambda frame, car: 0.5 if car == 1 or frame in (2, 3) else 0.9
+    )
+    tracker = Tracker.default(LEVEL)
+    rows = [tracker.step(frame) for frame in weak.frames]
+    assert [tracks.ids.tolist() for tracks in rows] == [[0]] * 6
+    assert [tracks.scores.tolist() for tracks in rows[1:4]] == [[0.9], [0.5], [0.5]]
+
+
+def test_rows_carry_frame_box_and_score_of_the_detection() -> None:
+    detections = Detections.of([*BOX, [200.0, 180, 260, 240]], [0.9, 0.95])
+    tracks = Tracker.default(LEVEL).step(Frame(7, 0.7, detections))
+    assert tracks.frames.tolist() == [7, 7]
+    np.testing.assert_array_equal(tracks.boxes, detections.boxes)
+    assert tracks.scores.tolist() == [0.9, 0.95]
+
+
+@pytest.mark.parametrize("keep_every", [2, 3, 5])
+def test_dropped_frames_keep_their_ids_when_the_motion_is_composed(keep_every: int) -> None:
+    parked = [Car(-3.5, 45.0), Car(4.0, 55.0)]
+    full = drive(parked, lambda t: (0.0, 8.0 * t, 0.05 * t), 35)
+    frames, names, since = [], [], np.eye(4)
+    for frame, rows in zip(full.frames, full.cars, strict=True):
+        since = since if frame.T_now_before is None else frame.T_now_before @ since
+        if frame.index % keep_every == 0:
+            frames.append(replace(frame, T_now_before=since if frames else None))
+            names.append(rows)
+            since = np.eye(4)
+    ids = ids_of(Tracker.default(LEVEL), Drive(frames, names))
+    assert ids == {0: [0], 1: [1]}
+
+
+def test_of_two_identical_boxes_one_is_tracked() -> None:
+    tracker = Tracker.default(LEVEL)
+    for frame in frames_with(BOX * 2, BOX * 2):
+        assert tracker.step(frame).ids.tolist() == [0]
+
+
+@PRESETS
+def test_two_identical_boxes_without_suppression_are_two_tracks(preset) -> None:
+    tracker = replace(preset(LEVEL), suppress=Suppression(max_iou=1.0))
+    for frame in frames_with(BOX * 2, BOX * 2, BOX * 2):
+        assert sorted(tracker.step(frame).ids.tolist()) == [0, 1]
+
+
+@PRESETS
+def test_a_box_without_area_is_no_car(preset) -> None:
+    tracker = preset(LEVEL)
+    for frame in frames_with(*[[[620.0, 200, 620, 200], *BOX, [50.0, 80, 50, 90]]] * 3):
+        assert tracker.step(frame).ids.tolist() == [0]
+
+
+@PRESETS
+def test_500_boxes_a_frame_are_500_tracks(preset) -> None:
+    x, y = np.meshgrid(np.arange(25) * 48.0, np.arange(20) * 18.0)
+    corners = np.stack((x.ravel(), y.ravel()), axis=1)
+    boxes = np.concatenate((corners, corners + [40.0, 15.0]), axis=1)
+    tracker = preset(LEVEL)
+    for index in range(2):
+        tracks = tracker.step(Frame(index, index / 10, Detections.of(boxes), np.eye(4)))
+        assert sorted(tracks.ids.tolist()) == list(range(500))
+
+
+@PRESETS
+def test_a_thousand_empty_frames_give_no_tracks_and_no_memory(preset) -> None:
+    tracker = preset(LEVEL)
+    for index in range(1000):
+        tracks = tracker.step(Frame(index, index / 10, Detections.empty(), np.eye(4)))
+        assert len(tracks) == 0
+    assert tracks.boxes.shape == (0, 4)
+    assert len(tracker.state.population) == 0
+    assert tracker.state.counts == Counts(frames=1000)
+
+
+def test_tracks_that_left_the_view_are_forgotten_before_their_time() -> None:
+    tracker = Tracker.default(LEVEL)
+    passed = drive([Car(3.0, 12.0)], lambda t: (0.0, 10.0 * t, 0.0), 25)
+    for frame in passed.frames:
+        tracker.step(frame)
+    assert len(passed.frames[-1].detections) == 0
+    assert len(tracker.state.population) == 0
+
+
+@PRESETS
+@pytest.mark.parametrize("time", [0.0, 0.4, float("nan")])
+def test_time_that_goes_backwards_is_refused_with_both_times(preset, time) -> None:
+    tracker = preset(LEVEL)
+    tracker.step(Frame(5, 0.5, Detections.of(BOX)))
+    with pytest.raises(BadConfig, match=rf"frame 6 at {time:g} s comes after one at 0\.5 s"):
+        tracker.step(Frame(6, time, Detections.of(BOX)))
+    tracker.step(Frame(6, 0.6, Detections.of(BOX)))
+
+
+def test_two_frames_of_the_same_time_are_allowed() -> None:
+    tracker = Tracker.default(LEVEL)
+    tracker.step(Frame(0, 0.0, Detections.of(BOX)))
+    assert tracker.step(Frame(1, 0.0, Detections.of(BOX), np.eye(4))).ids.tolist() == [0]
+
+
+@pytest.mark.parametrize("weights", [(), (0.0, 0.0), (1.0, -0.1), (float("nan"),), (float("inf"),)])
+def test_weights_that_cannot_be_are_refused(weights) -> None:
+    with pytest.raises(BadConfig, match=r"weights \["):
+        Tracker(LEVEL, tuple((weight, Volume()) for weight in weights))
+
+
+@pytest.mark.parametrize("sigmas", [-1.0, float("nan"), float("inf")])
+def test_sigmas_that_cannot_be_are_refused_with_their_value(sigmas) -> None:
+    with pytest.raises(BadConfig, match=f"sigmas {sigmas:g}"):
+        Tracker(LEVEL, ((1.0, Volume()),), sigmas=sigmas)
+
+
+def test_costs_are_computed_only_inside_the_search_areas_and_counted() -> None:
+    """Three cars far apart: of the 9 pairs of a frame only 3 are compared."""
+    compared = []
+
+    class Spy:
+        def __call__(self, pairing: Pairing) -> np.ndarray:
+            costs = ImageOverlap()(pairing)
+            compared.append(len(costs))
+            return costs
+
+    tracker = Tracker(LEVEL, ((1.0, Spy()),))
+    for frame in drive([Car(-10.0, 20.0), Car(0.0, 20.0), Car(10.0, 20.0)], count=4).frames:
+        tracker.step(frame)
+    assert compared == [3, 3, 3]
+    assert tracker.state.counts == Counts(frames=4, pairs=27, compared=9)
+    assert tracker.state.counts.skipped_share == pytest.approx(2 / 3)
+
+
+def test_costs_that_were_not_measured_are_counted() -> None:
+    def blind(pairing: Pairing) -> np.ndarray:
+        return np.full(len(pairing.pairs[0]), np.nan)
+
+    tracker = Tracker(LEVEL, ((1.0, blind), (1.0, ImageOverlap())))
+    for frame in frames_with(BOX, BOX, BOX):
+        assert tracker.step(frame).ids.tolist() == [0]
+    assert tracker.state.counts.unmeasured == 2
+
+
+def test_nothing_compared_means_nothing_skipped() -> None:
+    assert Counts().skipped_share == 0.0
+
+
+def test_equal_costs_are_decided_by_the_distance_in_the_image() -> None:
+    """Both boxes lie inside both wide search areas, so that eq. 3 costs 0 for all four pairs."""
+    tracker = replace(Tracker.paper(LEVEL), costs=((1.0, Reprojection()),), sigmas=6.0)
+    tracker.explain = True
+    boxes = [[590.0, 205.0, 620.0, 235.0], [622.0, 205.0, 652.0, 235.0]]
+    first, second = frames_with(boxes, boxes[::-1])
+    assert tracker.step(first).ids.tolist() == [0, 1]
+    tracks = tracker.step(second)
+    np.testing.assert_array_equal(tracker.explanation.parts["Reprojection"], np.zeros((2, 2)))
+    assert dict(zip(tracks.boxes[:, 0], tracks.ids.tolist(), strict=True)) == {590.0: 0, 622.0: 1}
+
+
+def test_an_unknown_motion_opens_the_search_areas() -> None:
+    known, unknown = (
+        drive([Car(-3.0, 30.0), Car(3.0, 30.0)], count=2, know_motion=know)
+        for know in (True, False)
+    )
+    compared = []
+    for seen in (known, unknown):
+        tracker = Tracker.default(LEVEL)
+        for frame in seen.frames:
+            tracker.step(frame)
+        compared.append(tracker.state.population.beliefs.cov[0, 1, 1])
+    assert compared[1] > compared[0]
+
+
+def test_yaw_cues_that_are_missing_in_some_rows_do_not_stop_a_track() -> None:
+    tracker, yaw = Tracker.paper(LEVEL), np.array([np.nan])
+    for index in range(3):
+        detections = Detections.of(BOX, yaw=yaw)
+        tracks = tracker.step(Frame(index, index / 10, detections, np.eye(4)))
+        assert tracks.ids.tolist() == [0]
+    assert tracker.state.population.beliefs.cuboids.yaw[0] == tracker.lift.yaw
