@@ -118,7 +118,7 @@ class Lift:
         near_by_height = camera.K[1, 1] * size[:, 1] / heights
         cut = boxes[:, 3] >= camera.image_size[1] - 1.0 - BORDER
         lost = cut | ~(near < FAR)
-        if lost.any():
+        if np.count_nonzero(lost):
             _place_by_height(near, cov, near_by_height, lost, rays)
         if self.use_box_height:
             var = near_by_height**2 * (2.0 * doubt**2 + self.car_size_std**2)  # two edges

@@ -74,7 +74,7 @@ class Lifecycle:
         remembered = lost[expected.unseen[lost] <= self.max_gap + ROUNDING]
         coasting = expected.select(remembered)
         inside = in_view(coasting.beliefs, camera)
-        return coasting if inside.all() else coasting.select(inside)
+        return coasting if np.count_nonzero(inside) == len(inside) else coasting.select(inside)
 
 
 def in_view(beliefs: Beliefs, camera: Camera) -> Bool[Array, " n"]:

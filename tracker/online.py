@@ -98,8 +98,8 @@ class Tracker:
         """Our best: the paper's lifting and search areas, with memory and a motion model.
 
         The cost is the overlap of the new box with the expected one, which ego-motion and the
-        car's velocity carried over the road in 3D; costs 3D-3D and 3D-2D can be mixed in, and
-        lower HOTA on KITTI by 0.1 to 1 (README, ablation).
+        car's velocity carried over the road in 3D; mixing in 3D-3D or 3D-2D changes HOTA on
+        KITTI by -0.4 to 0.0 (README, what each choice is worth).
         """
         return cls(
             camera,

@@ -28,8 +28,8 @@ class Suppression:
         if len(boxes) > 1:
             close = box_iou(boxes[:, None], boxes[None]) > self.max_iou
             close.ravel()[:: len(boxes) + 1] = False  # each box with itself
-            if close.any():
+            if np.count_nonzero(close):
                 for row in np.argsort(-scores, kind="stable"):
                     if kept[row]:
                         kept &= ~close[row]
-        return detections if kept.all() else detections.select(kept)
+        return detections if np.count_nonzero(kept) == len(kept) else detections.select(kept)

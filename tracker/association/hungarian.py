@@ -30,4 +30,4 @@ class Hungarian:
         rows, columns = linear_sum_assignment(gain)
         pairs = np.array((rows, columns)).T
         made = gain[rows, columns] < 0.0
-        return Match.of(pairs if made.all() else pairs[made], *costs.shape)
+        return Match.of(pairs if np.count_nonzero(made) == len(made) else pairs[made], *costs.shape)

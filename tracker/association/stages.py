@@ -11,7 +11,7 @@ def match_in_stages(
     costs: Float[Array, "n m"], strong: Bool[Array, " m"], associate: Associate
 ) -> Match:
     """The strong columns first; the weak ones take what is left of the rows."""
-    if strong.all():
+    if np.count_nonzero(strong) == len(strong):
         return associate(costs)
     first_columns, second_columns = strong.nonzero()[0], (~strong).nonzero()[0]
     first = associate(costs[:, first_columns])

@@ -47,7 +47,7 @@ def weighted_sum(pairing: Pairing, costs: WeightedCosts) -> Sum:
     cost is impossible (inf).
     """
     parts = tuple([cost(pairing) for _, cost in costs])
-    if len(parts) == 1 and not np.isnan(parts[0]).any():
+    if len(parts) == 1 and np.count_nonzero(np.isnan(parts[0])) == 0:
         return Sum(parts[0], parts, 0)
     values = np.array(parts)
     weights = np.array([[weight] for weight, _ in costs])

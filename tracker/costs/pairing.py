@@ -1,6 +1,6 @@
 """What every cost receives: the pairs inside the expected search areas, ready to compare."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -20,7 +20,9 @@ class Pairing:
 
     Costs are computed only for the pairs (rows[k], columns[k]) whose detection lies in the
     search area, the region's projection into the image: the paper's main saving.
-    sigmas: how many standard deviations the regions are stretched by.
+    sigmas: how many standard deviations the regions are stretched by. expected_regions:
+    g(xi, phi(pi_G^-1(.), s)) of eqs. 3-4. search_areas: the upright boxes around their
+    projections, clipped to the image. pairs: rows and columns whose boxes meet the search areas.
     """
 
     expected: Beliefs
@@ -28,11 +30,18 @@ class Pairing:
     detections: Detections
     camera: Camera
     sigmas: float
+    expected_regions: Cuboids = field(init=False)
+    search_areas: Float[Array, "n 4"] = field(init=False)
+    pairs: tuple[Int[Array, " k"], Int[Array, " k"]] = field(init=False)
 
-    @cached_property
-    def expected_regions(self) -> Cuboids:
-        """g(xi, phi(pi_G^-1(.), s)) of eqs. 3-4."""
-        return self.expected.region(self.sigmas)
+    def __post_init__(self) -> None:
+        regions = self.expected.region(self.sigmas)
+        areas = project_cuboids(regions, self.camera)
+        a, b = areas[:, None], self.observed.boxes[None]
+        meet = np.minimum(a[..., 2:], b[..., 2:]) > np.maximum(a[..., :2], b[..., :2])
+        object.__setattr__(self, "expected_regions", regions)
+        object.__setattr__(self, "search_areas", areas)
+        object.__setattr__(self, "pairs", (meet[..., 0] & meet[..., 1]).nonzero())
 
     @cached_property
     def observed_regions(self) -> Cuboids:
@@ -40,22 +49,9 @@ class Pairing:
         return self.observed.region(self.sigmas)
 
     @cached_property
-    def search_areas(self) -> Float[Array, "n 4"]:
-        """The upright boxes around the expected regions' projections, clipped to the image."""
-        return project_cuboids(self.expected_regions, self.camera)
-
-    @cached_property
     def boxes_in_image(self) -> Float[Array, "m 4"]:
         """The new boxes, clipped to the image."""
         return self.camera.clip_boxes(self.observed.boxes)
-
-    @cached_property
-    def pairs(self) -> tuple[Int[Array, " k"], Int[Array, " k"]]:
-        """Rows and columns of the pairs whose boxes meet the search areas."""
-        a, b = self.search_areas[:, None], self.observed.boxes[None]
-        meet = np.minimum(a[..., 2:], b[..., 2:]) > np.maximum(a[..., :2], b[..., :2])
-        rows, columns = (meet[..., 0] & meet[..., 1]).nonzero()
-        return rows, columns
 
     @property
     def image_distance(self) -> Float[Array, " k"]:
@@ -90,6 +86,6 @@ def project_cuboids(cuboids: Cuboids, camera: Camera) -> Float[Array, "n 4"]:
     pixels += camera.K[:2, 2]
     boxes = camera.clip_boxes(np.concatenate((pixels.min(axis=1), pixels.max(axis=1)), axis=1))
     behind = depth[:, :, 0].max(axis=1) < NEAR
-    if behind.any():
+    if np.count_nonzero(behind):
         boxes[behind] = 0.0
     return boxes
