@@ -22,13 +22,10 @@ import numpy as np
 
 from benchmarks.metrics.folders import World, kitti_world, synthetic_world
 from benchmarks.metrics.golden import GOLDEN_FILE, bless
-from benchmarks.metrics.kitti_rows import read_rows
 from mot_sim.metrics import Evaluation, Scores, evaluate
-from tracker.types import Tracks
 
 PACKAGE = "trackeval==1.3.0"
 TOLERANCE = 1e-9
-Rows = dict[str, tuple[Tracks, Tracks, int]]
 
 
 def main() -> int:
@@ -94,18 +91,11 @@ def drive(python: Path, world: World, repeats: int) -> dict[str, dict]:
 
 def score(world: World, tracker: str, repeats: int) -> tuple[Evaluation, dict[str, float]]:
     """Our scores of one tracker, and the least seconds from memory and from files."""
-
-    def load() -> Rows:
-        return {
-            name: (read_rows(world.labels(name)), read_rows(world.results(tracker, name)), count)
-            for name, count in world.frame_counts.items()
-        }
-
-    rows = load()
-    return evaluate(rows), {
-        "memory": least_seconds(lambda: evaluate(rows), repeats),
-        "files": least_seconds(lambda: evaluate(load()), repeats),
-    }
+    rows = world.rows(tracker)
+    seconds = {"memory": least_seconds(lambda: evaluate(rows), repeats)}
+    if world.name != "synthetic":  # those rows come from no file
+        seconds["files"] = least_seconds(lambda: evaluate(world.rows(tracker)), repeats)
+    return evaluate(rows), seconds
 
 
 def least_seconds(work: Callable[[], object], repeats: int) -> float:

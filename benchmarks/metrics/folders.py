@@ -4,7 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.metrics.cases import all_cases
-from benchmarks.metrics.kitti_rows import FRAME_COUNTS, write_rows
+from benchmarks.metrics.kitti_rows import write_rows
+from mot_sim.datasets import read_labels, read_results
+from mot_sim.datasets.kitti.places import TRAINING_FRAMES
+from tracker.types import Tracks
 
 LIST_NAME = "evaluate_tracking.seqmap.training"
 
@@ -30,6 +33,19 @@ class World:
         """The file of a tracker's output."""
         return self.folder / "trackers" / tracker / "data" / f"{sequence}.txt"
 
+    def rows(self, tracker: str) -> dict[str, tuple[Tracks, Tracks, int]]:
+        """Labels, output and number of frames by sequence, as `evaluate` takes them.
+
+        KITTI's are read from the files. The synthetic ones are taken as they are made: their
+        inverted boxes and doubtful rows test the evaluators, and no reader lets them through.
+        """
+        if self.name == "synthetic":
+            return {case.name: (case.truth, case.output, case.frame_count) for case in all_cases()}
+        return {
+            name: (read_labels(self.labels(name)), read_results(self.results(tracker, name)), count)
+            for name, count in self.frame_counts.items()
+        }
+
 
 def synthetic_world(folder: Path) -> World:
     """The random and the edge cases, as the sequences of one tracker."""
@@ -47,7 +63,7 @@ def synthetic_world(folder: Path) -> World:
 def kitti_world(folder: Path, root: Path, golden: Path) -> World:
     """The labelled training sequences, and the trackers that have results on all of them."""
     labels = sorted((root / "training" / "label_02").glob("*.txt"))
-    counts = {label.stem: FRAME_COUNTS[int(label.stem)] for label in labels}
+    counts = {label.stem: TRAINING_FRAMES[int(label.stem)] for label in labels}
     world = World("KITTI", folder, counts)
     world.labels("").parent.mkdir(parents=True)
     for label in labels:

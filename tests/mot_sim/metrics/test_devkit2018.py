@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks.metrics.cases import tracks
-from benchmarks.metrics.kitti_rows import FRAME_COUNTS, read_rows
+from mot_sim.datasets import read_labels, read_results
+from mot_sim.datasets.kitti.places import TRAINING_FRAMES
 from mot_sim.metrics import Devkit2018, evaluate, evaluate_sequence
 
 GOLDEN_FILE = Path(__file__).parents[2] / "golden" / "metrics_devkit2018.json"
@@ -113,7 +114,11 @@ def test_the_given_sequences_score_as_the_kit_prints(kitti_root: Path, tracker: 
         pytest.skip("no golden result files beside the KITTI root")
     labels = sorted((kitti_root / "training" / "label_02").glob("*.txt"))
     sequences = {
-        path.stem: (read_rows(path), read_rows(folder / path.name), FRAME_COUNTS[int(path.stem)])
+        path.stem: (
+            read_labels(path),
+            read_results(folder / path.name),
+            TRAINING_FRAMES[int(path.stem)],
+        )
         for path in labels
     }
     scores = evaluate(sequences, "devkit2018").combined

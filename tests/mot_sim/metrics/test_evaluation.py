@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from benchmarks.metrics.cases import all_cases, random_case, shuffled, tracks
 from benchmarks.metrics.golden import COLUMNS, GOLDEN_FILE
-from benchmarks.metrics.kitti_rows import FRAME_COUNTS, read_rows
+from mot_sim.datasets import read_labels, read_results
+from mot_sim.datasets.kitti.places import TRAINING_FRAMES
 from mot_sim.metrics import RULES, Evaluation, Scores, combine, evaluate, evaluate_sequence
 from tracker.errors import BadTracks, UnknownName
 from tracker.types import Tracks
@@ -183,7 +184,11 @@ def test_the_given_sequences_score_as_trackeval_says(kitti_root: Path, tracker: 
         pytest.skip("no golden result files beside the KITTI root")
     labels = sorted((kitti_root / "training" / "label_02").glob("*.txt"))
     sequences = {
-        path.stem: (read_rows(path), read_rows(folder / path.name), FRAME_COUNTS[int(path.stem)])
+        path.stem: (
+            read_labels(path),
+            read_results(folder / path.name),
+            TRAINING_FRAMES[int(path.stem)],
+        )
         for path in labels
     }
     assert_golden(evaluate(sequences), f"KITTI/{tracker}")
