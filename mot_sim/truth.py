@@ -11,8 +11,7 @@ from numpy import ndarray as Array
 from mot_sim.rig import Rig, clip_polygon
 from mot_sim.traffic.world import World
 from tracker.geometry import polygon_area, transform
-from tracker.types import Camera, Cuboids, Tracks
-from tracker.types.rows import Rows
+from tracker.types import Camera, Cuboids, Rows, Tracks
 
 NEAR = 0.3  # metres before the camera; nothing nearer is in its view
 EDGES = np.array(

@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from tracker.errors import BadTracks
-from tracker.geometry.overlap import box_iou
+from tracker.geometry import box_iou
 from tracker.types import Tracks
 
 # The slack that TrackEval gives its comparisons of overlaps; here for the same verdict at ties.

@@ -12,7 +12,7 @@ from numpy import ndarray as Array
 
 from mot_sim.metrics.matching import match
 from mot_sim.metrics.overlaps import EPSILON, Overlaps, bare_rows, same_frame_pairs
-from tracker.geometry.overlap import box_area, box_intersection
+from tracker.geometry import box_area, box_intersection
 from tracker.types import Tracks
 
 MIN_OVERLAP = 0.5  # intersection over union of a match

@@ -127,6 +127,14 @@ def drive(
     return Drive(frames, names)
 
 
+def frames_with(*boxes: list) -> list[Frame]:
+    """Frames of these boxes, a tenth of a second apart, from a camera that stands still."""
+    return [
+        Frame(index, index / 10, Detections.of(rows), None if index == 0 else np.eye(4))
+        for index, rows in enumerate(boxes)
+    ]
+
+
 def ids_of(tracker, seen: Drive) -> dict[int, list[int]]:
     """Run the tracker: for each car the ids it had, in the order of frames (no repeats)."""
     had: dict[int, list[int]] = {}

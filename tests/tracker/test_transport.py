@@ -91,6 +91,18 @@ def test_velocity_and_doubt_turn_with_the_road_frame() -> None:
     assert now.cuboids.yaw[0] == pytest.approx(AWAY - np.pi / 2)
 
 
+def test_doubt_along_a_ray_stays_along_it_when_the_camera_turns_to_it() -> None:
+    """A car 30 degrees to the right, uncertain in depth only; then it is straight ahead."""
+    angle = np.pi / 6
+    ray = np.array([np.sin(angle), np.cos(angle)])
+    before = beliefs_at(tuple(20.0 * ray))
+    before.cov[0, :2, :2] = 9.0 * np.outer(ray, ray)
+    before.cov[0, 2:, 2:] = 4.0 * np.outer(ray, ray)
+    now = transport(before, LEVEL, step_of(LEVEL, turn=angle), NO_DOUBT)
+    np.testing.assert_allclose(now.cuboids.base, [[0.0, 0.0, 20.0]], atol=1e-12)
+    np.testing.assert_allclose(now.cov[0], np.diag([0.0, 9.0, 0.0, 4.0]), atol=1e-12)
+
+
 def test_the_motions_doubt_is_added_by_hand() -> None:
     """Translation adds itself; a doubt of yaw moves a car at 20 m across by 20 m a radian."""
     before = beliefs_at((0.0, 20.0))
@@ -161,6 +173,17 @@ def test_a_cars_own_way_is_measured_in_the_road_frame_of_before(camera: Camera, 
     carried = transport(beliefs_at((0.0, 20.0), camera=camera), camera, T, NO_DOUBT, moved)
     stood = transport(beliefs_at((1.0, 23.0), camera=camera), camera, T, NO_DOUBT)
     np.testing.assert_allclose(carried.cuboids.base, stood.cuboids.base, atol=1e-9)
+
+
+@cameras
+def test_a_cars_way_and_the_cameras_turn_may_come_one_after_the_other(camera: Camera) -> None:
+    before, turn = some_beliefs(camera), step_of(camera, turn=0.2)
+    moved = np.tile([1.0, 3.0], (3, 1))
+    once = transport(before, camera, turn, NO_DOUBT, moved)
+    gone = transport(before, camera, np.eye(4), NO_DOUBT, moved)
+    twice = transport(gone, camera, turn, NO_DOUBT)
+    np.testing.assert_allclose(once.boxes, twice.boxes, atol=1e-6)
+    np.testing.assert_allclose(once.cuboids.base, twice.cuboids.base, atol=1e-9)
 
 
 def test_a_car_that_falls_behind_the_camera_is_finite_and_out_of_view() -> None:

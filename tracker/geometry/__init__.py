@@ -2,6 +2,7 @@
 
 from tracker.geometry.ground import road_contact, road_contact_jacobian
 from tracker.geometry.overlap import (
+    box_area,
     box_intersection,
     box_iou,
     convex_intersection,
@@ -18,6 +19,7 @@ from tracker.geometry.transforms import (
 )
 
 __all__ = [
+    "box_area",
     "box_intersection",
     "box_iou",
     "convex_intersection",

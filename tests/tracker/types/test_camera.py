@@ -40,6 +40,12 @@ def test_a_camera_that_leans_right_sees_the_road_rise_on_its_right() -> None:
     assert camera.road_normal[0] == pytest.approx(np.sin(0.1))
 
 
+def test_a_roll_turns_the_image_and_not_where_the_camera_looks() -> None:
+    camera = Camera.mounted(K, IMAGE, HEIGHT, pitch=0.1, roll=0.3)
+    axis_road = camera.T_road_cam[:3, :3] @ [0.0, 0.0, 1.0]
+    np.testing.assert_allclose(axis_road, [0.0, -np.sin(0.1), np.cos(0.1)], atol=1e-12)
+
+
 @given(st.floats(0.3, 4.0), angles, angles)
 def test_height_and_normal_do_not_depend_on_where_the_camera_looks(height, pitch, roll) -> None:
     camera = Camera.mounted(K, IMAGE, height, pitch, roll)

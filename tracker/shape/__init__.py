@@ -1,0 +1,21 @@
+"""Single-view shape: the deformable car (eq. 1) and the priors it comes from."""
+
+from tracker.shape.basis import ShapeBasis
+from tracker.shape.prior import (
+    KEYPOINTS,
+    KEYPOINTS_14,
+    KEYPOINTS_36,
+    SHIPPED_PRIOR,
+    load_prior,
+    save_prior,
+)
+
+__all__ = [
+    "KEYPOINTS",
+    "KEYPOINTS_14",
+    "KEYPOINTS_36",
+    "SHIPPED_PRIOR",
+    "ShapeBasis",
+    "load_prior",
+    "save_prior",
+]
