@@ -42,11 +42,13 @@ def test_the_unseen_are_remembered_up_to_the_longest_gap() -> None:
 
 
 def test_a_gap_is_not_shorter_for_the_rounding_of_its_steps() -> None:
-    """Ten steps of a tenth are a second, wherever the clock stands: 1.0000000000000009 too."""
-    for start in range(0, 500, 7):
-        times = (start + np.arange(11)) / 10
-        gap = float(np.add.accumulate(np.diff(times))[-1])
-        assert len(Lifecycle(max_gap=1.0).unseen(population(gap), np.array([0]), LEVEL)) == 1
+    """Thirty steps of a tenth are three seconds, also where they sum to a little more."""
+    times = (np.arange(500)[:, None] + np.arange(31)) / 10
+    gaps = np.add.accumulate(np.diff(times), axis=1)[:, -1]
+    assert gaps.max() > 3.0
+    for gap in {gaps.min(), gaps.max()}:
+        three_seconds = Lifecycle(max_gap=3.0).unseen(population(gap), np.array([0]), LEVEL)
+        assert three_seconds.ids.tolist() == [10]
 
 
 def test_without_memory_every_lost_track_ends() -> None:

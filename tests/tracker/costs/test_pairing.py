@@ -89,6 +89,12 @@ def test_boxes_that_only_touch_the_search_area_are_not_paired() -> None:
     assert len(pairing_of(expected, observed).pairs[0]) == 1
 
 
+def test_boxes_above_or_below_the_search_area_are_not_paired() -> None:
+    expected, observed = beliefs_at((0.0, 20.0)), beliefs_at((0.0, 20.0), (0.0, 20.0))
+    observed.boxes[:, 1::2] += [[-150.0], [120.0]]
+    assert len(pairing_of(expected, observed).pairs[0]) == 0
+
+
 def test_wider_regions_never_lose_a_pair() -> None:
     places = [(x, 20.0) for x in (-6.0, -3.0, 0.0, 3.0, 6.0)]
     sets = []

@@ -38,6 +38,12 @@ def test_a_pair_without_any_cost_is_impossible() -> None:
     assert unmeasured == 2
 
 
+def test_where_a_cost_is_the_only_one_its_pair_is_impossible_too() -> None:
+    total, _, unmeasured = weighted_sum(PAIRING, ((0.5, fixed(0.3, NAN)),))
+    np.testing.assert_array_equal(total, [0.3, np.inf])
+    assert unmeasured == 1
+
+
 def test_a_pair_whose_only_measured_cost_has_no_weight_is_impossible() -> None:
     total = weighted_sum(PAIRING, ((0.0, fixed(0.3, 0.3)), (1.0, fixed(NAN, 0.5)))).total
     np.testing.assert_array_equal(total, [np.inf, 0.5])
