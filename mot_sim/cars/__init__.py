@@ -1,0 +1,24 @@
+"""The deformable fleet: shape coefficients -> mesh, keypoints, size; paints, look-alikes, files."""
+
+from mot_sim.cars.carshape import CarShape
+from mot_sim.cars.design import BODIES
+from mot_sim.cars.files import export_car, load_car
+from mot_sim.cars.fleet import Cars, Fleet, load_fleet, look_alikes
+from mot_sim.cars.paint import PAINTS, paint_colour
+from mot_sim.cars.topology import PARTS, Topology, topology
+
+__all__ = [
+    "BODIES",
+    "PAINTS",
+    "PARTS",
+    "CarShape",
+    "Cars",
+    "Fleet",
+    "Topology",
+    "export_car",
+    "load_car",
+    "load_fleet",
+    "look_alikes",
+    "paint_colour",
+    "topology",
+]
