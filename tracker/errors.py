@@ -54,3 +54,7 @@ class OutputExists(TrackingError):
 
 class BadOutput(TrackingError):
     """A place that cannot be written to."""
+
+
+class NoOpenGL(TrackingError):
+    """No OpenGL context can be had here; says what is missing."""

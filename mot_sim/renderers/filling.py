@@ -1,0 +1,139 @@
+"""Filling triangles with OpenCV: which triangle is nearest at each pixel, and how far it is.
+
+`cv2.triangleRasterize` wants an OpenGL camera with the principal point in the middle and one
+focal length; ours goes into its `world2cam` as a shear. It clips nothing, so that corners must
+lie before the camera. The image needs no flip.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from jaxtyping import Float, Float32, Int, Int32
+from numpy import ndarray as Array
+
+from mot_sim.renderers.triangles import Triangles
+from tracker.types import Camera
+
+HALF_PI = 0.5 * np.pi  # the field of view for which OpenCV's focal length is half the height
+NUMBERS = float(1 << 24)  # triangle numbers over this are colours in [0, 1], exact in float32
+MARGIN = 1e-3  # how much wider than the triangles the range of depths is drawn
+
+
+@dataclass(frozen=True, eq=False)
+class Fragments:
+    """What triangles cover of the rows of an image from `top` on, until nothing more comes.
+
+    numbers: 1 + row of the nearest triangle, 0 = none. depth: metres, where there is a triangle.
+    """
+
+    top: int
+    numbers: Int[Array, "r w"]
+    depth: Float32[Array, "r w"]
+
+
+class Canvas:
+    """OpenCV's buffers and settings for one camera's frame."""
+
+    def __init__(self, camera: Camera) -> None:
+        width, height = camera.image_size
+        self._camera = camera
+        self._A_opencv_cam = world2cam(camera)
+        self._depth = np.ones((height, width), np.float32)
+        self._settings = cv2.TriangleRasterizeSettings()
+        self._settings.setCullingMode(cv2.RASTERIZE_CULLING_NONE)
+        self._settings.setShadingType(cv2.RASTERIZE_SHADING_FLAT)
+        self._settings.setGlCompatibleMode(cv2.RASTERIZE_COMPAT_INVDEPTH)
+
+    def fill(self, triangles: Triangles) -> Fragments:
+        """The nearest triangle at each pixel's centre; of several at one depth, the first."""
+        top, bottom = self._rows(triangles)
+        if top >= bottom:
+            nothing = np.zeros((0, self._depth.shape[1]))
+            return Fragments(0, nothing.astype(np.int64), nothing.astype(np.float32))
+        self._depth.fill(1.0)
+        numbers = np.zeros((*self._depth.shape, 3), np.float32)
+        near, far = _near_far(triangles)
+        cv2.triangleRasterize(
+            triangles.corners.reshape(-1, 3).astype(np.float32),
+            _indices(len(triangles)),
+            _colours(len(triangles)),
+            numbers,
+            self._depth,
+            self._A_opencv_cam,
+            HALF_PI,
+            near,
+            far,
+            self._settings,
+        )
+        found = (cv2.extractChannel(numbers[top:bottom], 0) * NUMBERS).astype(np.int64)
+        share = self._depth[top:bottom]  # 0 at the near plane, 1 at the far one, linear in 1 / z
+        inverse = (1.0 - share) * np.float32(1.0 / near) + share * np.float32(1.0 / far)
+        return Fragments(top, found, 1.0 / inverse)
+
+    def _rows(self, triangles: Triangles) -> tuple[int, int]:
+        """The first row that triangles may touch, and the last one plus one."""
+        height = len(self._depth)
+        if not len(triangles):
+            return 0, 0
+        points = triangles.corners.reshape(-1, 3)
+        v = (points @ self._camera.K[1]) / points[:, 2]
+        top, bottom = np.array((v.min() - 1.0, v.max() + 2.0)).clip(0, height).astype(int)
+        return int(top), int(bottom)
+
+    def count(self, triangles: Triangles, box: tuple[int, int, int, int]) -> int:
+        """How many pixels the triangles cover alone, all of them inside a box of pixels.
+
+        box: first column and row, last column and row plus one. The same sums in the same
+        buffers as `fill`: a pixel that is covered there is covered here.
+        """
+        left, top, right, bottom = box
+        crop = self._depth[top:bottom, left:right]
+        crop.fill(1.0)
+        cv2.triangleRasterizeDepth(
+            triangles.corners.reshape(-1, 3).astype(np.float32),
+            _indices(len(triangles)),
+            self._depth,
+            self._A_opencv_cam,
+            HALF_PI,
+            *_near_far(triangles),
+            self._settings,
+        )
+        return int(np.count_nonzero(crop < 1.0))
+
+
+def world2cam(camera: Camera) -> Float[Array, "4 4"]:
+    """From our camera's frame to OpenCV's (y up, z backwards), with K in it as a shear.
+
+    With pixel centres at integers, and OpenCV's at halves, counted from below:
+    x = z (2u + 1 - width) / height and y = z (height - 1 - 2v) / height.
+    """
+    width, height = camera.image_size
+    A = np.zeros((4, 4))
+    A[0, :3] = 2.0 * camera.K[0] / height
+    A[0, 2] += (1.0 - width) / height
+    A[1, :3] = -2.0 * camera.K[1] / height
+    A[1, 2] += (height - 1.0) / height
+    A[2, 2] = -1.0
+    A[3, 3] = 1.0
+    return A
+
+
+def _near_far(triangles: Triangles) -> tuple[float, float]:
+    """As narrow a range of depths as holds the triangles: the z-buffer is finest so."""
+    nearest, farthest = triangles.depths
+    return nearest * (1.0 - MARGIN), farthest * (1.0 + MARGIN)
+
+
+@lru_cache(maxsize=64)
+def _indices(count: int) -> Int32[Array, "t 3"]:
+    return np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
+
+
+@lru_cache(maxsize=8)
+def _colours(count: int) -> Float32[Array, "c 3"]:
+    """A colour a corner; a flat triangle takes the first one's, in which stands its number."""
+    colours = np.zeros((3 * count, 3), np.float32)
+    colours[::3, 0] = np.arange(1, count + 1) / NUMBERS
+    return colours

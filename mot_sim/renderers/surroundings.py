@@ -1,0 +1,126 @@
+"""What surrounds the objects: a road seen from above, a sky, a sun."""
+
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+
+import cv2
+import numpy as np
+from jaxtyping import Float, UInt8
+from numpy import ndarray as Array
+
+from tracker.errors import BadConfig
+
+Colour = tuple[int, int, int]
+
+ASPHALT: Colour = (92, 94, 98)
+GRASS: Colour = (118, 132, 88)
+
+
+PLAIN = 64  # texels along a plain road's sides
+PLAIN_SIZE = 2000.0  # metres
+
+
+@dataclass(frozen=True, eq=False)
+class Texture:
+    """An RGB picture, made once and used in many frames."""
+
+    pixels: UInt8[Array, "h w 3"]
+
+    def __post_init__(self) -> None:
+        height, width = self.pixels.shape[:2]
+        if min(height, width) == 0:
+            raise BadConfig(f"a texture of {width} x {height} pixels: it needs some")
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height."""
+        return self.pixels.shape[1], self.pixels.shape[0]
+
+    @cached_property
+    def rgba(self) -> UInt8[Array, "h w 4"]:
+        """With a fourth channel: OpenCV warps that twice as fast."""
+        return cv2.cvtColor(self.pixels, cv2.COLOR_RGB2RGBA)
+
+
+@cache
+def _plain() -> Texture:
+    return Texture(np.full((PLAIN, PLAIN, 3), ASPHALT, np.uint8))
+
+
+def _plain_map() -> Float[Array, "3 3"]:
+    """A plain texture around the camera."""
+    scale, middle = PLAIN / PLAIN_SIZE, 0.5 * (PLAIN - 1)
+    return np.array([[scale, 0.0, middle], [0.0, scale, middle], [0.0, 0.0, 1.0]])
+
+
+@dataclass(frozen=True, eq=False)
+class Road:
+    """The road plane, painted by a texture that looks down on it.
+
+    A_texture_road: homogeneous, from (x, z, 1) of the `road` frame, metres, to the texture's
+    pixels (u, v, 1). around: the plane's colour outside the texture. The default is a plain
+    asphalt plane, 2 km across.
+    """
+
+    texture: Texture = field(default_factory=_plain)
+    A_texture_road: Float[Array, "3 3"] = field(default_factory=_plain_map)
+    around: Colour = GRASS
+
+    def __post_init__(self) -> None:
+        A = self.A_texture_road
+        if not np.isfinite(A).all() or abs(np.linalg.det(A)) < 1e-12:
+            raise BadConfig(f"A_texture_road is singular or not finite: {A.tolist()}")
+
+    @classmethod
+    def spread(
+        cls,
+        texture: Texture,
+        x: tuple[float, float],
+        z: tuple[float, float],
+        around: Colour = GRASS,
+    ) -> "Road":
+        """A texture between two x (left, right edge) and two z (lower, upper edge), metres."""
+        if not (x[1] > x[0] and z[1] > z[0]):
+            raise BadConfig(f"a road between x {x} and z {z}: give the smaller edge first")
+        width, height = texture.size
+        across, along = width / (x[1] - x[0]), height / (z[1] - z[0])
+        A_texture_road = np.array([
+            [across, 0.0, -across * x[0] - 0.5],
+            [0.0, -along, along * z[1] - 0.5],
+            [0.0, 0.0, 1.0],
+        ])  # fmt: skip
+        return cls(texture, A_texture_road, around)
+
+
+@dataclass(frozen=True)
+class Sky:
+    """A sky that fades from the horizon up."""
+
+    top: Colour = (104, 150, 202)
+    low: Colour = (222, 231, 236)
+
+
+@dataclass(frozen=True)
+class Sun:
+    """Where light comes from, in the `road` frame (y is down), and how strong it is.
+
+    towards: to the sun, any length. ambient: light that a face turned away still gets, 0 to 1.
+    shade: how much of the road's light a cast shadow takes, 0 to 1.
+    """
+
+    towards: tuple[float, float, float] = (-0.35, -0.75, -0.55)
+    ambient: float = 0.45
+    shade: float = 0.55
+
+    def __post_init__(self) -> None:
+        if not self.towards[1] < 0.0:
+            raise BadConfig(f"the sun at {self.towards} is below the road: y must be negative")
+        for name, value in (("ambient", self.ambient), ("shade", self.shade)):
+            if not 0.0 <= value <= 1.0:
+                raise BadConfig(f"the sun's {name} is {value:g}: give 0 to 1")
+
+    @property
+    def direction(self) -> Float[Array, "3"]:
+        """The unit vector to the sun."""
+        towards = np.array(self.towards)
+        return towards / np.linalg.norm(towards)
