@@ -1,7 +1,28 @@
-"""Traffic: who drives where, in world coordinates, at 10 Hz."""
+"""Traffic: who drives where, in world coordinates, at 10 Hz.
 
+`mot_sim.traffic.highway` drives cars live; it is not imported here, since highway-env is heavy.
+"""
+
+from mot_sim.traffic.collisions import colliding_pairs, collisions
+from mot_sim.traffic.kitti_replay import kitti_recording, kitti_replay
+from mot_sim.traffic.recording import RecordedTraffic, Replay, record_traffic
 from mot_sim.traffic.roads import Roads, Surface
 from mot_sim.traffic.scripted import Route, Script, Scripted
 from mot_sim.traffic.world import Traffic, World
 
-__all__ = ["Roads", "Route", "Script", "Scripted", "Surface", "Traffic", "World"]
+__all__ = [
+    "RecordedTraffic",
+    "Replay",
+    "Roads",
+    "Route",
+    "Script",
+    "Scripted",
+    "Surface",
+    "Traffic",
+    "World",
+    "colliding_pairs",
+    "collisions",
+    "kitti_recording",
+    "kitti_replay",
+    "record_traffic",
+]

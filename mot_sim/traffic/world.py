@@ -1,10 +1,10 @@
 """One moment of traffic, and the protocol of everything that makes traffic."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 STEP = 0.1  # seconds from one world to the next: KITTI's 10 Hz
@@ -16,7 +16,8 @@ class World:
 
     x, y: centre of the car. heading: radians from +x towards +y. speed: m/s, forward.
     size: length, height, width. ego: x, y and heading of the car that carries the camera;
-    ego_size as size.
+    ego_size as size. z: of the bottom faces, down from the ground; None: all stand on it.
+    crashed: who has hit somebody; None: nobody can.
     """
 
     time: float
@@ -28,6 +29,8 @@ class World:
     size: Float[Array, "n 3"]
     ego: Float[Array, "3"]
     ego_size: Float[Array, "3"]
+    z: Float[Array, " n"] | None = None
+    crashed: Bool[Array, " n"] | None = None
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -50,8 +53,12 @@ def outline(poses: Float[Array, "n 3"], size: Float[Array, "n 3"]) -> Float[Arra
     return poses[:, None, :2] + corners
 
 
+@runtime_checkable
 class Traffic(Protocol):
-    """What moves cars. Every `step` is 0.1 s; ids are stable from first to last sight."""
+    """What moves cars. Every `step` is 0.1 s; ids are stable from first to last sight.
+
+    The rows of a world are in the order of ids.
+    """
 
     def reset(self, rng: np.random.Generator) -> World:
         """Back to the beginning; the first world."""

@@ -1,0 +1,1 @@
+"""Live traffic, beside the folder it tests."""
