@@ -46,7 +46,8 @@ class Rig:
         x, y, heading = world.ego
         c, s = np.cos(heading), np.sin(heading)
         dx, dy = world.x - x, world.y - y
-        base = np.stack((c * dy - s * dx, np.zeros(len(world)) if world.z is None else world.z, c * dx + s * dy), axis=1)
+        down = np.zeros(len(world)) if world.z is None else world.z
+        base = np.stack((c * dy - s * dx, down, c * dx + s * dy), axis=1)
         yaw = np.asarray(wrap_angle(world.heading - heading - 0.5 * np.pi))
         return Cuboids(base, yaw, world.size)
 
