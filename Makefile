@@ -24,7 +24,7 @@ demo: $(STAMP)
 	$(BIN)/mot-sim demo --out out/demo --overwrite
 
 test: $(STAMP)
-	$(BIN)/python -m pytest --cov --cov-report=term
+	$(BIN)/python -m pytest -n auto --dist loadfile --cov --cov-report=term
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
