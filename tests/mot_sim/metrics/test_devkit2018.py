@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks.metrics.cases import tracks
-from mot_sim.datasets import read_labels, read_results
-from mot_sim.datasets.kitti.places import TRAINING_FRAMES
 from mot_sim.metrics import Devkit2018, evaluate, evaluate_sequence
+from tests.mot_sim.metrics.kitti_results import golden_results
 
 GOLDEN_FILE = Path(__file__).parents[2] / "golden" / "metrics_devkit2018.json"
 GOLDEN = json.loads(GOLDEN_FILE.read_text())
@@ -109,19 +108,7 @@ def test_one_side_alone_is_all_errors(labels: list, output: list):
 @pytest.mark.kitti
 @pytest.mark.parametrize("tracker", sorted(GOLDEN))
 def test_the_given_sequences_score_as_the_kit_prints(kitti_root: Path, tracker: str):
-    folder = kitti_root.parent / "golden_scores" / tracker
-    if not folder.is_dir():
-        pytest.skip("no golden result files beside the KITTI root")
-    labels = sorted((kitti_root / "training" / "label_02").glob("*.txt"))
-    sequences = {
-        path.stem: (
-            read_labels(path),
-            read_results(folder / path.name),
-            TRAINING_FRAMES[int(path.stem)],
-        )
-        for path in labels
-    }
-    scores = evaluate(sequences, "devkit2018").combined
+    scores = evaluate(golden_results(kitti_root, tracker), "devkit2018").combined
     percent = {"MOTA": "MOTA", "MOTP": "MOTP", "Re": "CLR_Re", "Pr": "CLR_Pr"}
     percent |= {"MT": "MTR", "PT": "PTR", "ML": "MLR"}
     counts = {"TP": "CLR_TP", "FP": "CLR_FP", "FN": "CLR_FN", "IDS": "IDSW", "FRAG": "Frag"}

@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 from benchmarks.metrics.cases import all_cases, random_case, shuffled, tracks
 from benchmarks.metrics.golden import COLUMNS, GOLDEN_FILE
-from mot_sim.datasets import read_labels, read_results
-from mot_sim.datasets.kitti.places import TRAINING_FRAMES
 from mot_sim.metrics import RULES, Evaluation, Scores, combine, evaluate, evaluate_sequence
+from tests.mot_sim.metrics.kitti_results import golden_results
 from tracker.errors import BadTracks, UnknownName
 from tracker.types import Tracks
 
@@ -179,19 +178,7 @@ def test_synthetic_cases_score_as_trackeval_says():
 @pytest.mark.kitti
 @pytest.mark.parametrize("tracker", KITTI_TRACKERS)
 def test_the_given_sequences_score_as_trackeval_says(kitti_root: Path, tracker: str):
-    folder = kitti_root.parent / "golden_scores" / tracker
-    if not folder.is_dir():
-        pytest.skip("no golden result files beside the KITTI root")
-    labels = sorted((kitti_root / "training" / "label_02").glob("*.txt"))
-    sequences = {
-        path.stem: (
-            read_labels(path),
-            read_results(folder / path.name),
-            TRAINING_FRAMES[int(path.stem)],
-        )
-        for path in labels
-    }
-    assert_golden(evaluate(sequences), f"KITTI/{tracker}")
+    assert_golden(evaluate(golden_results(kitti_root, tracker)), f"KITTI/{tracker}")
 
 
 def test_golden_columns_are_those_of_the_file():
