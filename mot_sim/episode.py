@@ -1,73 +1,116 @@
-"""What can be run (a scene) and one recorded run of it (an episode)."""
+"""One recorded run of a scene: to a tracker the same thing as a recorded drive."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from mot_sim import draws
+from mot_sim.cars.cast import Cast
+from mot_sim.datasets.images import ImageSource
 from mot_sim.datasets.recorded import RecordedSequence
-from mot_sim.rig import Rig
-from mot_sim.sensors import Detector
-from mot_sim.traffic.roads import Roads
-from mot_sim.traffic.world import STEP, Traffic, World
-from mot_sim.truth import Truth, exact_truth
-from tracker.errors import BadConfig
+from mot_sim.imaging import Drawn
+from mot_sim.scene import Scene, Take, record_scene_traffic
+from mot_sim.stage import Stage
+from mot_sim.traffic.recording import RecordedTraffic
+from mot_sim.traffic.world import STEP, World
+from mot_sim.truth import (
+    Annotations,
+    Events,
+    Occlusions,
+    Truth,
+    annotate,
+    find_events,
+    labels,
+)
 from tracker.types import Tracks
 
 
-@dataclass(frozen=True, eq=False)
-class Scene:
-    """What can be run: who drives on which roads, and what watches them, for how many frames."""
-
-    name: str
-    make_traffic: Callable[[], Traffic]
-    frame_count: int
-    roads: Roads = field(default_factory=Roads)
-    rig: Rig = field(default_factory=Rig.kitti)
-    detector: Detector = field(default_factory=Detector)
-
-    def __post_init__(self) -> None:
-        if self.frame_count < 1:
-            raise BadConfig(f"scene {self.name}: {self.frame_count} frames; give 1 or more")
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Episode(RecordedSequence):
-    """One run of a scene; to a tracker the same thing as a recorded drive.
+class SimulatedDrive(RecordedSequence):
+    """A drive of which everything is known, whether it was run just now or read from a file.
 
-    exact: the truth of all frames of the run; world i is frame i.
+    seed: all of it follows from that. traffic: who was where; world i is frame i. stage: who they
+    are, and the camera. annotations: the ground truth of all frames, apart from the frames.
     """
 
-    scene: Scene
     seed: int
-    worlds: tuple[World, ...]
-    exact: Truth
+    traffic: RecordedTraffic
+    stage: Stage
+    annotations: Annotations
+
+    @property
+    def cast(self) -> Cast:
+        """Who the cars are."""
+        return self.stage.cast
+
+    @property
+    def exact(self) -> Truth:
+        """Everything that is true of every car in every frame of the run."""
+        return self.annotations.truth
+
+    @property
+    def occlusions(self) -> Occlusions:
+        """Who hides whom."""
+        return self.annotations.occlusions
+
+    @cached_property
+    def worlds(self) -> tuple[World, ...]:
+        """The world of each frame of the run."""
+        return self.traffic.worlds
+
+    @cached_property
+    def events(self) -> Events:
+        """What happens in the run."""
+        return find_events(self.exact, self.worlds)
 
     @cached_property
     def truth(self) -> Tracks:
-        """The true tracks of the frames that are delivered."""
-        tracks = self.exact.tracks
-        return tracks.select(np.isin(tracks.frames, self.frame_indices))
+        """The labels of the frames that are delivered, as KITTI writes them."""
+        labelled = labels(self.exact)
+        return labelled.select(np.isin(labelled.frames, self.frame_indices))
 
 
-def record(scene: Scene, seed: int = 0) -> Episode:
-    """Run a scene. The same seed gives the same episode, bit by bit."""
-    traffic = scene.make_traffic()
-    worlds = [traffic.reset(draws.named_stream(seed, "traffic"))]
-    worlds += [traffic.step() for _ in range(scene.frame_count - 1)]
-    exact = exact_truth(worlds, scene.rig)
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Episode(SimulatedDrive):
+    """One run of a scene."""
+
+    scene: Scene
+
+
+def record(
+    scene: Scene,
+    seed: int = 0,
+    traffic: RecordedTraffic | None = None,
+    renderer: str | None = None,
+) -> Episode:
+    """Run a scene. The same seed gives the same episode, bit by bit.
+
+    traffic: of this scene and seed, where it was recorded before. renderer: a name of RENDERERS
+    or `auto`: frames carry images, each drawn when it is its turn. None: they carry none.
+    """
+    take = Take.of(scene, seed, traffic)
+    images = None if renderer is None else Drawn(take, renderer)
+    return episode_of(take, annotate(take.worlds, take.stage), images)
+
+
+def episode_of(take: Take, annotations: Annotations, images: ImageSource | None = None) -> Episode:
+    """The episode of a take and the truth of all its frames."""
+    scene = take.scene
     return Episode(
         name=scene.name,
         camera=scene.rig.camera,
-        frame_count=scene.frame_count,
-        log=scene.detector(exact, seed, scene.rig.camera),
-        frame_indices=np.arange(scene.frame_count),
-        Ts_world_cam=np.array([scene.rig.T_world_cam(world.ego) for world in worlds]),
+        frame_count=len(take),
+        log=scene.detector(annotations.truth, take.seed, scene.rig.camera, len(take)),
+        frame_indices=np.arange(len(take)),
+        Ts_world_cam=np.array([scene.rig.T_world_cam(ego) for ego in take.traffic.ego]),
+        images=images,
         frame_rate=1.0 / STEP,
         scene=scene,
-        seed=seed,
-        worlds=tuple(worlds),
-        exact=exact,
+        seed=take.seed,
+        traffic=take.traffic,
+        stage=take.stage,
+        annotations=annotations,
     )
+
+
+__all__ = ["Episode", "Scene", "SimulatedDrive", "episode_of", "record", "record_scene_traffic"]

@@ -5,6 +5,7 @@ Traffic keeps to the right: x forward, y right, so we drive at y > 0 and cars th
 the left drive at the smaller x. Nobody touches anybody (a test).
 """
 
+from mot_sim.cars import Models
 from mot_sim.episode import Scene
 from mot_sim.traffic import Roads, Route, Script, Scripted
 from mot_sim.traffic.roads import rectangle, stripe, zebra
@@ -35,8 +36,9 @@ def across(
     """A car that crosses our road in one lane; start: its y at time 0."""
     first, last = SIDES if to_right else SIDES[::-1]
     return Script(
-        Route([(lane, first), (lane, last)]), [(0.0, speed)], start=abs(start - first), size=size
-    )
+        Route([(lane, first), (lane, last)]), [(0.0, speed)], start=abs(start - first),
+        size=size, kind="Van" if size == VAN else "Car",
+    )  # fmt: skip
 
 
 CARS = (
@@ -108,7 +110,8 @@ def _roads() -> Roads:
     return Roads(tuple(surfaces))
 
 
-def _traffic() -> Scripted:
+def _traffic(models: Models) -> Scripted:
+    """The same for every seed; cars have the sizes of the script."""
     return Scripted(CARS, EGO)
 
 

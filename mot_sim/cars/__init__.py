@@ -1,6 +1,7 @@
 """The deformable fleet: shape coefficients -> mesh, keypoints, size; paints, look-alikes, files."""
 
 from mot_sim.cars.carshape import CarShape
+from mot_sim.cars.cast import Cast, Casting, Models
 from mot_sim.cars.design import BODIES
 from mot_sim.cars.files import export_car, load_car
 from mot_sim.cars.fleet import Cars, Fleet, load_fleet, look_alikes
@@ -13,7 +14,10 @@ __all__ = [
     "PARTS",
     "CarShape",
     "Cars",
+    "Cast",
+    "Casting",
     "Fleet",
+    "Models",
     "Topology",
     "export_car",
     "load_car",

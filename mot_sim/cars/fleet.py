@@ -1,5 +1,6 @@
 """The deformable fleet: shape coefficients in, meshes, keypoints and sizes out (eq. 1)."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -22,6 +23,7 @@ from tracker.shape import KEYPOINTS, KEYPOINTS_14
 MOST_SIGMAS = 4.0  # shapes further out are no cars any more
 DRAWN_SIGMAS = 2.0  # within a body
 NEAREST_SIGMAS = 3.0
+TALL = 1.95  # metres: higher than any other car's mean by far
 SIZE_SIGMA = 0.01  # metres: how closely `nearest` follows a size before it stretches
 ROWS_14 = [KEYPOINTS.index(name) for name in KEYPOINTS_14]
 
@@ -132,19 +134,40 @@ class Fleet:
             tuple(names[paint] for paint in paints),
         )
 
-    def nearest(self, size: Float[Array, "3"]) -> CarShape:
-        """The likeliest shape of about this length, height and width, stretched to it exactly."""
+    def nearest(self, size: Float[Array, "3"], body: str | None = None) -> CarShape:
+        """The likeliest shape of about this length, height and width, stretched to it exactly.
+
+        body: the likeliest of that body; None: of all cars.
+        """
         if not (np.isfinite(size).all() and (size > 0.0).all()):
             raise BadConfig(f"car of size {size.tolist()}: give length, height, width > 0")
+        if body is not None and body not in BODIES:
+            raise UnknownName.of("body", body, BODIES)
+        start, root, most = np.zeros(self.coefficients), np.diag(self.std), NEAREST_SIGMAS
+        if body is not None:
+            row, most = list(BODIES).index(body), DRAWN_SIGMAS
+            start, root = self.components.body_means[row], self.components.body_roots[row]
         points, axes = EXTREMES
         change = self.components.vectors[:, points, axes].T * np.array([[2.0], [-1.0], [2.0]])
-        missing = size - self.size(np.zeros(self.coefficients))
+        missing = size - self.size(start)
         found = lsq_linear(  # the unknowns are counted in standard deviations
-            np.concatenate((np.eye(self.coefficients), change * self.std / SIZE_SIGMA)),
+            np.concatenate((np.eye(self.coefficients), change @ root / SIZE_SIGMA)),
             np.concatenate((np.zeros(self.coefficients), missing / SIZE_SIGMA)),
-            (-NEAREST_SIGMAS, NEAREST_SIGMAS),
+            (-most, most),
         )
-        return self.car(found.x * self.std).scaled_to(size)
+        limits = MOST_SIGMAS * self.std
+        return self.car(np.clip(start + root @ found.x, -limits, limits)).scaled_to(size)
+
+    def body_of(self, size: Float[Array, "3"], among: Sequence[str] = tuple(BODIES)) -> str:
+        """The body whose mean car comes nearest to a length, height and width.
+
+        Whatever is higher than TALL is a van, where that is among them.
+        """
+        if size[1] > TALL and "van" in among:
+            return "van"
+        rows = [list(BODIES).index(body) for body in among]
+        sizes = self.size(self.components.body_means[rows])
+        return among[int(np.abs(np.log(sizes / size)).sum(axis=1).argmin())]
 
     def _linear(self, coefficients: Float[Array, "*n b"]) -> Float[Array, "*n h 3"]:
         """The left halves of cars as eq. 1 gives them."""

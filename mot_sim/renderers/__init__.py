@@ -4,7 +4,7 @@ from importlib import import_module
 from logging import getLogger
 from typing import Protocol, runtime_checkable
 
-from mot_sim.renderers.silhouettes import Silhouettes, silhouettes
+from mot_sim.renderers.silhouettes import Hidden, Layer, Scan, Silhouettes, scan, silhouettes
 from mot_sim.renderers.surroundings import Road, Sky, Sun, Texture
 from mot_sim.renderers.view import NOBODY, Mesh, Placed, Rendered, Semantic, View
 from tracker.errors import TrackingError, UnknownName
@@ -13,11 +13,14 @@ __all__ = [
     "AUTO",
     "NOBODY",
     "RENDERERS",
+    "Hidden",
+    "Layer",
     "Mesh",
     "Placed",
     "Rendered",
     "Renderer",
     "Road",
+    "Scan",
     "Semantic",
     "Silhouettes",
     "Sky",
@@ -25,6 +28,7 @@ __all__ = [
     "Texture",
     "View",
     "find_renderer",
+    "scan",
     "silhouettes",
 ]
 

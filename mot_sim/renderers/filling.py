@@ -40,7 +40,7 @@ class Canvas:
         width, height = camera.image_size
         self._camera = camera
         self._A_opencv_cam = world2cam(camera)
-        self._depth = np.ones((height, width), np.float32)
+        self._depth = np.empty((height, width), np.float32)  # filled where it is used
         self._settings = cv2.TriangleRasterizeSettings()
         self._settings.setCullingMode(cv2.RASTERIZE_CULLING_NONE)
         self._settings.setShadingType(cv2.RASTERIZE_SHADING_FLAT)
@@ -54,7 +54,7 @@ class Canvas:
             return Fragments(0, nothing.astype(np.int64), nothing.astype(np.float32))
         self._depth.fill(1.0)
         numbers = np.zeros((*self._depth.shape, 3), np.float32)
-        near, far = _near_far(triangles)
+        near, far = near_far(triangles)
         cv2.triangleRasterize(
             triangles.corners.reshape(-1, 3).astype(np.float32),
             _indices(len(triangles)),
@@ -68,9 +68,7 @@ class Canvas:
             self._settings,
         )
         found = (cv2.extractChannel(numbers[top:bottom], 0) * NUMBERS).astype(np.int64)
-        share = self._depth[top:bottom]  # 0 at the near plane, 1 at the far one, linear in 1 / z
-        inverse = (1.0 - share) * np.float32(1.0 / near) + share * np.float32(1.0 / far)
-        return Fragments(top, found, 1.0 / inverse)
+        return Fragments(top, found, depth_of(self._depth[top:bottom], (near, far)))
 
     def _rows(self, triangles: Triangles) -> tuple[int, int]:
         """The first row that triangles may touch, and the last one plus one."""
@@ -82,11 +80,18 @@ class Canvas:
         top, bottom = np.array((v.min() - 1.0, v.max() + 2.0)).clip(0, height).astype(int)
         return int(top), int(bottom)
 
-    def count(self, triangles: Triangles, box: tuple[int, int, int, int]) -> int:
-        """How many pixels the triangles cover alone, all of them inside a box of pixels.
+    def draw_alone(
+        self,
+        triangles: Triangles,
+        box: tuple[int, int, int, int],
+        range_: tuple[float, float],
+    ) -> Float32[Array, "r c"]:
+        """How near the triangles are at the pixels of a box that holds them: 1 = nothing there.
 
-        box: first column and row, last column and row plus one. The same sums in the same
-        buffers as `fill`: a pixel that is covered there is covered here.
+        box: first column and row, last column and row plus one. range_: the depths of 0 and 1;
+        values between are linear in the inverse of depth, see `depth_of`. The same sums in the
+        same buffers as `fill`: a pixel that is covered there is covered here. The array is
+        the canvas's own, until the next call.
         """
         left, top, right, bottom = box
         crop = self._depth[top:bottom, left:right]
@@ -97,10 +102,16 @@ class Canvas:
             self._depth,
             self._A_opencv_cam,
             HALF_PI,
-            *_near_far(triangles),
+            *range_,
             self._settings,
         )
-        return int(np.count_nonzero(crop < 1.0))
+        return crop
+
+
+def depth_of(share: Float32[Array, "*s"], range_: tuple[float, float]) -> Float32[Array, "*s"]:
+    """Metres, from OpenCV's values: 0 at the near end of the range, 1 at the far one."""
+    near, far = range_
+    return 1.0 / ((1.0 - share) * np.float32(1.0 / near) + share * np.float32(1.0 / far))
 
 
 def world2cam(camera: Camera) -> Float[Array, "4 4"]:
@@ -120,7 +131,7 @@ def world2cam(camera: Camera) -> Float[Array, "4 4"]:
     return A
 
 
-def _near_far(triangles: Triangles) -> tuple[float, float]:
+def near_far(triangles: Triangles) -> tuple[float, float]:
     """As narrow a range of depths as holds the triangles: the z-buffer is finest so."""
     nearest, farthest = triangles.depths
     return nearest * (1.0 - MARGIN), farthest * (1.0 + MARGIN)

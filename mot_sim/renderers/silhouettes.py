@@ -1,18 +1,39 @@
-"""What is seen of each instance, of how much: pixel counts and boxes."""
+"""What is seen of each instance, of how much, and what hides the rest: every object drawn alone."""
 
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Float32, Int, Int32
 from numpy import ndarray as Array
 
-from mot_sim.renderers.filling import Canvas
-from mot_sim.renderers.triangles import Triangles
-from mot_sim.renderers.view import NOBODY, Rendered, View
-from mot_sim.truth import NEAR
+from mot_sim.renderers.filling import Canvas, depth_of, near_far
+from mot_sim.renderers.triangles import NEAR, Triangles
+from mot_sim.renderers.view import NOBODY, View
 from tracker.types import Camera, Rows
 
 NO_BOX = (np.inf, np.inf, -np.inf, -np.inf)
+PixelBox = tuple[int, int, int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Layer:
+    """One instance drawn alone, in its own crop of the image.
+
+    box: first column and row, last ones plus one. nearness: see `Scan.metres`; 0 where it is not.
+    """
+
+    instance: int
+    box: PixelBox
+    nearness: Float32[Array, "r c"]
+
+
+@dataclass(frozen=True, eq=False)
+class Hidden(Rows):
+    """Who hides whom: `pixels` of the silhouette of `instances` show `by`, NOBODY = scenery."""
+
+    instances: Int[Array, " m"]
+    by: Int[Array, " m"]
+    pixels: Int[Array, " m"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,55 +58,111 @@ class Silhouettes(Rows):
         return self.visible / np.maximum(self.whole, 1)
 
 
-def silhouettes(view: View, rendered: Rendered, near: float = NEAR) -> Silhouettes:
-    """The silhouettes of a view's instances, for a frame that `raster` drew with that `near`.
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """The geometry of a view without its colours: who is where, how far, and what hides whom.
 
-    Of a frame of `raster`, visible is at most whole, and equal to it where nothing is in front.
-    Instances whose boxes nothing nearer touches are not drawn again: their silhouette is seen.
+    layers: of everything that is drawn inside the image, by ascending id, all scenery in one.
+    numbers: 1 + the id of the nearest instance, 0 = none or scenery. nearness: of the nearest
+    object, 0 = none.
     """
+
+    silhouettes: Silhouettes
+    hidden: Hidden
+    layers: tuple[Layer, ...]
+    numbers: Int32[Array, "h w"]
+    nearness: Float32[Array, "h w"]
+    range_: tuple[float, float]
+
+    @property
+    def instances(self) -> Int32[Array, "h w"]:
+        """As in a `Rendered` of `raster`."""
+        return self.numbers + np.int32(NOBODY)
+
+    @property
+    def depth(self) -> Float32[Array, "h w"]:
+        """Metres along the optical axis to the nearest object, inf = none."""
+        return self.metres(self.nearness)
+
+    def metres(self, nearness: Float32[Array, "*s"]) -> Float32[Array, "*s"]:
+        """The depth of what stands in `nearness`: from 1, just before the nearest, to 0, inf."""
+        depth = depth_of(1.0 - nearness, self.range_)
+        return np.where(nearness > 0.0, depth, np.float32(np.inf))
+
+
+def scan(view: View, near: float = NEAR) -> Scan:
+    """Draw every instance alone and lay them over one another: exact counts, boxes, occluders."""
     triangles = Triangles.of(view.placed, view.camera, near)
     owners = view.placed.instances
-    ids = np.unique(owners[owners != NOBODY])
-    boxes, depths = object_extents(triangles, view.camera, len(owners))
-    full_boxes = join(boxes, owners, ids)
-    crops, object_crops = pixel_boxes(full_boxes, view.camera), pixel_boxes(boxes, view.camera)
-    canvas = Canvas(view.camera)
-    visible, whole = np.zeros(len(ids), np.int64), np.zeros(len(ids), np.int64)
-    seen_boxes = np.tile(NO_BOX, (len(ids), 1))
-    for row, (left, top, right, bottom) in enumerate(crops.tolist()):
-        if left >= right or top >= bottom:
+    every = np.unique(owners)
+    full_boxes = join(object_boxes(triangles, view.camera, len(owners)), owners, every)
+    canvas, range_ = Canvas(view.camera), near_far(triangles)
+    width, height = view.camera.image_size
+    # (Zeros cost nothing where nothing is drawn: the system hands out empty pages.)
+    numbers = np.zeros((height, width), np.int32)
+    nearest = np.zeros((height, width), np.float32)
+    layers: list[Layer] = []
+    for number, box in zip(every.tolist(), pixel_boxes(full_boxes, view.camera), strict=True):
+        left, top, right, bottom = box
+        if left < right and top < bottom:
+            mine = triangles.of_objects(np.flatnonzero(owners == number))
+            alone = 1.0 - canvas.draw_alone(mine, box, range_)
+            crop = nearest[top:bottom, left:right]
+            np.copyto(numbers[top:bottom, left:right], number - NOBODY, where=alone > crop)
+            np.maximum(alone, crop, out=crop)
+            layers.append(Layer(number, box, alone))
+    silhouettes, hidden = _measured(every, full_boxes, layers, numbers)
+    return Scan(silhouettes, hidden, tuple(layers), numbers, nearest, range_)
+
+
+def silhouettes(view: View, near: float = NEAR) -> Silhouettes:
+    """The silhouettes of a view's instances. Visible is at most whole."""
+    return scan(view, near).silhouettes
+
+
+def _measured(
+    every: Int[Array, " k"],
+    full_boxes: Float[Array, "k 4"],
+    layers: list[Layer],
+    numbers: Int32[Array, "h w"],
+) -> tuple[Silhouettes, Hidden]:
+    """Counts, boxes and occluders of everything that was drawn alone."""
+    visible, whole = np.zeros(len(every), np.int64), np.zeros(len(every), np.int64)
+    seen_boxes = np.tile(NO_BOX, (len(every), 1))
+    hiding: list[tuple[int, int, int]] = []
+    for layer in layers:
+        (left, top, right, bottom), number = layer.box, layer.instance
+        if number == NOBODY:
             continue
-        mine = rendered.instances[top:bottom, left:right] == ids[row]
-        visible[row] = np.count_nonzero(mine)
+        row = int(np.searchsorted(every, number))
+        silhouette, shown = layer.nearness > 0.0, numbers[top:bottom, left:right]
+        mine = shown == number - NOBODY
+        whole[row], visible[row] = np.count_nonzero(silhouette), np.count_nonzero(mine)
         seen_boxes[row] = box_around(mine) + (left, top, left, top)
-        others = owners != ids[row]
-        before = depths[others, 0] < depths[~others, 1].max()
-        if touches(crops[row], object_crops[others][before]).any():
-            alone = triangles.select(owners[triangles.objects] == ids[row])
-            whole[row] = canvas.count(alone, (left, top, right, bottom))
-        else:
-            whole[row] = visible[row]
-    return Silhouettes(ids, visible, whole, seen_boxes, full_boxes)
+        if visible[row] < whole[row]:
+            others, pixels = np.unique(shown[silhouette & ~mine], return_counts=True)
+            hiding += [
+                (number, other + NOBODY, count)
+                for other, count in zip(others.tolist(), pixels.tolist(), strict=True)
+            ]
+    known = every != NOBODY
+    columns = np.array(hiding, dtype=np.int64).reshape(-1, 3).T
+    measured = Silhouettes(every, visible, whole, seen_boxes, full_boxes)
+    return measured.select(known), Hidden(*columns)
 
 
-def object_extents(
-    triangles: Triangles, camera: Camera, count: int
-) -> tuple[Float[Array, "count 4"], Float[Array, "count 2"]]:
-    """Upright boxes around each object's triangles, pixels, and their smallest and largest depth.
-
-    Both are inverted for objects without a triangle.
-    """
-    boxes, depths = np.tile(NO_BOX, (count, 1)), np.tile(NO_BOX[1:3], (count, 1))
-    present, starts = np.unique(triangles.objects, return_index=True)
-    if len(present):
+def object_boxes(triangles: Triangles, camera: Camera, count: int) -> Float[Array, "count 4"]:
+    """Upright boxes around each object's triangles, pixels; inverted without a triangle."""
+    boxes = np.tile(NO_BOX, (count, 1))
+    starts = np.flatnonzero(np.diff(triangles.objects, prepend=-1))
+    if len(starts):
         points = triangles.corners.reshape(-1, 3)
-        pixels_depth = points @ camera.K.T
-        pixels_depth[:, :2] /= points[:, 2:]
-        low = np.minimum.reduceat(pixels_depth, 3 * starts)
-        high = np.maximum.reduceat(pixels_depth, 3 * starts)
-        boxes[present] = np.concatenate((low[:, :2], high[:, :2]), axis=1)
-        depths[present] = np.stack((low[:, 2], high[:, 2]), axis=1)
-    return boxes, depths
+        pixels = points @ camera.K[:2].T
+        pixels /= points[:, 2:]
+        low = np.minimum.reduceat(pixels, 3 * starts)
+        high = np.maximum.reduceat(pixels, 3 * starts)
+        boxes[triangles.objects[starts]] = np.concatenate((low, high), axis=1)
+    return boxes
 
 
 def join(
@@ -93,20 +170,20 @@ def join(
 ) -> Float[Array, "m 4"]:
     """The boxes around all objects of each id."""
     joined = np.tile(NO_BOX, (len(ids), 1))
-    known = owners != NOBODY
-    rows = np.searchsorted(ids, owners[known])
-    np.minimum.at(joined[:, :2], rows, boxes[known, :2])
-    np.maximum.at(joined[:, 2:], rows, boxes[known, 2:])
+    rows = np.searchsorted(ids, owners)
+    np.minimum.at(joined[:, :2], rows, boxes[:, :2])
+    np.maximum.at(joined[:, 2:], rows, boxes[:, 2:])
     return joined
 
 
-def pixel_boxes(boxes: Float[Array, "n 4"], camera: Camera) -> Int[Array, "n 4"]:
+def pixel_boxes(boxes: Float[Array, "n 4"], camera: Camera) -> list[PixelBox]:
     """First column and row, last ones plus one, of all pixels a box may touch; in the image."""
     width, height = camera.image_size
     first = np.floor(boxes[:, :2].clip(0.0, (width, height))) - 1
     last = np.ceil(boxes[:, 2:].clip(-1.0, (width, height))) + 2
     low = np.maximum(first, 0).astype(np.int64)
-    return np.concatenate((low, np.minimum(last, (width, height)).astype(np.int64)), axis=1)
+    high = np.minimum(last, (width, height)).astype(np.int64)
+    return [(*a, *b) for a, b in zip(low.tolist(), high.tolist(), strict=True)]
 
 
 def box_around(mask: Bool[Array, "h w"]) -> Float[Array, "4"]:
@@ -115,8 +192,3 @@ def box_around(mask: Bool[Array, "h w"]) -> Float[Array, "4"]:
     if not len(rows):
         return np.array(NO_BOX)
     return np.array([columns[0], rows[0], columns[-1], rows[-1]], float)
-
-
-def touches(box: Int[Array, "4"], others: Int[Array, "n 4"]) -> Bool[Array, " n"]:
-    """Whether pixel boxes share a pixel with one."""
-    return np.all((others[:, :2] < box[2:]) & (others[:, 2:] > box[:2]), axis=1)

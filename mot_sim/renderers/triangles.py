@@ -10,6 +10,8 @@ from numpy import ndarray as Array
 from mot_sim.renderers.view import Placed
 from tracker.types import Camera
 
+NEAR = 0.3  # metres before the camera; nothing nearer is in its view
+
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
@@ -48,6 +50,14 @@ class Triangles:
     def select(self, keep: Bool[Array, " t"]) -> "Triangles":
         """The chosen ones."""
         return Triangles(self.corners[keep], self.objects[keep], self.faces[keep])
+
+    def of_objects(self, rows: Int[Array, " k"]) -> "Triangles":
+        """Those of some objects, in ascending order."""
+        bounds = np.searchsorted(self.objects, np.stack((rows, rows + 1), axis=1)).tolist()
+        if len(bounds) == 1:
+            part = slice(*bounds[0])
+            return Triangles(self.corners[part], self.objects[part], self.faces[part])
+        return self.select(np.isin(self.objects, rows))
 
     def slices(self, count: int) -> Int[Array, "count 2"]:
         """Where each of `count` objects' triangles begin and end."""

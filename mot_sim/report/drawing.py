@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float, Float32
 from numpy import ndarray as Array
 
+from mot_sim.renderers.triangles import NEAR
 from mot_sim.report.canvas import Image, box, fill, text, text_width
 from mot_sim.report.carbody import VAN_HEIGHT, car_faces
 from mot_sim.report.colours import (
@@ -27,7 +28,6 @@ from mot_sim.report.colours import (
 from mot_sim.rig import Rig, clip_polygon
 from mot_sim.traffic.roads import Roads
 from mot_sim.traffic.world import World, outline
-from mot_sim.truth import NEAR
 from tracker.geometry import transform
 from tracker.types import Camera, Cuboids, Detections, Tracks
 

@@ -109,4 +109,5 @@ def _world(
         ego=ego,
         ego_size=np.array(SEDAN),
         z=cars.cuboids.base[:, 1],
+        kinds=cars.kinds,
     )

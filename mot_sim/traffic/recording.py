@@ -1,24 +1,20 @@
 """Traffic recorded once into arrays, kept in one file, and replayed many times."""
 
-import json
-import os
-import zipfile
-import zlib
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
-from hashlib import sha256
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, Shaped
 from numpy import ndarray as Array
 
+from mot_sim.datasets.array_files import ArrayFormat, checksum
 from mot_sim.traffic.world import STEP, Traffic, World
-from tracker.errors import BadConfig, BadFile, BadOutput
+from tracker.errors import BadConfig
 
-VERSION = 1
+FORMAT = ArrayFormat("recorded traffic", 1)
+OPTIONAL = {"z", "crashed", "kinds"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +22,7 @@ class RecordedTraffic:
     """Who was where, every 0.1 s from `start` on: rows are worlds, columns are cars.
 
     ids: of the columns, increasing. present: whether a car was there; where not, its other
-    values are NaN. size: length, height, width. z, crashed: as in `World`.
+    values are NaN. size: length, height, width. z, crashed: as in `World`. kinds: of the columns.
     """
 
     start: Float[Array, ""]
@@ -41,9 +37,14 @@ class RecordedTraffic:
     ego_size: Float[Array, "t 3"]
     z: Float[Array, "t n"] | None = None
     crashed: Bool[Array, "t n"] | None = None
+    kinds: Shaped[Array, " n"] | None = None
 
     def __len__(self) -> int:
         return len(self.present)
+
+    def until(self, count: int) -> "RecordedTraffic":
+        """The first worlds of it, and only the cars of those; at least one."""
+        return RecordedTraffic.of(self.world(index) for index in range(min(count, len(self))))
 
     def world(self, index: int) -> World:
         """The world of a row; the same bits that were recorded."""
@@ -60,16 +61,18 @@ class RecordedTraffic:
             ego_size=self.ego_size[index].copy(),
             z=None if self.z is None else self.z[index, there],
             crashed=None if self.crashed is None else self.crashed[index, there],
+            kinds=None if self.kinds is None else self.kinds[there],
         )
+
+    @property
+    def worlds(self) -> tuple[World, ...]:
+        """All worlds."""
+        return tuple(self.world(index) for index in range(len(self)))
 
     @property
     def checksum(self) -> str:
         """SHA-256 of all arrays: names, types, shapes and bytes, in the order of fields."""
-        digest = sha256()
-        for name, array in self.arrays().items():
-            digest.update(f"{name} {array.dtype.str} {array.shape}\n".encode())
-            digest.update(np.ascontiguousarray(array).tobytes())
-        return digest.hexdigest()
+        return checksum(self.arrays())
 
     def arrays(self) -> dict[str, Any]:
         """The fields that are not None."""
@@ -87,6 +90,7 @@ class RecordedTraffic:
         columns = {name: np.full(shape, np.nan) for name in ("x", "y", "heading", "speed", "z")}
         size = np.full((*shape, 3), np.nan)
         present, crashed = np.zeros(shape, bool), np.zeros(shape, bool)
+        kinds = np.zeros(len(ids), "<U16")
         for row, world in enumerate(worlds):
             if (np.diff(world.ids) <= 0).any():
                 raise BadConfig(f"world {row}: ids {world.ids.tolist()} do not increase")
@@ -96,6 +100,7 @@ class RecordedTraffic:
             for name, column in columns.items():
                 column[row, at] = 0.0 if getattr(world, name) is None else getattr(world, name)
             crashed[row, at] = False if world.crashed is None else world.crashed
+            kinds[at] = "" if world.kinds is None else world.kinds
         if all(world.z is None for world in worlds):
             del columns["z"]
         return cls(
@@ -106,6 +111,7 @@ class RecordedTraffic:
             ego=np.array([world.ego for world in worlds]),
             ego_size=np.array([world.ego_size for world in worlds]),
             crashed=None if all(world.crashed is None for world in worlds) else crashed,
+            kinds=None if all(world.kinds is None for world in worlds) else kinds,
             **columns,
         )
 
@@ -114,57 +120,13 @@ class RecordedTraffic:
 
         The same recording gives the same bytes. Raises BadOutput.
         """
-        half = path.with_name(f".{path.name}.{os.getpid()}.half")
-        head = json.dumps({"version": VERSION, "sha256": self.checksum})
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with half.open("wb") as file:
-                np.savez_compressed(file, head=np.array(head), **self.arrays())
-            os.replace(half, path)
-        except OSError as error:
-            raise BadOutput(f"{path}: cannot be written: {error.strerror}") from None
-        finally:
-            if half.parent.is_dir():
-                half.unlink(missing_ok=True)
+        FORMAT.write(path, self.arrays())
 
     @classmethod
     def load(cls, path: Path) -> "RecordedTraffic":
         """Read what `save` wrote. Raises BadFile for any other file, naming it."""
-        arrays = _read_arrays(path)
-        version, told = _read_head(arrays.pop("head", None), path)
-        if version != VERSION:
-            raise BadFile(f"{path}: traffic of version {version}, this is {VERSION}: record again")
-        needed = {column.name for column in fields(cls)}
-        lacks, strange = needed - {"z", "crashed"} - set(arrays), set(arrays) - needed
-        if lacks or strange:
-            wrong = f"lacks {sorted(lacks)}" if lacks else f"has {sorted(strange)}"
-            raise BadFile(f"{path}: no recorded traffic: it {wrong}; record again")
-        recording = cls(**arrays)
-        if recording.checksum != told:
-            raise BadFile(f"{path}: its arrays do not have the SHA-256 {told}; record again")
-        return recording
-
-
-def _read_arrays(path: Path) -> dict[str, Array]:
-    """All arrays of an npz file; BadFile if it is none."""
-    try:
-        with np.load(BytesIO(path.read_bytes()), allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
-    except FileNotFoundError:
-        raise BadFile(f"{path}: no such file; record the traffic first") from None
-    except (OSError, ValueError, EOFError, TypeError, KeyError) as error:
-        raise BadFile(f"{path}: no recorded traffic: {error}; record again") from None
-    except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
-        raise BadFile(f"{path}: damaged: {error}; record again") from None
-
-
-def _read_head(head: Array | None, path: Path) -> tuple[object, object]:
-    """Version and checksum as the file tells them; BadFile if it does not."""
-    try:
-        told = json.loads(str(head))
-        return told["version"], told["sha256"]
-    except (ValueError, KeyError, TypeError):
-        raise BadFile(f"{path}: no recorded traffic: its head is {head}; record again") from None
+        names = {column.name for column in fields(cls)}
+        return cls(**FORMAT.read(path, names - OPTIONAL, OPTIONAL))
 
 
 def record_traffic(traffic: Traffic, rng: np.random.Generator, seconds: float) -> RecordedTraffic:

@@ -92,7 +92,7 @@ class Script:
 
     speeds: (time, speed) in seconds and m/s, linear between, constant before and after.
     start: metres along the route at time 0. The car is there from time `begin` to the end of
-    its route. size: length, height, width.
+    its route. size: length, height, width. kind: KITTI's class, 'Car' or 'Van'.
     """
 
     route: Route
@@ -100,6 +100,7 @@ class Script:
     start: float = 0.0
     size: tuple[float, float, float] = SEDAN
     begin: float = 0.0
+    kind: str = "Car"
 
     def __post_init__(self) -> None:
         table = np.asarray(self.speeds, dtype=float)
@@ -163,4 +164,5 @@ class Scripted:
             size=np.array([car.size for car in cars], dtype=float).reshape(-1, 3),
             ego=self.ego.pose(time),
             ego_size=np.array(self.ego.size, dtype=float),
+            kinds=np.array([car.kind for car in cars], dtype="<U16"),
         )

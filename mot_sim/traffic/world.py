@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, Shaped
 from numpy import ndarray as Array
 
 STEP = 0.1  # seconds from one world to the next: KITTI's 10 Hz
@@ -17,7 +17,8 @@ class World:
     x, y: centre of the car. heading: radians from +x towards +y. speed: m/s, forward.
     size: length, height, width. ego: x, y and heading of the car that carries the camera;
     ego_size as size. z: of the bottom faces, down from the ground; None: all stand on it.
-    crashed: who has hit somebody; None: nobody can.
+    crashed: who has hit somebody; None: nobody can. kinds: KITTI's class, 'Car' or 'Van'; None:
+    what the car's shape says.
     """
 
     time: float
@@ -31,6 +32,7 @@ class World:
     ego_size: Float[Array, "3"]
     z: Float[Array, " n"] | None = None
     crashed: Bool[Array, " n"] | None = None
+    kinds: Shaped[Array, " n"] | None = None
 
     def __len__(self) -> int:
         return len(self.ids)

@@ -1,0 +1,75 @@
+"""What stands before the camera: the cars of a world, each with its mesh in its place."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, UInt8
+from numpy import ndarray as Array
+
+from mot_sim.cars import PARTS, CarShape
+from mot_sim.cars.cast import Cast
+from mot_sim.renderers import Mesh, Placed, Semantic
+from mot_sim.rig import Rig
+from mot_sim.traffic.world import World
+from tracker.types import Cuboids
+
+# What each of PARTS is to the semantic image.
+MADE_OF = {
+    "paint": Semantic.CAR, "glass": Semantic.GLASS, "trim": Semantic.TRIM,
+    "headlight": Semantic.LIGHT, "taillight": Semantic.LIGHT, "plate": Semantic.PLATE,
+    "tyre": Semantic.TYRE, "rim": Semantic.TYRE,
+}  # fmt: skip
+SEMANTICS = np.array([MADE_OF[part] for part in PARTS], np.uint8)
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """The cars of a run and the camera that looks at them."""
+
+    cast: Cast
+    rig: Rig
+
+    @cached_property
+    def meshes(self) -> tuple[Mesh, ...]:
+        """The coloured mesh of each row of the cast."""
+        return tuple(
+            mesh_of(shape, str(paint))
+            for shape, paint in zip(self.cast.shapes, self.cast.paints, strict=True)
+        )
+
+    def placed(self, world: World, scenery: Placed | None = None) -> Placed:
+        """The cars of a world, their ids as instances, then the scenery."""
+        meshes = tuple(self.meshes[row] for row in self.cast.rows(world.ids).tolist())
+        Ts = Ts_cam_object(self.rig.cuboids(world), self.rig)
+        if scenery is None:
+            return Placed(meshes, Ts, world.ids)
+        return Placed(
+            meshes + scenery.meshes,
+            np.concatenate((Ts, scenery.T_cam_object)),
+            np.concatenate((world.ids, scenery.instances)),
+        )
+
+
+def mesh_of(shape: CarShape, paint: str) -> Mesh:
+    """A car as the renderers take it."""
+    return Mesh(shape.vertices, shape.faces, shape.colours(paint), semantics_of(shape))
+
+
+def semantics_of(shape: CarShape) -> UInt8[Array, " f"]:
+    """A `Semantic` of each face."""
+    return SEMANTICS[shape.parts]
+
+
+def Ts_cam_object(cuboids: Cuboids, rig: Rig) -> Float[Array, "n 4 4"]:
+    """From the object frames of cuboids (origin in the middle of the bottom face) to the camera."""
+    c, s = np.cos(cuboids.yaw), np.sin(cuboids.yaw)
+    Ts_road_object = np.zeros((len(cuboids), 4, 4))
+    Ts_road_object[:, 0, 0], Ts_road_object[:, 0, 2] = c, s
+    Ts_road_object[:, 2, 0], Ts_road_object[:, 2, 2] = -s, c
+    Ts_road_object[:, 1, 1] = Ts_road_object[:, 3, 3] = 1.0
+    Ts_road_object[:, :3, 3] = cuboids.base
+    return rig.camera.T_cam_road @ Ts_road_object
+
+
+__all__ = ["Stage", "Ts_cam_object", "mesh_of", "semantics_of"]

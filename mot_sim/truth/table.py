@@ -1,0 +1,80 @@
+"""The tables of ground truth: what is true of every car in every frame, and who hides whom."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from jaxtyping import Float, Int, UInt8
+from numpy import ndarray as Array
+
+from tracker.types import Rows, Tracks
+
+# Visible fractions from which KITTI's occlusion is 0 (fully visible), 1 (partly) and 2 (largely
+# occluded); below the last it is 3 (unknown), which nobody has to find. KITTI's annotators
+# judged by eye: the numbers are ours.
+OCCLUSION_LEVELS = (0.8, 0.5, 0.2)
+# A car is truncated (KITTI's level 1) when more than this part of its box is outside the image.
+MAX_CUT = 0.05
+
+
+class Seen(IntEnum):
+    """Whether a keypoint is seen, and if not, why; the first reason in this order counts."""
+
+    VISIBLE = 0
+    SELF_OCCLUDED = 1  # its own car hides it
+    OCCLUDED = 2  # something else does
+    TRUNCATED = 3  # outside the image, or behind the camera
+
+
+@dataclass(frozen=True, eq=False)
+class Truth(Rows):
+    """What is true of every car in every frame, in the order of frames and ids.
+
+    Cars without a pixel in the image, were they alone there, have no row; hidden ones have one.
+    tracks: boxes around the mesh's projection, clipped to the image; KITTI's class and levels;
+    cuboids in the road frame. visible: pixels seen over the pixels of the whole silhouette
+    inside the image. cut: part of the unclipped box's area that is outside the image.
+    full_boxes: not clipped to the image, of what is before the near plane. seen_boxes: around
+    the visible pixels' centres, NaN where there are none. pixels, whole_pixels: seen, and of the
+    silhouette. keypoints: the 36 of `tracker.shape.KEYPOINTS_36` in pixels, NaN behind the
+    camera; keypoint_states: a `Seen` each. speed: m/s, forward. velocity: m/s along x and y of
+    the world. acceleration (m/s^2) and yaw_rate (rad/s, about world z, down): over the step from
+    the frame before, 0 at first sight.
+    """
+
+    tracks: Tracks
+    visible: Float[Array, " n"]
+    cut: Float[Array, " n"]
+    full_boxes: Float[Array, "n 4"]
+    seen_boxes: Float[Array, "n 4"]
+    pixels: Int[Array, " n"]
+    whole_pixels: Int[Array, " n"]
+    keypoints: Float[Array, "n 36 2"]
+    keypoint_states: UInt8[Array, "n 36"]
+    speed: Float[Array, " n"]
+    velocity: Float[Array, "n 2"]
+    acceleration: Float[Array, " n"]
+    yaw_rate: Float[Array, " n"]
+
+    @property
+    def is_moving(self) -> Array:
+        """Whether a car drives faster than walking pace (1.4 m/s); bool, one a row."""
+        return np.abs(self.speed) > 1.4
+
+
+@dataclass(frozen=True, eq=False)
+class Occlusions(Rows):
+    """Who hides whom: in a frame, `pixels` of the silhouette of `ids` show `by`.
+
+    by: an id, or -1 for scenery. In the order of frames and ids.
+    """
+
+    frames: Int[Array, " m"]
+    ids: Int[Array, " m"]
+    by: Int[Array, " m"]
+    pixels: Int[Array, " m"]
+
+
+def occlusion_level(visible: Float[Array, " n"]) -> Int[Array, " n"]:
+    """KITTI's level of a visible fraction: 0 from .8 on, 1 from .5, 2 from .2, else 3."""
+    return (visible[:, None] < np.array(OCCLUSION_LEVELS)).sum(axis=1).astype(np.int64)
