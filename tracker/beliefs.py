@@ -4,7 +4,8 @@ Sharma et al., ICRA 2018: `Lift` is phi(pi_G^-1(.), s) of eqs. 2-4, `transport` 
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -13,6 +14,7 @@ from numpy import ndarray as Array
 from tracker.geometry import road_contact, road_contact_jacobian
 from tracker.types import Camera, Cuboids, Detections
 from tracker.types.rows import Rows
+from tracker.types.shape_pose import ShapePose
 
 # Length, height, width of the median car among KITTI's labels (ten sequences), metres.
 MEAN_CAR = (3.9, 1.5, 1.63)
@@ -34,18 +36,37 @@ class Beliefs(Rows):
 
     cuboids: where they stand. velocity: of the base along road x and z, m/s (0: nobody knows).
     cov: covariance of (x, z, velocity x, velocity z). boxes: in the image of that moment, as
-    seen (after `Lift`) or as expected (after `transport`), pixels, not clipped.
+    seen (after `Lift`) or as expected (after `transport`), pixels, not clipped. shape_pose: as
+    last measured; None when no detector gives it.
     """
 
     cuboids: Cuboids
     velocity: Float[Array, "n 2"]
     cov: Float[Array, "n 4 4"]
     boxes: Float[Array, "n 4"]
+    shape_pose: ShapePose | None = None
 
     @classmethod
     def empty(cls) -> "Beliefs":
         """Nothing is believed to be anywhere."""
         return cls(Cuboids.empty(), np.zeros((0, 2)), np.zeros((0, 4, 4)), np.zeros((0, 4)))
+
+    @classmethod
+    def concatenate(cls, parts: Sequence["Beliefs"]) -> "Beliefs":
+        """The rows of all parts; where only some know shape and pose, the others' are unknown.
+
+        A frame without detections has no columns; it takes nothing from those remembered.
+        """
+        known = [part.shape_pose for part in parts if part.shape_pose is not None]
+        if known and len(known) < len(parts):
+            b = known[0].shape.shape[1]
+            parts = [
+                part
+                if part.shape_pose is not None
+                else replace(part, shape_pose=ShapePose.unknown(len(part), b))
+                for part in parts
+            ]
+        return super().concatenate(parts)
 
     def region(self, sigmas: float) -> Cuboids:
         """The cuboids stretched by `sigmas` standard deviations along and across the car.
@@ -133,7 +154,8 @@ class Lift:
         state_cov = np.zeros((n, 4, 4))
         state_cov[:, :2, :2] = cov
         state_cov[:, 2, 2], state_cov[:, 3, 3] = self.speed_std[0] ** 2, self.speed_std[1] ** 2
-        return Beliefs(Cuboids(base, yaw, size), np.zeros((n, 2)), state_cov, boxes)
+        cuboids, still = Cuboids(base, yaw, size), np.zeros((n, 2))
+        return Beliefs(cuboids, still, state_cov, boxes, ShapePose.of(detections))
 
     def _road_contact(
         self, rays: Float[Array, "n 3"], sigma: Float[Array, " n"], camera: Camera
@@ -192,7 +214,10 @@ def transport(
     shift = (base_now @ camera.road_shift[:3] + camera.road_shift[3]).reshape(n, 2, 6)
     cov[:, :2, :2] += shift @ motion_cov @ shift.transpose(0, 2, 1)
     boxes = _carry_boxes(beliefs, camera, T_now_before, moved)
-    return Beliefs(cuboids, beliefs.velocity @ R.T, cov, boxes)
+    looks = beliefs.shape_pose
+    if looks is not None:
+        looks = ShapePose(looks.shape, looks.yaw + turn, looks.cov)
+    return Beliefs(cuboids, beliefs.velocity @ R.T, cov, boxes, looks)
 
 
 def _carry_boxes(

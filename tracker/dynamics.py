@@ -11,6 +11,7 @@ from numpy import ndarray as Array
 
 from tracker.beliefs import Beliefs
 from tracker.types import Cuboids
+from tracker.types.shape_pose import ShapePose
 
 
 @runtime_checkable
@@ -41,11 +42,12 @@ class Still:
         cov = beliefs.cov.copy()
         cov[:, 0, 0] += (self.speed_std[0] * dt) ** 2
         cov[:, 1, 1] += (self.speed_std[1] * dt) ** 2
-        return replace(beliefs, cov=cov), None
+        return replace(beliefs, cov=cov, shape_pose=_later(beliefs, dt)), None
 
     def update(self, expected: Beliefs, observed: Beliefs) -> Beliefs:
         """What is seen now."""
-        return observed
+        looks = _latest(expected, observed)
+        return observed if looks is observed.shape_pose else replace(observed, shape_pose=looks)
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,9 @@ class ConstantVelocity:
         """F x and F P F' + Q; the shift of the position is returned apart."""
         F, Q = _motion_model(round(dt, 6), self.acceleration_std)
         cov = F @ beliefs.cov @ F.T + Q
-        return Beliefs(beliefs.cuboids, beliefs.velocity, cov, beliefs.boxes), beliefs.velocity * dt
+        looks = _later(beliefs, dt)
+        moved = Beliefs(beliefs.cuboids, beliefs.velocity, cov, beliefs.boxes, looks)
+        return moved, beliefs.velocity * dt
 
     def update(self, expected: Beliefs, observed: Beliefs) -> Beliefs:
         """The Kalman update by the observed position; the box is the observed one.
@@ -77,7 +81,20 @@ class ConstantVelocity:
         base[:, ::2] = expected.cuboids.base[:, ::2] + step[:, :2]
         cuboids = Cuboids(base, observed.cuboids.yaw, observed.cuboids.size)
         cov = cov - gain @ cov[:, :2]
-        return Beliefs(cuboids, expected.velocity + step[:, 2:], cov, observed.boxes)
+        velocity, looks = expected.velocity + step[:, 2:], _latest(expected, observed)
+        return Beliefs(cuboids, velocity, cov, observed.boxes, looks)
+
+
+def _later(beliefs: Beliefs, dt: float) -> ShapePose | None:
+    """Shape and pose `dt` seconds later."""
+    return None if beliefs.shape_pose is None else beliefs.shape_pose.after(dt)
+
+
+def _latest(expected: Beliefs, observed: Beliefs) -> ShapePose | None:
+    """Shape and pose as last measured: now where that is known, else before."""
+    if observed.shape_pose is None:
+        return expected.shape_pose
+    return observed.shape_pose.or_before(expected.shape_pose)
 
 
 @lru_cache(maxsize=64)

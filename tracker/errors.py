@@ -16,6 +16,10 @@ class BadDetections(TrackingError):
     """Boxes or scores that no detector can mean: NaN, inverted, of different lengths."""
 
 
+class BadImage(TrackingError):
+    """An image that is not RGB with 8 bits, or not of the calibration's size."""
+
+
 class BadTracks(TrackingError):
     """Track rows that contradict each other: one id twice in a frame."""
 

@@ -9,6 +9,7 @@ from tracker.beliefs import Beliefs
 from tracker.costs import Pairing
 from tracker.geometry import homogeneous, invert, rotation_y, transform
 from tracker.types import Camera, Cuboids, Detections, Frame
+from tracker.types.shape_pose import ShapePose
 
 K = np.array([[700.0, 0.0, 620.0], [0.0, 710.0, 187.0], [0.0, 0.0, 1.0]])
 IMAGE = (1242, 375)
@@ -36,14 +37,20 @@ def outlines(cuboids: Cuboids, camera: Camera = LEVEL) -> np.ndarray:
 def beliefs_at(
     *places: tuple[float, float], std: float = 0.5, camera: Camera = LEVEL, yaw: float = AWAY
 ) -> Beliefs:
-    """Beliefs of cars at these (x, z), uncertain by `std` metres, with their outlines as boxes."""
+    """Beliefs of cars at these (x, z), uncertain by `std` metres, with their outlines as boxes.
+
+    The further apart two of them stand, the more their shapes differ.
+    """
     cuboids = cars(*places, yaw=yaw)
     n = len(cuboids)
     cov = np.zeros((n, 4, 4))
     cov[:, [0, 1], [0, 1]] = std**2
     cov[:, [2, 3], [2, 3]] = 4.0
     boxes = outlines(cuboids, camera) if n else np.zeros((0, 4))
-    return Beliefs(cuboids, np.zeros((n, 2)), cov, boxes)
+    looks = ShapePose(
+        0.05 * cuboids.base[:, ::2], cuboids.yaw, np.tile(0.01 * np.eye(3), (n, 1, 1))
+    )
+    return Beliefs(cuboids, np.zeros((n, 2)), cov, boxes, looks)
 
 
 def pairing_of(

@@ -10,6 +10,7 @@ from numpy import ndarray as Array
 from tracker.costs.image_overlap import ImageOverlap
 from tracker.costs.pairing import Pairing
 from tracker.costs.reprojection import Reprojection
+from tracker.costs.shape_pose import ShapeAndPose
 from tracker.costs.volume import Volume
 
 
@@ -25,6 +26,7 @@ class Cost(Protocol):
 COSTS: dict[str, Callable[[], Cost]] = {
     "image_overlap": ImageOverlap,
     "reprojection": Reprojection,
+    "shape_pose": ShapeAndPose,
     "volume": Volume,
 }
 
@@ -67,6 +69,7 @@ __all__ = [
     "ImageOverlap",
     "Pairing",
     "Reprojection",
+    "ShapeAndPose",
     "Sum",
     "Volume",
     "WeightedCosts",

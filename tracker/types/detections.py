@@ -17,6 +17,7 @@ class Detections(Rows):
     boxes: x_min, y_min, x_max, y_max in pixels. scores: any scale, larger is surer.
     yaw: radians about road +y. size: length, height, width in metres. shape: coefficients of
     eq. 1. keypoints: u, v, confidence. descriptor: psi of eq. 5.
+    pose_cov: covariance of (yaw, shape), c = 1 + b.
     A NaN row in a cue column says that the cue was not measured for that box.
     The constructor trusts its arguments; `Detections.of` checks them.
     """
@@ -28,6 +29,7 @@ class Detections(Rows):
     shape: Float[Array, "n b"] | None = None
     keypoints: Float[Array, "n k 3"] | None = None
     descriptor: Float[Array, "n d"] | None = None
+    pose_cov: Float[Array, "n c c"] | None = None
 
     @classmethod
     def of(

@@ -1,0 +1,25 @@
+"""Camera motion from images: visual odometry that takes its scale from the road plane.
+
+Sharma et al., ICRA 2018, take the camera's motion from matched features and scale it by the
+camera's height. Here: corners and optical flow, an essential matrix, the road's own pixels for
+the metres, and a filter that coasts rather than believe a wild measurement.
+"""
+
+from tracker.ego.ahead import ahead
+from tracker.ego.features import CornerFlow, Features
+from tracker.ego.filter import Coasting, Measured
+from tracker.ego.odometry import VisualOdometry
+from tracker.ego.road import RoadScale
+from tracker.ego.watched import VisualSequence, watch
+
+__all__ = [
+    "Coasting",
+    "CornerFlow",
+    "Features",
+    "Measured",
+    "RoadScale",
+    "VisualOdometry",
+    "VisualSequence",
+    "ahead",
+    "watch",
+]

@@ -1,0 +1,136 @@
+"""A filter over the camera's motion: it coasts at constant velocity through what it cannot believe.
+
+Its state are six rates in the camera's frame, those of T_now_before's translation and rotation
+vector. A measurement far from what they foretell is left out; the covariance grows meanwhile.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from tracker.ego.rotations import cross_matrix, motion_of
+from tracker.errors import BadConfig
+from tracker.types import Camera
+
+Motion = tuple[Float[Array, "4 4"] | None, Float[Array, "6 6"] | None]
+UNKNOWN: Motion = (None, None)
+MOST_DOUBTS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """A motion that was seen: translation and rotation vector, and their covariance.
+
+    doubted: it surprised whoever measured it.
+    """
+
+    twist: Float[Array, "6"]
+    cov: Float[Array, "6 6"]
+    doubted: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Rates:
+    """What is known of the camera's velocity.
+
+    age: seconds since something was measured. doubts: surprising measurements in a row.
+    """
+
+    mean: Float[Array, "6"]
+    cov: Float[Array, "6 6"]
+    age: float = 0.0
+    doubts: int = 0
+
+
+@dataclass(frozen=True)
+class Coasting:
+    """How a car may move; axes of the road: right, down, forward.
+
+    speed, turn: metres and radians per second that no car exceeds. start: standard deviations of
+    the rates before anything was seen. change: of the rates after a tenth of a second (a car
+    brakes at 3 to 8 m/s^2 and bumps turn it by half a degree a frame). gate: standard deviations
+    (of six numbers together) up to which a measurement is believed. patience: seconds without
+    any, after which nobody knows how the camera moves. scale_std: what lengths are off by
+    together, as a share: the camera's height, which no averaging mends.
+    """
+
+    speed: float = 60.0
+    turn: float = 1.5
+    start: tuple[float, float, float, float, float, float] = (1.5, 1.5, 20.0, 0.3, 0.3, 0.3)
+    change: tuple[float, float, float, float, float, float] = (0.2, 0.2, 0.4, 0.1, 0.1, 0.1)
+    gate: float = 6.0
+    patience: float = 1.0
+    scale_std: float = 0.02
+
+    def __post_init__(self) -> None:
+        low = min(self.speed, self.turn, self.gate, self.patience, *self.start, *self.change)
+        if not low > 0.0:
+            raise BadConfig(f"a filter of the camera's motion with {low:g}: give more than 0")
+
+    def foretell(self, rates: Rates | None, camera: Camera, seconds: float) -> Rates:
+        """The rates after some seconds of which nothing is known."""
+        if rates is None:
+            return Rates(np.zeros(6), _in_camera(self.start, camera))
+        wider = 4.0 ** min(rates.doubts, MOST_DOUBTS)  # surprises in a row: it does move like that
+        grown = rates.cov + wider * _in_camera(self.change, camera) * (seconds / 0.1)
+        return Rates(rates.mean, grown, rates.age + seconds, rates.doubts)
+
+    def step(
+        self, rates: Rates | None, measured: Measured | None, camera: Camera, seconds: float
+    ) -> tuple[Rates | None, Motion]:
+        """The rates after this frame, and its T_now_before with the covariance of `Frame`.
+
+        Without a believable measurement: the motion that the rates foretell; without rates, or
+        when they are too old, nothing.
+        """
+        expected = self.foretell(rates, camera, seconds)
+        after = None if measured is None else self._combine(expected, measured, seconds)
+        if after is None:
+            forgotten = rates is None or expected.age > self.patience
+            doubts = expected.doubts + (measured is not None)
+            after = None if forgotten else replace(expected, doubts=doubts)
+        return after, UNKNOWN if after is None else self._motion(after, seconds)
+
+    def _combine(self, expected: Rates, measured: Measured, seconds: float) -> Rates | None:
+        """Kalman's update; None for a measurement that is not to be believed."""
+        seen, noise = measured.twist / seconds, measured.cov / seconds**2
+        if not (np.isfinite(seen).all() and np.isfinite(noise).all() and self._possible(seen)):
+            return None
+        surprise = seen - expected.mean
+        total = expected.cov + noise
+        gain = np.linalg.solve(total, expected.cov).T
+        if surprise @ np.linalg.solve(total, surprise) > self.gate**2:
+            return None
+        mean, keep = expected.mean + gain @ surprise, np.eye(6) - gain
+        cov = keep @ expected.cov @ keep.T + gain @ noise @ gain.T
+        doubts = expected.doubts + 1 if measured.doubted else 0
+        return Rates(mean, 0.5 * (cov + cov.T), 0.0, doubts) if self._possible(mean) else None
+
+    def _possible(self, rates: Float[Array, "6"]) -> bool:
+        moved, turned = np.linalg.norm(rates[:3]), np.linalg.norm(rates[3:])
+        return bool(moved <= self.speed and turned <= self.turn)
+
+    def _motion(self, rates: Rates, seconds: float) -> Motion:
+        """T_now_before, and the covariance of (t, rotation vector) as a left perturbation.
+
+        A perturbation (rho, phi) moves t by rho + phi x t, so rho = dt + [t]x phi.
+        """
+        twist, cov = rates.mean * seconds, rates.cov * seconds**2
+        cov[:3, :3] += self.scale_std**2 * np.outer(twist[:3], twist[:3])
+        left = np.eye(6)
+        left[:3, 3:] = cross_matrix(twist[:3])
+        cov = left @ cov @ left.T
+        return motion_of(twist), 0.5 * (cov + cov.T)
+
+
+def _in_camera(
+    stds: tuple[float, float, float, float, float, float], camera: Camera
+) -> Float[Array, "6 6"]:
+    """The covariance of standard deviations along the road's axes."""
+    R, variances = camera.T_cam_road[:3, :3], np.square(stds)
+    cov = np.zeros((6, 6))
+    cov[:3, :3] = (R * variances[:3]) @ R.T
+    cov[3:, 3:] = (R * variances[3:]) @ R.T
+    return cov

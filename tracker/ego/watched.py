@@ -1,0 +1,58 @@
+"""Any sequence with images, its frames' motion seen in them."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+from tracker.ego.ahead import ahead
+from tracker.ego.odometry import VisualOdometry
+from tracker.errors import MissingCue
+from tracker.types import Camera, Frame, Sequence
+
+
+def watch(frames: Iterable[Frame], odometry: VisualOdometry) -> Iterator[Frame]:
+    """The frames with T_now_before and motion_cov from their images, their boxes left out.
+
+    Frames without an image coast, see `VisualOdometry.step`; MissingCue after the last frame if
+    not one of them had an image.
+    """
+    time, images, count = None, 0, 0
+    for frame in frames:
+        seconds = 0.1 if time is None else frame.time - time
+        T_now_before, cov = odometry.step(frame.image, frame.detections.boxes, seconds)
+        first = time is None
+        time, images, count = frame.time, images + (frame.image is not None), count + 1
+        if first:
+            T_now_before, cov = None, None
+        yield replace(frame, T_now_before=T_now_before, motion_cov=cov)
+    if count and not images:
+        raise MissingCue(
+            f"none of {count} frames has an image to see the motion in: load them (images=True)"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class VisualSequence:
+    """A sequence whose frames carry the motion that their images show.
+
+    threaded: frames are made one ahead, on a thread of their own; the results are the same.
+    """
+
+    sequence: Sequence
+    threaded: bool = False
+
+    @property
+    def name(self) -> str:
+        """The sequence's."""
+        return self.sequence.name
+
+    @property
+    def camera(self) -> Camera:
+        """The sequence's."""
+        return self.sequence.camera
+
+    def __len__(self) -> int:
+        return len(self.sequence)
+
+    def __iter__(self) -> Iterator[Frame]:
+        frames = watch(self.sequence, VisualOdometry(self.camera))
+        return ahead(frames) if self.threaded else frames

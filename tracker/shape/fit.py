@@ -1,0 +1,230 @@
+"""Single-view shape and pose from keypoints, all cars of a frame at once.
+
+The scheme of Murthy et al., ICRA 2017: pose on the mean shape first, then the coefficients of
+eq. 1 with it. Unlike there, car, road and prior are all in likelihood units, so that the result
+has a covariance, and several yaws are tried, so that a car seen from behind is not taken for one
+seen from ahead.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray as Array
+
+from tracker.errors import BadConfig, BadDetections
+from tracker.geometry import wrap_angle
+from tracker.shape.fit_start import Rays, rays_to, starts, visibility_score
+from tracker.shape.fitted import FittedCars
+from tracker.shape.model import CarModel
+from tracker.shape.prior import load_prior
+from tracker.shape.projection import SCALE, SHAPE, YAW, Sightings, X, Z
+from tracker.shape.solver import Solved, inverses, solve
+from tracker.types import Camera
+
+FEWEST = 4  # visible keypoints: with fewer a car has no fit
+FAR_OUT = 1e5  # pixels from the origin: no point of an image, whatever a detector says
+CHUNK = 128  # cars at once: the arrays stay in the processor's cache
+POSE_STEPS, JOINT_STEPS, LAST_STEPS = 3, 10, 25
+ROUGHLY = 0.02  # how far from its least cost a start may be when it is compared
+OUT_OF_THE_RACE = 20.0  # a start this much less likely (log) than the best is given up
+ORDER = (X, Z, YAW)  # of the covariance; the coefficients follow
+
+
+def _shipped() -> CarModel:
+    return CarModel(load_prior().first(5))
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeFit:
+    """Keypoints to shape, pose, size and place of cars that stand on the road.
+
+    model: the cars. sigma: std of a keypoint, pixels, at confidence 1; at confidence c its
+    variance is 1 / c of that. min_confidence: a point below it was not seen. road_std: how far
+    a car may stand above or below the road plane, metres. kernel: residuals beyond so many
+    standard deviations pull less and less. hypotheses: how many yaws are followed.
+    max_residual, max_yaw_std, max_depth_std: beyond them a fit is not trusted; the last is a
+    fraction of the depth.
+    """
+
+    model: CarModel = field(default_factory=_shipped)
+    sigma: float = 2.0
+    min_confidence: float = 0.2
+    road_std: float = 0.05
+    kernel: float = 4.0
+    hypotheses: int = 4
+    max_residual: float = 1.6
+    max_yaw_std: float = 0.35
+    max_depth_std: float = 0.25
+
+    def __post_init__(self) -> None:
+        for name in ("sigma", "road_std", "kernel", "max_residual", "max_yaw_std", "max_depth_std"):
+            if not 0.0 < getattr(self, name) < np.inf:
+                raise BadConfig(f"{name} {getattr(self, name):g}: give a finite number above 0")
+        if not 0.0 < self.min_confidence <= 1.0:
+            raise BadConfig(f"min_confidence {self.min_confidence:g}: give a share above 0, to 1")
+        if self.hypotheses < 1:
+            raise BadConfig(f"{self.hypotheses} hypotheses: at least one yaw must be followed")
+
+    def __call__(
+        self,
+        keypoints: Float[Array, "n k 3"],
+        camera: Camera,
+        sigmas: Float[Array, "m 2"] | None = None,
+    ) -> FittedCars:
+        """The cars of keypoints u, v, confidence, in the order of the model's points.
+
+        sigmas: std of u and v a car, pixels, in place of `sigma`; a row that is not positive
+        (of a box without area) has no fit. Points that are not finite, far outside any image or
+        without confidence were not seen; a car with
+        fewer than four seen points has NaN everywhere and is not trusted. BadDetections for
+        another number of points or of sigmas.
+        """
+        n, points = len(keypoints), len(self.model.basis.points)
+        if keypoints.shape[1:] != (points, 3):
+            raise BadDetections(
+                f"keypoints of shape {keypoints.shape}: the prior has {points} points, "
+                f"so give ({n}, {points}, 3): u, v, confidence"
+            )
+        if sigmas is None:
+            sigmas = np.full((n, 2), self.sigma)
+        elif len(sigmas) != n:
+            raise BadDetections(f"{n} cars but {len(sigmas)} sigmas: give one row a car")
+        confidence, count = self._confidence(keypoints, sigmas)
+        fitted = FittedCars.unknown(n, self.model.basis.size)
+        rows = np.flatnonzero(count >= FEWEST)
+        for start in range(0, len(rows), CHUNK):
+            some = rows[start : start + CHUNK]
+            fitted.put(some, self._fit(keypoints[some], confidence[some], sigmas[some], camera))
+        return replace(fitted, seen=count)
+
+    @cached_property
+    def precision(self) -> Float[Array, " p"]:
+        """1 / variance of each unknown's prior; 0: flat."""
+        scale = self.model.scale_std
+        flat_or_not = [0.0, self.road_std**-2, 0.0, 0.0, scale**-2 if scale else 0.0]
+        return np.concatenate((flat_or_not, self.model.std**-2))
+
+    @cached_property
+    def free(self) -> Int[Array, " f"]:
+        """The unknowns that are found: all, but the scale where the prior is in metres."""
+        unknowns = np.arange(SHAPE + self.model.basis.size)
+        return unknowns if self.model.scale_std else unknowns[unknowns != SCALE]
+
+    def _confidence(
+        self, keypoints: Float[Array, "n k 3"], sigmas: Float[Array, "n 2"]
+    ) -> tuple[Float[Array, "n k"], Int[Array, " n"]]:
+        """Confidences, 0 for points that were not seen, and the number of those that were."""
+        usable = np.isfinite(keypoints[:, :, 2]) & (np.abs(keypoints[:, :, :2]) < FAR_OUT).all(
+            axis=2
+        )
+        usable &= (np.isfinite(sigmas) & (sigmas > 0.0)).all(axis=1)[:, None]
+        confidence = np.where(usable, keypoints[:, :, 2], 0.0)
+        confidence = np.where(confidence >= self.min_confidence, np.minimum(confidence, 1.0), 0.0)
+        return confidence, np.count_nonzero(confidence, axis=1)
+
+    def _sightings(
+        self,
+        keypoints: Float[Array, "n k 3"],
+        confidence: Float[Array, "n k"],
+        sigmas: Float[Array, "n 2"],
+        camera: Camera,
+    ) -> tuple[Sightings, Rays]:
+        """The seen points of every car, put together: those not seen cost no time."""
+        most = int(np.count_nonzero(confidence, axis=1).max())
+        chosen = np.argsort(-confidence, axis=1, kind="stable")[:, :most]
+        conf = np.take_along_axis(confidence, chosen, axis=1)
+        pixels = np.take_along_axis(keypoints[:, :, :2], chosen[:, :, None], axis=1)
+        pixels = np.where(conf[:, :, None] > 0.0, pixels, 0.0)
+        basis = self.model.basis
+        mean = basis.mean[chosen]
+        vectors = np.ascontiguousarray(
+            basis.vectors.transpose(1, 2, 0)[chosen].transpose(0, 2, 3, 1)
+        )
+        weights = conf[:, None] / sigmas[:, :, None] ** 2
+        P = camera.K @ camera.T_cam_road[:3]
+        rays, centre = rays_to(pixels, camera)
+        angle = np.sqrt(sigmas[:, 0] * sigmas[:, 1] / (camera.K[0, 0] * camera.K[1, 1]))
+        around = Rays(rays, conf, mean, self.model.point_var[chosen], centre, angle)
+        flat = (np.ascontiguousarray(part.transpose(0, 2, 1)) for part in (pixels, mean))
+        return Sightings(next(flat), weights, next(flat), vectors, P), around
+
+    def _fit(
+        self,
+        keypoints: Float[Array, "n k 3"],
+        confidence: Float[Array, "n k"],
+        sigmas: Float[Array, "n 2"],
+        camera: Camera,
+    ) -> FittedCars:
+        """Cars with enough points: scan, pose on the mean shape, pose and shape together."""
+        n, seen = len(keypoints), confidence > 0.0
+        sightings, around = self._sightings(keypoints, confidence, sigmas, camera)
+        begin = starts(around, self.model, seen, self.hypotheses, len(self.precision))
+        rows = np.repeat(np.arange(n), self.hypotheses)
+        cars = begin.reshape(len(rows), -1)
+        # On the mean shape a point is off by what cars differ, too.
+        px_per_m = np.sqrt(camera.K[0, 0] * camera.K[1, 1]) / np.maximum(cars[:, Z], 2.0)
+        blur = around.var.take(rows, axis=0) * px_per_m[:, None] ** 2
+        given = sightings.rows(rows)
+        inflation = 1.0 + blur * given.weights.mean(axis=1)
+        softened = given.weighted(given.weights / inflation[:, None])
+        width = np.full(inflation.shape, self.kernel)
+        pose = self.free[self.free < SHAPE]
+        first = solve(softened, cars, pose, self.precision, width, POSE_STEPS, ROUGHLY)
+        kept = self._likeliest(first, rows, seen, around.centre, 2)
+        wide = self.kernel * np.sqrt(inflation[kept])
+        cars, both = first.cars[kept], given.rows(kept)
+        second = solve(both, cars, self.free, self.precision, wide, JOINT_STEPS, ROUGHLY)
+        kept = self._likeliest(second, rows[kept], seen, around.centre, 1)
+        cars, width = second.cars[kept], width[: len(kept)]
+        last = solve(sightings, cars, self.free, self.precision, width, LAST_STEPS)
+        return self._result(last, np.count_nonzero(seen, axis=1))
+
+    def _likeliest(
+        self,
+        solved: Solved,
+        rows: Int[Array, " r"],
+        seen: Bool[Array, "n k"],
+        centre: Float[Array, "3"],
+        count: int,
+    ) -> Int[Array, " s"]:
+        """Which hypotheses to keep: of every car at most `count`, none that is out of the race.
+
+        rows: the car of each hypothesis, in ascending order; so are those of the kept.
+        """
+        cars = solved.cars
+        chance = visibility_score(
+            self.model, seen[rows], cars[:, None, YAW], cars[:, None, [X, Z]], centre
+        )
+        score = solved.cost - chance[:, 0]
+        order = np.lexsort((score, rows))
+        begins = np.flatnonzero(np.diff(rows, prepend=-1))  # of each car, in `rows` and in `order`
+        which = np.cumsum(np.diff(rows, prepend=-1) > 0) - 1
+        rank = np.arange(len(rows)) - begins[which]
+        behind = score[order] - score[order[begins]][which]
+        return order[(rank == 0) | ((rank < count) & (behind < OUT_OF_THE_RACE))]
+
+    def _result(self, solved: Solved, seen: Int[Array, " n"]) -> FittedCars:
+        """What is told about fitted cars."""
+        cars, model = solved.cars, self.model
+        order = [int(np.flatnonzero(self.free == column)[0]) for column in ORDER]
+        shape = np.flatnonzero(self.free >= SHAPE)
+        told = np.concatenate((order, shape)).astype(np.int64)
+        cov = inverses(solved.normal)[:, told[:, None], told]
+        # 2 numbers a point, of which four are spent on the pose; the priors pay for the rest.
+        residual = np.sqrt(2.0 * solved.cost / np.maximum(2.0 * seen - 3.0, 1.0))
+        depth_std = np.sqrt(np.maximum(cov[:, 1, 1], 0.0)) / np.abs(cars[:, Z])
+        trusted = np.isfinite(cov).all(axis=(1, 2)) & np.isfinite(cars).all(axis=1)
+        trusted &= (residual <= self.max_residual) & (cars[:, Z] > 0.0)
+        trusted &= (cov[:, 2, 2] <= self.max_yaw_std**2) & (depth_std <= self.max_depth_std)
+        return FittedCars(
+            shape=cars[:, SHAPE:],
+            yaw=np.asarray(wrap_angle(cars[:, YAW])),
+            size=model.size(cars[:, SHAPE:], np.exp(cars[:, SCALE])),
+            base=cars[:, X : Z + 1],
+            cov=cov,
+            residual=residual,
+            seen=seen,
+            trusted=trusted,
+        )

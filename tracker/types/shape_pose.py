@@ -1,0 +1,62 @@
+"""Shape and pose as last measured: what eq. 6 compares."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from tracker.types.detections import Detections
+from tracker.types.rows import Rows
+
+# How fast cars turn: root mean square yaw rate of KITTI's labelled cars, ten sequences, rad/s.
+TURN_RATE_STD = 0.08
+
+
+@dataclass(frozen=True, eq=False)
+class ShapePose(Rows):
+    """The shape and pose that were last measured of objects; NaN rows where none ever was.
+
+    shape: coefficients of eq. 1. yaw: about the road's +y of now. cov: of (yaw, shape).
+    """
+
+    shape: Float[Array, "n b"]
+    yaw: Float[Array, " n"]
+    cov: Float[Array, "n c c"]
+
+    @classmethod
+    def unknown(cls, n: int, b: int) -> "ShapePose":
+        """Nobody's was measured."""
+        c = b + 1
+        return cls(np.full((n, b), np.nan), np.full(n, np.nan), np.full((n, c, c), np.nan))
+
+    @classmethod
+    def of(cls, detections: Detections) -> "ShapePose | None":
+        """What detections tell; None without a column of shapes or of yaws.
+
+        Where a detector states no covariance, the doubt of what it measured is 0.
+        """
+        shape, yaw, cov = detections.shape, detections.yaw, detections.pose_cov
+        if shape is None or yaw is None:
+            return None
+        if cov is None:
+            c = shape.shape[1] + 1
+            cov = np.zeros((len(yaw), c, c))
+        return cls(shape, yaw, cov)
+
+    def after(self, dt: float) -> "ShapePose":
+        """The same, `dt` seconds later: cars may have turned."""
+        cov = self.cov.copy()
+        cov[:, 0, 0] += (TURN_RATE_STD * dt) ** 2
+        return ShapePose(self.shape, self.yaw, cov)
+
+    def or_before(self, before: "ShapePose | None") -> "ShapePose":
+        """The same, with the rows of `before` where nothing is known."""
+        known = np.isfinite(self.shape).all(axis=1) & np.isfinite(self.yaw)
+        if before is None or known.all():
+            return self
+        return ShapePose(
+            np.where(known[:, None], self.shape, before.shape),
+            np.where(known, self.yaw, before.yaw),
+            np.where(known[:, None, None], self.cov, before.cov),
+        )
