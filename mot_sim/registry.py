@@ -1,20 +1,59 @@
 """Finds scenes by name. The modules are imported by string, and only when asked for."""
 
+from collections.abc import Callable
+from dataclasses import replace
 from importlib import import_module
+from inspect import Parameter, signature
 
-from mot_sim.episode import Scene
-from tracker.errors import UnknownName
+from mot_sim.scene import Knob, Scene
+from tracker.errors import BadConfig, UnknownName
 
-# The name of a scene: the module and the attribute that hold it.
+# The name of a scene: the module and the function that makes it; its arguments are its knobs.
 SCENES: dict[str, str] = {
-    "crossing": "scenes.crossing:SCENE",
+    "crossing": "scenes.crossing:crossing",
+    "gauntlet": "scenes.gauntlet:gauntlet",
+    "highway": "scenes.highway:highway",
+    "intersection": "scenes.intersection:intersection",
+    "look_alikes": "scenes.look_alikes:look_alikes",
+    "merge": "scenes.merge:merge",
+    "roundabout": "scenes.roundabout:roundabout",
+    "stop_and_go": "scenes.stop_and_go:stop_and_go",
+    "street": "scenes.street:street",
+    "t_junction": "scenes.t_junction:t_junction",
 }
 
 
-def find_scene(name: str) -> Scene:
-    """The scene of a name. Raises UnknownName, with the nearest known one."""
+def find_scene(name: str, **knobs: Knob) -> Scene:
+    """The scene of a name, with some of its knobs turned.
+
+    Raises UnknownName for names and knobs that are not there, with the nearest known one, and
+    BadConfig for values of another type or outside a knob's range.
+    """
+    make, known = scene_maker(name), knobs_of(name)
+    for knob, value in knobs.items():
+        if knob not in known:
+            raise UnknownName.of(f"knob of scene {name}:", knob, known)
+        wanted = type(known[knob])
+        is_whole = wanted is float and type(value) is int
+        if type(value) is not wanted and not is_whole:
+            raise BadConfig(
+                f"knob {knob} of scene {name} is {value!r}: give a {wanted.__name__}, for "
+                f"example {known[knob]!r}"
+            )
+    turned = {knob: type(known[knob])(value) for knob, value in knobs.items()}
+    return replace(make(**turned), name=name, knobs=known | turned)
+
+
+def knobs_of(name: str) -> dict[str, Knob]:
+    """The knobs of a scene with their defaults."""
+    parameters = signature(scene_maker(name)).parameters.values()
+    return {each.name: each.default for each in parameters if each.kind is Parameter.KEYWORD_ONLY}
+
+
+def scene_maker(name: str) -> Callable[..., Scene]:
+    """The function that makes the scene of a name."""
     if name not in SCENES:
         raise UnknownName.of("scene", name, SCENES)
     module, _, attribute = SCENES[name].partition(":")
-    scene: Scene = getattr(import_module(module), attribute)
-    return scene
+    maker: Callable[..., Scene] = getattr(import_module(module), attribute)
+    return maker

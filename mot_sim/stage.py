@@ -9,6 +9,7 @@ from numpy import ndarray as Array
 
 from mot_sim.cars import PARTS, CarShape
 from mot_sim.cars.cast import Cast
+from mot_sim.cars.coarse import coarse_levels
 from mot_sim.renderers import Mesh, Placed, Semantic
 from mot_sim.rig import Rig
 from mot_sim.traffic.world import World
@@ -31,17 +32,24 @@ class Stage:
     rig: Rig
 
     @cached_property
-    def meshes(self) -> tuple[Mesh, ...]:
-        """The coloured mesh of each row of the cast."""
+    def meshes(self) -> tuple[tuple[Mesh, ...], ...]:
+        """The coloured meshes of each row of the cast: the whole one, and the coarser levels."""
         return tuple(
-            mesh_of(shape, str(paint))
+            levels_of(mesh_of(shape, str(paint)))
             for shape, paint in zip(self.cast.shapes, self.cast.paints, strict=True)
         )
 
     def placed(self, world: World, scenery: Placed | None = None) -> Placed:
-        """The cars of a world, their ids as instances, then the scenery."""
-        meshes = tuple(self.meshes[row] for row in self.cast.rows(world.ids).tolist())
-        Ts = Ts_cam_object(self.rig.cuboids(world), self.rig)
+        """The cars of a world, their ids as instances, then the scenery.
+
+        The farther a car is, the fewer faces it has; see `mot_sim.cars.coarse`.
+        """
+        cuboids = self.rig.cuboids(world)
+        distance = np.hypot(cuboids.base[:, 0], cuboids.base[:, 2])
+        levels = np.searchsorted(list(coarse_levels()), distance, side="right").tolist()
+        rows = self.cast.rows(world.ids).tolist()
+        meshes = tuple(self.meshes[row][level] for row, level in zip(rows, levels, strict=True))
+        Ts = Ts_cam_object(cuboids, self.rig)
         if scenery is None:
             return Placed(meshes, Ts, world.ids)
         return Placed(
@@ -54,6 +62,18 @@ class Stage:
 def mesh_of(shape: CarShape, paint: str) -> Mesh:
     """A car as the renderers take it."""
     return Mesh(shape.vertices, shape.faces, shape.colours(paint), semantics_of(shape))
+
+
+def levels_of(mesh: Mesh) -> tuple[Mesh, ...]:
+    """A car's mesh, and the same one with fewer faces for each of `coarse_levels`."""
+    return (
+        mesh,
+        *(
+            Mesh(mesh.vertices, level.faces, mesh.colours[level.origins],
+                 mesh.semantics[level.origins])
+            for level in coarse_levels().values()
+        ),
+    )  # fmt: skip
 
 
 def semantics_of(shape: CarShape) -> UInt8[Array, " f"]:
@@ -72,4 +92,4 @@ def Ts_cam_object(cuboids: Cuboids, rig: Rig) -> Float[Array, "n 4 4"]:
     return rig.camera.T_cam_road @ Ts_road_object
 
 
-__all__ = ["Stage", "Ts_cam_object", "mesh_of", "semantics_of"]
+__all__ = ["Stage", "Ts_cam_object", "levels_of", "mesh_of", "semantics_of"]

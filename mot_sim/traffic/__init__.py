@@ -7,10 +7,11 @@ from mot_sim.traffic.collisions import colliding_pairs, collisions
 from mot_sim.traffic.kitti_replay import kitti_recording, kitti_replay
 from mot_sim.traffic.recording import RecordedTraffic, Replay, record_traffic
 from mot_sim.traffic.roads import Roads, Surface
-from mot_sim.traffic.scripted import Route, Script, Scripted
+from mot_sim.traffic.scripted import Improvised, Route, Script, Scripted
 from mot_sim.traffic.world import Traffic, World
 
 __all__ = [
+    "Improvised",
     "RecordedTraffic",
     "Replay",
     "Roads",

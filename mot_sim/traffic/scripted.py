@@ -1,9 +1,8 @@
 """Traffic by script: cars follow way-points with given speeds, in closed form."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
@@ -109,18 +108,25 @@ class Script:
         if (table[:, 1] < 0.0).any() or min(self.size) <= 0.0:
             raise BadConfig(f"speeds {self.speeds}, size {self.size}: nothing may be negative")
 
-    def speed(self, time: float) -> float:
-        """Metres per second at a time."""
+    @cached_property
+    def _table(self) -> Float[Array, "3 k"]:
+        """Times from 0 on, the speeds then, and the metres driven until then."""
         times, speeds = np.asarray(self.speeds, dtype=float).T
-        return float(np.interp(time, times, speeds))
+        knots = np.concatenate(([0.0], times[times > 0.0]))
+        paces = np.interp(knots, times, speeds)
+        driven = np.cumsum(0.5 * (paces[1:] + paces[:-1]) * np.diff(knots))
+        return np.stack((knots, paces, np.concatenate(([0.0], driven))))
+
+    def speed(self, time: float) -> float:
+        """Metres per second at a time, 0 or later."""
+        return float(np.interp(time, *self._table[:2]))
 
     def distance(self, time: float) -> float:
         """Metres along the route at a time: `start` and the exact integral of the speed."""
-        times = np.asarray(self.speeds, dtype=float)[:, 0]
-        stops = np.concatenate(([0.0], times[(times > 0.0) & (times < time)], [time]))
-        return self.start + sum(
-            0.5 * (self.speed(a) + self.speed(b)) * (b - a) for a, b in pairwise(stops.tolist())
-        )
+        knots, paces, driven = self._table
+        row = int(np.searchsorted(knots, time, side="right")) - 1
+        passed = 0.5 * (float(paces[row]) + self.speed(time)) * (time - float(knots[row]))
+        return self.start + float(driven[row]) + passed
 
     def pose(self, time: float) -> Float[Array, "3"]:
         """x, y, heading at a time."""
@@ -166,3 +172,22 @@ class Scripted:
             ego_size=np.array(self.ego.size, dtype=float),
             kinds=np.array([car.kind for car in cars], dtype="<U16"),
         )
+
+
+@dataclass(eq=False)
+class Improvised:
+    """Scripted traffic whose script is written anew at every reset, from the random numbers."""
+
+    write: Callable[[np.random.Generator], Scripted]
+    _scripted: Scripted | None = field(default=None, init=False)
+
+    def reset(self, rng: np.random.Generator) -> World:
+        """The first world of a new script."""
+        self._scripted = self.write(rng)
+        return self._scripted.reset(rng)
+
+    def step(self) -> World:
+        """The world 0.1 s later. Raises BadConfig before the first `reset`."""
+        if self._scripted is None:
+            raise BadConfig("traffic makes its first step: call reset(rng) before")
+        return self._scripted.step()

@@ -38,7 +38,7 @@ def test_a_car_drives_with_its_front_ahead() -> None:
 
 def test_meshes_are_painted_and_say_what_they_are_made_of() -> None:
     stage = stage_of(world_of((20.0, 0.0, 0.0)))
-    mesh = stage.meshes[0]
+    mesh = stage.meshes[0][0]
     assert {Semantic.CAR, Semantic.GLASS, Semantic.TYRE, Semantic.LIGHT, Semantic.PLATE} <= {
         Semantic(value) for value in np.unique(mesh.semantics)
     }

@@ -1,5 +1,6 @@
-"""A four-way intersection and a roundabout, one lane each way, parked rows on the arms."""
+"""A four-way intersection, a T-junction, a roundabout: one lane each way, rows of parked cars."""
 
+from collections.abc import Iterable
 from math import pi
 
 import numpy as np
@@ -34,11 +35,13 @@ ENTRY = 14.0  # radius of the bends into and out of it
 RING_LIMIT = 6.5
 
 
-def _arms(network: RoadNetwork, inner: float) -> tuple[tuple[Segment, ...], tuple[Kerb, ...]]:
-    """Lanes in and out on four arms that end `inner` metres from the centre, and their kerbs."""
+def _arms(
+    network: RoadNetwork, inner: float, arms: Iterable[int] = ARMS
+) -> tuple[tuple[Segment, ...], tuple[Kerb, ...]]:
+    """Lanes in and out on the arms, that end `inner` metres from the centre, and their kerbs."""
     segments: list[Segment] = []
     kerbs = []
-    for arm in ARMS:
+    for arm in arms:
         angle = 0.5 * pi * arm
         far, near = turned(angle, ARM, -OFFSET), turned(angle, inner, -OFFSET)
         network.add_lane(f"from{arm}", f"line{arm}", line(far, near, LIMIT, (DASHED, SOLID)))
@@ -53,12 +56,13 @@ def _arms(network: RoadNetwork, inner: float) -> tuple[tuple[Segment, ...], tupl
     return tuple(segments), tuple(kerbs)
 
 
-def intersection() -> Layout:
-    """Four arms that cross; whoever comes first goes first, with all that do not cross it."""
+def intersection(arms: Iterable[int] = ARMS) -> Layout:
+    """Arms that cross; whoever comes first goes first, with all that do not cross it."""
+    arms = tuple(arms)
     network = RoadNetwork()
-    segments, kerbs = _arms(network, STOP)
+    segments, kerbs = _arms(network, STOP, arms)
     paths: list[Path] = []
-    for arm in ARMS:
+    for arm in arms:
         angle = 0.5 * pi * arm
         start = turned(angle, STOP, -OFFSET)
         aside = turned(angle, 0.0, -1.0)  # to the right of who drives in
@@ -72,6 +76,8 @@ def intersection() -> Layout:
             (arm + 1) % 4: arc(start - left * aside, left, angle - 0.5 * pi, -0.5 * pi, TURN_LEFT),
         }
         for target, lane in lanes.items():
+            if target not in arms:
+                continue
             across = (f"line{arm}", f"leave{target}")
             network.add_lane(*across, lane)
             paths.append(((f"from{arm}", f"line{arm}"), across, (f"leave{target}", f"to{target}")))
@@ -84,6 +90,11 @@ def intersection() -> Layout:
         crossings=crossing_segments(network, inner),
         kerbs=kerbs,
     )
+
+
+def t_junction() -> Layout:
+    """Our road ends at a cross road: whoever comes from it turns, at 30 degrees a second."""
+    return intersection((1, EGO_ARM, 3))
 
 
 def roundabout() -> Layout:

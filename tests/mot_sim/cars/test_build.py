@@ -23,7 +23,7 @@ def test_the_population_is_a_function_of_its_seed() -> None:
 
 
 def test_the_shipped_files_are_those_of_the_population(tmp_path: Path) -> None:
-    main(tmp_path / "fleet.npz", tmp_path / "prior.npz")
+    main(tmp_path / "fleet.npz", tmp_path / "prior.npz", tmp_path / "coarse.npz")
     made, shipped = read_fleet(tmp_path / "fleet.npz", 20), load_fleet(20)
     for name in ARRAYS:
         ours, theirs = getattr(made.components, name), getattr(shipped.components, name)

@@ -21,7 +21,9 @@ def mesh_box(world: World, row: int, rig: Rig = RIG) -> np.ndarray:
     stage = stage_of(world, rig=rig)
     placed = stage.placed(world)
     T = placed.T_cam_object[row]
-    pixels = rig.camera.project(placed.meshes[row].vertices @ T[:3, :3].T + T[:3, 3])
+    mesh = placed.meshes[row]
+    points = mesh.vertices[np.unique(mesh.faces)]
+    pixels = rig.camera.project(points @ T[:3, :3].T + T[:3, 3])
     return np.concatenate((pixels.min(axis=0), pixels.max(axis=0)))
 
 

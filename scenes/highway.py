@@ -1,0 +1,21 @@
+"""A highway with three lanes: dense traffic one way, lane changes, long occlusions ahead."""
+
+from mot_sim.scene import Scene
+from scenes.live import live_scene
+
+
+def highway(
+    *,
+    cars: int = 24,
+    arrivals: float = 1.0,
+    alike: float = 0.0,
+    frames: int = 200,
+) -> Scene:
+    """Three lanes, one way.
+
+    cars: driving at the beginning. arrivals: cars a second that come later. alike: share of
+    the models of cars that look the same. frames: at 10 Hz.
+    """
+    return live_scene(
+        "highway", "highway", cars=cars, arrivals=arrivals, alike=alike, frames=frames,
+    )  # fmt: skip

@@ -1,0 +1,39 @@
+"""What the scenes of live traffic share: a road, how much drives on it, and its paint."""
+
+from mot_sim.cars import Casting, Models
+from mot_sim.scene import Scene
+from mot_sim.traffic import Traffic
+from mot_sim.traffic.highway import HighwayTraffic
+from mot_sim.traffic.highway.paint import roads_of
+from mot_sim.traffic.world import STEP
+
+
+def live_scene(
+    name: str,
+    road: str,
+    *,
+    cars: int,
+    arrivals: float,
+    frames: int,
+    parked: float = 0.0,
+    vans: int = 0,
+    alike: float = 0.0,
+    models: int = 24,
+) -> Scene:
+    """A scene on a road of `mot_sim.traffic.highway`; nobody crashes in it."""
+    casting = Casting(models=models, alike=alike)
+
+    def traffic(models: Models) -> Traffic:
+        return HighwayTraffic(
+            road,
+            cars=cars,
+            arrivals=arrivals,
+            parked=parked,
+            vans=vans,
+            sizes=models.size,
+            van_size=models.van_size,
+            clean_seconds=frames * STEP,
+        )
+
+    traffic(Casting(models=1).models_of(0))  # refuses wrong knobs at once
+    return Scene(name, traffic, frames, roads_of(road), casting=casting)

@@ -1,0 +1,91 @@
+"""Stop-and-go on three lanes: waves of standing and driving run backwards through the columns."""
+
+import numpy as np
+
+from mot_sim.cars import Casting, Models
+from mot_sim.scene import Scene
+from mot_sim.traffic import Improvised, Roads, Route, Script, Scripted
+from mot_sim.traffic.roads import rectangle, stripe
+from tracker.errors import BadConfig
+
+LANE = 3.5  # metres
+LANES = (-LANE, 0.0, LANE)  # y; the middle one is ours
+REACH = (-25.0, 95.0)  # metres behind and before us that cars stand in
+END = 1500.0
+REACTION = 0.45  # seconds from one car's change of speed to the next one's behind
+KNOTS = 0.5  # seconds between the points of a speed table
+
+
+def stop_and_go(
+    *, speed: float = 6.0, period: float = 14.0, gap: float = 4.0, alike: float = 0.0,
+    frames: int = 200,
+) -> Scene:  # fmt: skip
+    """Three columns of cars that stop and go.
+
+    speed: m/s between two stops. period: seconds from stop to stop. gap: metres between cars
+    that stand, 3 or more. alike: share of the models of cars that look the same. frames: at
+    10 Hz.
+    """
+    if not 1.0 <= speed <= 15.0 or not 6.0 <= period <= 60.0:
+        raise BadConfig(
+            f"speed {speed:g} m/s and period {period:g} s of stop-and-go: give 1 to 15, and 6 to 60"
+        )
+    if not 3.0 <= gap <= 30.0:
+        raise BadConfig(f"gap of stop-and-go is {gap:g}: give 3 to 30 metres")
+
+    def traffic(models: Models) -> Improvised:
+        return Improvised(lambda rng: _script(rng, models, speed, period, gap, 0.1 * frames))
+
+    return Scene("stop_and_go", traffic, frames, _roads(), casting=Casting(alike=alike))
+
+
+def _script(
+    rng: np.random.Generator,
+    models: Models,
+    speed: float,
+    period: float,
+    gap: float,
+    seconds: float,
+) -> Scripted:
+    """The columns; every lane has its own phase and pace of the wave."""
+    cars, ego = [], None
+    for y in LANES:
+        pace, phase = speed * rng.uniform(0.8, 1.0), rng.uniform(0.0, period)
+        # A car that reacts later has come closer by at most so much.
+        closer = pace * REACTION
+        x = REACH[1] + rng.uniform(0.0, 5.0)
+        number = 0
+        while x > REACH[0]:
+            size = models.size[rng.integers(len(models.size))]
+            length, height, width = (float(value) for value in size)
+            x -= 0.5 * length
+            table = _waves(pace, period, phase + number * REACTION, seconds)
+            script = Script(Route([(x, y), (END, y)]), table, size=(length, height, width))
+            is_ours = y == 0.0 and ego is None and x < 0.0
+            if is_ours:
+                ego = script
+            else:
+                cars.append(script)
+            x -= 0.5 * length + gap + closer + rng.exponential(1.5)
+            number += 1
+    assert ego is not None
+    return Scripted(cars, ego)
+
+
+def _waves(pace: float, period: float, delay: float, seconds: float) -> list[tuple[float, float]]:
+    """A speed table: a quarter of the period at rest, then up to the pace and down again."""
+    times = np.arange(0.0, seconds + KNOTS, KNOTS)
+    turn = np.mod((times - delay) / period, 1.0)
+    speeds = pace * np.clip(1.5 * np.sin(np.pi * np.clip((turn - 0.25) / 0.75, 0.0, 1.0)), 0.0, 1.0)
+    return list(zip(times.tolist(), speeds.tolist(), strict=True))
+
+
+def _roads() -> Roads:
+    """Three lanes one way, with shoulders."""
+    x, edge = (-80.0, 700.0), 1.5 * LANE
+    surfaces = [rectangle("asphalt", x, (-edge - 2.5, edge + 2.5))]
+    for y in (-0.5 * LANE, 0.5 * LANE):
+        surfaces += stripe((x[0], y), (x[1], y), dash=(4.0, 6.0))
+    for y in (-edge, edge):
+        surfaces += stripe((x[0], y), (x[1], y), 0.2)
+    return Roads(tuple(surfaces))

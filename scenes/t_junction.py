@@ -1,0 +1,25 @@
+"""A T-junction at the end of our road: the ego car turns, by more than 30 degrees a second."""
+
+from mot_sim.scene import Scene
+from scenes.live import live_scene
+
+
+def t_junction(
+    *,
+    cars: int = 18,
+    arrivals: float = 1.0,
+    parked: float = 0.7,
+    vans: int = 4,
+    alike: float = 0.0,
+    frames: int = 200,
+) -> Scene:
+    """Three arms; the ego car comes from the one that ends, and turns.
+
+    cars: driving at the beginning. arrivals: cars a second that come later. parked: share
+    of the kerb's places that are taken. vans: parked where they hide the most. alike: share
+    of the models of cars that look the same. frames: at 10 Hz.
+    """
+    return live_scene(
+        "t_junction", "t_junction", cars=cars, arrivals=arrivals, parked=parked, vans=vans,
+        alike=alike, frames=frames,
+    )  # fmt: skip
