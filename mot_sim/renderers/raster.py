@@ -6,12 +6,12 @@ from jaxtyping import Float, Int, Int32, UInt8, UInt32
 from numpy import ndarray as Array
 
 from mot_sim.renderers.filling import Canvas, Fragments
-from mot_sim.renderers.ground import horizon, road_image, road_semantics, sky_image
+from mot_sim.renderers.gloss import mirrored
+from mot_sim.renderers.ground import horizon, road_rgba, road_semantics, sky_image
 from mot_sim.renderers.shadows import shadow_mask
 from mot_sim.renderers.surroundings import Sun
-from mot_sim.renderers.triangles import Triangles
-from mot_sim.renderers.view import NOBODY, Mesh, Rendered, View
-from mot_sim.truth import NEAR
+from mot_sim.renderers.triangles import NEAR, Triangles
+from mot_sim.renderers.view import NOBODY, Mesh, Rendered, Semantic, View
 from tracker.errors import BadConfig
 
 BELOW = 0.55  # of the sky's light, what a face that looks down still gets from the road
@@ -41,17 +41,18 @@ class RasterRenderer:
     def backdrop(self, view: View) -> Rendered:
         """The view without its objects, but with their shadows."""
         camera, road = view.camera, view.road
-        image = sky_image(camera, view.sky).copy()
+        image = sky_image(camera, view.sky)
         instances = np.full(image.shape[:2], NOBODY, np.int32)
         if road is None:
             depth = np.full(image.shape[:2], np.inf, np.float32)
             return Rendered(image, depth, instances, np.zeros(image.shape[:2], np.uint8))
         seen = horizon(camera)
-        ground = road_image(camera, road)
+        rgba = road_rgba(camera, road)
+        ground = cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB) if len(rgba) else rgba[..., :3]
         if self.shadows and len(view.placed) and len(ground):
             ground = darkened(ground, shadow_mask(view, self.near)[seen.first :], view.sun.shade)
         cv2.copyTo(ground, seen.below[seen.first :], image[seen.first :])
-        return Rendered(image, seen.depth.copy(), instances, road_semantics(camera, road))
+        return Rendered(image, seen.depth.copy(), instances, road_semantics(camera, road, rgba))
 
 
 def darkened(
@@ -89,7 +90,12 @@ def paints(
         if start < end:
             mesh, faces = placed.meshes[row], triangles.faces[start - 1 : end - 1]
             R_road_object = view.camera.T_road_cam[:3, :3] @ placed.T_cam_object[row, :3, :3]
-            colours[start:end, :3] = lit_colours(mesh, R_road_object, view.sun, faces)
+            lit = lit_colours(mesh, R_road_object, view.sun, faces)
+            if mesh.shines:
+                T = placed.T_cam_object[row]
+                light = mirrored(mesh, R_road_object, -T[:3, :3].T @ T[:3, 3], view.sun, faces)
+                lit = np.minimum(lit + light, 255.0).astype(np.uint8)
+            colours[start:end, :3] = lit
             semantics[start:end] = mesh.semantics[faces]
     instances = np.full(count, NOBODY, np.int32)
     instances[1:] = placed.instances[triangles.objects]
@@ -104,7 +110,11 @@ def lit_colours(
     light = R_road_object.T @ sun.direction
     towards_sun, upwards = (mesh.normals[faces] @ np.stack((light, up), axis=1)).T
     sky = sun.ambient * (0.5 * (1.0 + BELOW) + 0.5 * (1.0 - BELOW) * upwards)
-    strength = sky + (1.0 - sun.ambient) * np.maximum(towards_sun, 0.0)
+    direct = np.maximum(towards_sun, 0.0)
+    leaves = mesh.semantics[faces] == Semantic.VEGETATION
+    if leaves.any():  # light goes through them, and from leaf to leaf
+        direct = np.where(leaves, 0.4 + 0.35 * towards_sun, direct)
+    strength = sky + (1.0 - sun.ambient) * direct
     # A level face has exactly its own colour, as the road's texture has.
     level = sun.ambient + (1.0 - sun.ambient) * max(-float(sun.direction[1]), 0.0)
     shade = (strength / level).astype(np.float32)[:, None]

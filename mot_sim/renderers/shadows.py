@@ -9,7 +9,7 @@ from jaxtyping import Float, Int, Int32, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.renderers.surroundings import Sun
-from mot_sim.renderers.view import View
+from mot_sim.renderers.view import Mesh, View
 from mot_sim.rig import clip_polygon
 from tracker.geometry import transform
 from tracker.types import Camera
@@ -57,8 +57,7 @@ def shadow_mask(view: View, near: float) -> UInt8[Array, "h w"]:
     """How dark the road is at each pixel, 0 = not at all, 255 = as dark as a shadow gets."""
     width, height = view.camera.image_size
     mask = np.zeros((height, width), np.uint8)
-    solid = [mesh for mesh in view.placed.meshes if len(mesh.vertices) >= 3]
-    if not solid:
+    if not any(has_shadow(mesh) for mesh in view.placed.meshes):
         return mask
     for outlines, layers in zip(outlines_of(view), (CAST, BENEATH), strict=True):
         for distance, darkness in layers:
@@ -72,11 +71,16 @@ def outlines_of(view: View) -> tuple[Outlines, Outlines]:
     """The outlines on the road of the shadows that the sun casts, and of the footprints."""
     cast, beneath = [], []
     for mesh, T_cam_object in zip(view.placed.meshes, view.placed.T_cam_object, strict=True):
-        if len(mesh.vertices) >= 3:
+        if has_shadow(mesh):
             points = transform(view.camera.T_road_cam @ T_cam_object, mesh.extremes)
             cast.append(fall(points, view.sun))
             beneath.append(points[:, [0, 2]])
     return Outlines.around(cast), Outlines.around(beneath)
+
+
+def has_shadow(mesh: Mesh) -> bool:
+    """Whether a mesh darkens the road."""
+    return mesh.casts and len(mesh.vertices) >= 3
 
 
 def fall(points_road: Float[Array, "k 3"], sun: Sun) -> Float[Array, "k 2"]:

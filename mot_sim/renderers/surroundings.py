@@ -31,6 +31,13 @@ class Texture:
         if min(height, width) == 0:
             raise BadConfig(f"a texture of {width} x {height} pixels: it needs some")
 
+    @classmethod
+    def of_rgba(cls, rgba: UInt8[Array, "h w 4"]) -> "Texture":
+        """A picture that says itself where there is road: alpha 255, and 0 beside it."""
+        texture = cls(rgba[..., :3])
+        texture.__dict__["rgba"] = rgba
+        return texture
+
     @property
     def size(self) -> tuple[int, int]:
         """Width and height."""
@@ -38,7 +45,7 @@ class Texture:
 
     @cached_property
     def rgba(self) -> UInt8[Array, "h w 4"]:
-        """With a fourth channel: OpenCV warps that twice as fast."""
+        """With a fourth channel, 255 on the road: OpenCV warps that twice as fast."""
         return cv2.cvtColor(self.pixels, cv2.COLOR_RGB2RGBA)
 
 
@@ -54,22 +61,44 @@ def _plain_map() -> Float[Array, "3 3"]:
 
 
 @dataclass(frozen=True, eq=False)
-class Road:
-    """The road plane, painted by a texture that looks down on it.
+class Level:
+    """A finer picture of a part of the road plane.
 
-    A_texture_road: homogeneous, from (x, z, 1) of the `road` frame, metres, to the texture's
-    pixels (u, v, 1). around: the plane's colour outside the texture. The default is a plain
-    asphalt plane, 2 km across.
+    A_texture_road: as in `Road`. reach: metres of depth up to which it is to be shown.
     """
 
-    texture: Texture = field(default_factory=_plain)
-    A_texture_road: Float[Array, "3 3"] = field(default_factory=_plain_map)
-    around: Colour = GRASS
+    texture: Texture
+    A_texture_road: Float[Array, "3 3"]
+    reach: float = np.inf
 
     def __post_init__(self) -> None:
         A = self.A_texture_road
         if not np.isfinite(A).all() or abs(np.linalg.det(A)) < 1e-12:
             raise BadConfig(f"A_texture_road is singular or not finite: {A.tolist()}")
+
+
+@dataclass(frozen=True, eq=False)
+class Road:
+    """The road plane, painted by a texture that looks down on it.
+
+    A_texture_road: homogeneous, from (x, z, 1) of the `road` frame, metres, to the texture's
+    pixels (u, v, 1). around: the plane's colour outside the texture. finer: pictures of parts
+    of the plane, from fine to coarse, drawn instead of the texture near the camera. The default
+    is a plain asphalt plane, 2 km across.
+    """
+
+    texture: Texture = field(default_factory=_plain)
+    A_texture_road: Float[Array, "3 3"] = field(default_factory=_plain_map)
+    around: Colour = GRASS
+    finer: tuple[Level, ...] = ()
+
+    def __post_init__(self) -> None:
+        Level(self.texture, self.A_texture_road)  # which checks them
+
+    @property
+    def levels(self) -> tuple[Level, ...]:
+        """All pictures of the plane, from fine to coarse."""
+        return (*self.finer, Level(self.texture, self.A_texture_road))
 
     @classmethod
     def spread(
@@ -92,12 +121,39 @@ class Road:
         return cls(texture, A_texture_road, around)
 
 
+@dataclass(frozen=True, eq=False)
+class Panorama:
+    """All that is too far away to shift: clouds, hills, the tops of distant trees.
+
+    rgba: its columns go once around, to the right, beginning with azimuth 0 (world x); its
+    rows are elevations, evenly from `top` down to `bottom`, radians.
+    """
+
+    rgba: UInt8[Array, "h w 4"]
+    top: float
+    bottom: float
+
+    def __post_init__(self) -> None:
+        if min(self.rgba.shape[:2]) < 2 or not self.top > self.bottom:
+            raise BadConfig(
+                f"a panorama of {self.rgba.shape[1]} x {self.rgba.shape[0]} pixels from {self.top} "
+                f"down to {self.bottom}: give 2 x 2 or more, and the top first"
+            )
+
+    @cached_property
+    def twice(self) -> UInt8[Array, "h w2 4"]:
+        """Twice around, so that every view of it is one piece."""
+        return np.ascontiguousarray(np.concatenate((self.rgba, self.rgba), axis=1))
+
+
 @dataclass(frozen=True)
 class Sky:
-    """A sky that fades from the horizon up."""
+    """A sky that fades from the horizon up, or a panorama, seen along a heading (radians)."""
 
     top: Colour = (104, 150, 202)
     low: Colour = (222, 231, 236)
+    panorama: Panorama | None = None
+    heading: float = 0.0
 
 
 @dataclass(frozen=True)

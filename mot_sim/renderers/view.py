@@ -39,13 +39,15 @@ class Mesh:
     """Coloured triangles in the object's frame: x forward, y down, z to the left, metres.
 
     faces: rows of vertices, anticlockwise seen from outside; only that side is drawn.
-    colours: RGB of each face. semantics: a `Semantic` of each face.
+    colours: RGB of each face. semantics: a `Semantic` of each face. casts: whether it casts a
+    shadow on the road; of what stands still, the road's picture may hold that already.
     """
 
     vertices: Float[Array, "v 3"]
     faces: Int[Array, "f 3"]
     colours: UInt8[Array, "f 3"]
     semantics: UInt8[Array, " f"]
+    casts: bool = True
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.vertices).all():
@@ -68,6 +70,11 @@ class Mesh:
         across = np.cross(b - a, c - a)
         length = np.linalg.norm(across, axis=1, keepdims=True)
         return across / np.where(length > 0.0, length, 1.0)
+
+    @cached_property
+    def shines(self) -> bool:
+        """Whether any of it is glass or car paint, which mirror light."""
+        return bool(np.isin(self.semantics, (Semantic.CAR, Semantic.GLASS)).any())
 
     @cached_property
     def offsets(self) -> Float[Array, " f"]:

@@ -19,15 +19,36 @@ class Surface:
 
 
 @dataclass(frozen=True, eq=False)
+class Lane:
+    """A lane's centre line in driving direction, metres, and the nodes it leads from and to."""
+
+    centre: Float[Array, "n 2"]
+    width: float
+    begins: str
+    ends: str
+
+
+@dataclass(frozen=True, eq=False)
 class Roads:
-    """All patches of a scene; later ones lie on earlier ones."""
+    """All patches of a scene; later ones lie on earlier ones. lanes: the lane graph, if known."""
 
     surfaces: tuple[Surface, ...] = ()
+    lanes: tuple[Lane, ...] = ()
 
 
 def rectangle(paint: str, x: tuple[float, float], y: tuple[float, float]) -> Surface:
     """The patch between two x and two y."""
     return Surface(paint, np.array([(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])]))
+
+
+def ribbon(paint: str, centre: Float[Array, "n 2"], left: float, right: float) -> list[Surface]:
+    """Quadrilaterals along a polyline, from `left` to `right` of it; right of travel is > 0."""
+    ahead = np.gradient(centre, axis=0)
+    ahead /= np.maximum(np.hypot(*ahead.T), 1e-9)[:, None]
+    aside = np.stack((-ahead[:, 1], ahead[:, 0]), axis=1)
+    a, b = centre + left * aside, centre + right * aside
+    quads = np.stack((a[:-1], a[1:], b[1:], b[:-1]), axis=1)
+    return [Surface(paint, quad) for quad in quads]
 
 
 def stripe(

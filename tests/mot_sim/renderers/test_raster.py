@@ -1,5 +1,7 @@
 """Frames of the embedded renderer."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -138,7 +140,8 @@ def test_an_image_without_pixels_never_reaches_a_renderer() -> None:
 
 def test_faces_in_the_sun_are_brighter_than_those_in_the_shade() -> None:
     sun = Sun(towards=(0.0, -1.0, -1.0))  # behind us
-    view = view_of(KITTI, (box(colour=(100, 100, 100)), at(KITTI, 0.0, 9.0, 0.0)), sun=sun)
+    dull = replace(box(colour=(100, 100, 100)), semantics=np.full(12, Semantic.OTHER, np.uint8))
+    view = view_of(KITTI, (dull, at(KITTI, 0.0, 9.0, 0.0)), sun=sun)
     rendered = RASTER.render(view)
     v, u = np.nonzero(rendered.instances == 0)
     rear, roof = rendered.image[v.max() - 3, u.mean().astype(int), 0], 100
@@ -171,3 +174,21 @@ def test_a_crooked_camera_sees_a_texels_corner_where_it_projects() -> None:
         u, v = np.round(CROOKED.project(point)).astype(int)
         assert (rendered.image[v, u, 0] > 127) == white
         assert rendered.depth[v, u] == pytest.approx(point[2], rel=0.1)
+
+
+def test_glass_mirrors_the_sky_and_paint_the_sun() -> None:
+    place = at(KITTI, 0.0, 9.0, 0.0)
+    means = {}
+    for kind in (Semantic.OTHER, Semantic.CAR, Semantic.GLASS):
+        mesh = replace(box(colour=(60, 60, 60)), semantics=np.full(12, kind, np.uint8))
+        rendered = RASTER.render(view_of(KITTI, (mesh, place)))
+        means[kind] = rendered.image[rendered.instances == 0].mean()
+    assert means[Semantic.OTHER] < means[Semantic.CAR] < means[Semantic.GLASS]
+
+
+def test_a_mesh_that_casts_no_shadow_leaves_the_road_alone() -> None:
+    place = at(KITTI, 0.0, 9.0)
+    lit = RASTER.render(view_of(KITTI, (replace(box(), casts=False), place)))
+    bare = RASTER.render(View(KITTI, Placed.empty()))
+    beside = lit.instances == NOBODY
+    assert np.array_equal(lit.image[beside], bare.image[beside])

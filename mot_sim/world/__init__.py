@@ -1,0 +1,14 @@
+"""The world around the cars: painted ground, scenery, sky, light, weather.
+
+weather = find_weather("rain")
+world = Neighbourhood.build(roads, seed, weather.light)
+view = world.view(camera, ego, cars)
+image = look(weather, view, renderer.render(view), seed, frame)
+"""
+
+from mot_sim.world.light import Light
+from mot_sim.world.look import look
+from mot_sim.world.neighbourhood import Knobs, Neighbourhood
+from mot_sim.world.weather import WEATHERS, Weather, find_weather
+
+__all__ = ["WEATHERS", "Knobs", "Light", "Neighbourhood", "Weather", "find_weather", "look"]

@@ -1,0 +1,193 @@
+"""One post-effect on a rendered frame: light and weather, then the camera; for every renderer.
+
+It takes image, depth and semantic ids. Normals are not needed: what depends on them, the sun's
+light on faces, is done when a face is drawn; fog, rain, lamps and lens depend on depth alone.
+"""
+
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from jaxtyping import Float, Float32, Int16, UInt8, UInt16
+from numpy import ndarray as Array
+
+from mot_sim.draws import named_stream, uniform
+from mot_sim.renderers import Rendered, Semantic, View
+from mot_sim.renderers.ground import horizon
+from mot_sim.world.lamps import darkened
+from mot_sim.world.rain import rained_on
+from mot_sim.world.weather import Weather
+from tracker.types import Camera
+
+Image = UInt8[Array, "h w 3"]
+CONTRAST = 3.0  # of -ln(0.05), at the visibility
+LAYER = 70.0  # metres: how high haze reaches above the road
+GREY_SKY = (196, 201, 206)
+STEPS = 4  # pictures whose mean a motion blur is
+
+
+def look(
+    weather: Weather,
+    view: View,
+    rendered: Rendered,
+    seed: int,
+    frame: int,
+    motion: tuple[float, float] = (0.0, 0.0),
+) -> Image:
+    """The frame's image as the weather lets the camera see it; the caller's own.
+
+    motion: metres ahead and radians to the right that the camera moves in a frame's time, for
+    the motion blur. The same seed and frame give the same bytes.
+    """
+    image = rendered.image.copy()
+    if weather.is_neutral:
+        return image
+    camera = view.camera
+    if weather.overcast or weather.warmth or weather.exposure != 1.0:
+        image = _toned(image, weather, rendered)
+    if weather.rain:
+        image = rained_on(image, camera, rendered.semantics, weather.rain, seed, frame)
+    if weather.night:
+        image = darkened(image, camera, rendered, weather.night, weather.headlights)
+    if np.isfinite(weather.visibility):
+        image = _through_air(image, camera, rendered.depth, weather)
+    if weather.glare:
+        image = cv2.add(image, _glare(view, rendered, weather.glare))
+    if weather.motion_blur:
+        image = _moved(image, camera, rendered.depth, weather.motion_blur, motion)
+    if weather.vignetting:
+        image = cv2.multiply(image, _vignette(camera, weather.vignetting), scale=1.0 / 255.0)
+    if weather.noise:
+        image = cv2.add(image, _noise(camera, weather.noise, seed, frame), dtype=cv2.CV_8U)
+    if weather.jpeg < 100.0:
+        setting = [cv2.IMWRITE_JPEG_QUALITY, int(weather.jpeg)]
+        _, packed = cv2.imencode(".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), setting)
+        image = cv2.cvtColor(np.asarray(cv2.imdecode(packed, cv2.IMREAD_COLOR)), cv2.COLOR_BGR2RGB)
+    return image
+
+
+def _toned(image: Image, weather: Weather, rendered: Rendered) -> Image:
+    """Colours under another light: paler under clouds, redder or bluer, brighter or darker."""
+    if weather.overcast:
+        rows = slice(
+            0, int(np.flatnonzero(np.isinf(rendered.depth).any(axis=1)).max(initial=-1)) + 1
+        )
+        sky = np.isinf(rendered.depth[rows]).view(np.uint8)
+        mixed = cv2.addWeighted(
+            image[rows], 1.0 - 0.8 * weather.overcast,
+            cv2.merge([np.full(sky.shape, one, np.uint8) for one in GREY_SKY]),
+            0.8 * weather.overcast, 0.0,
+        ) if sky.any() else image[rows]  # fmt: skip
+        cv2.copyTo(mixed, sky, image[rows])
+    pale = 0.3 * weather.overcast
+    A = (1.0 - pale) * np.eye(3) + pale * np.array([0.3, 0.59, 0.11])
+    warm = np.array([1.0 + 0.16 * weather.warmth, 1.0, 1.0 - 0.3 * weather.warmth])
+    gain = weather.exposure * (1.0 - 0.1 * weather.overcast)
+    return cv2.transform(image, gain * warm[:, None] * A)
+
+
+def _through_air(
+    image: Image, camera: Camera, depth: Float32[Array, "h w"], weather: Weather
+) -> Image:
+    """What fog and haze leave of the light, and their own light."""
+    far = np.minimum(depth, _sky_depth(camera))
+    far *= np.float32(-CONTRAST / weather.visibility)
+    left = cv2.exp(far)
+    return cv2.blendLinear(image, _plain(camera, weather.air), left, np.float32(1.0) - left)
+
+
+@lru_cache(maxsize=8)
+def _sky_depth(camera: Camera) -> Float32[Array, "h w"]:
+    """How much air rays above the horizon pass before they leave its lower layer, metres."""
+    slope = np.maximum(horizon(camera).slope, 1e-4)
+    return np.where(horizon(camera).below > 0, 1e9, LAYER / slope).astype(np.float32)
+
+
+@lru_cache(maxsize=16)
+def _plain(camera: Camera, colour: tuple[int, int, int]) -> Image:
+    width, height = camera.image_size
+    return np.full((height, width, 3), colour, np.uint8)
+
+
+def _glare(view: View, rendered: Rendered, strength: float) -> Image:
+    """The halo of the sun where it stands before the camera, less where something hides it."""
+    width, height = view.camera.image_size
+    towards = view.camera.T_cam_road[:3, :3] @ view.sun.direction
+    if towards[2] < 0.15:
+        return np.zeros((height, width, 3), np.uint8)
+    u, v = (view.camera.K @ towards)[:2] / towards[2]
+    rows, columns = (slice(max(int(one) - 24, 0), max(int(one) + 24, 1)) for one in (v, u))
+    around = rendered.semantics[rows, columns]
+    open_sky = float((around == Semantic.SKY).mean()) if around.size else 0.7
+    strength *= 0.35 + 0.65 * open_sky
+    y, x = np.ogrid[: height // 8 + 1, : width // 8 + 1]
+    apart = np.hypot((8.0 * x - u) / width, (8.0 * y - v) / width).astype(np.float32)
+    halo = (
+        190.0
+        * strength
+        * (0.75 * np.exp(-9.0 * apart) + 0.9 * open_sky * np.exp(-((18.0 * apart) ** 2)))
+    )
+    small = np.clip(halo[..., None] * (1.0, 0.86, 0.62), 0.0, 255.0).astype(np.uint8)
+    return cv2.resize(small, (width, height), interpolation=cv2.INTER_LINEAR)
+
+
+def _moved(
+    image: Image,
+    camera: Camera,
+    depth: Float32[Array, "h w"],
+    shutter: float,
+    motion: tuple[float, float],
+) -> Image:
+    """The mean of what the sensor sees while the camera drives on and turns."""
+    ahead, turn = (shutter * one for one in motion)
+    if ahead == 0.0 and turn == 0.0:
+        return image
+    u, v = _pixels(camera)
+    # Towards the image's middle a point was earlier, by the share of its depth driven since.
+    share = np.float32(ahead) / np.maximum(depth, 2.0)
+    flow_u = (u - np.float32(camera.K[0, 2])) * share - np.float32(camera.K[0, 0] * turn)
+    flow_v = (v - np.float32(camera.K[1, 2])) * share
+    total: UInt16[Array, "h w 3"] = image.astype(np.uint16)
+    for step in range(1, STEPS):
+        back = np.float32(step / STEPS)
+        seen = cv2.remap(
+            image, u - back * flow_u, v - back * flow_v, cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_REPLICATE,
+        )  # fmt: skip
+        total += np.asarray(seen, np.uint8)
+    return cv2.convertScaleAbs(total, alpha=1.0 / STEPS)
+
+
+@lru_cache(maxsize=8)
+def _pixels(camera: Camera) -> tuple[Float32[Array, "h w"], Float32[Array, "h w"]]:
+    width, height = camera.image_size
+    v, u = np.mgrid[:height, :width].astype(np.float32)
+    return u, v
+
+
+@lru_cache(maxsize=8)
+def _vignette(camera: Camera, loss: float) -> Image:
+    """How bright the lens leaves each pixel, of 255."""
+    width, height = camera.image_size
+    u, v = _pixels(camera)
+    apart = ((u - 0.5 * width) ** 2 + (v - 0.5 * height) ** 2) / (0.25 * (width**2 + height**2))
+    bright = np.round(255.0 * (1.0 - loss * apart)).astype(np.uint8)
+    return cv2.merge((bright, bright, bright))
+
+
+def _noise(camera: Camera, level: float, seed: int, frame: int) -> Int16[Array, "h w 3"]:
+    """A piece of the seed's noise; every frame has another."""
+    width, height = camera.image_size
+    bank = _bank(seed, level, (height + 256, width + 256))
+    where = uniform(seed, "sensor noise", np.zeros(1, np.int64), np.array([frame]), 2)[0]
+    top, left = (256.0 * where).astype(int)
+    return bank[top : top + height, left : left + width]
+
+
+@lru_cache(maxsize=4)
+def _bank(seed: int, level: float, size: tuple[int, int]) -> Int16[Array, "h w 3"]:
+    rng = named_stream(seed, "sensor noise")
+    shared = rng.standard_normal((*size, 1), dtype=np.float32)
+    own = rng.standard_normal((*size, 3), dtype=np.float32)
+    mixed: Float[Array, "h w 3"] = 0.85 * shared + 0.53 * own
+    return np.round(level * mixed).astype(np.int16)
