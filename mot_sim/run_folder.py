@@ -77,7 +77,7 @@ class RunFolder:
         """
         if resume and overwrite:
             raise BadConfig("--resume goes on with a run, --overwrite replaces it: keep one")
-        if not _holds_something(path):
+        if not holds_something(path):
             return cls(path, settings, wanted)
         if not (path / RUN_FILE).is_file():
             raise OutputExists(f"{path}: not empty, and no run of ours; choose another folder")
@@ -88,7 +88,7 @@ class RunFolder:
         before, finished = _read_run(path / RUN_FILE)
         if overwrite:
             return cls(path, settings, wanted, stale=tuple(finished))
-        _require_same(path, before, settings)
+        require_same(path, before, settings)
         there = {name: part for name, part in finished.items() if (path / f"{name}.txt").is_file()}
         return cls(path, settings, wanted, there)
 
@@ -161,11 +161,11 @@ def _version(package: str) -> str:
 
 def require_empty(path: Path) -> None:
     """OutputExists for a folder that holds something, BadOutput for what is no folder."""
-    if _holds_something(path):
+    if holds_something(path):
         raise OutputExists(f"{path}: not empty; choose another folder, or empty it")
 
 
-def _holds_something(path: Path) -> bool:
+def holds_something(path: Path) -> bool:
     """Whether there is a folder that is not empty; BadOutput for what is no folder."""
     try:
         return any(path.iterdir())
@@ -188,7 +188,7 @@ def _read_run(path: Path) -> tuple[Settings, dict[str, Counts]]:
     return settings, parts
 
 
-def _require_same(path: Path, before: Settings, now: Settings) -> None:
+def require_same(path: Path, before: Settings, now: Settings) -> None:
     """BadConfig that names every setting which differs."""
     differing = [
         f"{name} was {before.get(name)!r} and is {now.get(name)!r}"

@@ -1,6 +1,8 @@
 """`mot-sim list`: the names that the other commands take."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from inspect import getdoc
 
 from mot_sim.cli.options import Flag, Verbose
@@ -13,7 +15,8 @@ class List:
 
     mot-sim list
 
-    Trackers, costs, associations, detectors, sources of ego-motion, rules, export formats.
+    Scenes, renderers, trackers, costs, associations, detectors, sources of ego-motion, rules,
+    export formats.
     """
 
     json: Flag = False
@@ -43,12 +46,16 @@ def registers() -> dict[str, dict[str, str]]:
     from mot_sim.cli.export import FORMATS
     from mot_sim.datasets import DETECTORS, EGO
     from mot_sim.metrics import RULES
+    from mot_sim.registry import SCENES
+    from mot_sim.renderers import AUTO, RENDERERS
     from tracker import TRACKERS
     from tracker.association import ASSOCIATIONS
     from tracker.costs import COSTS
 
     rows = {name: f"rows of {' '.join(form.columns[:7])}" for name, form in DETECTORS.items()}
     return {
+        "SCENE": _first_lines(SCENES),
+        "--renderer": _first_lines(RENDERERS) | {AUTO: "mesh where there is OpenGL, else raster"},
         "--tracker": _described(TRACKERS),
         "--costs": _described(COSTS),
         "--associate": _described(ASSOCIATIONS),
@@ -56,6 +63,15 @@ def registers() -> dict[str, dict[str, str]]:
         "--ego": _described({name: type(source) for name, source in EGO.items()}),
         "--rules": _described(RULES),
         "--to": _described(FORMATS),
+    }
+
+
+def _first_lines(register: Mapping[str, str]) -> dict[str, str]:
+    """Of the modules that a register names by string."""
+    modules = {name: place.partition(":")[0] for name, place in sorted(register.items())}
+    return {
+        name: (getdoc(import_module(module)) or "").split("\n")[0]
+        for name, module in modules.items()
     }
 
 

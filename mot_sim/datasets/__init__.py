@@ -4,7 +4,7 @@ from mot_sim.datasets.boxes import box_sequence
 from mot_sim.datasets.camera_files import CameraFile, read_camera
 from mot_sim.datasets.detection_files import DetectionFormat, read_detections
 from mot_sim.datasets.export import export_motchallenge, export_trackeval
-from mot_sim.datasets.images import ImageFolder
+from mot_sim.datasets.images import ImageFolder, ImageSource
 from mot_sim.datasets.kitti import (
     DETECTORS,
     EGO,
@@ -36,6 +36,7 @@ __all__ = [
     "DetectionLog",
     "EgoSource",
     "ImageFolder",
+    "ImageSource",
     "KittiSequence",
     "RecordedSequence",
     "ScoreMap",

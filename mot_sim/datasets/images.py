@@ -3,6 +3,7 @@
 import logging
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol, runtime_checkable
 
 import cv2
 import numpy as np
@@ -14,6 +15,15 @@ from tracker.errors import BadFile, DatasetNotFound
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
 
 log = logging.getLogger(__name__)
+
+
+@runtime_checkable
+class ImageSource(Protocol):
+    """What has the images of a drive: a folder, or something that draws them."""
+
+    def load(self, frame: int) -> UInt8[Array, "h w 3"] | None:
+        """The RGB image of a frame; None when there is none for it."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,13 +3,13 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeVar
+from typing import Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.datasets.images import ImageFolder
+from mot_sim.datasets.images import ImageSource
 from tracker.errors import BadConfig
 from tracker.geometry import invert
 from tracker.types import Camera, Detections, Frame
@@ -40,6 +40,21 @@ class DetectionLog:
         return self.detections.select(slice(int(first), int(last)))
 
 
+# T_now_before and its covariance, see `Frame`; None where nobody knows.
+Motion = tuple[Float[Array, "4 4"] | None, Float[Array, "6 6"] | None]
+
+
+@runtime_checkable
+class MotionSource(Protocol):
+    """What tells the camera's motion while a drive is played, not beforehand: visual odometry."""
+
+    def motions(
+        self, camera: Camera, log: DetectionLog, frame_count: int, frame_rate: float
+    ) -> Iterator[Motion]:
+        """The motion of every frame of the recording since the one before it, in turn."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class RecordedSequence:
     """A drive read from files; satisfies `tracker.types.Sequence`.
@@ -47,6 +62,7 @@ class RecordedSequence:
     frame_indices: the frames that are delivered, increasing; all of them unless `subset` chose.
     Ts_world_cam: one pose for every frame of the recording, in any fixed world; or None.
     motion_cov: covariance of the left perturbation of the motion over ONE frame, see `Frame`.
+    motion: tells the motion while the drive is played, in place of both.
     """
 
     name: str
@@ -56,24 +72,26 @@ class RecordedSequence:
     frame_indices: Int[Array, " n"]
     Ts_world_cam: Float[Array, "m 4 4"] | None = None
     motion_cov: Float[Array, "6 6"] | None = None
-    images: ImageFolder | None = None
+    images: ImageSource | None = None
     frame_rate: float = 10.0
+    motion: MotionSource | None = None
 
     def __len__(self) -> int:
         return len(self.frame_indices)
 
     def __iter__(self) -> Iterator[Frame]:
-        before: int | None = None
-        for index in self.frame_indices.tolist():
+        played = self._known_motions() if self.motion is None else self._seen_motions(self.motion)
+        for index, (T_now_before, motion_cov) in zip(
+            self.frame_indices.tolist(), played, strict=True
+        ):
             yield Frame(
                 index=index,
                 time=index / self.frame_rate,
                 detections=self.log.at(index),
-                T_now_before=None if before is None else self._T_now_before(index, before),
-                motion_cov=None if before is None else self._motion_cov(index, before),
+                T_now_before=T_now_before,
+                motion_cov=motion_cov,
                 image=None if self.images is None else self.images.load(index),
             )
-            before = index
 
     def subset(self: AnySequence, frame_indices: Iterable[int]) -> AnySequence:
         """The same drive with only these frames delivered; motion is composed over the others.
@@ -91,6 +109,28 @@ class RecordedSequence:
         if (np.diff(chosen) <= 0).any():
             raise BadConfig(f"the frames of a subset of {self.name} must increase: sort them")
         return replace(self, frame_indices=chosen)
+
+    def _known_motions(self) -> Iterator[Motion]:
+        """Of the delivered frames, from the poses."""
+        before: int | None = None
+        for index in self.frame_indices.tolist():
+            if before is None:
+                yield None, None
+            else:
+                yield self._T_now_before(index, before), self._motion_cov(index, before)
+            before = index
+
+    def _seen_motions(self, source: MotionSource) -> Iterator[Motion]:
+        """Of the delivered frames, composed over the others, which are seen too."""
+        every = source.motions(self.camera, self.log, self.frame_count, self.frame_rate)
+        numbered = enumerate(every)
+        for position, index in enumerate(self.frame_indices.tolist()):
+            motion: Motion = (np.eye(4), np.zeros((6, 6)))
+            for frame, further in numbered:
+                motion = _compose(further, motion)
+                if frame == index:
+                    break
+            yield motion if position else (None, None)
 
     @cached_property
     def _motions(self) -> Float[Array, "m 4 4"] | None:
@@ -118,6 +158,16 @@ class RecordedSequence:
             adjoint = adjoint_of(self._motions[middle])
             covariance = adjoint @ covariance @ adjoint.T + self.motion_cov
         return covariance
+
+
+def _compose(now: Motion, before: Motion) -> Motion:
+    """One motion after another; unknown if either is. Covariances live in the frame of now."""
+    if now[0] is None or before[0] is None:
+        return None, None
+    if now[1] is None or before[1] is None:
+        return now[0] @ before[0], None
+    adjoint = adjoint_of(now[0])
+    return now[0] @ before[0], adjoint @ before[1] @ adjoint.T + now[1]
 
 
 def adjoint_of(T: Float[Array, "4 4"]) -> Float[Array, "6 6"]:

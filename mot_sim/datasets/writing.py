@@ -1,27 +1,42 @@
-"""Text files that appear whole or not at all."""
+"""Files that appear whole or not at all."""
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from tracker.errors import BadOutput
 
 
-def write_lines(path: Path, lines: Iterable[str]) -> None:
-    """Write the lines to a file beside it, then move it into place; parents are made.
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Gives a path beside the file to write to, then moves that into place; parents are made.
 
-    A crash leaves the old file or none. Raises BadOutput when the folder cannot be written to.
+    A crash leaves the old file or none. Raises BadOutput when the folder cannot be written to,
+    or the disk is full.
     """
     half = path.with_name(f".{path.name}.{os.getpid()}.half")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        half.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8", newline="\n")
+        yield half
         os.replace(half, path)
     except OSError as error:
-        raise BadOutput(f"{path}: cannot be written: {error.strerror}") from None
+        raise BadOutput(f"{path}: cannot be written: {error.strerror or error}") from None
     finally:
         if half.parent.is_dir():
             half.unlink(missing_ok=True)
+
+
+def write_lines(path: Path, lines: Iterable[str]) -> None:
+    """Write the lines to a file, as a whole or not at all; see `whole_file`."""
+    with whole_file(path) as half:
+        half.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8", newline="\n")
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write the bytes to a file, as a whole or not at all; see `whole_file`."""
+    with whole_file(path) as half:
+        half.write_bytes(content)
 
 
 def require_writable(path: Path) -> None:

@@ -62,9 +62,9 @@ class Silhouettes(Rows):
 class Scan:
     """The geometry of a view without its colours: who is where, how far, and what hides whom.
 
-    layers: of everything that is drawn inside the image, by ascending id, all scenery in one.
+    layers: of everything that is drawn inside the image, by ascending id, scenery first, in one.
     numbers: 1 + the id of the nearest instance, 0 = none or scenery. nearness: of the nearest
-    object, 0 = none.
+    object, 0 = none. Scenery that can hide nothing is not in here.
     """
 
     silhouettes: Silhouettes
@@ -91,21 +91,29 @@ class Scan:
 
 
 def scan(view: View, near: float = NEAR) -> Scan:
-    """Draw every instance alone and lay them over one another: exact counts, boxes, occluders."""
+    """Draw every instance alone and lay them over one another: exact counts, boxes, occluders.
+
+    Of the scenery only what may hide an instance is drawn.
+    """
     triangles = Triangles.of(view.placed, view.camera, near)
     owners = view.placed.instances
-    every = np.unique(owners)
-    full_boxes = join(object_boxes(triangles, view.camera, len(owners)), owners, every)
+    every = np.unique(owners[owners != NOBODY])
+    full_boxes, farthest = extents(triangles, view.camera, owners, every)
+    scenery = triangles.of_objects(np.flatnonzero(owners == NOBODY))
+    scenery, over = hiders(scenery, view.camera, full_boxes, farthest)
     canvas, range_ = Canvas(view.camera), near_far(triangles)
     width, height = view.camera.image_size
     # (Zeros cost nothing where nothing is drawn: the system hands out empty pages.)
     numbers = np.zeros((height, width), np.int32)
     nearest = np.zeros((height, width), np.float32)
     layers: list[Layer] = []
-    for number, box in zip(every.tolist(), pixel_boxes(full_boxes, view.camera), strict=True):
+    boxes = pixel_boxes(np.concatenate((over, full_boxes)), view.camera)
+    for number, box in zip([NOBODY, *every.tolist()], boxes, strict=True):
         left, top, right, bottom = box
         if left < right and top < bottom:
-            mine = triangles.of_objects(np.flatnonzero(owners == number))
+            mine = scenery
+            if number != NOBODY:
+                mine = triangles.of_objects(np.flatnonzero(owners == number))
             alone = 1.0 - canvas.draw_alone(mine, box, range_)
             crop = nearest[top:bottom, left:right]
             np.copyto(numbers[top:bottom, left:right], number - NOBODY, where=alone > crop)
@@ -145,35 +153,55 @@ def _measured(
                 (number, other + NOBODY, count)
                 for other, count in zip(others.tolist(), pixels.tolist(), strict=True)
             ]
-    known = every != NOBODY
     columns = np.array(hiding, dtype=np.int64).reshape(-1, 3).T
-    measured = Silhouettes(every, visible, whole, seen_boxes, full_boxes)
-    return measured.select(known), Hidden(*columns)
+    return Silhouettes(every, visible, whole, seen_boxes, full_boxes), Hidden(*columns)
 
 
-def object_boxes(triangles: Triangles, camera: Camera, count: int) -> Float[Array, "count 4"]:
-    """Upright boxes around each object's triangles, pixels; inverted without a triangle."""
-    boxes = np.tile(NO_BOX, (count, 1))
+def extents(
+    triangles: Triangles, camera: Camera, owners: Int[Array, " n"], ids: Int[Array, " m"]
+) -> tuple[Float[Array, "m 4"], Float[Array, " m"]]:
+    """Upright boxes around each instance's triangles, pixels, and their largest depth, metres.
+
+    Inverted, and -inf, without a triangle.
+    """
+    boxes, farthest = np.tile(NO_BOX, (len(ids), 1)), np.full(len(ids), -np.inf)
     starts = np.flatnonzero(np.diff(triangles.objects, prepend=-1))
     if len(starts):
         points = triangles.corners.reshape(-1, 3)
-        pixels = points @ camera.K[:2].T
-        pixels /= points[:, 2:]
+        pixels = projected(points, camera)
+        rows = np.searchsorted(ids, owners[triangles.objects[starts]])
+        known = owners[triangles.objects[starts]] != NOBODY
         low = np.minimum.reduceat(pixels, 3 * starts)
         high = np.maximum.reduceat(pixels, 3 * starts)
-        boxes[triangles.objects[starts]] = np.concatenate((low, high), axis=1)
-    return boxes
+        deep = np.maximum.reduceat(points[:, 2], 3 * starts)
+        np.minimum.at(boxes[:, :2], rows[known], low[known])
+        np.maximum.at(boxes[:, 2:], rows[known], high[known])
+        np.maximum.at(farthest, rows[known], deep[known])
+    return boxes, farthest
 
 
-def join(
-    boxes: Float[Array, "n 4"], owners: Int[Array, " n"], ids: Int[Array, " m"]
-) -> Float[Array, "m 4"]:
-    """The boxes around all objects of each id."""
-    joined = np.tile(NO_BOX, (len(ids), 1))
-    rows = np.searchsorted(ids, owners)
-    np.minimum.at(joined[:, :2], rows, boxes[:, :2])
-    np.maximum.at(joined[:, 2:], rows, boxes[:, 2:])
-    return joined
+def hiders(
+    triangles: Triangles, camera: Camera, boxes: Float[Array, "m 4"], farthest: Float[Array, " m"]
+) -> tuple[Triangles, Float[Array, "1 4"]]:
+    """The triangles that may hide something in some boxes, up to some depths; their own box."""
+    pixels = projected(triangles.corners.reshape(-1, 3), camera).reshape(-1, 3, 2)
+    low, high = pixels.min(axis=1, initial=np.inf), pixels.max(axis=1, initial=-np.inf)
+    nearest = triangles.corners[..., 2].min(axis=1, initial=np.inf)
+    may = np.zeros(len(triangles), bool)
+    for (left, top, right, bottom), deepest in zip(boxes.tolist(), farthest.tolist(), strict=True):
+        may |= (
+            (low[:, 0] < right + 1.0) & (high[:, 0] > left - 1.0)
+            & (low[:, 1] < bottom + 1.0) & (high[:, 1] > top - 1.0) & (nearest < deepest)
+        )  # fmt: skip
+    low, high = low[may].min(axis=0, initial=np.inf), high[may].max(axis=0, initial=-np.inf)
+    return triangles.select(may), np.concatenate((low, high))[None]
+
+
+def projected(points: Float[Array, "p 3"], camera: Camera) -> Float[Array, "p 2"]:
+    """Pixels of points before the camera."""
+    pixels = points @ camera.K[:2].T
+    pixels /= points[:, 2:]
+    return pixels
 
 
 def pixel_boxes(boxes: Float[Array, "n 4"], camera: Camera) -> list[PixelBox]:

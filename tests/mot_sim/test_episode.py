@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mot_sim.episode import Episode, Scene, record
+from mot_sim.episode import Episode, Scene, record, record_scene_traffic
 from mot_sim.rig import Rig
 from mot_sim.sensors import Detector
 from mot_sim.traffic import Route, Script, Scripted
@@ -14,7 +14,7 @@ from tracker.geometry import invert, transform
 from tracker.types import Sequence
 
 
-def _traffic() -> Scripted:
+def _traffic(models: object) -> Scripted:
     """We turn right behind a car that goes straight on."""
     ego = Script(Route([(0.0, 0.0), (8.0, 0.0), (8.0, 60.0)]), [(0.0, 6.0)])
     return Scripted([Script(Route([(15.0, 0.0), (99.0, 0.0)]), [(0.0, 6.0)])], ego)
@@ -70,6 +70,26 @@ def test_the_rig_is_the_scenes(episode) -> None:
     high = record(replace(SCENE, rig=Rig.kitti(height=2.5)))
     assert high.camera.height == pytest.approx(2.5)
     assert (high.truth.boxes[:, 3] > episode.truth.boxes[:, 3])[:5].all()
+
+
+def test_traffic_that_was_recorded_before_gives_the_same_episode(episode) -> None:
+    again = record(SCENE, 2, record_scene_traffic(SCENE, 2))
+    assert again.truth.boxes.tobytes() == episode.truth.boxes.tobytes()
+    assert again.log.detections.boxes.tobytes() == episode.log.detections.boxes.tobytes()
+
+
+def test_a_shorter_run_is_the_beginning_of_a_longer_one(episode) -> None:
+    short = record(replace(SCENE, frame_count=6), seed=2)
+    first = episode.log.frames < 6
+    assert short.log.detections.boxes.tobytes() == episode.log.detections.boxes[first].tobytes()
+    first = episode.truth.frames < 6
+    assert short.truth.boxes.tobytes() == episode.truth.boxes[first].tobytes()
+
+
+def test_cast_events_and_occlusions_are_at_hand(episode) -> None:
+    assert episode.cast.ids.tolist() == [0]
+    assert "enter" in episode.events.kinds.tolist()
+    assert len(episode.occlusions) == 0
 
 
 def test_a_scene_without_frames_is_refused() -> None:

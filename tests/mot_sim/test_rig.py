@@ -7,7 +7,9 @@ from hypothesis import strategies as st
 
 from mot_sim.rig import KITTI_K, Rig, clip_polygon
 from mot_sim.traffic.world import World
+from tracker.errors import BadCalibration
 from tracker.geometry import invert, polygon_area, transform, wrap_angle
+from tracker.types import Camera
 
 SIZE = np.array([[4.0, 1.5, 1.8]])
 F, CX, CY = KITTI_K[0][0], KITTI_K[0][2], KITTI_K[1][2]
@@ -100,3 +102,29 @@ def test_nothing_is_left_of_what_lies_behind() -> None:
     square = np.array([(0.0, -1.0), (1.0, -1.0), (1.0, -2.0)])
     assert clip_polygon(square, square[:, 1]).shape == (0, 2)
     assert clip_polygon(square[:0], square[:0, 1]).shape == (0, 2)
+
+
+@pytest.mark.parametrize(
+    ("tilt", "told"),
+    [
+        ({"height": 0.0}, "camera height 0 m: the camera must stand above the road"),
+        ({"height": -1.0}, "camera height -1 m"),
+        ({"height": float("nan")}, "camera height nan m"),
+        ({"pitch": 1.6}, "must look ahead and stand upright"),
+        ({"roll": np.pi}, "must look ahead and stand upright"),
+        ({"pitch": float("nan")}, "camera height nan m"),
+    ],
+)
+def test_cameras_that_cannot_be_are_refused(tilt: dict[str, float], told: str) -> None:
+    with pytest.raises(BadCalibration, match=told):
+        Rig.kitti(**tilt)
+
+
+def test_images_without_pixels_and_negative_focal_lengths_are_refused() -> None:
+    K = np.array(KITTI_K)
+    for size in ((0, 375), (1242, 0), (-5, 10)):
+        with pytest.raises(BadCalibration, match=r"image size .*: give width and height"):
+            Rig(Camera.mounted(K, size, 1.65))
+    K[0, 0] = -700.0
+    with pytest.raises(BadCalibration, match="focal lengths"):
+        Rig(Camera.mounted(K, (1242, 375), 1.65))

@@ -79,14 +79,14 @@ def read_calibration(path: Path) -> Calibration:
 def write_calibration(calibration: Calibration, path: Path) -> None:
     """Write a calibration file in the tracking devkit's dialect; reading gives the same back.
 
-    T_cam_imu goes into Tr_imu_velo, the two matrices before it are written as identities.
+    T_cam_imu goes into Tr_velo_cam: the laser scanner that nobody has is where the OXTS unit is.
     """
     P2 = np.hstack([calibration.K, calibration.K @ calibration.T_cam_label[:3, 3:]])
     rows = {f"P{camera}:": P2 for camera in range(4)} | {"R_rect": np.eye(3)}
     if calibration.T_cam_imu is not None:
         T_label_imu = calibration.T_cam_imu.copy()
         T_label_imu[:3, 3] -= calibration.T_cam_label[:3, 3]
-        rows |= {"Tr_velo_cam": np.eye(4)[:3], "Tr_imu_velo": T_label_imu[:3]}
+        rows |= {"Tr_velo_cam": T_label_imu[:3], "Tr_imu_velo": np.eye(4)[:3]}
     write_lines(
         path,
         [f"{key} {' '.join(f'{value:.12e}' for value in row.flat)}" for key, row in rows.items()],

@@ -20,6 +20,8 @@ DETECTORS: dict[str, DetectionFormat] = {
     "rrc": RRC,
     "permatrack": PERMATRACK,
     "degraded": CORNERS,
+    "simulated": CORNERS,  # of an episode; scores are probabilities already
+    "exact": CORNERS,  # its true boxes
     # Its published files hold five boxes without area; type 2 is Car.
     "pointrcnn": DetectionFormat(
         (

@@ -12,7 +12,7 @@ from mot_sim.datasets.detection_files import BadBoxes, DetectionFormat, read_det
 from mot_sim.datasets.images import ImageFolder
 from mot_sim.datasets.kitti.calibration import CAMERA_HEIGHT, Calibration, read_calibration
 from mot_sim.datasets.kitti.detectors import DETECTORS
-from mot_sim.datasets.kitti.ego import EGO
+from mot_sim.datasets.kitti.ego import EGO, ImageMotion, VisualEgo
 from mot_sim.datasets.kitti.ego.oxts import oxts_path
 from mot_sim.datasets.kitti.labels import read_labels
 from mot_sim.datasets.kitti.places import (
@@ -28,7 +28,7 @@ from mot_sim.datasets.kitti.places import (
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
 from mot_sim.datasets.score_maps import ScoreMap
 from mot_sim.datasets.text import read_text
-from tracker.errors import BadConfig, UnknownName
+from tracker.errors import BadConfig, DatasetNotFound, UnknownName
 from tracker.types import Detections, Tracks
 
 
@@ -78,7 +78,8 @@ def kitti_sequence(
     root: the folder that holds `training`; None takes it from the environment.
     detections: a name of DETECTORS, read from `<root>/detections/<name>/SSSS.txt`; or a folder
     of such files, or one file, with detection_format naming its format; or None, for a drive in
-    which nothing was detected. ego: a name of EGO.
+    which nothing was detected. ego: a name of EGO; `visual` reads the images as the drive is
+    played, whatever `images` says.
     images: load the frames' images, one by one while iterating; frames without one get None.
     height, pitch: of the camera above the road, metres and radians. bad_boxes: see
     `read_detections`. score_map: in place of the format's own.
@@ -96,6 +97,11 @@ def kitti_sequence(
     calibration = read_calibration(folder / "calib" / f"{name}.txt")
     image_folder = folder / "image_02" / name
     found = ImageFolder.require(image_folder) if images else ImageFolder.find(image_folder)
+    if found is None and isinstance(EGO[ego], VisualEgo):
+        raise DatasetNotFound(
+            f"{image_folder}: no numbered images, in which ego-motion '{ego}' is seen; give "
+            "000000.png, ..., or take another ego-motion: oxts, orbslam3, none"
+        )
     number = training_row(name, split)
     known_size = DEFAULT_SIZE if number is None else TRAINING_SIZES[number]
     camera = calibration.camera(found.image_size if found else known_size, height, pitch)
@@ -106,7 +112,8 @@ def kitti_sequence(
     if frame_count is None:
         frame_count = int(log.frames[-1]) + 1 if len(log.frames) else 0
     Ts_world_cam = EGO[ego].poses(root, split, name, calibration, frame_count)
-    if images and found is not None:
+    motion = _seen_motion(ego, found, None if number is None else known_size, frame_count)
+    if images and found is not None and motion is None:
         found.warn_of_gaps(frame_count)
     labels = folder / "label_02" / f"{name}.txt"
     return KittiSequence(
@@ -118,9 +125,20 @@ def kitti_sequence(
         Ts_world_cam=Ts_world_cam,
         motion_cov=EGO[ego].motion_cov,
         images=found if images else None,
+        motion=motion,
         calibration=calibration,
         label_path=labels if split == "training" and labels.is_file() else None,
     )
+
+
+def _seen_motion(
+    ego: str, images: ImageFolder | None, image_size: tuple[int, int] | None, frame_count: int
+) -> ImageMotion | None:
+    """What sees the motion in the images, for a source of ego-motion that does."""
+    source = EGO[ego]
+    if images is None or not isinstance(source, VisualEgo):
+        return None
+    return source.watch(images, image_size, frame_count)
 
 
 def _frame_count(root: Path, split: str, name: str, images: ImageFolder | None) -> int | None:

@@ -14,6 +14,7 @@ TICK = 0.05  # seconds: 20 Hz, two ticks a world
 FASTEST = 40.0  # m/s; lanes have their limits
 STANDING_GAP = 2.0  # metres from bumper to bumper
 HARDEST = 7.0  # m/s2 of braking
+SIDEWAYS = 4.5  # m/s2 that a driver steers for at most; the sharpest bends take 4
 STEEPEST = 0.22  # radians between a car that changes lanes and the lane
 
 
@@ -177,7 +178,8 @@ class Car(IDMVehicle):
         across = np.clip(self.KP_LATERAL * aside / speed, -STEEPEST, STEEPEST)
         course = self.road.course(self, index, float(along) + speed * self.TAU_PURSUIT)
         error = (course - across - self.heading + np.pi) % (2.0 * np.pi) - np.pi
-        slip = np.clip(0.5 * self.LENGTH / speed * self.KP_HEADING * error, -1.0, 1.0)
+        most = min(SIDEWAYS * 0.5 * self.LENGTH / speed**2, 1.0)
+        slip = np.clip(0.5 * self.LENGTH / speed * self.KP_HEADING * error, -most, most)
         angle = np.arctan(2.0 * np.tan(np.arcsin(slip)))
         return float(np.clip(angle, -self.MAX_STEERING_ANGLE, self.MAX_STEERING_ANGLE))
 

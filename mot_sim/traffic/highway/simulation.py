@@ -8,6 +8,7 @@ from numpy import ndarray as Array
 
 from mot_sim import draws
 from mot_sim.traffic.highway.car import STANDING_GAP, TICK, Car
+from mot_sim.traffic.highway.ego import EgoCar
 from mot_sim.traffic.highway.layout import Layout
 from mot_sim.traffic.highway.placing import choose_slots, park
 from mot_sim.traffic.highway.right_of_way import RightOfWay
@@ -59,14 +60,14 @@ class Simulation:
         key = np.array([number + 1]), np.zeros(1, np.int64)
         return float(draws.uniform(self.seed, effect, *key)[0, 0])
 
-    def _place_ego(self) -> Car:
+    def _place_ego(self) -> EgoCar:
         start = self.layout.ego
         path = start.paths[int(self._draw("ego way", EGO) * len(start.paths))]
         way = self.layout.paths.index(path)
         limit = self.layout.network.get_lane((*path[0], start.lane)).speed_limit
         place = (start.lane, start.distance)
         speed = 0.8 * float(limit)
-        return Car(self.road, EGO, self.demand.ego_size, (way, 0), place, speed, 0.95)
+        return EgoCar(self.road, EGO, self.demand.ego_size, (way, 0), place, speed, 0.95)
 
     def _new_car(self, number: int, way: tuple[int, int], place: tuple[int, float]) -> Car:
         row = int(self._draw("size", number) * len(self.demand.sizes))

@@ -9,9 +9,11 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim import draws
-from mot_sim.traffic.highway.junctions import intersection, roundabout
+from mot_sim.traffic.collisions import collisions
+from mot_sim.traffic.driving import COMMANDS, Driving
+from mot_sim.traffic.highway.junctions import intersection, roundabout, t_junction
 from mot_sim.traffic.highway.layout import Layout
-from mot_sim.traffic.highway.simulation import Demand, Simulation
+from mot_sim.traffic.highway.simulation import EGO, Demand, Simulation
 from mot_sim.traffic.highway.straights import highway, merge, street
 from mot_sim.traffic.scripted import SEDAN
 from mot_sim.traffic.world import STEP, World
@@ -24,6 +26,7 @@ ROADS: dict[str, Callable[[], Layout]] = {
     "merge": merge,
     "roundabout": roundabout,
     "street": street,
+    "t_junction": t_junction,
 }
 CRASHES = ("reject", "label")
 # Length, height, width of common cars, from small to large.
@@ -85,16 +88,42 @@ class HighwayTraffic:
 
         Raises BadConfig for more cars than the road holds, and when no attempt was clean.
         """
-        seed = int(rng.integers(2**62))
-        attempts = draws.bits(seed, "attempt", np.arange(ATTEMPTS), np.zeros(ATTEMPTS, np.int64))
-        for attempt in attempts[:, 0].tolist():
-            if self._try(int(attempt) >> 1):
+        for attempt in attempts(rng):
+            if self._try(attempt):
                 return self._ahead.popleft()
         raise BadConfig(
             f"{self.cars} cars on the {self.road}: somebody crashed within "
             f"{self.clean_seconds:g} s in all of {ATTEMPTS} attempts; ask for fewer cars or "
             "arrivals, or crashes='label'"
         )
+
+    def reset_live(self, rng: np.random.Generator) -> World:
+        """A new run to drive in: the first attempt of `reset`, nothing of it driven ahead.
+
+        Under autopilot it gives the worlds of `reset`, where nobody crashes in them. Raises
+        BadConfig for more cars than the road holds.
+        """
+        self._simulation = Simulation(ROADS[self.road](), self.demand, attempts(rng)[0])
+        self._ahead = deque()
+        return self._simulation.world()
+
+    def command(self, name: str) -> None:
+        """What the ego car does from now on, one of COMMANDS. Raises UnknownName, and BadConfig
+        before `reset_live` and where worlds were driven ahead."""
+        if name not in COMMANDS:
+            raise UnknownName.of("command", name, COMMANDS)
+        self._driven().ego.obey(name)
+
+    def driving(self) -> Driving:
+        """How the ego car drives now."""
+        simulation = self._driven()
+        touches = bool((collisions(simulation.world()) == EGO).any())
+        return simulation.ego.driving(touches)
+
+    def _driven(self) -> Simulation:
+        if self._simulation is None or self._ahead:
+            raise BadConfig("nobody can drive in this traffic: begin it with reset_live(rng)")
+        return self._simulation
 
     def _try(self, seed: int) -> bool:
         """Begin a run and drive it ahead; whether that was clean."""
@@ -126,3 +155,10 @@ class HighwayTraffic:
             self.road, self.cars, self.arrivals, self.parked, self.vans, self.sizes,
             self.van_size, self.ego_size,
         )  # fmt: skip
+
+
+def attempts(rng: np.random.Generator) -> list[int]:
+    """The seeds of the attempts at a run; the generator gives one number for all of them."""
+    seed, numbers = int(rng.integers(2**62)), np.arange(ATTEMPTS)
+    drawn = draws.bits(seed, "attempt", numbers, np.zeros(ATTEMPTS, np.int64))
+    return [int(attempt) >> 1 for attempt in drawn[:, 0].tolist()]

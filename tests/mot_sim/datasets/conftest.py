@@ -36,9 +36,12 @@ def tiny_tree(tmp_path: Path) -> Path:
         ),
         "training/label_02/0030.txt": LABELS,
         "detections/rrc/0030.txt": DETECTIONS,
-        "odometry/orbslam3/0030.txt": "".join(
-            f"1 0 0 0 0 1 0 0 0 0 1 {0.75 * frame}\n" for frame in range(3)
-        ),
+        **{
+            f"odometry/{source}/0030.txt": "".join(
+                f"1 0 0 0 0 1 0 0 0 0 1 {0.75 * frame}\n" for frame in range(3)
+            )
+            for source in ("orbslam3", "noisy")
+        },
     }
     for name, text in files.items():
         write(tmp_path / name, text)

@@ -1,11 +1,12 @@
 """Text files that appear whole or not at all."""
 
+import errno
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from mot_sim.datasets.writing import require_writable, write_lines
+from mot_sim.datasets.writing import require_writable, write_bytes, write_lines
 from tracker.errors import BadOutput
 
 
@@ -47,3 +48,19 @@ def test_a_place_that_cannot_be_written_is_known_before(tmp_path: Path) -> None:
     for bad in (tmp_path, tmp_path / "file" / "rows.txt"):
         with pytest.raises(BadOutput, match="cannot be written"):
             require_writable(bad)
+
+
+def test_a_full_disk_is_told_and_leaves_the_old_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "b.bin"
+    write_bytes(path, b"old")
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(BadOutput, match=r"b.bin: cannot be written: No space left on device"):
+        write_bytes(path, b"new")
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]

@@ -1,0 +1,167 @@
+"""How fast frames are labelled and drawn, and whether the truth agrees with itself.
+
+    python -m benchmarks.truth [--root KITTI] [--agreement] [--frames 60]
+
+Twenty cars of the fleet ahead of a KITTI camera, replayed from recorded traffic. Machines differ
+and are shared: the tasks are measured in turn, CPU seconds of one thread, and beside every
+figure stands its ratio to a yardstick of the same run, the top view that highway-env draws of
+its own `highway-v0` with 50 cars. --root: the given sequences of a KITTI tree are re-enacted and
+compared with their labels. --agreement: the two renderers over every scene (needs the extra `gl`).
+"""
+
+import argparse
+import os
+import tempfile
+import warnings
+
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
+
+from collections.abc import Callable  # noqa: E402
+from pathlib import Path  # noqa: E402
+from statistics import median  # noqa: E402
+from time import process_time  # noqa: E402
+
+import cv2  # noqa: E402
+import numpy as np  # noqa: E402
+from numpy import ndarray as Array  # noqa: E402
+
+from benchmarks.agreement import agreement_table  # noqa: E402
+from mot_sim.cars import Casting  # noqa: E402
+from mot_sim.datasets.kitti import kitti_sequence  # noqa: E402
+from mot_sim.episode import record  # noqa: E402
+from mot_sim.episodes import read_episode, write_episode  # noqa: E402
+from mot_sim.renderers import View, find_renderer  # noqa: E402
+from mot_sim.rig import Rig  # noqa: E402
+from mot_sim.scene import Scene  # noqa: E402
+from mot_sim.stage import Stage  # noqa: E402
+from mot_sim.traffic import Replay, Route, Script, Scripted, World, kitti_recording  # noqa: E402
+from mot_sim.truth import (  # noqa: E402
+    annotate,
+    annotate_frame,
+    boxes_around,
+    clip_to_image,
+    project_edges,
+)
+
+GIVEN = "0000 0002 0003 0004 0005 0007 0009 0011 0017 0020"
+LANES = (-5.25, -1.75, 1.75, 5.25)
+
+
+def convoy(models: object) -> Scripted:
+    """Four lanes of five cars ahead of us, at our speed; all of them in sight."""
+    cars = [
+        Script(
+            Route([(11.0 + 13.0 * row + 3.0 * lane, y), (2000.0, y)]), [(0.0, 10.0 + 0.1 * lane)]
+        )
+        for row in range(5)
+        for lane, y in enumerate(LANES)
+    ]
+    return Scripted(cars, Script(Route([(0.0, 0.0), (2000.0, 0.0)]), [(0.0, 10.0)]))
+
+
+def top_view() -> Callable[[], object]:
+    """highway-env's own picture of its own traffic."""
+    warnings.filterwarnings("ignore")
+    import gymnasium
+    import highway_env
+
+    gymnasium.register_envs(highway_env)
+    env = gymnasium.make("highway-v0", render_mode="rgb_array", config={"vehicles_count": 50})
+    env.reset(seed=0)
+    return env.render
+
+
+def speed_table(frames: int) -> None:
+    """Milliseconds of every task a frame, medians of rounds in turn."""
+    cv2.setNumThreads(1)
+    episode = record(Scene("convoy", convoy, frames), 0)
+    stage, worlds = episode.stage, list(Replay(episode.traffic).recording.worlds)
+    raster, seen = find_renderer("raster"), (episode.exact.visible > 0.0).sum() / frames
+    faces = np.mean([len(mesh.faces) for mesh in stage.placed(worlds[0]).meshes])
+    print(f"{seen:.1f} cars seen a frame, {faces:.0f} faces a car on average, 1242 x 375")
+
+    def picture(world: World) -> object:
+        return raster.render(View(stage.rig.camera, stage.placed(world)))
+
+    draw = top_view()
+    tasks: dict[str, Callable[[World], object]] = {
+        "highway-env, top view": lambda _: draw(),
+        "image, depth, ids": picture,
+        "labels": lambda world: annotate_frame(world, stage, 0),
+        "image, depth, ids, labels": lambda w: (picture(w), annotate_frame(w, stage, 0)),
+    }
+    times: dict[str, list[float]] = {name: [] for name in tasks}
+    for world in [*worlds[:3], *worlds]:
+        for name, task in tasks.items():
+            start = process_time()
+            task(world)
+            times[name].append(process_time() - start)
+    yardstick = median(times["highway-env, top view"][3:])
+    print("task                          ms/frame   frames/s   x highway-env's top view")
+    for name, all_ in times.items():
+        one = median(all_[3:])
+        print(f"{name:28s}{1e3 * one:10.1f}{1.0 / one:11.0f}{yardstick / one:12.2f}", flush=True)
+    with tempfile.TemporaryDirectory() as folder:
+        write_episode(episode, Path(folder), "0000")
+        start = process_time()
+        read = read_episode(Path(folder), "0000")
+        for frame in range(frames):
+            read.exact.select(read.exact.tracks.frames == frame)
+        one = (process_time() - start) / frames
+        print(f"{'labels read from the episode':28s}{1e3 * one:10.1f}{1.0 / one:11.0f}"
+              f"{yardstick / one:12.2f}")  # fmt: skip
+
+
+def overlap(a: Array, b: Array) -> Array:
+    """Intersection over union of boxes, row by row."""
+    sides = np.minimum(a[:, 2:], b[:, 2:]) - np.maximum(a[:, :2], b[:, :2])
+    shared = np.maximum(sides, 0.0).prod(axis=1)
+    areas = [(boxes[:, 2:] - boxes[:, :2]).prod(axis=1) for boxes in (a, b)]
+    return shared / (areas[0] + areas[1] - shared)
+
+
+def replay_table(root: Path, names: list[str]) -> None:
+    """Labelled drives, re-enacted: unoccluded cars against their labels."""
+    print("\nsequence   rows    3D off by   2D box, median IoU with the label: cuboid   mesh")
+    for name in names:
+        drive = kitti_sequence(root, name, detections=None)
+        labels = drive.truth
+        assert labels is not None
+        assert labels.kinds is not None
+        recording = kitti_recording(drive)
+        stage = Stage(Casting().cast(recording, 0), Rig(drive.camera))
+        truth = annotate(recording.worlds, stage).truth
+        labels = labels.select(np.isin(labels.kinds, ["Car", "Van"]))
+        keys = [tracks.frames * 100_000 + tracks.ids for tracks in (labels, truth.tracks)]
+        _, ours, theirs = np.intersect1d(*keys, return_indices=True)
+        labels, drawn = labels.select(ours), truth.tracks.select(theirs)
+        one, other = labels.cuboids, drawn.cuboids
+        assert one is not None
+        assert other is not None
+        off = max(np.abs(one.base - other.base).max(), np.abs(one.size - other.size).max())
+        open_ = (labels.occlusion == 0) & (labels.truncation == 0)
+        boxes = boxes_around(project_edges(other, drive.camera))
+        cuboid = overlap(clip_to_image(boxes, drive.camera)[0], labels.boxes)[open_]
+        mesh = overlap(drawn.boxes, labels.boxes)[open_]
+        print(f"{name:8s}{len(labels):8d}{off:12.1e} m{np.median(cuboid):37.3f}"
+              f"{np.median(mesh):10.3f}", flush=True)  # fmt: skip
+
+
+def main() -> None:
+    """Print the tables that were asked for."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--root", type=Path, help="a KITTI tree with labels")
+    parser.add_argument("--sequences", default=GIVEN)
+    parser.add_argument("--agreement", action="store_true", help="of the two renderers")
+    parser.add_argument("--frames", type=int, default=60)
+    arguments = parser.parse_args()
+    speed_table(arguments.frames)
+    if arguments.root:
+        replay_table(arguments.root, arguments.sequences.split())
+    if arguments.agreement:
+        agreement_table()
+
+
+if __name__ == "__main__":
+    main()

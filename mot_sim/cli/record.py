@@ -1,0 +1,174 @@
+"""`mot-sim record`: runs a scene and writes the episodes as a KITTI tree."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from mot_sim.cli.options import Flag, Verbose, option
+from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
+
+if TYPE_CHECKING:
+    import mot_sim.episodes
+    import mot_sim.run_folder
+    import mot_sim.scene
+
+
+@dataclass(frozen=True)
+class RecordedFolderOptions:
+    """What happens to episodes that are there already."""
+
+    resume: Flag = False
+    """Go on with an interrupted recording: whole episodes stay, the rest is recorded."""
+    overwrite: Flag = False
+    """Replace the episodes in the output folder."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """Run a scene and write episodes as a KITTI tree.
+
+    mot-sim record crossing --out out/crossing
+
+    mot-sim record crossing --out out/ten --seed 7 --episodes 10 --no-images
+
+    DIR is a KITTI tree that every command takes as --root: training/ with image_02, calib, oxts,
+    label_02, and beside it detections/simulated, detections/exact, odometry/noisy.
+    training/extra/SSSS.npz holds what KITTI's files cannot. Ctrl-C leaves a valid shorter episode.
+    """
+
+    scene: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SCENE")]
+    """Its name (mot-sim list)."""
+    out: Annotated[Path, option("DIR", "none: it must be given")]
+    """A new or empty folder, unless --resume or --overwrite is given."""
+    knobs: Annotated[str | None, option("NAME=VALUE,...", "the scene's own")] = None
+    """What is changed in the scene; a wrong name is answered with the right ones."""
+    seed: int = 0
+    """Of the first episode; the next one has the next number."""
+    episodes: int = 1
+    """How many; they are named 0000, 0001, ..."""
+    frames: Annotated[int | None, option("N", "as long as the scene is")] = None
+    """How many frames an episode has."""
+    renderer: Annotated[str, option("NAME", "raster")] = "raster"
+    """raster; mesh (needs OpenGL); auto: mesh where that works."""
+    no_images: Flag = False
+    """Write no images: labels, detections and motion alone."""
+    depth: Flag = False
+    """Write depth too: depth_02, 16-bit PNG, 256 steps a metre, 0 = nothing within 256 m."""
+    masks: Flag = False
+    """Write instance_02 (16-bit PNG, id + 1, 0 = no car) and semantic_02 (8-bit) too."""
+    folder: RecordedFolderOptions = field(default_factory=RecordedFolderOptions)
+    json: Flag = False
+    """Print a summary as JSON instead of one line."""
+    verbose: Verbose = 0
+    """Say more: -v, -vv."""
+
+    def __call__(self, terminal: Terminal) -> int:
+        """Record, and say what came of it."""
+        from dataclasses import replace
+
+        from mot_sim.episodes import EpisodeFolder, record_episodes
+        from mot_sim.registry import find_scene
+
+        scene = find_scene(self.scene, **parse_knobs(self.scene, self.knobs))
+        if self.frames is not None:
+            scene = replace(scene, frame_count=self.frames)
+        pictures = self._pictures()
+        folder = EpisodeFolder.open(
+            self.out, self._settings(scene, pictures), self.episodes, scene.frame_count,
+            resume=self.folder.resume, overwrite=self.folder.overwrite,
+        )  # fmt: skip
+        kept = len(folder.finished)
+        total = len(folder.missing) * scene.frame_count
+        try:
+            with terminal.progress(total) as advance:
+                record_episodes(scene, self.seed, folder, pictures, advance)
+        except KeyboardInterrupt:
+            self._say_interrupted(terminal)
+            return INTERRUPTED
+        self._report(terminal, total, kept, pictures)
+        return OK
+
+    def _pictures(self) -> "mot_sim.episodes.PictureOptions":
+        """What is drawn, by what; `auto` becomes what it comes to."""
+        from mot_sim.episodes import PictureOptions
+        from mot_sim.imaging import renderer_name
+        from mot_sim.renderers import find_renderer
+
+        chosen = {
+            "images": not self.no_images, "depth": self.depth,
+            "instances": self.masks, "semantics": self.masks,
+        }  # fmt: skip
+        parts = tuple(part for part, wanted in chosen.items() if wanted)
+        return PictureOptions(parts, renderer_name(find_renderer(self.renderer)))
+
+    def _settings(
+        self, scene: "mot_sim.scene.Scene", pictures: "mot_sim.episodes.PictureOptions"
+    ) -> "mot_sim.run_folder.Settings":
+        """What decides the files."""
+        return {
+            "scene": self.scene,
+            "knobs": ",".join(f"{name}={value}" for name, value in sorted(scene.knobs.items())),
+            "seed": self.seed,
+            "episodes": self.episodes,
+            "frames": scene.frame_count,
+            "pictures": ",".join(pictures.parts) or None,
+            "renderer": pictures.renderer if pictures.parts else None,
+        }
+
+    def _say_interrupted(self, terminal: Terminal) -> None:
+        """What stands now, and how to go on."""
+        from mot_sim.episodes import read_episode, stored_episodes
+
+        there = stored_episodes(self.out)
+        if not there:
+            terminal.note("interrupted: no frame was finished and nothing is left behind")
+            return
+        frames = read_episode(self.out, there[-1]).frame_count
+        terminal.note(
+            f"interrupted: {len(there)} of {self.episodes} episodes stand in {self.out}, the last "
+            f"with {frames} frames; the same command with --resume does the rest"
+        )
+
+    def _report(
+        self, terminal: Terminal, frames: int, kept: int,
+        pictures: "mot_sim.episodes.PictureOptions",
+    ) -> None:  # fmt: skip
+        if self.json:
+            summary = {"out": str(self.out), "episodes": self.episodes, "kept": kept}
+            drawn = {"pictures": list(pictures.parts), "renderer": pictures.renderer}
+            terminal.write_json({**summary, "frames_recorded": frames, **drawn})
+            return
+        stood = f", {kept} of them stood there before" if kept else ""
+        drawn_by = f"; {', '.join(pictures.parts)} by {pictures.renderer}"
+        terminal.write(
+            f"{self.out}: {self.episodes} episode{'s' * (self.episodes != 1)}{stood}, "
+            f"{frames:,} frames recorded"
+            f"{drawn_by if pictures.parts else ''}\n"
+        )
+
+
+def parse_knobs(scene: str, text: str | None) -> "dict[str, mot_sim.scene.Knob]":
+    """The knobs that `NAME=VALUE,...` turns, each of the type that the scene's own value has."""
+    from mot_sim.registry import knobs_of
+    from tracker.errors import BadConfig
+
+    known, turned = knobs_of(scene), {}
+    for part in (text or "").split(",") if text else ():
+        name, equals, value = (word.strip() for word in part.partition("="))
+        if not (name and equals and value):
+            raise BadConfig(f"--knobs {text}: write NAME=VALUE,NAME=VALUE")
+        turned[name] = _of_kind(type(known.get(name, "")), name, value)
+    return turned
+
+
+def _of_kind(kind: type, name: str, value: str) -> "mot_sim.scene.Knob":
+    """The value that a text spells."""
+    from tracker.errors import BadConfig
+
+    spelled = {"true": True, "false": False}
+    try:
+        return spelled[value.lower()] if kind is bool else kind(value)
+    except (ValueError, KeyError):
+        raise BadConfig(f"--knobs {name}={value}: give a value of type {kind.__name__}") from None

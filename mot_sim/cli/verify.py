@@ -1,0 +1,65 @@
+"""`mot-sim verify`: whether episodes are what they say."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from mot_sim.cli.options import Flag, Verbose
+from mot_sim.cli.terminal import BROKEN, OK, Terminal
+
+if TYPE_CHECKING:
+    import mot_sim.episodes
+
+
+@dataclass(frozen=True)
+class Verify:
+    """Check recorded episodes by their hashes and by a new run.
+
+    mot-sim verify out/crossing
+
+    Labels, detections and trajectories (--images: pictures too) are compared with the SHA-256 of
+    the episode's metadata. Ends with exit code 1 when something differs, and names it.
+    """
+
+    episodes: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="DIR")]
+    """A tree that `mot-sim record` wrote."""
+    images: Flag = False
+    """Decode and draw all pictures again too; takes as long as recording."""
+    json: Flag = False
+    """Print the findings as JSON instead of the table."""
+    verbose: Verbose = 0
+    """Say more: -v, -vv."""
+
+    def __call__(self, terminal: Terminal) -> int:
+        """Check every episode and show what was found."""
+        from mot_sim.episodes import verify_tree
+        from mot_sim.registry import find_scene
+
+        with terminal.progress(None) as advance:
+            found = verify_tree(self.episodes, find_scene, self.images, advance)
+        if self.json:
+            terminal.write_json([{**vars(each), "same": each.is_same} for each in found])
+        else:
+            self._show(terminal, found)
+        for each in found:
+            if each.trouble is not None:
+                terminal.note(f"{each.name}: {each.trouble}")
+        return OK if all(each.is_same for each in found) else BROKEN
+
+    def _show(self, terminal: Terminal, found: "list[mot_sim.episodes.Finding]") -> None:
+        """A row an episode."""
+        from mot_sim.episodes.verification import GROUPS
+        from mot_sim.report.grid import Column, Table
+
+        shown = [group for group in GROUPS if group != "pictures" or self.images]
+        columns = [Column(name) for name in ("episode", "frames", *shown, "verdict")]
+        rows = tuple(
+            (
+                each.name, str(each.frames), *(each.verdict(group) for group in shown),
+                "same" if each.is_same else "trouble" if each.trouble else "differs",
+            )
+            for each in found
+        )  # fmt: skip
+        terminal.show(Table(tuple(columns), rows))

@@ -1,0 +1,80 @@
+"""What can be run (a scene), and who drives where when it is run (a take)."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from mot_sim import draws
+from mot_sim.cars.cast import Casting, Models
+from mot_sim.rig import Rig
+from mot_sim.sensors import Detector
+from mot_sim.stage import Stage
+from mot_sim.traffic.recording import RecordedTraffic
+from mot_sim.traffic.roads import Roads
+from mot_sim.traffic.world import Traffic, World
+from tracker.errors import BadConfig
+
+Knob = int | float | str | bool  # the value of a knob
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What can be run: who drives on which roads, and what watches them, for how many frames.
+
+    make_traffic: is given the shapes that cars are chosen from, whose sizes the traffic takes.
+    knobs: what `mot_sim.registry.find_scene` made it from, together with its name.
+    """
+
+    name: str
+    make_traffic: Callable[[Models], Traffic]
+    frame_count: int
+    roads: Roads = field(default_factory=Roads)
+    rig: Rig = field(default_factory=Rig.kitti)
+    detector: Detector = field(default_factory=Detector)
+    casting: Casting = field(default_factory=Casting)
+    knobs: Mapping[str, Knob] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.frame_count < 1:
+            raise BadConfig(f"scene {self.name}: {self.frame_count} frames; give 1 or more")
+
+
+@dataclass(frozen=True, eq=False)
+class Take:
+    """One run of a scene that nobody has looked at yet; world i of the traffic is frame i."""
+
+    scene: Scene
+    seed: int
+    traffic: RecordedTraffic
+
+    @classmethod
+    def of(cls, scene: Scene, seed: int, traffic: RecordedTraffic | None = None) -> "Take":
+        """The run of a seed; traffic: of this scene and seed, where it was recorded before."""
+        return cls(scene, seed, traffic or record_scene_traffic(scene, seed))
+
+    def __len__(self) -> int:
+        return len(self.traffic)
+
+    def until(self, count: int) -> "Take":
+        """The first frames of it: what a scene of so many frames would have given."""
+        if count == len(self):
+            return self
+        return Take(self.scene, self.seed, self.traffic.until(count))
+
+    @cached_property
+    def stage(self) -> Stage:
+        """Who the cars are, and the camera."""
+        return Stage(self.scene.casting.cast(self.traffic, self.seed), self.scene.rig)
+
+    @cached_property
+    def worlds(self) -> tuple[World, ...]:
+        """The world of each frame."""
+        return self.traffic.worlds
+
+
+def record_scene_traffic(scene: Scene, seed: int) -> RecordedTraffic:
+    """Who is where in a run of a scene; to be recorded once and used many times."""
+    traffic = scene.make_traffic(scene.casting.models_of(seed))
+    worlds = [traffic.reset(draws.named_stream(seed, "traffic"))]
+    worlds += [traffic.step() for _ in range(scene.frame_count - 1)]
+    return RecordedTraffic.of(worlds)
