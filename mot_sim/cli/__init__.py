@@ -13,19 +13,23 @@ from typing import Annotated, Any, Protocol, runtime_checkable
 
 import tyro
 
+from mot_sim.cli.calibrate import Calibrate
 from mot_sim.cli.demo import Demo
 from mot_sim.cli.doctor import Doctor
 from mot_sim.cli.evaluate import Evaluate
 from mot_sim.cli.export import Export
+from mot_sim.cli.export_car import ExportCar
 from mot_sim.cli.kitti import Kitti
 from mot_sim.cli.listing import List
+from mot_sim.cli.record import Record
 from mot_sim.cli.terminal import INTERRUPTED, OK, WRONG, Terminal
 from mot_sim.cli.track import Track
+from mot_sim.cli.verify import Verify
 
 DESCRIPTION = """\
 Camera-only multi-object tracking with geometry, and the testbed for it.
 
-Units: metres, seconds, pixels, degrees. Exit codes: 0 done, 1 (doctor) something is broken,
+Units: metres, seconds, pixels, degrees. Exit codes: 0 done, 1 (doctor, verify) something is wrong,
 2 wrong input, 130 interrupted. Help on a command: mot-sim COMMAND --help. Version: --version."""
 
 
@@ -49,7 +53,11 @@ COMMANDS: dict[str, type[Command]] = {
     "kitti": Kitti,
     "demo": Demo,
     "doctor": Doctor,
+    "record": Record,
+    "verify": Verify,
+    "calibrate": Calibrate,
     "export": Export,
+    "export-car": ExportCar,
     "list": List,
 }
 

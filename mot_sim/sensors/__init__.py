@@ -1,8 +1,30 @@
-"""Noise on exact truth, one file an effect: pure functions over arrays, level 0 = exact."""
+"""Noise on exact truth or labels, one file an effect: functions over arrays, level 0 = exact."""
 
 from mot_sim.sensors.detector import Detector
-from mot_sim.sensors.jitter import jitter_boxes
-from mot_sim.sensors.misses import miss_probability, missed
-from mot_sim.sensors.scores import confidence
+from mot_sim.sensors.memory import Memory, latent
+from mot_sim.sensors.miscalibration import Miscalibration
+from mot_sim.sensors.odometry import Odometry
+from mot_sim.sensors.profile import EFFECTS, PROFILES, Profile, find_profile
+from mot_sim.sensors.provenance import Provenance, Sensed
+from mot_sim.sensors.sightings import Sightings
+from mot_sim.sensors.timing import Timed, Timing
+from mot_sim.sensors.weather import WEATHERS, in_weather
 
-__all__ = ["Detector", "confidence", "jitter_boxes", "miss_probability", "missed"]
+__all__ = [
+    "EFFECTS",
+    "PROFILES",
+    "WEATHERS",
+    "Detector",
+    "Memory",
+    "Miscalibration",
+    "Odometry",
+    "Profile",
+    "Provenance",
+    "Sensed",
+    "Sightings",
+    "Timed",
+    "Timing",
+    "find_profile",
+    "in_weather",
+    "latent",
+]

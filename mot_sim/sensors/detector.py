@@ -1,41 +1,185 @@
-"""A detector: the effects put together, each with its own level."""
+"""A detector: a profile of effects over the sightings of a whole drive, or of one frame."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray as Array
 
 from mot_sim.datasets.recorded import DetectionLog
-from mot_sim.sensors.jitter import jitter_boxes
-from mot_sim.sensors.misses import missed
-from mot_sim.sensors.scores import confidence
+from mot_sim.sensors.border import Border, has_area
+from mot_sim.sensors.checks import require_sigmas
+from mot_sim.sensors.profile import Profile, find_profile
+from mot_sim.sensors.provenance import Provenance, Sensed
+from mot_sim.sensors.sightings import Sightings
+from mot_sim.traffic.world import STEP
 from mot_sim.truth import Truth
-from tracker.errors import BadConfig
 from tracker.types import Camera, Detections
+
+Part = tuple[Int[Array, " _"], Detections, Provenance]
 
 
 @dataclass(frozen=True)
 class Detector:
-    """Sees truth with noise; at level 0 everywhere it gives the exact boxes with score 1.
+    """Sees what is true with the noise of a profile; each level scales one kind of noise.
 
-    A car of which no pixel is visible is never seen, at any level.
+    profile: a name of PROFILES, a TOML file, or a Profile. Level 1 is the profile, level 0 none of
+    it: with every level 0, or the profile `perfect`, the boxes are exact and all scores are 1.
+    jitter: of boxes. misses. doubt: of scores. clutter: ghosts and second boxes. cues: yaw, size,
+    keypoints, shape. A car of which no pixel is visible is never seen, at any level.
     """
 
+    profile: str | Profile = "rrc"
     jitter: float = 1.0
     misses: float = 1.0
     doubt: float = 1.0
+    clutter: float = 1.0
+    cues: float = 1.0
+    effects: Profile = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        if not min(self.jitter, self.misses, self.doubt) >= 0.0:
-            raise BadConfig(f"{self}: a level of noise is 0 (none) or more")
+        levels = self.jitter, self.misses, self.doubt, self.clutter, self.cues
+        require_sigmas("a detector's level of noise", *levels)
+        given = self.profile
+        effects = given if isinstance(given, Profile) else find_profile(given)
+        object.__setattr__(self, "effects", effects)
 
-    def __call__(self, truth: Truth, seed: int, camera: Camera) -> DetectionLog:
-        """The detections of all frames, clipped to the image."""
-        ids, frames = truth.tracks.ids, truth.tracks.frames
-        unseen = (truth.visible <= 0.0) | missed(truth.visible, seed, ids, frames, self.misses)
-        seen = truth.select(~unseen)
-        ids, frames = seen.tracks.ids, seen.tracks.frames
-        width, height = camera.image_size
-        boxes = jitter_boxes(seen.tracks.boxes, seed, ids, frames, self.jitter)
-        boxes = boxes.clip(0.0, np.array([width, height, width, height]) - 1.0)
-        scores = confidence(seen.visible, seed, ids, frames, self.doubt)
-        return DetectionLog.of(frames, Detections(boxes, scores))
+    def __call__(
+        self, truth: Truth, seed: int, camera: Camera, frame_count: int | None = None
+    ) -> DetectionLog:
+        """The detections of all frames of an episode, clipped to the image."""
+        frames = None if frame_count is None else np.arange(frame_count)
+        return self.sense(Sightings.from_truth(truth), seed, camera, STEP, frames).log
+
+    def sense(
+        self,
+        sightings: Sightings,
+        seed: int,
+        camera: Camera,
+        step: float = STEP,
+        frames: Int[Array, " f"] | None = None,
+    ) -> Sensed:
+        """Detections and where each came from; step: seconds between frames.
+
+        frames: those that are asked for (ghosts come in empty ones too); None: all up to the last
+        with an object. One frame at a time gives the same bits as the whole drive at once.
+        """
+        if frames is None:
+            frames = np.arange(int(sightings.frames.max(initial=-1)) + 1)
+        boxes, seen, scores, missed = self._objects(sightings, seed, step)
+        parts = self._merge_and_split(sightings, boxes, seen, scores, seed, step)
+        parts += self._false(sightings, missed, frames, seed, camera, step)
+        return _put_together(parts, self.effects.border or Border(), camera)
+
+    def _objects(
+        self, sightings: Sightings, seed: int, step: float
+    ) -> tuple[Float[Array, "n 4"], Bool[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
+        """Box, whether it is seen at all, score, and whether it was missed, of every sighting."""
+        effects = self.effects
+        reported = np.ones(len(sightings), bool)
+        if effects.confusion is not None and self.misses > 0.0:
+            reported = effects.confusion(sightings, seed, step)
+        missed, ease = sightings.visible <= 0.0, np.zeros(len(sightings))
+        if effects.misses is not None:
+            missed, ease = effects.misses(sightings, seed, step, self.misses)
+        boxes = sightings.boxes
+        if effects.visible_part is not None and self.jitter > 0.0:
+            boxes = effects.visible_part(sightings)
+        if effects.jitter is not None:
+            boxes = effects.jitter(boxes, sightings, seed, step, self.jitter)
+        scores = np.ones(len(sightings))
+        if effects.scores is not None:
+            scores = effects.scores(sightings, ease, seed, step, self.doubt)
+        return boxes, reported & ~missed, scores, missed | ~reported
+
+    def _merge_and_split(
+        self,
+        sightings: Sightings,
+        boxes: Float[Array, "n 4"],
+        seen: Bool[Array, " n"],
+        scores: Float[Array, " n"],
+        seed: int,
+        step: float,
+    ) -> list[Part]:
+        """The detections of objects; merged boxes and halves take their place among them."""
+        rows = np.flatnonzero(seen)
+        sightings, boxes, scores = sightings.select(rows), boxes[rows], scores[rows]
+        origin = Provenance.of("object", sightings.ids)
+        halves: list[Part] = []
+        if self.effects.merges is not None and self.clutter > 0.0:
+            kept, gone, around = self.effects.merges(sightings, boxes, seed, step)
+            boxes = boxes.copy()
+            boxes[kept] = around
+            origin.sources[kept], origin.others[kept] = "merged", sightings.ids[gone]
+            left = np.ones(len(boxes), bool)
+            left[gone] = False
+            sightings, origin = sightings.select(left), origin.select(left)
+            boxes, scores = boxes[left], scores[left]
+        if self.effects.splits is not None and self.clutter > 0.0:
+            split, one, other = self.effects.splits(sightings, boxes, seed, step)
+            boxes = boxes.copy()
+            boxes[split] = one
+            origin.sources[split] = "split"
+            second = Provenance.of("split", sightings.ids[split])
+            halves = [(sightings.frames[split], Detections(other, scores[split]), second)]
+        cues = self._cues(sightings, seed, step)
+        return [(sightings.frames, Detections(boxes, scores, **cues), origin), *halves]
+
+    def _cues(
+        self, sightings: Sightings, seed: int, step: float
+    ) -> dict[str, Float[Array, "n ..."]]:
+        """The columns that the profile measures."""
+        effects, found = self.effects, {}
+        if effects.pose is not None:
+            found["yaw"], found["size"] = effects.pose(sightings, seed, step, self.cues)
+        for name in ("keypoints", "shape", "appearance"):
+            effect = getattr(effects, name)
+            column = None if effect is None else effect(sightings, seed, step, self.cues)
+            if column is not None:
+                found["descriptor" if name == "appearance" else name] = column
+        return found
+
+    def _false(
+        self,
+        sightings: Sightings,
+        missed: Bool[Array, " n"],
+        frames: Int[Array, " f"],
+        seed: int,
+        camera: Camera,
+        step: float,
+    ) -> list[Part]:
+        """Second boxes and ghosts."""
+        parts: list[Part] = []
+        if self.effects.duplicates is not None:
+            rows, boxes, scores = self.effects.duplicates(
+                sightings, missed, seed, step, self.clutter
+            )
+            origin = Provenance.of("duplicate", sightings.ids[rows])
+            parts.append((sightings.frames[rows], Detections(boxes, scores), origin))
+        if self.effects.clutter is not None:
+            ghosts = self.effects.clutter(frames, seed, camera, step, self.clutter)
+            nobody = Provenance.of("clutter", np.full(len(ghosts), -1))
+            parts.append((ghosts.frames, Detections(ghosts.boxes, ghosts.scores), nobody))
+        return parts
+
+
+def _put_together(parts: list[Part], border: Border, camera: Camera) -> Sensed:
+    """All parts in the order of frames; cues that a part lacks are NaN there."""
+    frames = np.concatenate([part[0] for part in parts])
+    detections = Detections.concatenate([_with_cues(part[1], parts[0][1]) for part in parts])
+    origin = Provenance.concatenate([part[2] for part in parts])
+    boxes = border(detections.boxes, camera)
+    rows = np.flatnonzero(has_area(boxes))
+    rows = rows[np.argsort(frames[rows], kind="stable")]
+    whole = replace(detections, boxes=boxes).select(rows)
+    return Sensed(DetectionLog(frames[rows], whole), origin.select(rows))
+
+
+def _with_cues(part: Detections, model: Detections) -> Detections:
+    """The part with a NaN column for every cue of the model that it lacks."""
+    columns = {}
+    for name in Detections.__match_args__[2:]:
+        column, like = getattr(part, name), getattr(model, name)
+        if column is None and like is not None:
+            columns[name] = np.full((len(part), *like.shape[1:]), np.nan)
+    return replace(part, **columns)

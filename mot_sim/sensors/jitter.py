@@ -1,24 +1,101 @@
-"""Box edges that are off by a part of the box's size."""
+"""Boxes that are off: centre and size apart, in proportion to the size, correlated in time."""
+
+from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim import draws
+from mot_sim.sensors.checks import require_finite, require_sigmas
+from mot_sim.sensors.memory import Memory, latent
+from mot_sim.sensors.sightings import Sightings
+from tracker.errors import BadConfig
 
-# Std of an edge as a fraction of the box's side: RRC's lower edges on KITTI are off by 2.7-3.1 %.
-EDGE_STD = 0.03
-MAX_STD = 3.0  # no edge is further off than this many std, so that no box turns inside out
+MOST = 8.0  # no error is further than this many typical ones, so that no box turns inside out
+LEAST_SIDE = 0.05  # of the true side; a smaller box is no box
 
 
-def jitter_boxes(
+@dataclass(frozen=True)
+class Component:
+    """One of four errors: bias + spread * shape(x), x a standard normal latent with memory.
+
+    bias and spread: parts of the box's side. tail: 0 is normal; shape(x) = sinh(tail * x) / tail.
+    skew: adds skew * (x^2 - 1). spread grows by e^(hidden * (1 - visible)) and by
+    (height / 50 px)^by_height.
+    """
+
+    spread: float = 0.0
+    bias: float = 0.0
+    tail: float = 0.0
+    skew: float = 0.0
+    hidden: float = 0.0
+    by_height: float = 0.0
+    memory: Memory = field(default_factory=Memory)
+
+    def __post_init__(self) -> None:
+        require_sigmas("jitter spread, tail", self.spread, self.tail)
+        require_finite("jitter bias, skew, ...", self.bias, self.skew, self.hidden, self.by_height)
+
+    def scale(self, visible: Float[Array, " n"], height: Float[Array, " n"]) -> Float[Array, " n"]:
+        """The spread of each row."""
+        grown = np.exp(self.hidden * (0.95 - visible))
+        return self.spread * grown * (np.maximum(height, 5.0) / 50.0) ** self.by_height
+
+    def shape(self, x: Float[Array, " n"]) -> Float[Array, " n"]:
+        """From a normal number to one with the component's tails and skew."""
+        stretched = np.sinh(self.tail * x) / self.tail if self.tail > 1e-6 else x
+        return (stretched + self.skew * (x**2 - 1.0)).clip(-MOST, MOST)
+
+
+@dataclass(frozen=True)
+class Jitter:
+    """x, y: of the centre, in parts of width and height. width, height: of log(side)."""
+
+    x: Component = field(default_factory=Component)
+    y: Component = field(default_factory=Component)
+    width: Component = field(default_factory=Component)
+    height: Component = field(default_factory=Component)
+
+    def __call__(
+        self,
+        boxes: Float[Array, "n 4"],
+        sightings: Sightings,
+        seed: int,
+        step: float,
+        level: float = 1.0,
+    ) -> Float[Array, "n 4"]:
+        """The boxes with their errors; level 0 gives them back unchanged."""
+        if not level >= 0.0:
+            raise BadConfig(f"jitter level {level:g}: 0 (none) or more")
+        parts = [getattr(self, name) for name in ("x", "y", "width", "height")]
+        if level == 0.0 or not any(part.spread or part.bias for part in parts):
+            return boxes
+        errors = []
+        for name, part in zip("xywh", parts, strict=True):
+            x = latent(seed, f"jitter/{name}", sightings.ids, sightings.frames, part.memory, step)
+            spread = part.scale(sightings.visible, sightings.height)
+            errors.append(level * (part.bias + spread * part.shape(x[:, 0])))
+        dx, dy, dw, dh = errors
+        return move_boxes(boxes, dx, dy, dw, dh)
+
+
+def move_boxes(
     boxes: Float[Array, "n 4"],
-    seed: int,
-    ids: Int[Array, " n"],
-    frames: Int[Array, " n"],
-    level: float = 1.0,
+    dx: Float[Array, " n"],
+    dy: Float[Array, " n"],
+    dw: Float[Array, " n"],
+    dh: Float[Array, " n"],
 ) -> Float[Array, "n 4"]:
-    """The boxes with every edge moved by a normal error, its std level * EDGE_STD of the side."""
-    sides = np.tile(boxes[:, 2:] - boxes[:, :2], (1, 2))
-    errors = draws.normal(seed, "jitter", ids, frames, 4).clip(-MAX_STD, MAX_STD)
-    return boxes + level * EDGE_STD * sides * errors
+    """Boxes with moved centres (parts of the sides) and sides times e^dw, e^dh."""
+    sides = boxes[:, 2:] - boxes[:, :2]
+    centres = 0.5 * (boxes[:, :2] + boxes[:, 2:]) + sides * np.stack((dx, dy), axis=1)
+    scales = np.exp(np.stack((dw, dh), axis=1).clip(np.log(LEAST_SIDE), -np.log(LEAST_SIDE)))
+    half = 0.5 * sides * scales
+    return np.concatenate((centres - half, centres + half), axis=1)
+
+
+def box_errors(boxes: Float[Array, "n 4"], true: Float[Array, "n 4"]) -> Float[Array, "n 4"]:
+    """dx, dy, dw, dh that `move_boxes` needs to make the boxes from the true ones."""
+    sides = true[:, 2:] - true[:, :2]
+    moved = 0.5 * (boxes[:, :2] + boxes[:, 2:] - true[:, :2] - true[:, 2:]) / sides
+    return np.concatenate((moved, np.log((boxes[:, 2:] - boxes[:, :2]) / sides)), axis=1)
