@@ -90,7 +90,7 @@ def record(
     """
     take = Take.of(scene, seed, traffic)
     images = None if renderer is None else Drawn(take, renderer)
-    return episode_of(take, annotate(take.worlds, take.stage), images)
+    return episode_of(take, annotate(take.worlds, take.stage, take.scenery_in), images)
 
 
 def episode_of(take: Take, annotations: Annotations, images: ImageSource | None = None) -> Episode:

@@ -1,18 +1,31 @@
 """From a frame of a take to what a renderer draws, and its pictures when somebody asks."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
 from jaxtyping import UInt8
 from numpy import ndarray as Array
 
 from mot_sim.renderers import RENDERERS, Rendered, Renderer, View, find_renderer
 from mot_sim.scene import Take
+from mot_sim.world import look
 
 
 def view_of(take: Take, frame: int) -> View:
-    """All that stands before the camera in a frame."""
-    return View(take.scene.rig.camera, take.stage.placed(take.worlds[frame]))
+    """All that stands before the camera in a frame; without roads the cars stand on a plain."""
+    world, camera = take.worlds[frame], take.scene.rig.camera
+    cars = take.stage.placed(world)
+    if take.neighbourhood is None:
+        return View(camera, cars)
+    return take.neighbourhood.view(camera, world.ego, cars)
+
+
+def motion_at(take: Take, frame: int) -> tuple[float, float]:
+    """Metres ahead and radians to the right that the camera moves up to a frame, at first 0."""
+    before, now = take.traffic.ego[max(frame - 1, 0)], take.traffic.ego[frame]
+    x, y, turned = (now - before).tolist()
+    return x * float(np.cos(now[2])) + y * float(np.sin(now[2])), turned
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +52,13 @@ class Drawn:
         return renderer_name(self.drawing)
 
     def render(self, frame: int) -> Rendered:
-        """Image, depth, instances and semantics of a frame."""
-        return self.drawing.render(view_of(self.take, frame))
+        """Image, depth, instances and semantics of a frame, in the scene's weather."""
+        take = self.take
+        view = view_of(take, frame)
+        drawn = self.drawing.render(view)
+        motion = motion_at(take, frame)
+        image = look(take.scene.weather, view, drawn, take.seed, frame, motion)
+        return replace(drawn, image=image)
 
     def load(self, frame: int) -> UInt8[Array, "h w 3"] | None:
         """The RGB image of a frame; None beyond the take."""

@@ -4,8 +4,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from importlib import import_module
 from inspect import Parameter, signature
+from typing import Any
 
 from mot_sim.scene import Knob, Scene
+from mot_sim.world import Knobs as Surroundings
+from mot_sim.world import find_weather
 from tracker.errors import BadConfig, UnknownName
 
 # The name of a scene: the module and the function that makes it; its arguments are its knobs.
@@ -23,6 +26,11 @@ SCENES: dict[str, str] = {
 }
 
 
+# What can be set for every scene: a name of `mot_sim.world.WEATHERS`, and how many houses and
+# trees stand beside the roads (1 = as in a usual town, at most 3).
+COMMON: dict[str, Any] = {"weather": "noon", "houses": 1.0, "trees": 1.0}
+
+
 def find_scene(name: str, **knobs: Knob) -> Scene:
     """The scene of a name, with some of its knobs turned.
 
@@ -30,6 +38,7 @@ def find_scene(name: str, **knobs: Knob) -> Scene:
     BadConfig for values of another type or outside a knob's range.
     """
     make, known = scene_maker(name), knobs_of(name)
+    own = set(known) - set(COMMON)
     for knob, value in knobs.items():
         if knob not in known:
             raise UnknownName.of(f"knob of scene {name}:", knob, known)
@@ -40,14 +49,21 @@ def find_scene(name: str, **knobs: Knob) -> Scene:
                 f"knob {knob} of scene {name} is {value!r}: give a {wanted.__name__}, for "
                 f"example {known[knob]!r}"
             )
-    turned = {knob: type(known[knob])(value) for knob, value in knobs.items()}
-    return replace(make(**turned), name=name, knobs=known | turned)
+    values = known | {knob: type(known[knob])(value) for knob, value in knobs.items()}
+    return replace(
+        make(**{knob: values[knob] for knob in own}),
+        name=name,
+        weather=find_weather(values["weather"]),
+        surroundings=Surroundings(houses=values["houses"], trees=values["trees"]),
+        knobs=values,
+    )
 
 
-def knobs_of(name: str) -> dict[str, Knob]:
-    """The knobs of a scene with their defaults."""
+def knobs_of(name: str) -> dict[str, Any]:
+    """The knobs of a scene with their defaults, its own and those that all scenes have."""
     parameters = signature(scene_maker(name)).parameters.values()
-    return {each.name: each.default for each in parameters if each.kind is Parameter.KEYWORD_ONLY}
+    own = {each.name: each.default for each in parameters if each.kind is Parameter.KEYWORD_ONLY}
+    return own | COMMON
 
 
 def scene_maker(name: str) -> Callable[..., Scene]:

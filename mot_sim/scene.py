@@ -6,12 +6,15 @@ from functools import cached_property
 
 from mot_sim import draws
 from mot_sim.cars.cast import Casting, Models
+from mot_sim.renderers import Placed
 from mot_sim.rig import Rig
 from mot_sim.sensors import Detector
 from mot_sim.stage import Stage
 from mot_sim.traffic.recording import RecordedTraffic
 from mot_sim.traffic.roads import Roads
 from mot_sim.traffic.world import Traffic, World
+from mot_sim.world import Knobs as Surroundings
+from mot_sim.world import Neighbourhood, Scenery, Weather, find_weather
 from tracker.errors import BadConfig
 
 Knob = int | float | str | bool  # the value of a knob
@@ -22,6 +25,7 @@ class Scene:
     """What can be run: who drives on which roads, and what watches them, for how many frames.
 
     make_traffic: is given the shapes that cars are chosen from, whose sizes the traffic takes.
+    weather: light and air of the pictures. surroundings: how much stands beside the roads.
     knobs: what `mot_sim.registry.find_scene` made it from, together with its name.
     """
 
@@ -32,6 +36,8 @@ class Scene:
     rig: Rig = field(default_factory=Rig.kitti)
     detector: Detector = field(default_factory=Detector)
     casting: Casting = field(default_factory=Casting)
+    weather: Weather = field(default_factory=lambda: find_weather("noon"))
+    surroundings: Surroundings = field(default_factory=Surroundings)
     knobs: Mapping[str, Knob] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -65,6 +71,27 @@ class Take:
     def stage(self) -> Stage:
         """Who the cars are, and the camera."""
         return Stage(self.scene.casting.cast(self.traffic, self.seed), self.scene.rig)
+
+    @cached_property
+    def scenery(self) -> Scenery | None:
+        """What stands beside the roads, and may hide cars; None for a scene without roads."""
+        if not self.scene.roads.surfaces:
+            return None
+        return Scenery.around(self.scene.roads, self.seed, self.scene.surroundings)
+
+    @cached_property
+    def neighbourhood(self) -> Neighbourhood | None:
+        """The drawn world around the cars, made for the first picture; None without roads."""
+        scene = self.scene
+        if not scene.roads.surfaces:
+            return None
+        return Neighbourhood.build(scene.roads, self.seed, scene.weather.light, scene.surroundings)
+
+    def scenery_in(self, world: World) -> Placed | None:
+        """The scenery that the camera may see in one of the worlds."""
+        if self.scenery is None:
+            return None
+        return self.scenery.seen_from(world.ego, self.scene.rig.camera)
 
     @cached_property
     def worlds(self) -> tuple[World, ...]:

@@ -88,7 +88,7 @@ def _look(
     try:
         for frame, world in enumerate(take.worlds):
             before = take.worlds[frame - 1] if frame else None
-            part = annotate_frame(world, take.stage, frame, before)
+            part = annotate_frame(world, take.stage, frame, before, take.scenery_in(world))
             if drawn is not None:
                 pictures.add(frame, drawn.render(frame))
             parts.append(part)

@@ -6,11 +6,13 @@ from typing import Protocol, runtime_checkable
 
 from mot_sim.renderers.silhouettes import Hidden, Layer, Scan, Silhouettes, scan, silhouettes
 from mot_sim.renderers.surroundings import Road, Sky, Sun, Texture
+from mot_sim.renderers.triangles import NEAR
 from mot_sim.renderers.view import NOBODY, Mesh, Placed, Rendered, Semantic, View
 from tracker.errors import TrackingError, UnknownName
 
 __all__ = [
     "AUTO",
+    "NEAR",
     "NOBODY",
     "RENDERERS",
     "Hidden",

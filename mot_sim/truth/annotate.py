@@ -1,6 +1,6 @@
 """From worlds to ground truth: the cars are drawn, and what the pixels say is written down."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,12 +33,20 @@ class Annotations:
         )
 
 
-def annotate(worlds: Iterable[World], stage: Stage) -> Annotations:
-    """The truth of a run of one or more worlds; world i is frame i."""
+def annotate(
+    worlds: Iterable[World],
+    stage: Stage,
+    scenery_in: Callable[[World], Placed | None] | None = None,
+) -> Annotations:
+    """The truth of a run of one or more worlds; world i is frame i.
+
+    scenery_in: what else the camera may see in a world.
+    """
     parts: list[Annotations] = []
     before: World | None = None
     for frame, world in enumerate(worlds):
-        parts.append(annotate_frame(world, stage, frame, before))
+        scenery = None if scenery_in is None else scenery_in(world)
+        parts.append(annotate_frame(world, stage, frame, before, scenery))
         before = world
     return Annotations.concatenate(parts)
 
