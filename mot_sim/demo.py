@@ -1,4 +1,4 @@
-"""The demo that needs no data: a scripted crossing, drawn, tracked, scored and filmed."""
+"""The demo that needs no data: an intersection, rendered, tracked, scored and filmed."""
 
 import json
 import os
@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from mot_sim.datasets import write_labels, write_lines, write_results
-from mot_sim.episode import Episode, record
+from mot_sim.episode import Episode, Scene, record
 from mot_sim.metrics import Scores, evaluate_sequence
-from mot_sim.registry import find_scene
+from mot_sim.registry import SCENES, find_scene
 from mot_sim.report import Film, write_image, write_video
 from mot_sim.report.canvas import Image
 from mot_sim.report.grid import score_grid
@@ -19,12 +19,12 @@ from tracker import Tracker
 from tracker.errors import BadOutput, OutputExists
 from tracker.types import Camera, Tracks
 
-SCENE = "crossing"
+SCENE, FRAMES = "intersection", 140
 STILLS = (0.15, 0.65)  # of the film's length
-PICTURE_AT = 0.33  # the README's picture: the crossing is full, the car behind the van is back
-PICTURE = f"{SCENE}.png"
+PICTURE_AT = 0.4  # the README's picture, named after the scene
 OURS = frozenset(
-    {"tracks.txt", "truth.txt", "scores.json", "scores.md", "demo.mp4", "demo.avi", PICTURE}
+    {"tracks.txt", "truth.txt", "scores.json", "scores.md", "demo.mp4", "demo.avi"}
+    | {f"{scene}.jpg" for scene in SCENES}
 )
 
 MakeTracker = Callable[[Camera], Tracker]
@@ -77,19 +77,27 @@ def run_demo(
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
     make_tracker: MakeTracker = Tracker.default,
+    scene: Scene | None = None,
 ) -> DemoResult:
     """Run the demo and put everything into the folder `out`, as a whole or not at all.
 
-    The film shows the tracker of `make_tracker`; `Tracker.paper` is scored beside it. The same
-    seed writes the same tracks and scores, bit by bit. progress: called with (frames drawn, all
-    frames). Raises OutputExists where `out` stands and overwrite is False, or where it holds
-    what no demo wrote; BadOutput where it cannot be written.
+    scene: by default the intersection, for FRAMES. The film shows the tracker of `make_tracker`;
+    `Tracker.paper` is scored beside it. The same seed writes the same tracks and scores, bit by
+    bit. progress: called with (frames drawn, all frames). Raises OutputExists where `out` stands
+    and overwrite is False, or where it holds what no demo wrote; BadOutput where it cannot be
+    written.
     """
     half = out.absolute().with_name(f".{out.name}.{os.getpid()}.half")
     try:
         require_free(out, overwrite)
         half.mkdir(parents=True)
-        result = _make(half, seed, progress or _silence, make_tracker)
+        result = _make(
+            half,
+            seed,
+            progress or _silence,
+            make_tracker,
+            scene or find_scene(SCENE, frames=FRAMES),
+        )
         _move(half, out)
     except OSError as error:
         raise BadOutput(f"{out}: cannot be written: {error.strerror or error}") from None
@@ -116,7 +124,7 @@ def require_free(out: Path, overwrite: bool) -> None:
             f"{out}: exists and is not empty; name another folder, or give --overwrite"
         )
     foreign = sorted(
-        path.name for path in there if path.name not in OURS and not path.match("frame_*.png")
+        path.name for path in there if path.name not in OURS and not path.match("frame_*.jpg")
     )
     if foreign:
         raise OutputExists(
@@ -125,17 +133,21 @@ def require_free(out: Path, overwrite: bool) -> None:
 
 
 def _make(
-    folder: Path, seed: int, progress: Callable[[int, int], None], make_tracker: MakeTracker
+    folder: Path,
+    seed: int,
+    progress: Callable[[int, int], None],
+    make_tracker: MakeTracker,
+    scene: Scene,
 ) -> DemoResult:
     """Everything, in a folder that is there."""
-    episode = record(find_scene(SCENE), seed)
+    episode = record(scene, seed, renderer="raster")
     name = getattr(make_tracker, "__name__", "given")
     outputs = {name: track(episode, make_tracker), "paper": track(episode, Tracker.paper)}
     scores = {
         tracker: evaluate_sequence(episode.truth, tracks, episode.frame_count)
         for tracker, tracks in outputs.items()
     }
-    stills = _still_names(episode.frame_count)
+    stills = _still_names(episode)
     result = DemoResult(folder, "demo.mp4", tuple(stills.values()), episode.frame_count, scores)
     write_results(outputs[name], result.tracks)
     write_labels(episode.truth, result.truth, episode.camera.T_road_cam)
@@ -158,12 +170,14 @@ def _frames(
         progress(index + 1, len(film))
 
 
-def _still_names(frame_count: int) -> dict[int, str]:
+def _still_names(episode: Episode) -> dict[int, str]:
     """Which frames are kept, and as what."""
-    frames = [int(share * frame_count) for share in STILLS]
-    names = {frame: f"frame_{frame:03d}.png" for frame in frames}
-    picture = int(PICTURE_AT * frame_count)
-    return {frame: name for frame, name in names.items() if frame != picture} | {picture: PICTURE}
+    frames = [int(share * episode.frame_count) for share in STILLS]
+    names = {frame: f"frame_{frame:03d}.jpg" for frame in frames}
+    picture = int(PICTURE_AT * episode.frame_count)
+    return {frame: name for frame, name in names.items() if frame != picture} | {
+        picture: f"{episode.name}.jpg"
+    }
 
 
 def _as_json(episode: Episode, scores: dict[str, Scores]) -> dict[str, Any]:

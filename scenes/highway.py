@@ -6,8 +6,8 @@ from scenes.live import live_scene
 
 def highway(
     *,
-    cars: int = 24,
-    arrivals: float = 1.0,
+    cars: int = 50,
+    arrivals: float = 1.5,
     alike: float = 0.0,
     frames: int = 200,
 ) -> Scene:

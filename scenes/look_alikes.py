@@ -5,7 +5,7 @@ from scenes.live import live_scene
 
 
 def look_alikes(
-    *, cars: int = 24, arrivals: float = 1.0, alike: float = 1.0, models: int = 12,
+    *, cars: int = 54, arrivals: float = 1.5, alike: float = 1.0, models: int = 12,
     frames: int = 200,
 ) -> Scene:  # fmt: skip
     """A highway full of cars that look the same.

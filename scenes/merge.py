@@ -6,7 +6,7 @@ from scenes.live import live_scene
 
 def merge(
     *,
-    cars: int = 20,
+    cars: int = 30,
     arrivals: float = 1.0,
     alike: float = 0.0,
     frames: int = 200,

@@ -6,10 +6,10 @@ from scenes.live import live_scene
 
 def roundabout(
     *,
-    cars: int = 24,
-    arrivals: float = 1.2,
-    parked: float = 0.9,
-    vans: int = 8,
+    cars: int = 28,
+    arrivals: float = 1.6,
+    parked: float = 1.0,
+    vans: int = 14,
     alike: float = 0.0,
     frames: int = 200,
 ) -> Scene:

@@ -22,6 +22,7 @@ from mot_sim.cli.export_car import ExportCar
 from mot_sim.cli.kitti import Kitti
 from mot_sim.cli.listing import List
 from mot_sim.cli.record import Record
+from mot_sim.cli.scenes import Scenes
 from mot_sim.cli.terminal import INTERRUPTED, OK, WRONG, Terminal
 from mot_sim.cli.track import Track
 from mot_sim.cli.verify import Verify
@@ -53,6 +54,7 @@ COMMANDS: dict[str, type[Command]] = {
     "kitti": Kitti,
     "demo": Demo,
     "doctor": Doctor,
+    "scenes": Scenes,
     "record": Record,
     "verify": Verify,
     "calibrate": Calibrate,

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from mot_sim.cli.options import Flag, Verbose, option
+from mot_sim.cli.options import Flag, Verbose, option, parse_knobs
 from mot_sim.cli.terminal import OK, Terminal
 
 
 @dataclass(frozen=True)
 class Demo:
-    """Track and score a synthetic crossing; needs no data.
+    """Render, track and score a synthetic intersection; needs no data.
 
     mot-sim demo --out out/demo
 
@@ -19,8 +19,12 @@ class Demo:
 
     out: Annotated[Path, option("DIR", "out/demo")] = Path("out/demo")
     """A new or empty folder, unless --overwrite is given."""
+    scene: Annotated[str, option("NAME", "intersection")] = "intersection"
+    """Another scene: mot-sim scenes."""
+    knobs: Annotated[str | None, option("NAME=VALUE,...", "the scene's own")] = None
+    """What is changed in the scene, for example weather=night,cars=12; mot-sim scenes NAME."""
     seed: int = 0
-    """Of the detector's jitter and misses; the same seed gives the same files."""
+    """Of everything that is drawn by chance; the same seed gives the same files."""
     overwrite: Flag = False
     """Replace the demo in the output folder."""
     json: Flag = False
@@ -30,12 +34,19 @@ class Demo:
 
     def __call__(self, terminal: Terminal) -> int:
         """Run the demo and show what came of it."""
-        from mot_sim.demo import run_demo
+        from mot_sim.demo import FRAMES, run_demo
+        from mot_sim.registry import find_scene
         from mot_sim.report.grid import score_grid
 
+        knobs = parse_knobs(self.scene, self.knobs)
+        scene = find_scene(self.scene, **({"frames": FRAMES} | knobs))
         with terminal.progress(None) as advance:
             result = run_demo(
-                self.out, self.seed, self.overwrite, lambda _, total: advance("film", total)
+                self.out,
+                self.seed,
+                self.overwrite,
+                lambda _, total: advance("film", total),
+                scene=scene,
             )
         files = {
             "video": [str(result.video)],
@@ -48,7 +59,7 @@ class Demo:
             scores = {tracker: each.as_dict() for tracker, each in result.scores.items()}
             terminal.write_json({"frames": result.frame_count, "files": files, "scores": scores})
             return OK
-        title = f"a scripted crossing, {result.frame_count} frames, seed {self.seed}, rates in %"
+        title = f"{self.scene}, {result.frame_count} frames, seed {self.seed}, rates in %"
         terminal.show(score_grid(result.scores, "tracker", title))
         for name, paths in files.items():
             terminal.write(f"{name + ':':<8} {', '.join(paths)}\n")

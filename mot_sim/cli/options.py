@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     import mot_sim.datasets
     import mot_sim.run_folder
     import mot_sim.runs
+    import mot_sim.scene
 
 DETECTIONS, EGO, SPLIT = "rrc", "oxts", "training"
 CAMERA_HEIGHT = 1.65  # metres; KITTI's car, as in mot_sim.datasets.kitti (which imports slowly)
@@ -152,3 +153,28 @@ class FolderOptions:
         from mot_sim.run_folder import RunFolder
 
         return RunFolder.open(path, settings, names, resume=self.resume, overwrite=self.overwrite)
+
+
+def parse_knobs(scene: str, text: str | None) -> "dict[str, mot_sim.scene.Knob]":
+    """The knobs that `NAME=VALUE,...` turns, each of the type that the scene's own value has."""
+    from mot_sim.registry import knobs_of
+    from tracker.errors import BadConfig
+
+    known, turned = knobs_of(scene), {}
+    for part in (text or "").split(",") if text else ():
+        name, equals, value = (word.strip() for word in part.partition("="))
+        if not (name and equals and value):
+            raise BadConfig(f"--knobs {text}: write NAME=VALUE,NAME=VALUE")
+        turned[name] = _of_kind(type(known.get(name, "")), name, value)
+    return turned
+
+
+def _of_kind(kind: type, name: str, value: str) -> "mot_sim.scene.Knob":
+    """The value that a text spells."""
+    from tracker.errors import BadConfig
+
+    spelled = {"true": True, "false": False}
+    try:
+        return spelled[value.lower()] if kind is bool else kind(value)
+    except (ValueError, KeyError):
+        raise BadConfig(f"--knobs {name}={value}: give a value of type {kind.__name__}") from None

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from mot_sim.cli.options import Flag, Verbose, option
+from mot_sim.cli.options import Flag, Verbose, option, parse_knobs
 from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
 
 if TYPE_CHECKING:
@@ -66,14 +66,13 @@ class Record:
 
     def __call__(self, terminal: Terminal) -> int:
         """Record, and say what came of it."""
-        from dataclasses import replace
-
         from mot_sim.episodes import EpisodeFolder, record_episodes
         from mot_sim.registry import find_scene
 
-        scene = find_scene(self.scene, **parse_knobs(self.scene, self.knobs))
+        knobs = parse_knobs(self.scene, self.knobs)
         if self.frames is not None:
-            scene = replace(scene, frame_count=self.frames)
+            knobs["frames"] = self.frames
+        scene = find_scene(self.scene, **knobs)
         pictures = self._pictures()
         folder = EpisodeFolder.open(
             self.out, self._settings(scene, pictures), self.episodes, scene.frame_count,
@@ -147,28 +146,3 @@ class Record:
             f"{frames:,} frames recorded"
             f"{drawn_by if pictures.parts else ''}\n"
         )
-
-
-def parse_knobs(scene: str, text: str | None) -> "dict[str, mot_sim.scene.Knob]":
-    """The knobs that `NAME=VALUE,...` turns, each of the type that the scene's own value has."""
-    from mot_sim.registry import knobs_of
-    from tracker.errors import BadConfig
-
-    known, turned = knobs_of(scene), {}
-    for part in (text or "").split(",") if text else ():
-        name, equals, value = (word.strip() for word in part.partition("="))
-        if not (name and equals and value):
-            raise BadConfig(f"--knobs {text}: write NAME=VALUE,NAME=VALUE")
-        turned[name] = _of_kind(type(known.get(name, "")), name, value)
-    return turned
-
-
-def _of_kind(kind: type, name: str, value: str) -> "mot_sim.scene.Knob":
-    """The value that a text spells."""
-    from tracker.errors import BadConfig
-
-    spelled = {"true": True, "false": False}
-    try:
-        return spelled[value.lower()] if kind is bool else kind(value)
-    except (ValueError, KeyError):
-        raise BadConfig(f"--knobs {name}={value}: give a value of type {kind.__name__}") from None

@@ -1,6 +1,6 @@
 """What people look at: frames, videos, tables."""
 
-from mot_sim.report.drawing import draw_detections, draw_tracks, draw_world
+from mot_sim.report.drawing import draw_detections, draw_tracks
 from mot_sim.report.film import Film
 from mot_sim.report.topview import TopView
 from mot_sim.report.video import write_image, write_video
@@ -10,7 +10,6 @@ __all__ = [
     "TopView",
     "draw_detections",
     "draw_tracks",
-    "draw_world",
     "write_image",
     "write_video",
 ]

@@ -8,7 +8,7 @@ import numpy as np
 from mot_sim.episode import Episode
 from mot_sim.report.canvas import Image, text, text_width
 from mot_sim.report.colours import PANEL, PANEL_FAINT, PANEL_TEXT
-from mot_sim.report.drawing import draw_detections, draw_tracks, draw_world
+from mot_sim.report.drawing import draw_detections, draw_tracks
 from mot_sim.report.topview import Point, TopView, road_contacts, trails_until
 from tracker.types import Tracks
 
@@ -37,13 +37,22 @@ class Film:
         """One frame: title, camera view, top view."""
         episode = self.episode
         scene, world = episode.scene, episode.worlds[index]
-        view = draw_world(world, scene.rig, scene.roads)
+        view = self._image(index)
         draw_tracks(view, self.tracks.select(self.tracks.frames == index))
         draw_detections(view, episode.log.at(index))
         trails = trails_until(self._contacts, index, TRAIL)
         above = self._top_view.draw(world, scene.rig, trails)
         text(above, LEGEND, (12, above.shape[0] - 10), PANEL_TEXT, 14)
         return np.concatenate((self._title(index), view, above))
+
+    def _image(self, index: int) -> Image:
+        """The camera's image; black where the episode has none."""
+        images = self.episode.images
+        found = None if images is None else images.load(index)
+        if found is None:
+            width, height = self.episode.camera.image_size
+            return np.zeros((height, width, 3), np.uint8)
+        return found.copy()
 
     def _title(self, index: int) -> Image:
         """The bar with the frame number."""

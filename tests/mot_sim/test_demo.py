@@ -13,6 +13,7 @@ from mot_sim.episode import record
 from mot_sim.metrics import evaluate_sequence
 from mot_sim.registry import find_scene
 from mot_sim.report.video import count_frames
+from mot_sim.traffic import Roads
 from tracker import Tracker
 from tracker.errors import BadOutput, OutputExists
 
@@ -21,9 +22,9 @@ FRAMES = 4
 
 @pytest.fixture(autouse=True)
 def short_scene(monkeypatch) -> None:
-    """The first frames of the crossing, so that a demo takes no time."""
-    short = replace(find_scene("crossing"), frame_count=FRAMES)
-    monkeypatch.setattr(demo, "find_scene", lambda name: short)
+    """The first frames of the crossing, on a plain, so that a demo takes no time."""
+    short = replace(find_scene("crossing", frames=FRAMES), roads=Roads())
+    monkeypatch.setattr(demo, "find_scene", lambda name, **knobs: short)
 
 
 def test_everything_it_promises_is_there_and_can_be_read_back(tmp_path) -> None:
@@ -31,7 +32,7 @@ def test_everything_it_promises_is_there_and_can_be_read_back(tmp_path) -> None:
     result = run_demo(tmp_path / "deep" / "out", progress=lambda *done: seen.append(done))
     assert seen == [(index + 1, FRAMES) for index in range(FRAMES)]
     assert count_frames(result.video) == FRAMES
-    assert result.stills[-1].name == "crossing.png"
+    assert result.stills[-1].name == "crossing.jpg"
     for still in result.stills:
         assert cv2.imread(str(still)).shape == (720, 1242, 3)
         assert still.stat().st_size <= 300_000

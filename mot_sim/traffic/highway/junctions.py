@@ -28,7 +28,7 @@ LIMIT = 11.0  # m/s on the arms
 EGO_ARM = 2  # so that the ego car begins towards +x
 
 STOP = 10.0  # metres from the centre to the stop lines: right turns of 8.25 m, left of 11.75 m
-TURN_RIGHT, TURN_LEFT = 5.0, 6.5  # m/s: 3 to 3.6 m/s2 sideways
+TURN_RIGHT, TURN_LEFT = 5.0, 6.8  # m/s: 3 to 3.9 m/s2 sideways, 33 degrees a second
 
 RING = 18.0  # radius of the roundabout's lane
 ENTRY = 14.0  # radius of the bends into and out of it

@@ -17,7 +17,9 @@ def rig(pitch: float = 0.0, roll: float = 0.0) -> Rig:
     return Rig(Camera.mounted(K, (160, 48), 1.65, pitch, roll))
 
 
-def small(*, speed: float = 6.0, pitch: float = 0.0, roll: float = 0.0) -> Scene:
+def small(
+    *, speed: float = 6.0, pitch: float = 0.0, roll: float = 0.0, frames: int = FRAMES
+) -> Scene:
     """We turn right behind two cars, one of which drives away to the left."""
 
     def traffic(models: object) -> Scripted:
@@ -27,5 +29,5 @@ def small(*, speed: float = 6.0, pitch: float = 0.0, roll: float = 0.0) -> Scene
         return Scripted([ahead, away], ego)
 
     return Scene(
-        "small", traffic, FRAMES, rig=rig(pitch, roll), detector=Detector("rrc", misses=0.3)
+        "small", traffic, frames, rig=rig(pitch, roll), detector=Detector("rrc", misses=0.3)
     )

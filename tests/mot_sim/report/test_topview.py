@@ -1,5 +1,7 @@
 """The scene from above."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,8 @@ from mot_sim.report.colours import EGO, colour_of_id
 from mot_sim.report.topview import TopView, road_contacts, trails_until
 from mot_sim.rig import Rig
 from mot_sim.traffic import Roads, Route, Script, Scripted
-from mot_sim.truth import exact_truth
+from mot_sim.truth import boxes_around, clip_to_image, project_edges
+from tests.mot_sim.truth.worlds import truth_of
 
 RIG = Rig.kitti()
 VIEW = TopView(Roads(), origin=(-10.0, -20.0), scale=5.0, size=(400, 200))
@@ -22,7 +25,10 @@ def drive(frame_count: int = 12):
 
 
 def contacts_of(worlds):
-    tracks = exact_truth(worlds, RIG).tracks
+    tracks = truth_of(*worlds, rig=RIG).tracks
+    assert tracks.cuboids is not None
+    boxes = boxes_around(project_edges(tracks.cuboids, RIG.camera))
+    tracks = replace(tracks, boxes=clip_to_image(boxes, RIG.camera)[0])
     return road_contacts(tracks, RIG, {frame: world.ego for frame, world in enumerate(worlds)})
 
 

@@ -1,0 +1,96 @@
+"""`mot-sim scenes`: the scenes, what a camera sees of them, and their knobs."""
+
+from dataclasses import asdict, dataclass
+from inspect import getdoc
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from mot_sim.cli.options import Flag, Verbose, option
+from mot_sim.cli.terminal import OK, Terminal
+
+if TYPE_CHECKING:
+    import mot_sim.report.grid
+    import mot_sim.scene_figures
+
+SEEDS = 2
+
+
+@dataclass(frozen=True)
+class Scenes:
+    """Show the scenes, measured, or the knobs of one.
+
+    mot-sim scenes
+
+    mot-sim scenes intersection
+
+    Without a name every scene is run without images, and measured: cars that a KITTI camera sees
+    in a frame (25 pixels high, within 80 m, a fifth visible), share of those in sight that are
+    more than half occluded, share heading more than 30 degrees off our heading, different cars
+    a minute, our fastest turn in degrees a second.
+    """
+
+    scene: Annotated[str | None, tyro.conf.Positional, option("SCENE", "all")] = None
+    """Show the knobs of this one instead."""
+    seeds: int = SEEDS
+    """How many runs each figure is the mean of."""
+    json: Flag = False
+    """Print as JSON."""
+    verbose: Verbose = 0
+    """Say more: -v, -vv."""
+
+    def __call__(self, terminal: Terminal) -> int:
+        """Show the table that was asked for."""
+        if self.scene is not None:
+            self._show_knobs(self.scene, terminal)
+            return OK
+        from functools import partial
+
+        from mot_sim.registry import SCENES, find_scene
+        from mot_sim.scene_figures import figures_of
+        from tracker.errors import BadConfig
+
+        if self.seeds < 1:
+            raise BadConfig(f"--seeds {self.seeds}: give 1 or more")
+        scenes = {name: find_scene(name) for name in SCENES}
+        total = self.seeds * sum(scene.frame_count for scene in scenes.values())
+        with terminal.progress(total) as advance:
+            measured = {
+                name: figures_of(scene, range(self.seeds), partial(advance, name))
+                for name, scene in scenes.items()
+            }
+        if self.json:
+            terminal.write_json({name: asdict(one) for name, one in measured.items()})
+            return OK
+        terminal.show(figure_table(measured))
+        return OK
+
+    def _show_knobs(self, name: str, terminal: Terminal) -> None:
+        """The knobs of a scene, and what it says of them."""
+        from mot_sim.registry import knobs_of, scene_maker
+        from mot_sim.report.grid import Column, Table
+
+        knobs, about = knobs_of(name), getdoc(scene_maker(name)) or ""
+        if self.json:
+            terminal.write_json({"scene": name, "about": about, "knobs": knobs})
+            return
+        terminal.write(f"{about}\n\n")
+        rows = tuple((knob, type(value).__name__, str(value)) for knob, value in knobs.items())
+        terminal.show(Table((Column("knob"), Column("type"), Column("default")), rows))
+
+
+def figure_table(
+    measured: "dict[str, mot_sim.scene_figures.Figures]",
+) -> "mot_sim.report.grid.Table":
+    """The figures as a table."""
+    from mot_sim.report.grid import Column, Table
+
+    columns = ("scene", "cars a frame", "half occluded", "turned off", "ids a minute", "deg/s")
+    rows = tuple(
+        (
+            name, f"{one.cars:.1f}", f"{100 * one.occluded:.0f} %", f"{100 * one.turned:.0f} %",
+            f"{one.ids:.0f}", f"{one.yaw_rate:.0f}",
+        )
+        for name, one in measured.items()
+    )  # fmt: skip
+    return Table(tuple(Column(name) for name in columns), rows)
