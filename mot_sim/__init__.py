@@ -1,1 +1,8 @@
-"""The testbed: it makes worlds, reads KITTI, adds noise, scores, sweeps and reports."""
+"""The testbed: it makes worlds, reads KITTI, adds noise, scores, sweeps and reports.
+
+Importing it registers the Gymnasium ids, so that `gym.make("mot_sim/Crossing-v0")` finds them.
+"""
+
+from mot_sim.registration import register_environments
+
+register_environments()

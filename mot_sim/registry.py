@@ -7,28 +7,14 @@ from inspect import Parameter, signature
 from typing import Any
 
 from mot_sim.scene import Knob, Scene
+from mot_sim.scene_names import SCENES
 from mot_sim.world import Knobs as Surroundings
 from mot_sim.world import find_weather
 from tracker.errors import BadConfig, UnknownName
 
-# The name of a scene: the module and the function that makes it; its arguments are its knobs.
-SCENES: dict[str, str] = {
-    "crossing": "scenes.crossing:crossing",
-    "gauntlet": "scenes.gauntlet:gauntlet",
-    "highway": "scenes.highway:highway",
-    "intersection": "scenes.intersection:intersection",
-    "look_alikes": "scenes.look_alikes:look_alikes",
-    "merge": "scenes.merge:merge",
-    "roundabout": "scenes.roundabout:roundabout",
-    "stop_and_go": "scenes.stop_and_go:stop_and_go",
-    "street": "scenes.street:street",
-    "t_junction": "scenes.t_junction:t_junction",
-}
-
-
-# What can be set for every scene: a name of `mot_sim.world.WEATHERS`, and how many houses and
-# trees stand beside the roads (1 = as in a usual town, at most 3).
-COMMON: dict[str, Any] = {"weather": "noon", "houses": 1.0, "trees": 1.0}
+# What can be set for every scene: a name of `mot_sim.world.WEATHERS`, and how many houses, trees,
+# lamps and signs stand beside the roads (1 = as in a usual town, at most 3).
+COMMON: dict[str, Any] = {"weather": "noon", "houses": 1.0, "trees": 1.0, "furniture": 1.0}
 
 
 def find_scene(name: str, **knobs: Knob) -> Scene:
@@ -50,11 +36,12 @@ def find_scene(name: str, **knobs: Knob) -> Scene:
                 f"example {known[knob]!r}"
             )
     values = known | {knob: type(known[knob])(value) for knob, value in knobs.items()}
+    amounts = {knob: values[knob] for knob in ("houses", "trees", "furniture")}
     return replace(
         make(**{knob: values[knob] for knob in own}),
         name=name,
         weather=find_weather(values["weather"]),
-        surroundings=Surroundings(houses=values["houses"], trees=values["trees"]),
+        surroundings=Surroundings(**amounts),
         knobs=values,
     )
 
@@ -73,3 +60,6 @@ def scene_maker(name: str) -> Callable[..., Scene]:
     module, _, attribute = SCENES[name].partition(":")
     maker: Callable[..., Scene] = getattr(import_module(module), attribute)
     return maker
+
+
+__all__ = ["COMMON", "SCENES", "find_scene", "knobs_of", "scene_maker"]

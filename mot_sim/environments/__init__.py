@@ -1,0 +1,1 @@
+"""What the Gymnasium environments are made of: runs, observations, running counts, wrappers."""

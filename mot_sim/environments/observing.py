@@ -1,0 +1,121 @@
+"""Frames as padded arrays, in spaces whose bounds are finite."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from jaxtyping import Float, Shaped
+from numpy import ndarray as Array
+
+from tracker.errors import BadConfig
+from tracker.types import Camera, Detections, Frame, Tracks
+
+Observation = dict[str, Any]
+FARTHEST = 1e3  # metres of the camera's motion between two frames
+MOST_IDS = 2**31 - 1
+NO_ID = -1
+MOST_ROWS = 4096
+
+
+def require_rows(name: str, count: int) -> None:
+    """BadConfig for a number of padded rows that is out of range."""
+    if not 1 <= count <= MOST_ROWS:
+        raise BadConfig(f"{name} is {count}: give 1 to {MOST_ROWS}")
+
+
+@dataclass(frozen=True)
+class Watching:
+    """How frames of a camera are observed.
+
+    image: whether the picture is part of it. max_detections: rows of the padded arrays; of more
+    detections the surest are observed. duration: seconds of the longest episode.
+    """
+
+    camera: Camera
+    image: bool
+    max_detections: int
+    duration: float
+
+    def __post_init__(self) -> None:
+        require_rows("max_detections", self.max_detections)
+
+    def space(self) -> spaces.Space[Any]:
+        """image (h w 3), boxes (n 4), scores (n), mask (n), odometry (4 4), time (1)."""
+        width, height = self.camera.image_size
+        found: dict[str, spaces.Space[Any]] = {
+            "boxes": box_space(self.camera, self.max_detections),
+            "scores": spaces.Box(0.0, 1.0, (self.max_detections,), np.float64),
+            "mask": spaces.MultiBinary(self.max_detections),
+            "odometry": spaces.Box(-FARTHEST, FARTHEST, (4, 4), np.float64),
+            "time": spaces.Box(0.0, self.duration, (1,), np.float64),
+        }
+        if self.image:
+            found["image"] = spaces.Box(0, 255, (height, width, 3), np.uint8)
+        return spaces.Dict(found)
+
+    def observe(self, frame: Frame) -> Observation:
+        """The padded arrays of a frame, new ones every time.
+
+        odometry: T_now_before, the identity where nobody knows it.
+        """
+        detections = surest(frame.detections, self.max_detections)
+        motion = np.eye(4) if frame.T_now_before is None else frame.T_now_before.copy()
+        found: Observation = {
+            "boxes": pad_boxes(detections.boxes, self.camera, self.max_detections),
+            "scores": pad(detections.scores.clip(0.0, 1.0), self.max_detections),
+            "mask": pad(np.ones(len(detections), np.int8), self.max_detections),
+            "odometry": motion.clip(-FARTHEST, FARTHEST),
+            "time": np.array([frame.time]),
+        }
+        if self.image:
+            found["image"] = frame.image
+        return found
+
+
+def surest(detections: Detections, count: int) -> Detections:
+    """The detections with the largest scores, in the order they stand in."""
+    if len(detections) <= count:
+        return detections
+    order = np.argsort(-detections.scores, kind="stable")[:count]
+    return detections.select(np.sort(order))
+
+
+def box_space(camera: Camera, count: int) -> spaces.Box:
+    """Boxes up to one image's size outside the image."""
+    width, height = camera.image_size
+    low = np.tile(np.array([-width, -height] * 2, float), (count, 1))
+    high = np.tile(np.array([2.0 * width, 2.0 * height] * 2), (count, 1))
+    return spaces.Box(low, high, dtype=np.float64)
+
+
+def pad_boxes(boxes: Float[Array, "n 4"], camera: Camera, count: int) -> Float[Array, "c 4"]:
+    """The boxes inside the bounds of their space, zeros below."""
+    width, height = camera.image_size
+    size = np.array([width, height, width, height], float)
+    return pad(boxes.clip(-size, 2.0 * size), count)
+
+
+def pad(rows: Shaped[Array, "n *d"], count: int, value: int = 0) -> Shaped[Array, "c *d"]:
+    """A new array of so many rows, the given ones first."""
+    padded = np.full((count, *rows.shape[1:]), value, rows.dtype)
+    padded[: len(rows)] = rows[:count]
+    return padded
+
+
+def track_space(camera: Camera, count: int) -> spaces.Space[Any]:
+    """boxes (n 4), ids (n; -1 where there is none), mask (n)."""
+    return spaces.Dict({
+        "boxes": box_space(camera, count),
+        "ids": spaces.Box(NO_ID, MOST_IDS, (count,), np.int64),
+        "mask": spaces.MultiBinary(count),
+    })  # fmt: skip
+
+
+def observe_tracks(tracks: Tracks, camera: Camera, count: int) -> Observation:
+    """The rows of one frame, padded; of more than fit the first are observed."""
+    return {
+        "boxes": pad_boxes(tracks.boxes[:count], camera, count),
+        "ids": pad(tracks.ids[:count], count, NO_ID),
+        "mask": pad(np.ones(min(len(tracks), count), np.int8), count),
+    }

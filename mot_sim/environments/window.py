@@ -1,0 +1,36 @@
+"""A window on the screen, for `render_mode="human"`; pygame is imported when one is opened."""
+
+from typing import Any
+
+from jaxtyping import UInt8
+from numpy import ndarray as Array
+
+
+class Window:
+    """Shows one image after another."""
+
+    def __init__(self, title: str, fps: int) -> None:
+        self.title, self.fps = title, fps
+        self._pygame: Any = None
+
+    def show(self, image: UInt8[Array, "h w 3"]) -> None:
+        """Show an image, and wait until it has been there for its time."""
+        if self._pygame is None:
+            import pygame  # noqa: PLC0415
+
+            self._pygame = pygame
+            pygame.display.init()
+            pygame.display.set_caption(self.title)
+            self._screen = pygame.display.set_mode(image.shape[1::-1])
+            self._clock = pygame.time.Clock()
+        surface = self._pygame.surfarray.make_surface(image.swapaxes(0, 1))
+        self._screen.blit(surface, (0, 0))
+        self._pygame.event.pump()
+        self._pygame.display.flip()
+        self._clock.tick(self.fps)
+
+    def close(self) -> None:
+        """Close it, if it is open."""
+        if self._pygame is not None:
+            self._pygame.display.quit()
+            self._pygame = None

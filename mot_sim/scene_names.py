@@ -1,0 +1,15 @@
+"""The register of scenes; it imports nothing, so that their names cost nothing."""
+
+# The name of a scene: the module and the function that makes it; its arguments are its knobs.
+SCENES: dict[str, str] = {
+    "crossing": "scenes.crossing:crossing",
+    "gauntlet": "scenes.gauntlet:gauntlet",
+    "highway": "scenes.highway:highway",
+    "intersection": "scenes.intersection:intersection",
+    "look_alikes": "scenes.look_alikes:look_alikes",
+    "merge": "scenes.merge:merge",
+    "roundabout": "scenes.roundabout:roundabout",
+    "stop_and_go": "scenes.stop_and_go:stop_and_go",
+    "street": "scenes.street:street",
+    "t_junction": "scenes.t_junction:t_junction",
+}
