@@ -74,8 +74,10 @@ class Take:
 
     @cached_property
     def scenery(self) -> Scenery | None:
-        """What stands beside the roads, and may hide cars; None for a scene without roads."""
-        if not self.scene.roads.surfaces:
+        """What stands beside the roads, and may hide cars; None where nothing does."""
+        amounts = self.scene.surroundings
+        is_empty = not any((amounts.houses, amounts.trees, amounts.furniture))
+        if is_empty or not self.scene.roads.surfaces:
             return None
         return Scenery.around(self.scene.roads, self.seed, self.scene.surroundings)
 

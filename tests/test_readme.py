@@ -25,6 +25,20 @@ def test_the_example_runs_and_keeps_both_identities(capsys: pytest.CaptureFixtur
     assert all(line.startswith("[0 1]") for line in lines)
 
 
+def test_the_scene_is_run_tracked_and_scored(capsys: pytest.CaptureFixture[str]) -> None:
+    exec(compile(blocks("python")[1], "README.md", "exec"), {})
+    first, second = capsys.readouterr().out.splitlines()
+    assert float(first.split()[1].rstrip(",")) > 0.4
+    assert second.split()[0] == "0.0"
+
+
+def test_the_environment_gives_detections_and_keeps_its_truth_apart(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    exec(compile(blocks("python")[2], "README.md", "exec"), {})
+    assert "(64, 4)" in capsys.readouterr().out
+
+
 def test_the_camera_file_is_read(tmp_path: Path) -> None:
     path = tmp_path / "camera.toml"
     path.write_text(blocks("toml")[0])

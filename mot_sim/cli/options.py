@@ -46,8 +46,8 @@ class KittiOptions:
     """How the rows of a folder or file of your own are written: the name of a detector."""
     ego: Annotated[str | None, option("NAME|FILE", "oxts; none with --boxes")] = None
     """Where the camera's motion comes from: oxts, orbslam3, visual (seen in the images), none.
-    With --boxes: none, or a file with a 3x4 camera-to-world matrix (12 numbers, metres) a line,
-    one line a frame."""
+    With --boxes: none, visual (needs --images), or a file with a 3x4 camera-to-world matrix
+    (12 numbers, metres) a line, one line a frame."""
     height: Annotated[float | None, option("METRES", f"{CAMERA_HEIGHT}")] = None
     """Of the camera above the road."""
     pitch: Annotated[float | None, option("DEGREES", "0")] = None

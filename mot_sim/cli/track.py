@@ -79,13 +79,15 @@ class Track:
         if self.kitti.named():
             option_name = self.kitti.named()[0].replace("_", "-")
             raise BadConfig(f"--boxes and --{option_name} exclude each other: KITTI or your own")
-        poses = None if self.kitti.ego in (None, "none") else Path(str(self.kitti.ego))
+        is_name = self.kitti.ego in (None, "none", "visual")
+        poses = None if is_name else Path(str(self.kitti.ego))
         drop = self.kitti.drop_bad_boxes
         drive = box_sequence(
             self.boxes,
             self.camera,
             self.images,
             poses,
+            visual=self.kitti.ego == "visual",
             bad_boxes="drop" if drop else "error",
             score_map=self.kitti.parsed_score_map(),
         )
@@ -93,6 +95,7 @@ class Track:
         settings = {
             name: None if path is None else str(path.resolve()) for name, path in files.items()
         }
+        settings["ego"] = settings["ego"] or self.kitti.ego
         return [drive], {**settings, "drop_bad_boxes": drop, "score_map": self.kitti.score_map}
 
     def _report(self, terminal: Terminal, run: "mot_sim.runs.Run") -> None:

@@ -10,6 +10,7 @@ from mot_sim.datasets.camera_files import read_camera
 from mot_sim.datasets.detection_files import BadBoxes, DetectionFormat, check_detections
 from mot_sim.datasets.images import ImageFolder
 from mot_sim.datasets.kitti.ego import ORBSLAM3_MOTION_STD
+from mot_sim.datasets.kitti.ego.visual import ImageMotion
 from mot_sim.datasets.poses import read_poses
 from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.datasets.score_maps import ScoreMap
@@ -29,6 +30,7 @@ def box_sequence(
     name: str | None = None,
     *,
     motion_cov: Float[Array, "6 6"] | None = None,
+    visual: bool = False,
     bad_boxes: BadBoxes = "error",
     score_map: ScoreMap | None = None,
 ) -> RecordedSequence:
@@ -39,10 +41,12 @@ def box_sequence(
     are clipped to the image. camera: see `read_camera`. images: a folder of 000000.png, ... .
     poses: a 3x4 camera-to-world matrix a line, one a frame, in metres; without it nobody knows
     how the camera moved. motion_cov: of the motion that the poses give over one frame; taken as
-    good as ORB-SLAM3's on KITTI unless given. name: the csv file's, unless given. score_map:
-    from the scores to probabilities; None: they are probabilities.
+    good as ORB-SLAM3's on KITTI unless given. visual: the motion is seen in the images. name: the
+    csv file's, unless given. score_map: from the scores to probabilities; None: they are ones.
     There are as many frames as poses, else as images, else up to the last box.
     """
+    if visual and (images is None or poses is not None):
+        raise BadConfig("motion seen in images needs images, and no poses: give one or the other")
     table = read_boxes_table(Path(boxes))
     described = read_camera(Path(camera))
     folder = None if images is None else ImageFolder.require(Path(images))
@@ -73,6 +77,7 @@ def box_sequence(
         Ts_world_cam=Ts_world_cam,
         motion_cov=motion_cov,
         images=folder,
+        motion=ImageMotion(folder) if visual and folder is not None else None,
         frame_rate=described.frame_rate,
     )
 

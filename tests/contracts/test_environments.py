@@ -24,7 +24,8 @@ SCENE_OF = {environment_id(name): name for name in SCENES}
 IDS = sorted(name for name in gym.registry if name.startswith("mot_sim/"))
 # As little as a scene can be asked for, so that all of this takes seconds.
 LITTLE = {
-    "cars": 3, "arrivals": 0.2, "parked": 0.1, "vans": 0, "houses": 0.0, "trees": 0.0, "furniture": 0.0,
+    "cars": 3, "arrivals": 0.2, "parked": 0.1, "vans": 0,
+    "houses": 0.0, "trees": 0.0, "furniture": 0.0,
 }  # fmt: skip
 SEED = 123  # the one that Gymnasium's own checks use
 

@@ -122,3 +122,16 @@ def test_missing_files_are_named(folder: Path) -> None:
         box_sequence(folder / "boxes.csv", folder / "camera.toml", poses=folder / "nowhere.txt")
     with pytest.raises(DatasetNotFound, match=r"nowhere: no such folder"):
         box_sequence(folder / "boxes.csv", folder / "camera.toml", folder / "nowhere")
+
+
+def test_motion_can_be_seen_in_the_images(folder: Path) -> None:
+    for index in range(3):
+        paint(folder / "images" / f"{index:06d}.png", (90, 90, 90), (100, 40))
+    table, camera = folder / "boxes.csv", folder / "camera.toml"
+    sequence = box_sequence(table, camera, folder / "images", visual=True)
+    assert sequence.Ts_world_cam is None
+    assert len(list(sequence)) == 3
+    assert sequence.motion is not None
+    for wrong in ({}, {"images": folder / "images", "poses": folder / "poses.txt"}):
+        with pytest.raises(BadConfig, match="needs images, and no poses"):
+            box_sequence(table, camera, visual=True, **wrong)
