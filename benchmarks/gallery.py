@@ -1,6 +1,6 @@
-"""A sheet of frames: every road in every weather, drawn with the full world.
+"""A sheet of frames: every scene in every weather, drawn with the full world.
 
-    python -m benchmarks.gallery FOLDER [--roads street,merge] [--weathers noon,fog] [--steps 40]
+    python -m benchmarks.gallery FOLDER [--scenes street,merge] [--weathers noon,fog] [--steps 40]
 
 Writes each frame at full size, and `sheet.png` with all of them, smaller.
 """
@@ -11,11 +11,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from benchmarks.world import ROADS, cars_before, drive
+from mot_sim.registry import SCENES, find_scene
 from mot_sim.renderers import find_renderer
 from mot_sim.report import write_image
-from mot_sim.rig import Rig
-from mot_sim.traffic.highway.paint import roads_of
+from mot_sim.scene import Take
 from mot_sim.world import WEATHERS, Neighbourhood, find_weather, look
 
 SMALL = (621, 188)
@@ -24,22 +23,23 @@ SMALL = (621, 188)
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--roads", default=",".join(ROADS))
+    parser.add_argument("--scenes", default=",".join(SCENES))
     parser.add_argument("--weathers", default=",".join(WEATHERS))
     parser.add_argument("--steps", type=int, default=40, help="of 0.1 s before the picture")
     parser.add_argument("--seed", type=int, default=3)
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    rig, renderer, rows = Rig.kitti(), find_renderer("raster"), []
-    for road in arguments.roads.split(","):
-        now = drive(road, arguments.seed, arguments.steps)[-1]
-        roads, row = roads_of(road), []
-        for name in arguments.weathers.split(","):
-            weather = find_weather(name)
-            world = Neighbourhood.build(roads, arguments.seed, weather.light)
-            view = world.view(rig.camera, now.ego, cars_before(rig, now))
+    renderer, rows = find_renderer("raster"), []
+    for name in arguments.scenes.split(","):
+        scene, row = find_scene(name, frames=arguments.steps + 1), []
+        take = Take.of(scene, arguments.seed)
+        now = take.worlds[-1]
+        for sky in arguments.weathers.split(","):
+            weather = find_weather(sky)
+            world = Neighbourhood.build(scene.roads, arguments.seed, weather.light)
+            view = world.view(scene.rig.camera, now.ego, take.stage.placed(now))
             image = look(weather, view, renderer.render(view), arguments.seed, 0)
-            write_image(arguments.out / f"{road}_{name}.png", image)
+            write_image(arguments.out / f"{name}_{sky}.png", image)
             row.append(cv2.resize(image, SMALL, interpolation=cv2.INTER_AREA))
         rows.append(np.vstack(row))
     write_image(arguments.out / "sheet.png", np.hstack(rows))

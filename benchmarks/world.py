@@ -1,10 +1,12 @@
 """How fast frames are drawn with the full world, and how many corners they have.
 
-    python -m benchmarks.world [--roads street,highway] [--frames 40]
+    python -m benchmarks.world [--scenes street,highway] [--frames 40]
 
-One core, 1242 x 375 pixels, cars of the fleet before a moving camera. `bare` is the same cars on
-a plain plane, nothing else. CPU milliseconds, medians; machines are shared, so compare the
-columns with each other. `tiles` is what the moving camera has painted anew, a mean per frame.
+One core, 1242 x 375 pixels, the nearest 20 cars in sight before a moving camera. `bare` is the
+same cars on a plain plane, nothing else. CPU milliseconds, medians; `mean` is of view, render and
+noon together, with all that the moving camera paints and makes anew. Machines are shared:
+beside it stands its ratio to a yardstick measured in turn with it, the bare call of OpenCV's
+triangleRasterize on 20 cars (see `benchmarks.renderers`).
 """
 
 import argparse
@@ -14,103 +16,88 @@ from time import process_time
 import cv2
 import numpy as np
 
-from mot_sim.cars import PARTS, load_fleet
-from mot_sim.renderers import Mesh, Placed, Semantic, View, find_renderer
+from benchmarks.renderers import bare_opencv
+from mot_sim.registry import SCENES, find_scene
+from mot_sim.renderers import NEAR, Placed, View, find_renderer
+from mot_sim.renderers.triangles import in_sight
 from mot_sim.rig import Rig
-from mot_sim.traffic.highway import ROADS, HighwayTraffic
-from mot_sim.traffic.highway.paint import roads_of
+from mot_sim.scene import Take
 from mot_sim.traffic.world import World
 from mot_sim.world import WEATHERS, Neighbourhood, look
-from tracker.geometry import homogeneous, rotation_y
+from tests.mot_sim.renderers.shapes import street
 
-CARS, BEYOND = 20, 90.0
-KINDS = {
-    "paint": Semantic.CAR, "glass": Semantic.GLASS, "trim": Semantic.TRIM, "tyre": Semantic.TYRE,
-    "headlight": Semantic.LIGHT, "taillight": Semantic.LIGHT, "plate": Semantic.PLATE,
-    "rim": Semantic.TYRE,
-}  # fmt: skip
+CARS, SEED = 20, 3
 
 
-def drive(road: str, seed: int, steps: int) -> list[World]:
-    """The worlds of some traffic, 0.1 s apart."""
-    traffic = HighwayTraffic(road, cars=14, parked=0.6, crashes="label")
-    worlds = [traffic.reset(np.random.default_rng(seed))]
-    return worlds + [traffic.step() for _ in range(steps)]
+def cars_before(take: Take, world: World, most: int = CARS) -> Placed:
+    """The nearest cars that the camera may see."""
+    placed = take.stage.placed(world)
+    depth = placed.T_cam_object[:, 2, 3]
+    rows = np.flatnonzero(in_sight(placed, take.scene.rig.camera, NEAR))
+    rows = rows[np.argsort(depth[rows], kind="stable")][:most]
+    meshes = tuple(placed.meshes[row] for row in rows)
+    return Placed(meshes, placed.T_cam_object[rows], placed.instances[rows])
 
 
-def car_mesh(number: int) -> Mesh:
-    """The car of an id."""
-    fleet = load_fleet(5)
-    drawn = fleet.sample(1, np.array([number]))
-    shape = fleet.car(drawn.coefficients[0])
-    semantics = np.array([KINDS[part] for part in PARTS], np.uint8)[shape.parts]
-    return Mesh(shape.vertices, shape.faces, shape.colours(drawn.paints[0]), semantics)
-
-
-def cars_before(rig: Rig, world: World, most: int = CARS) -> Placed:
-    """The nearest cars before the camera."""
-    cuboids = rig.cuboids(world)
-    order = np.argsort(np.hypot(*cuboids.base[:, [0, 2]].T))
-    rows = [row for row in order if 1.0 < cuboids.base[row, 2] < BEYOND][:most]
-    poses = [
-        rig.camera.T_cam_road @ homogeneous(rotation_y(cuboids.yaw[row]), cuboids.base[row])
-        for row in rows
-    ]
-    meshes = tuple(car_mesh(int(world.ids[row])) for row in rows)
-    return Placed(meshes, np.array(poses).reshape(-1, 4, 4), world.ids[rows].astype(np.int64))
-
-
-def measure(road: str, frames: int) -> None:
+def measure(name: str, frames: int, most: int) -> None:
     """Print the CPU times of a drive and the corners in every weather."""
-    rig, renderer = Rig.kitti(), find_renderer("raster")
-    worlds = drive(road, 3, frames + 20)[20:]
+    rig, renderer, yard = Rig.kitti(), find_renderer("raster"), street()
+    scene = find_scene(name, frames=frames + 1)
+    take = Take.of(scene, SEED)
     began = process_time()
-    place = Neighbourhood.build(roads_of(road), 3, WEATHERS["noon"].light)
+    place = Neighbourhood.build(scene.roads, SEED, WEATHERS["noon"].light)
     built = process_time() - began
     began = process_time()
-    place.view(rig.camera, worlds[0].ego, Placed.empty())
+    view = place.view(rig.camera, take.worlds[0].ego, Placed.empty())
+    look(WEATHERS["noon"], view, renderer.render(view), SEED, 0)
     first = process_time() - began
-    times: dict[str, list[float]] = {"bare": [], "view": [], "render": [], "noon": []}
-    pieces, cars = 0, 0
-    for number, world in enumerate(worlds[1:]):
-        placed = cars_before(rig, world)
-        start = process_time()
+    times: dict[str, list[float]] = {"yard": [], "bare": [], "view": [], "render": [], "noon": []}
+    cars = []
+    for number, world in enumerate(take.worlds[1:]):
+        placed = cars_before(take, world, most)
+        ticks = [process_time()]
+        bare_opencv(yard)
+        ticks.append(process_time())
         renderer.render(View(rig.camera, placed))
-        bare = process_time()
+        ticks.append(process_time())
         view = place.view(rig.camera, world.ego, placed)
-        viewed = process_time()
+        ticks.append(process_time())
         rendered = renderer.render(view)
-        drawn = process_time()
-        image = look(WEATHERS["noon"], view, rendered, 3, number)
-        ends = (bare - start, viewed - bare, drawn - viewed, process_time() - drawn)
-        for name, took in zip(times, ends, strict=True):
-            times[name].append(1e3 * took)
-        pieces, cars = len(view.placed) - len(placed), len(placed)
-    middle = {name: median(all_) for name, all_ in times.items()}
-    total = sum(float(np.mean(times[name])) for name in ("view", "render", "noon"))
+        ticks.append(process_time())
+        image = look(WEATHERS["noon"], view, rendered, SEED, number)
+        ticks.append(process_time())
+        for one, took in zip(times, np.diff(ticks).tolist(), strict=True):
+            times[one].append(1e3 * took)
+        cars.append(len(np.unique(rendered.instances)) - 1)
+    middle = {one: median(all_) for one, all_ in times.items()}
+    total = sum(float(np.mean(times[one])) for one in ("view", "render", "noon"))
     print(
-        f"{road:13s} {cars:4d} {pieces:6d} {built:7.1f} {first:7.1f}"
+        f"{name:13s} {np.mean(cars):4.0f} {built:7.1f} {first:7.1f}"
         + "".join(f"{value:8.1f}" for value in middle.values())
-        + f"{total:9.1f} {1e3 / total:9.1f}"
+        + f"{total:8.1f} {1e3 / total:6.1f} {total / float(np.mean(times['yard'])):12.2f}"
     )
     orb, counts = cv2.ORB_create(3000), []
-    for name, weather in WEATHERS.items():
-        image = look(weather, view, rendered, 3, 0)
+    for each, weather in WEATHERS.items():
+        image = look(weather, view, rendered, SEED, 0)
         scenery = (rendered.instances < 0).astype(np.uint8) * 255
         found = orb.detect(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), scenery)
-        counts.append(f"{name} {len(found)}")
+        counts.append(f"{each} {len(found)}")
     print("   corners off the cars: " + ", ".join(counts))
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--roads", default=",".join(ROADS))
+    parser.add_argument("--scenes", default=",".join(SCENES))
     parser.add_argument("--frames", type=int, default=40)
+    parser.add_argument("--cars", type=int, default=CARS, help="at most so many, the nearest")
     arguments = parser.parse_args()
     cv2.setNumThreads(1)
-    print("road          cars pieces build s first s    bare    view  render    noon mean sum  fps")
-    for road in arguments.roads.split(","):
-        measure(road, arguments.frames)
+    print(
+        "scene         seen build s first s    yard    bare    view  render    noon"
+        "    mean    fps  x yardstick"
+    )
+    for name in arguments.scenes.split(","):
+        measure(name, arguments.frames, arguments.cars)
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ from tracker.types import Camera
 
 HALF_PI = 0.5 * np.pi  # the field of view for which OpenCV's focal length is half the height
 NUMBERS = float(1 << 24)  # triangle numbers over this are colours in [0, 1], exact in float32
+SPARE = 0.1  # pixels: more than single precision may be wrong about where a corner is
 MARGIN = 1e-3  # how much wider than the triangles the range of depths is drawn
 
 
@@ -48,37 +49,43 @@ class Canvas:
 
     def fill(self, triangles: Triangles) -> Fragments:
         """The nearest triangle at each pixel's centre; of several at one depth, the first."""
-        top, bottom = self._rows(triangles)
-        if top >= bottom:
+        points = triangles.corners.reshape(-1, 3).astype(np.float32)
+        boxes = pixel_bounds(points, self._camera)
+        kept = touching(boxes, self._camera)
+        if not len(kept):
             nothing = np.zeros((0, self._depth.shape[1]))
             return Fragments(0, nothing.astype(np.int64), nothing.astype(np.float32))
-        self._depth.fill(1.0)
+        height = len(self._depth)
+        top = int(max(boxes[1, kept].min() - 1.0, 0.0))
+        bottom = int(min(boxes[3, kept].max() + 2.0, height))
+        self._depth[top:bottom].fill(1.0)
         numbers = np.zeros((*self._depth.shape, 3), np.float32)
-        near, far = near_far(triangles)
+        range_ = near_far(triangles)
+        self._draw(points, kept, numbers, range_)
+        found = (numbers[top:bottom, :, 0] * np.float32(NUMBERS)).astype(np.int64)
+        return Fragments(top, found, depth_of(self._depth[top:bottom], range_))
+
+    def _draw(
+        self,
+        points: Float32[Array, "c 3"],
+        rows: Int[Array, " k"],
+        numbers: Float32[Array, "h w 3"],
+        range_: tuple[float, float],
+    ) -> None:
+        """Fill some triangles into the depth and into the picture of numbers."""
+        colours = np.zeros((3 * len(rows), 3), np.float32)  # a flat triangle takes the first one's
+        colours[::3, 0] = (rows + 1) * (1.0 / NUMBERS)
         cv2.triangleRasterize(
-            triangles.corners.reshape(-1, 3).astype(np.float32),
-            _indices(len(triangles)),
-            _colours(len(triangles)),
+            points.reshape(-1, 9).take(rows, axis=0).reshape(-1, 3),
+            _indices(len(rows)),
+            colours,
             numbers,
             self._depth,
             self._A_opencv_cam,
             HALF_PI,
-            near,
-            far,
+            *range_,
             self._settings,
         )
-        found = (cv2.extractChannel(numbers[top:bottom], 0) * NUMBERS).astype(np.int64)
-        return Fragments(top, found, depth_of(self._depth[top:bottom], (near, far)))
-
-    def _rows(self, triangles: Triangles) -> tuple[int, int]:
-        """The first row that triangles may touch, and the last one plus one."""
-        height = len(self._depth)
-        if not len(triangles):
-            return 0, 0
-        points = triangles.corners.reshape(-1, 3)
-        v = (points @ self._camera.K[1]) / points[:, 2]
-        top, bottom = np.array((v.min() - 1.0, v.max() + 2.0)).clip(0, height).astype(int)
-        return int(top), int(bottom)
 
     def draw_alone(
         self,
@@ -108,10 +115,39 @@ class Canvas:
         return crop
 
 
+def pixel_bounds(points: Float32[Array, "c 3"], camera: Camera) -> Float32[Array, "4 t"]:
+    """First and last pixels (u, v, u, v) whose centres triangles may hold, a little more.
+
+    points: in the camera's frame, three a triangle.
+    """
+    bounds = np.empty((4, len(points) // 3), np.float32)
+    for axis, row in enumerate(camera.K[:2].astype(np.float32)):
+        pixel = points @ row
+        pixel /= points[:, 2]
+        a, b, c = pixel[::3], pixel[1::3], pixel[2::3]
+        bounds[axis] = np.ceil(np.minimum(np.minimum(a, b), c) - SPARE)
+        bounds[axis + 2] = np.floor(np.maximum(np.maximum(a, b), c) + SPARE)
+    return bounds
+
+
+def touching(bounds: Float32[Array, "4 t"], camera: Camera) -> Int[Array, " k"]:
+    """The triangles that may hold a pixel's centre.
+
+    Those beside the image, and those that slip between the centres, cover nothing.
+    """
+    width, height = camera.image_size
+    left, top, right, bottom = bounds
+    inside = (left <= right) & (right >= 0.0) & (left < width)
+    return np.flatnonzero(inside & (top <= bottom) & (bottom >= 0.0) & (top < height))
+
+
 def depth_of(share: Float32[Array, "*s"], range_: tuple[float, float]) -> Float32[Array, "*s"]:
     """Metres, from OpenCV's values: 0 at the near end of the range, 1 at the far one."""
     near, far = range_
-    return 1.0 / ((1.0 - share) * np.float32(1.0 / near) + share * np.float32(1.0 / far))
+    inverse = np.float32(1.0) - share
+    inverse *= np.float32(1.0 / near)
+    inverse += share * np.float32(1.0 / far)
+    return np.divide(np.float32(1.0), inverse, out=inverse)
 
 
 def world2cam(camera: Camera) -> Float[Array, "4 4"]:
@@ -140,11 +176,3 @@ def near_far(triangles: Triangles) -> tuple[float, float]:
 @lru_cache(maxsize=64)
 def _indices(count: int) -> Int32[Array, "t 3"]:
     return np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
-
-
-@lru_cache(maxsize=8)
-def _colours(count: int) -> Float32[Array, "c 3"]:
-    """A colour a corner; a flat triangle takes the first one's, in which stands its number."""
-    colours = np.zeros((3 * count, 3), np.float32)
-    colours[::3, 0] = np.arange(1, count + 1) / NUMBERS
-    return colours

@@ -1,11 +1,10 @@
 """What glass and paint mirror: the sky at flat angles, the sun where it meets the eye."""
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.renderers.surroundings import Sun
-from mot_sim.renderers.view import Mesh, Semantic
+from mot_sim.renderers.view import Semantic
 
 SKY = np.array([196.0, 208.0, 220.0])
 GROUND = 0.3  # of the sky's light, what comes from below the horizon
@@ -18,24 +17,27 @@ SHINE[Semantic.GLASS] = 0.16, 0.7, 40.0
 
 
 def mirrored(
-    mesh: Mesh,
-    R_road_object: Float[Array, "3 3"],
-    eye: Float[Array, "3"],
-    sun: Sun,
-    faces: Int[Array, " k"],
+    semantics: UInt8[Array, " k"],
+    points: Float[Array, "k 3"],
+    normals: Float[Array, "k 3"],
+    up: Float[Array, "3"],
+    sun: Float[Array, "3"],
+    bright: float,
 ) -> Float[Array, "k 3"]:
-    """The light that faces mirror into the camera, to be added; eye: in the object's frame."""
-    straight, flat, narrow = SHINE[mesh.semantics[faces]].T
-    view = eye - mesh.corners[faces, 0]
-    view /= np.sqrt(np.einsum("ki,ki->k", view, view))[:, None]
-    normals = mesh.normals[faces]
-    towards = np.einsum("ki,ki->k", normals, view).clip(0.0, 1.0)
-    out = 2.0 * towards[:, None] * normals - view
-    axes = np.stack((-R_road_object[1], R_road_object.T @ sun.direction), axis=1)
-    up, to_sun = (out @ axes).T
-    sky = GROUND + (1.0 - GROUND) * np.clip(2.0 * up + 0.35, 0.0, 1.0)
+    """The light that faces at points mirror into the camera, to be added.
+
+    All in the camera's frame: up and the direction to the sun, unit vectors. bright: of the sun,
+    0 to 1.
+    """
+    straight, flat, narrow = SHINE[semantics].T
+    distance = np.sqrt(np.einsum("ki,ki->k", points, points))
+    towards = (-np.einsum("ki,ki->k", normals, points) / distance).clip(0.0, 1.0)
+    # What is mirrored comes from 2 (n . v) n - v, with v = -point / distance to the eye.
+    axes = np.stack((up, sun), axis=1)
+    to_up, to_sun = (
+        2.0 * towards[:, None] * (normals @ axes) + points @ axes / distance[:, None]
+    ).T
+    sky = GROUND + (1.0 - GROUND) * np.clip(2.0 * to_up + 0.35, 0.0, 1.0)
     share = straight + flat * (1.0 - towards) ** 4
     glint = np.where(narrow > 0.0, np.maximum(to_sun, 1e-3) ** narrow, 0.0)
-    light = (share * sky)[:, None] * SKY
-    light += (BRIGHT * sun.shade * (glint * (narrow > 0.0)))[:, None]
-    return light
+    return (share * sky)[:, None] * SKY + (BRIGHT * bright * glint)[:, None]

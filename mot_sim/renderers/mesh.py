@@ -10,8 +10,8 @@ from numpy import ndarray as Array
 
 from mot_sim.renderers.context import load_pyrender, offscreen
 from mot_sim.renderers.raster import RasterRenderer
-from mot_sim.renderers.view import NOBODY, Mesh, Rendered, View
 from mot_sim.renderers.triangles import NEAR
+from mot_sim.renderers.view import NOBODY, Mesh, Rendered, View
 from tracker.errors import BadConfig
 
 FAR = 2000.0  # metres; nothing farther is drawn

@@ -2,7 +2,7 @@
 
 import cv2
 import numpy as np
-from jaxtyping import Float, Int, Int32, UInt8, UInt32
+from jaxtyping import Float, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.renderers.filling import Canvas, Fragments
@@ -11,9 +11,10 @@ from mot_sim.renderers.ground import horizon, road_rgba, road_semantics, sky_ima
 from mot_sim.renderers.shadows import shadow_mask
 from mot_sim.renderers.surroundings import Sun
 from mot_sim.renderers.triangles import NEAR, Triangles
-from mot_sim.renderers.view import NOBODY, Mesh, Rendered, Semantic, View
+from mot_sim.renderers.view import NOBODY, Rendered, Semantic, View
 from tracker.errors import BadConfig
 
+ROUNDING = 1e-3  # so that 99.99999 is 100
 BELOW = 0.55  # of the sky's light, what a face that looks down still gets from the road
 
 
@@ -64,58 +65,52 @@ def darkened(
 
 
 def _lay(rendered: Rendered, fragments: Fragments, view: View, triangles: Triangles) -> None:
-    """Lay the objects over the backdrop, in place: a look-up by triangle, four times."""
-    colours, semantics, instances = paints(view, triangles)
+    """Lay the objects over the backdrop, in place: look-ups by triangle."""
     numbers = fragments.numbers
+    shown = np.zeros(len(triangles) + 1, bool)
+    shown[numbers.ravel()] = True
+    shown[0] = False
+    seen = np.flatnonzero(shown)
+    codes, instances = np.zeros((len(shown), 4), np.uint8), np.full(len(shown), NOBODY, np.int32)
+    codes[seen] = paints(view, triangles.at(seen - 1))
+    instances[seen] = view.placed.instances[triangles.objects[seen - 1]]
     rows = slice(fragments.top, fragments.top + len(numbers))
     covered = (numbers > 0).view(np.uint8)
-    rgba = np.take(colours, numbers).view(np.uint8).reshape(*numbers.shape, 4)
-    cv2.copyTo(cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB), covered, rendered.image[rows])
+    rgbs = np.take(codes.view(np.uint32)[:, 0], numbers).view(np.uint8).reshape(*numbers.shape, 4)
+    cv2.copyTo(cv2.cvtColor(rgbs, cv2.COLOR_RGBA2RGB), covered, rendered.image[rows])
+    cv2.copyTo(cv2.extractChannel(rgbs, 3), covered, rendered.semantics[rows])
     cv2.copyTo(fragments.depth, covered, rendered.depth[rows])
-    rendered.instances[rows] = np.take(instances, numbers)
-    cv2.copyTo(np.take(semantics, numbers), covered, rendered.semantics[rows])
+    np.take(instances, numbers, out=rendered.instances[rows], mode="clip")
 
 
-def paints(
-    view: View, triangles: Triangles
-) -> tuple[UInt32[Array, " k"], UInt8[Array, " k"], Int32[Array, " k"]]:
-    """The lit colour (RGBA in 32 bits), semantic id and instance by triangle number.
-
-    Numbers begin with 1; 0 is no triangle, NOBODY's.
-    """
-    placed, count = view.placed, len(triangles) + 1
-    colours = np.zeros((count, 4), np.uint8)
-    semantics = np.zeros(count, np.uint8)
-    for row, (start, end) in enumerate((triangles.slices(len(placed)) + 1).tolist()):
+def paints(view: View, triangles: Triangles) -> UInt8[Array, "k 4"]:
+    """The lit colour and the semantic id of triangles."""
+    codes = np.zeros((len(triangles), 4), np.uint8)
+    for row, (start, end) in enumerate(triangles.slices(len(view.placed)).tolist()):
         if start < end:
-            mesh, faces = placed.meshes[row], triangles.faces[start - 1 : end - 1]
-            R_road_object = view.camera.T_road_cam[:3, :3] @ placed.T_cam_object[row, :3, :3]
-            lit = lit_colours(mesh, R_road_object, view.sun, faces)
-            if mesh.shines:
-                T = placed.T_cam_object[row]
-                light = mirrored(mesh, R_road_object, -T[:3, :3].T @ T[:3, 3], view.sun, faces)
-                lit = np.minimum(lit + light, 255.0).astype(np.uint8)
-            colours[start:end, :3] = lit
-            semantics[start:end] = mesh.semantics[faces]
-    instances = np.full(count, NOBODY, np.int32)
-    instances[1:] = placed.instances[triangles.objects]
-    return colours.view(np.uint32).ravel(), semantics, instances
+            codes[start:end] = view.placed.meshes[row].codes[triangles.faces[start:end]]
+    normals, semantics = triangles.normals, codes[:, 3]
+    R_cam_road = view.camera.T_cam_road[:3, :3]
+    up, sun = -R_cam_road[:, 1], R_cam_road @ view.sun.direction
+    colours = codes[:, :3] * strength(semantics, normals @ up, normals @ sun, view.sun)[:, None]
+    shiny = np.flatnonzero((semantics == Semantic.CAR) | (semantics == Semantic.GLASS))
+    points = triangles.corners[shiny, 0]
+    colours[shiny] += mirrored(semantics[shiny], points, normals[shiny], up, sun, view.sun.shade)
+    codes[:, :3] = np.minimum(colours + ROUNDING, 255.0)
+    return codes
 
 
-def lit_colours(
-    mesh: Mesh, R_road_object: Float[Array, "3 3"], sun: Sun, faces: Int[Array, " k"]
-) -> UInt8[Array, "k 3"]:
-    """The colours of some of a mesh's faces in the sun (Lambert's law) and the sky."""
-    up = -R_road_object[1]  # the road's y is down
-    light = R_road_object.T @ sun.direction
-    towards_sun, upwards = (mesh.normals[faces] @ np.stack((light, up), axis=1)).T
-    sky = sun.ambient * (0.5 * (1.0 + BELOW) + 0.5 * (1.0 - BELOW) * upwards)
-    direct = np.maximum(towards_sun, 0.0)
-    leaves = mesh.semantics[faces] == Semantic.VEGETATION
-    if leaves.any():  # light goes through them, and from leaf to leaf
-        direct = np.where(leaves, 0.4 + 0.35 * towards_sun, direct)
-    strength = sky + (1.0 - sun.ambient) * direct
+def strength(
+    semantics: UInt8[Array, " k"], up: Float[Array, " k"], towards: Float[Array, " k"], sun: Sun
+) -> Float[Array, " k"]:
+    """How much of their colours faces have in the sun (Lambert's law) and the sky's light.
+
+    up, towards: cosines of their normals' angles to the zenith and to the sun.
+    """
+    sky = sun.ambient * (0.5 * (1.0 + BELOW) + 0.5 * (1.0 - BELOW) * up)
+    # Light goes through leaves, and from leaf to leaf.
+    leaves = semantics == Semantic.VEGETATION
+    direct = np.where(leaves, 0.4 + 0.35 * towards, np.maximum(towards, 0.0))
     # A level face has exactly its own colour, as the road's texture has.
     level = sun.ambient + (1.0 - sun.ambient) * max(-float(sun.direction[1]), 0.0)
-    shade = (strength / level).astype(np.float32)[:, None]
-    return np.minimum(mesh.colours[faces] * shade, 255.0).astype(np.uint8)
+    return (sky + (1.0 - sun.ambient) * direct) / level

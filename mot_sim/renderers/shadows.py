@@ -9,6 +9,7 @@ from jaxtyping import Float, Int, Int32, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.renderers.surroundings import Sun
+from mot_sim.renderers.triangles import side_planes
 from mot_sim.renderers.view import Mesh, View
 from mot_sim.rig import clip_polygon
 from tracker.geometry import transform
@@ -16,6 +17,7 @@ from tracker.types import Camera
 
 SHIFT = 4  # fractional bits of the polygons' corners
 FAR_OUT = 8000.0  # pixels; OpenCV's fixed-point corners overflow beyond 16 bits
+FAINT = 150.0  # metres: a shadow farther away is a quarter of a pixel high
 # Layers, from light to dark: how far the outline is moved out in metres, and how much of the
 # full darkness it has. Below the body no sky is seen: the last ones are the footprint's own.
 CAST = ((0.10, 0.25), (0.03, 0.55), (-0.05, 0.8))
@@ -57,9 +59,10 @@ def shadow_mask(view: View, near: float) -> UInt8[Array, "h w"]:
     """How dark the road is at each pixel, 0 = not at all, 255 = as dark as a shadow gets."""
     width, height = view.camera.image_size
     mask = np.zeros((height, width), np.uint8)
-    if not any(has_shadow(mesh) for mesh in view.placed.meshes):
+    rows = casters(view, near)
+    if not len(rows):
         return mask
-    for outlines, layers in zip(outlines_of(view), (CAST, BENEATH), strict=True):
+    for outlines, layers in zip(outlines_of(view, rows), (CAST, BENEATH), strict=True):
         for distance, darkness in layers:
             corners = outlines.grown(distance)
             for polygon in drawn(view.camera, corners, outlines.ends, near):
@@ -67,15 +70,43 @@ def shadow_mask(view: View, near: float) -> UInt8[Array, "h w"]:
     return cv2.blur(mask, (3, 3))
 
 
-def outlines_of(view: View) -> tuple[Outlines, Outlines]:
-    """The outlines on the road of the shadows that the sun casts, and of the footprints."""
-    cast, beneath = [], []
-    for mesh, T_cam_object in zip(view.placed.meshes, view.placed.T_cam_object, strict=True):
-        if has_shadow(mesh):
-            points = transform(view.camera.T_road_cam @ T_cam_object, mesh.extremes)
-            cast.append(fall(points, view.sun))
-            beneath.append(points[:, [0, 2]])
-    return Outlines.around(cast), Outlines.around(beneath)
+def casters(view: View, near: float) -> Int[Array, " k"]:
+    """The objects whose shadows may lie in the image; a few more, never fewer."""
+    placed = view.placed
+    rows = np.array([row for row, mesh in enumerate(placed.meshes) if has_shadow(mesh)], np.int64)
+    if not len(rows):
+        return rows
+    spheres = [placed.meshes[row].sphere for row in rows.tolist()]
+    T_road_object = view.camera.T_road_cam @ placed.T_cam_object[rows]
+    centres = transforms(T_road_object, np.stack([centre for centre, _ in spheres])[:, None])[:, 0]
+    radii = np.array([radius for _, radius in spheres])
+    x, y, z = view.sun.direction
+    highest = np.maximum(radii - centres[:, 1], 0.0)
+    half = 0.5 * highest[:, None] * np.array([x, z]) / y  # the shadow's middle lies so far aside
+    centres[:, [0, 2]] += half
+    around = transform(view.camera.T_cam_road, centres)
+    reach = radii + np.hypot(*half.T) + 0.5
+    inside = around @ side_planes(view.camera).T >= -reach[:, None]
+    depth = around[:, 2]
+    return rows[(depth + reach > near) & (depth - reach < FAINT) & inside.all(axis=1)]
+
+
+def outlines_of(view: View, rows: Int[Array, " k"]) -> tuple[Outlines, Outlines]:
+    """The outlines on the road of the shadows that some objects cast, and of their footprints."""
+    extremes = [view.placed.meshes[row].extremes for row in rows.tolist()]
+    lengths = [len(points) for points in extremes]
+    T_road_object = view.camera.T_road_cam @ view.placed.T_cam_object[rows]
+    points = transforms(
+        np.repeat(T_road_object, lengths, axis=0), np.concatenate(extremes)[:, None]
+    )
+    cuts = np.cumsum(lengths)[:-1]
+    cast = np.split(fall(points[:, 0], view.sun), cuts)
+    return Outlines.around(cast), Outlines.around(np.split(points[:, 0, [0, 2]], cuts))
+
+
+def transforms(Ts: Float[Array, "n 4 4"], points: Float[Array, "n k 3"]) -> Float[Array, "n k 3"]:
+    """Each group of points, moved by its own transform."""
+    return points @ Ts[:, :3, :3].swapaxes(1, 2) + Ts[:, None, :3, 3]
 
 
 def has_shadow(mesh: Mesh) -> bool:
@@ -95,15 +126,19 @@ def drawn(
     """Outlines on the road in OpenCV's fixed-point pixels, their parts behind `near` cut off."""
     T = camera.T_cam_road
     points_cam = corners @ T[:3, [0, 2]].T + T[:3, 3]
-    starts = [0, *ends[:-1].tolist()]
-    if points_cam[:, 2].min() >= near:
-        pixels = camera.project(points_cam)
-        if np.abs(pixels).max() < FAR_OUT:
-            fixed = _fixed(pixels)
-            return [fixed[a:b] for a, b in zip(starts, ends.tolist(), strict=True)]
-    outlines = [points_cam[a:b] for a, b in zip(starts, ends.tolist(), strict=True)]
-    polygons = [_cut(camera, points, near) for points in outlines]
-    return [_fixed(polygon) for polygon in polygons if len(polygon) >= 3]
+    starts = np.concatenate(([0], ends[:-1]))
+    whole = np.minimum.reduceat(points_cam[:, 2], starts) >= near
+    pixels = camera.project(points_cam)
+    whole[whole] &= np.maximum.reduceat(np.abs(pixels).max(axis=1), starts)[whole] < FAR_OUT
+    fixed, polygons = _fixed(np.nan_to_num(pixels)), []
+    for start, end, is_whole in zip(starts.tolist(), ends.tolist(), whole.tolist(), strict=True):
+        if is_whole:
+            polygons.append(fixed[start:end])
+            continue
+        polygon = _cut(camera, points_cam[start:end], near)
+        if len(polygon) >= 3:
+            polygons.append(_fixed(polygon))
+    return polygons
 
 
 def _cut(camera: Camera, points_cam: Float[Array, "k 3"], near: float) -> Float[Array, "q 2"]:

@@ -184,17 +184,31 @@ def hiders(
     triangles: Triangles, camera: Camera, boxes: Float[Array, "m 4"], farthest: Float[Array, " m"]
 ) -> tuple[Triangles, Float[Array, "1 4"]]:
     """The triangles that may hide something in some boxes, up to some depths; their own box."""
-    pixels = projected(triangles.corners.reshape(-1, 3), camera).reshape(-1, 3, 2)
-    low, high = pixels.min(axis=1, initial=np.inf), pixels.max(axis=1, initial=-np.inf)
+    a, b, c = projected(triangles.corners.reshape(-1, 3), camera).reshape(-1, 3, 2).swapaxes(0, 1)
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     nearest = triangles.corners[..., 2].min(axis=1, initial=np.inf)
-    may = np.zeros(len(triangles), bool)
-    for (left, top, right, bottom), deepest in zip(boxes.tolist(), farthest.tolist(), strict=True):
-        may |= (
-            (low[:, 0] < right + 1.0) & (high[:, 0] > left - 1.0)
-            & (low[:, 1] < bottom + 1.0) & (high[:, 1] > top - 1.0) & (nearest < deepest)
-        )  # fmt: skip
-    low, high = low[may].min(axis=0, initial=np.inf), high[may].max(axis=0, initial=-np.inf)
-    return triangles.select(may), np.concatenate((low, high))[None]
+    deep = np.flatnonzero(np.isfinite(farthest))
+    around = np.concatenate((
+        boxes[deep, :2].min(axis=0, initial=np.inf), boxes[deep, 2:].max(axis=0, initial=-np.inf),
+    ))  # fmt: skip
+    rows = np.flatnonzero(_over(low, high, around) & (nearest < farthest.max(initial=-np.inf)))
+    low, high, nearest = low[rows], high[rows], nearest[rows]
+    may = np.zeros(len(rows), bool)
+    for car in deep.tolist():
+        may |= _over(low, high, boxes[car]) & (nearest < farthest[car])
+    extent = low[may].min(axis=0, initial=np.inf), high[may].max(axis=0, initial=-np.inf)
+    keep = np.zeros(len(triangles), bool)
+    keep[rows[may]] = True
+    return triangles.select(keep), np.concatenate(extent)[None]
+
+
+def _over(
+    low: Float[Array, "t 2"], high: Float[Array, "t 2"], box: Float[Array, "4"]
+) -> Bool[Array, " t"]:
+    """Which upright boxes come within a pixel of another one."""
+    left, top, right, bottom = box.tolist()
+    across = (low[:, 0] < right + 1.0) & (high[:, 0] > left - 1.0)
+    return across & (low[:, 1] < bottom + 1.0) & (high[:, 1] > top - 1.0)
 
 
 def projected(points: Float[Array, "p 3"], camera: Camera) -> Float[Array, "p 2"]:

@@ -37,7 +37,7 @@ class Triangles:
             eye = -T_cam_object[:3, :3].T @ T_cam_object[:3, 3]  # the camera, seen by the object
             facing = np.flatnonzero(mesh.normals @ eye > mesh.offsets)
             vertices_cam = mesh.vertices @ T_cam_object[:3, :3].T + T_cam_object[:3, 3]
-            shown = vertices_cam[mesh.faces[facing]]
+            shown = vertices_cam.take(mesh.faces.take(facing, axis=0), axis=0)
             if shown.size and vertices_cam[:, 2].min() < near:
                 shown, kept = cut_near(shown, near)
                 facing = facing[kept]
@@ -50,6 +50,18 @@ class Triangles:
     def select(self, keep: Bool[Array, " t"]) -> "Triangles":
         """The chosen ones."""
         return Triangles(self.corners[keep], self.objects[keep], self.faces[keep])
+
+    def at(self, rows: Int[Array, " k"]) -> "Triangles":
+        """Those of some rows."""
+        return Triangles(self.corners[rows], self.objects[rows], self.faces[rows])
+
+    @cached_property
+    def normals(self) -> Float[Array, "t 3"]:
+        """Unit normals away from the objects; zero for triangles without area."""
+        a, b, c = self.corners.swapaxes(0, 1)
+        across = np.cross(b - a, c - a)
+        length = np.sqrt(np.einsum("ti,ti->t", across, across))[:, None]
+        return across / np.where(length > 0.0, length, 1.0)
 
     def of_objects(self, rows: Int[Array, " k"]) -> "Triangles":
         """Those of some objects, in ascending order."""

@@ -72,9 +72,9 @@ class Mesh:
         return across / np.where(length > 0.0, length, 1.0)
 
     @cached_property
-    def shines(self) -> bool:
-        """Whether any of it is glass or car paint, which mirror light."""
-        return bool(np.isin(self.semantics, (Semantic.CAR, Semantic.GLASS)).any())
+    def codes(self) -> UInt8[Array, "f 4"]:
+        """Colour and semantic id of each face."""
+        return np.column_stack((self.colours, self.semantics))
 
     @cached_property
     def offsets(self) -> Float[Array, " f"]:

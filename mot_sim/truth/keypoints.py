@@ -42,11 +42,12 @@ def seen_keypoints(
         shown = scanned.numbers[v, u] + NOBODY
         others = (shown != number) & (scanned.nearness[v, u] > 0.0)
         state = np.where(others, Seen.OCCLUDED, Seen.VISIBLE)
-        if number in layers:
-            own = behind_itself(
-                layers[number], scanned, nearest[row, here], depth[row, here], camera
-            )
-            state[own | ~faces_us[row, here]] = Seen.SELF_OCCLUDED
+        state[~faces_us[row, here]] = Seen.SELF_OCCLUDED
+        tested = np.flatnonzero(faces_us[row, here])
+        if number in layers and len(tested):
+            points = nearest[row, here[tested]], depth[row, here[tested]]
+            own = behind_itself(layers[number], scanned, *points, camera)
+            state[tested[own]] = Seen.SELF_OCCLUDED
         states[row, here] = state
     return pixels, states
 

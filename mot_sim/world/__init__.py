@@ -6,9 +6,13 @@ view = world.view(camera, ego, cars)
 image = look(weather, view, renderer.render(view), seed, frame)
 """
 
+from mot_sim.world.knobs import Knobs
 from mot_sim.world.light import Light
 from mot_sim.world.look import look
-from mot_sim.world.neighbourhood import Knobs, Neighbourhood
+from mot_sim.world.neighbourhood import Neighbourhood
+from mot_sim.world.scenery import Scenery
 from mot_sim.world.weather import WEATHERS, Weather, find_weather
 
-__all__ = ["WEATHERS", "Knobs", "Light", "Neighbourhood", "Weather", "find_weather", "look"]
+__all__ = [
+    "WEATHERS", "Knobs", "Light", "Neighbourhood", "Scenery", "Weather", "find_weather", "look",
+]  # fmt: skip

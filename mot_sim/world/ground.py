@@ -17,10 +17,12 @@ CHANNELS = {paint: channel for channel, paint in enumerate(("asphalt", "pavement
 assert set(CHANNELS) == set(PAINTS)
 ASPHALT, PAVEMENT, KERB, LINE = (104, 104, 106), (158, 154, 147), (178, 176, 170), (228, 228, 222)
 GRASS, DRY = np.array([86, 101, 56], np.float32), np.array([124, 116, 78], np.float32)
-A_COLOUR = np.array((ASPHALT, PAVEMENT, KERB, LINE), np.float32).T  # from shares to RGB
-A_GRASS = np.stack((GRASS, DRY - GRASS), axis=1)
 SLAB = 0.5  # metres
 CRACKED = 2  # cracks are drawn up to this level of detail: they are finer than coarser texels
+
+
+Colour = tuple[int, int, int]
+Place = tuple[int, int, int]  # of a tile: its level, column and row
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,48 +66,73 @@ class Ground:
         texel = TEXEL * 2**level
         low = TILE * texel * np.array([column, row], dtype=float)
         weights = self._weights(low, texel)
-        share = [one.astype(np.float32) * np.float32(1.0 / 255.0) for one in cv2.split(weights)]
         slow = self.grain.slow_at(level, column, row)
-        stones = self.grain.at("stones", level, column, row)
-        bare = 1.0 - (share[0] + share[1] + share[2] + share[3])
-        if share[3].any():
-            worn = (stones + 0.9 * slow + (1.6 * self.wear - 2.6)) * 0.8
-            lost = share[3] * np.clip(worn, 0.0, 0.85)
-            share[3], share[0] = share[3] - lost, share[0] + lost
-        if share[0].any():
-            share[0] *= self._tone(level, low, texel) * (1.0 + 0.085 * stones + 0.05 * slow)
-        if share[1].any():
-            share[1] *= self._slabs(level, column, row) * (1.0 + 0.05 * stones + 0.04 * slow)
-        share[2] *= 1.0 + 0.05 * stones
-        share[3] *= 1.0 + 0.05 * stones
-        colour = cv2.transform(cv2.merge(share), A_COLOUR)
-        if bare.max() > 0.0:
-            colour += self._grass(level, column, row, slow, bare)
+        planes = [np.zeros((TILE, TILE), np.float32) for _ in range(3)]
+        alpha = np.zeros((TILE, TILE), np.uint8)
+        bare: Float32[Array, "t t"] | None = None
+        if weights is not None:
+            alpha = np.maximum(weights[0], weights[3])
+            shares = self._shares(weights, slow, (level, column, row))
+            for share, colour in shares:
+                for channel, tone in enumerate(colour):
+                    planes[channel] += share * np.float32(tone)
+            bare = _rest(weights)
+        if weights is None or bare is not None:
+            self._add_grass(planes, slow, bare, (level, column, row))
         light = self._light(low, texel)
         if light is not None:
-            colour = cv2.multiply(colour, cv2.merge((light, light, light)))
-        alpha = np.maximum(weights[..., 0], weights[..., 3])
-        return cv2.merge((*cv2.split(cv2.convertScaleAbs(np.maximum(colour, 0.0))), alpha))
+            planes = [plane * light for plane in planes]
+        return cv2.merge((*(cv2.convertScaleAbs(plane) for plane in planes), alpha))
 
-    def _weights(self, low: Array, texel: float) -> UInt8[Array, "t t 4"]:
-        """How much asphalt, pavement, kerb and line is in each texel."""
+    def _shares(
+        self, weights: list[UInt8[Array, "t t"]], slow: Float32[Array, "t t"], place: Place
+    ) -> list[tuple[Float32[Array, "t t"], Colour]]:
+        """How bright each paint is in each texel, 0 where it is not, and its colour."""
+        level, column, row = place
+        low, texel = TILE * TEXEL * 2**level * np.array([column, row], float), TEXEL * 2**level
+        share = [one * np.float32(1.0 / 255.0) if one.any() else None for one in weights]
+        stones = self.grain.at("stones", level, column, row)
+        asphalt, pavement, kerb, line = share
+        if line is not None:
+            worn = (stones + 0.9 * slow + (1.6 * self.wear - 2.6)) * 0.8
+            lost = line * np.clip(worn, 0.0, 0.85)
+            line, asphalt = line - lost, lost if asphalt is None else asphalt + lost
+        found = []
+        if asphalt is not None:
+            asphalt *= self._tone(level, low, texel) * (1.0 + 0.085 * stones + 0.05 * slow)
+            found.append((asphalt, ASPHALT))
+        if pavement is not None:
+            pavement *= self._slabs(level, column, row) * (1.0 + 0.05 * stones + 0.04 * slow)
+            found.append((pavement, PAVEMENT))
+        found += [
+            (one * (np.float32(1.0) + np.float32(0.05) * stones), colour)
+            for one, colour in ((kerb, KERB), (line, LINE)) if one is not None
+        ]  # fmt: skip
+        return found
+
+    def _weights(self, low: Array, texel: float) -> list[UInt8[Array, "t t"]] | None:
+        """How much asphalt, pavement, kerb and line is in each texel; None where there is none."""
         if not len(self.surfaces.within(low, low + TILE * texel)):
-            return np.zeros((TILE, TILE, 4), np.uint8)
+            return None
         size = FINER * TILE
         weights = self.surfaces.fill(np.zeros((size, size, 4), np.uint8), low, texel / FINER)
-        return cv2.resize(weights, (TILE, TILE), interpolation=cv2.INTER_AREA)
+        return list(cv2.split(cv2.resize(weights, (TILE, TILE), interpolation=cv2.INTER_AREA)))
 
-    def _grass(
+    def _add_grass(
         self,
-        level: int,
-        column: int,
-        row: int,
+        planes: list[Float32[Array, "t t"]],
         slow: Float32[Array, "t t"],
-        bare: Float32[Array, "t t"],
-    ) -> Float32[Array, "t t 3"]:
-        dry = np.clip(0.3 + 0.35 * slow, 0.0, 1.0)
-        blades = bare * (1.0 + 0.16 * self.grain.at("blades", level, column, row))
-        return cv2.transform(cv2.merge((blades, blades * dry)), A_GRASS)
+        bare: Float32[Array, "t t"] | None,
+        place: Place,
+    ) -> None:
+        """Add what grows on the bare share of each texel (None: on all of it), in place."""
+        blades = 1.0 + 0.16 * self.grain.at("blades", *place)
+        if bare is not None:
+            blades *= bare
+        dry = np.clip(0.3 + 0.35 * slow, 0.0, 1.0) * blades
+        for channel in range(3):
+            planes[channel] += blades * GRASS[channel]
+            planes[channel] += dry * (DRY - GRASS)[channel]
 
     def _tone(self, level: int, low: Array, texel: float) -> Float32[Array, "t t"]:
         """How bright the asphalt is: tracks of wheels, patches, covers, cracks; 1 = its own."""
@@ -148,3 +175,10 @@ class Ground:
         soft = max(2 * round(0.15 / texel / 2) + 1, 1)
         shade = cv2.blur(wide, (soft, soft))[margin:-margin, margin:-margin]
         return np.float32(1.0) - shade * np.float32(1.0 / 255.0)
+
+
+def _rest(weights: list[UInt8[Array, "t t"]]) -> Float32[Array, "t t"] | None:
+    """The share of each texel that nothing is painted on; None where there is no such texel."""
+    total = cv2.add(cv2.add(weights[0], weights[1]), cv2.add(weights[2], weights[3]))
+    left: UInt8[Array, "t t"] = cv2.bitwise_not(total)
+    return left * np.float32(1.0 / 255.0) if left.any() else None

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
-from jaxtyping import Float, Float32, Int16, UInt8, UInt16
+from jaxtyping import Float32, UInt8, UInt16
 from numpy import ndarray as Array
 
 from mot_sim.draws import named_stream, uniform
@@ -49,16 +49,21 @@ def look(
         image = rained_on(image, camera, rendered.semantics, weather.rain, seed, frame)
     if weather.night:
         image = darkened(image, camera, rendered, weather.night, weather.headlights)
+    lens = _vignette(camera, weather.vignetting)
+    is_last = not (weather.glare or weather.motion_blur)  # then air and lens are one sum
     if np.isfinite(weather.visibility):
-        image = _through_air(image, camera, rendered.depth, weather)
+        bright = lens if weather.vignetting and is_last else None
+        image = _through_air(image, camera, rendered.depth, weather, bright)
     if weather.glare:
         image = cv2.add(image, _glare(view, rendered, weather.glare))
     if weather.motion_blur:
         image = _moved(image, camera, rendered.depth, weather.motion_blur, motion)
-    if weather.vignetting:
-        image = cv2.multiply(image, _vignette(camera, weather.vignetting), scale=1.0 / 255.0)
+    if weather.vignetting and not (is_last and np.isfinite(weather.visibility)):
+        dim = cv2.convertScaleAbs(lens, alpha=255.0)
+        image = cv2.multiply(image, cv2.merge((dim, dim, dim)), scale=1.0 / 255.0)
     if weather.noise:
-        image = cv2.add(image, _noise(camera, weather.noise, seed, frame), dtype=cv2.CV_8U)
+        more, less = _noise(camera, weather.noise, seed, frame)
+        image = cv2.subtract(cv2.add(image, more), less)
     if weather.jpeg < 100.0:
         setting = [cv2.IMWRITE_JPEG_QUALITY, int(weather.jpeg)]
         _, packed = cv2.imencode(".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), setting)
@@ -87,13 +92,24 @@ def _toned(image: Image, weather: Weather, rendered: Rendered) -> Image:
 
 
 def _through_air(
-    image: Image, camera: Camera, depth: Float32[Array, "h w"], weather: Weather
+    image: Image,
+    camera: Camera,
+    depth: Float32[Array, "h w"],
+    weather: Weather,
+    lens: Float32[Array, "h w"] | None,
 ) -> Image:
-    """What fog and haze leave of the light, and their own light."""
-    far = np.minimum(depth, _sky_depth(camera))
-    far *= np.float32(-CONTRAST / weather.visibility)
-    left = cv2.exp(far)
-    return cv2.blendLinear(image, _plain(camera, weather.air), left, np.float32(1.0) - left)
+    """What fog and haze leave of the light, and their own light; lens: what it leaves of both."""
+    left = np.minimum(depth, _sky_depth(camera))
+    left *= np.float32(-CONTRAST / weather.visibility)
+    np.exp(left, out=left)
+    if lens is None:
+        own = np.float32(1.0) - left
+    else:
+        left *= lens
+        own = lens - left
+    share = cv2.convertScaleAbs(left, alpha=255.0)
+    seen = cv2.multiply(image, cv2.merge((share, share, share)), scale=1.0 / 255.0)
+    return cv2.add(seen, cv2.merge([cv2.convertScaleAbs(own, alpha=one) for one in weather.air]))
 
 
 @lru_cache(maxsize=8)
@@ -101,12 +117,6 @@ def _sky_depth(camera: Camera) -> Float32[Array, "h w"]:
     """How much air rays above the horizon pass before they leave its lower layer, metres."""
     slope = np.maximum(horizon(camera).slope, 1e-4)
     return np.where(horizon(camera).below > 0, 1e9, LAYER / slope).astype(np.float32)
-
-
-@lru_cache(maxsize=16)
-def _plain(camera: Camera, colour: tuple[int, int, int]) -> Image:
-    width, height = camera.image_size
-    return np.full((height, width, 3), colour, np.uint8)
 
 
 def _glare(view: View, rendered: Rendered, strength: float) -> Image:
@@ -166,28 +176,29 @@ def _pixels(camera: Camera) -> tuple[Float32[Array, "h w"], Float32[Array, "h w"
 
 
 @lru_cache(maxsize=8)
-def _vignette(camera: Camera, loss: float) -> Image:
-    """How bright the lens leaves each pixel, of 255."""
+def _vignette(camera: Camera, loss: float) -> Float32[Array, "h w"]:
+    """How bright the lens leaves each pixel, 0 to 1."""
     width, height = camera.image_size
     u, v = _pixels(camera)
     apart = ((u - 0.5 * width) ** 2 + (v - 0.5 * height) ** 2) / (0.25 * (width**2 + height**2))
-    bright = np.round(255.0 * (1.0 - loss * apart)).astype(np.uint8)
-    return cv2.merge((bright, bright, bright))
+    return (1.0 - loss * apart).astype(np.float32)
 
 
-def _noise(camera: Camera, level: float, seed: int, frame: int) -> Int16[Array, "h w 3"]:
-    """A piece of the seed's noise; every frame has another."""
+def _noise(camera: Camera, level: float, seed: int, frame: int) -> tuple[Image, Image]:
+    """A piece of the seed's noise, what it adds and what it takes; every frame has another."""
     width, height = camera.image_size
-    bank = _bank(seed, level, (height + 256, width + 256))
+    banks = _banks(seed, level, (height + 256, width + 256))
     where = uniform(seed, "sensor noise", np.zeros(1, np.int64), np.array([frame]), 2)[0]
     top, left = (256.0 * where).astype(int)
-    return bank[top : top + height, left : left + width]
+    more, less = (bank[top : top + height, left : left + width] for bank in banks)
+    return more, less
 
 
 @lru_cache(maxsize=4)
-def _bank(seed: int, level: float, size: tuple[int, int]) -> Int16[Array, "h w 3"]:
+def _banks(seed: int, level: float, size: tuple[int, int]) -> tuple[Image, Image]:
     rng = named_stream(seed, "sensor noise")
     shared = rng.standard_normal((*size, 1), dtype=np.float32)
     own = rng.standard_normal((*size, 3), dtype=np.float32)
-    mixed: Float[Array, "h w 3"] = 0.85 * shared + 0.53 * own
-    return np.round(level * mixed).astype(np.int16)
+    mixed: Float32[Array, "h w 3"] = np.round(np.float32(level) * (0.85 * shared + 0.53 * own))
+    more, less = (np.clip(sign * mixed, 0, 255).astype(np.uint8) for sign in (1.0, -1.0))
+    return more, less

@@ -11,35 +11,12 @@ from mot_sim.renderers.triangles import NEAR
 from mot_sim.rig import Rig
 from mot_sim.traffic.roads import Roads
 from mot_sim.world.ground import Ground
+from mot_sim.world.knobs import Knobs
 from mot_sim.world.light import Light
 from mot_sim.world.panorama import panorama_of
-from mot_sim.world.placing import Density, Item, place
-from mot_sim.world.scenery import Scenery, shadows_of
-from mot_sim.world.terrain import Terrain
+from mot_sim.world.scenery import Scenery, checked, shadows_of
 from mot_sim.world.window import Windows
-from tracker.errors import BadConfig
 from tracker.types import Camera
-
-MOST = 3.0  # times a usual town's density
-
-
-@dataclass(frozen=True)
-class Knobs:
-    """What a neighbourhood looks like; wear: of asphalt and paint, 0 to 1.
-
-    houses, trees, furniture (lamps, signs, fences): 0 = none, 1 = as in a usual town, at most 3.
-    """
-
-    wear: float = 0.5
-    houses: float = 1.0
-    trees: float = 1.0
-    furniture: float = 1.0
-
-    def __post_init__(self) -> None:
-        for name, most in (("wear", 1.0), ("houses", MOST), ("trees", MOST), ("furniture", MOST)):
-            value = getattr(self, name)
-            if not 0.0 <= value <= most:
-                raise BadConfig(f"{name} of a neighbourhood is {value:g}: give 0 to {most:g}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +25,6 @@ class Neighbourhood:
 
     windows: Windows
     scenery: Scenery
-    items: tuple[Item, ...]
     seed: int
     light: Light
 
@@ -58,19 +34,18 @@ class Neighbourhood:
     ) -> "Neighbourhood":
         """The neighbourhood of roads; light: of a `Weather`, by default a clear noon's."""
         light, knobs = light or Light(), knobs or Knobs()
-        terrain = Terrain.of(roads)
-        items = place(terrain, seed, Density(knobs.houses, knobs.trees, knobs.furniture))
-        shadows = shadows_of(items, light.towards_world, light.shade)
+        scenery = Scenery.around(roads, seed, knobs)
+        shadows = shadows_of(scenery.items, light.towards_world, light.shade)
         ground = Ground.of(roads, seed, knobs.wear, shadows)
-        return cls(Windows(ground), Scenery.of(items), tuple(items), seed, light)
+        return cls(Windows(ground), scenery, seed, light)
 
     def road_at(self, ego: Float[Array, "3"], camera: Camera) -> Road:
         """The painted road plane before the camera, for an ego pose x, y, heading."""
-        return self.windows.road(_checked(ego), Rig(camera).T_world_road(ego), camera)
+        return self.windows.road(checked(ego), Rig(camera).T_world_road(ego), camera)
 
     def scenery_at(self, ego: Float[Array, "3"], camera: Camera, near: float = NEAR) -> Placed:
         """The houses, trees and other things that the camera may see; all of them NOBODY's."""
-        return self.scenery.placed(_checked(ego), Rig(camera).T_world_cam(ego), camera, near)
+        return self.scenery.seen_from(ego, camera, near)
 
     def sky_at(self, ego: Float[Array, "3"]) -> Sky:
         """The sky along the ego's heading."""
@@ -98,9 +73,3 @@ def together(first: Placed, second: Placed) -> Placed:
         np.concatenate((first.T_cam_object, second.T_cam_object)),
         np.concatenate((first.instances, second.instances)),
     )
-
-
-def _checked(ego: Float[Array, "3"]) -> Float[Array, "3"]:
-    if not np.isfinite(ego).all():
-        raise BadConfig(f"the ego pose (x, y, heading) is not finite: {ego.tolist()}")
-    return ego

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Float, Int, Int32, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.rig import clip_polygon
@@ -65,14 +65,41 @@ class Patches:
         low: x, y of the outer corner of the first texel. texel: metres.
         """
         size = np.array(image.shape[1::-1], dtype=float)
-        for row in self.within(low, low + size * texel).tolist():
-            texels = (self.corners[row] - low) / texel - 0.5
-            if texels.min() < -FAR_OUT or (texels > size + FAR_OUT).any():
-                texels = _cut(texels, size)
-            if len(texels) >= 3:
-                fixed = np.round(texels * (1 << SHIFT)).astype(np.int32)
-                cv2.fillConvexPoly(image, fixed, self.values[row], cv2.LINE_8, SHIFT)
+        rows = self.within(low, low + size * texel)
+        if not len(rows):
+            return image
+        points, ends = self._points
+        lengths = ends[rows + 1] - ends[rows]
+        stops = np.cumsum(lengths)
+        chosen = np.arange(stops[-1]) + np.repeat(ends[rows] - stops + lengths, lengths)
+        texels = (points[chosen] - low) / texel - 0.5
+        outside = np.maximum(-texels, texels - size).max(axis=1) > FAR_OUT
+        far = np.maximum.reduceat(outside, stops - lengths).tolist()
+        fixed = np.round(texels * (1 << SHIFT)).astype(np.int32)
+        starts = (stops - lengths).tolist()
+        for row, a, b, is_far in zip(rows.tolist(), starts, stops.tolist(), far, strict=True):
+            outline = _fixed(_cut(texels[a:b], size)) if is_far else fixed[a:b]
+            if len(outline) >= 3:
+                cv2.fillConvexPoly(image, outline, self.values[row], cv2.LINE_8, SHIFT)
         return image
+
+    @cached_property
+    def _points(self) -> tuple[Float[Array, "k 2"], Int[Array, " m"]]:
+        """All corners, and where those of each polygon begin; the last one's end."""
+        ends = np.cumsum([0, *(len(one) for one in self.corners)])
+        return np.concatenate(self.corners), ends
+
+
+def fill_outline(
+    image: UInt8[Array, "h w"], outline: Float[Array, "n 2"], low: Float[Array, "2"], texel: float
+) -> None:
+    """Fill one convex outline with 255, in place; it lies in the image or not far beside it."""
+    fixed = _fixed((outline - low) / texel - 0.5)
+    cv2.fillConvexPoly(image, fixed, (255,), cv2.LINE_8, SHIFT)
+
+
+def _fixed(texels: Float[Array, "n 2"]) -> Int32[Array, "n 2"]:
+    return np.round(texels * (1 << SHIFT)).astype(np.int32)
 
 
 def _cut(texels: Float[Array, "n 2"], size: Float[Array, "2"]) -> Float[Array, "m 2"]:

@@ -9,13 +9,13 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim import draws
-from mot_sim.world.furniture import garden_wall, lamp_post, rail, sign
+from mot_sim.world.furniture import garden_wall, rail
 from mot_sim.world.houses import house
-from mot_sim.world.plants import KINDS, bush, hedge, trees
+from mot_sim.world.plants import hedge
 from mot_sim.world.solids import Solid
+from mot_sim.world.stock import Make, makers
 from mot_sim.world.terrain import Terrain
 
-DETAILS = 3
 HOUSES = 18  # that differ; streets draw from them
 CLEAR = 1.0  # metres from any thing to the asphalt, on a grid of half a metre
 PLOT, FRONT, WOODS = 3.6, 7.5, 16.0  # metres from the asphalt: fences, houses, the first woods
@@ -135,7 +135,7 @@ def _single(
     scatter: float = 0.5,
 ) -> list[Item]:  # fmt: skip
     """Trees, bushes, lamps or signs, one by one."""
-    make, radius, leafy = _makers(seed)[kind]
+    make, radius, leafy = makers(seed)[kind]
     circle = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]) * radius
     least = max(min(away - 0.8, 0.6 * away), CLEAR)
     found = []
@@ -158,9 +158,6 @@ def _single(
     return found
 
 
-Make = Callable[[int, int], Solid]  # the number-th of a kind, at a detail
-
-
 def _moved(
     make: Make,
     number: int,
@@ -168,18 +165,6 @@ def _moved(
     detail: int,
 ) -> Solid:
     return make(number, detail).moved(*spot)
-
-
-def _makers(seed: int) -> dict[str, tuple[Make, float, bool]]:
-    """For each kind: what makes it, half the width of its foot, whether it has leaves."""
-    grown = [trees(seed, detail) for detail in range(DETAILS)]
-    low = [[bush(seed, kind, detail) for kind in range(4)] for detail in range(DETAILS)]
-    return {
-        "tree": (lambda number, detail: grown[detail][number * 7 % KINDS], 0.3, True),
-        "bush": (lambda number, detail: low[detail][number * 3 % 4], 0.6, True),
-        "lamp": (lambda number, detail: lamp_post(), 0.12, False),
-        "sign": (lambda number, detail: sign(number * 3 + number // 5), 0.12, False),
-    }
 
 
 def _fences(terrain: Terrain, seed: int, amount: float) -> list[Item]:

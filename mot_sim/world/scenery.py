@@ -1,6 +1,7 @@
 """The things beside the roads in pieces that are drawn together, and the shadows they cast."""
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -8,10 +9,16 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.renderers import NOBODY, Mesh, Placed
-from mot_sim.renderers.triangles import in_sight
+from mot_sim.renderers.triangles import NEAR, in_sight
+from mot_sim.rig import Rig
+from mot_sim.traffic.roads import Roads
+from mot_sim.world.knobs import Knobs
 from mot_sim.world.patches import Patches
-from mot_sim.world.placing import DETAILS, Item
+from mot_sim.world.placing import Density, Item, place
 from mot_sim.world.solids import join
+from mot_sim.world.stock import DETAILS
+from mot_sim.world.terrain import Terrain
+from tracker.errors import BadConfig
 from tracker.geometry import homogeneous, invert
 from tracker.types import Camera
 
@@ -35,6 +42,19 @@ class Scenery:
     origins: Float[Array, "n 2"]
     radii: Float[Array, " n"]
     made: dict[tuple[int, int], Mesh] = field(default_factory=dict)
+
+    @classmethod
+    def around(cls, roads: Roads, seed: int, knobs: Knobs | None = None) -> "Scenery":
+        """What stands beside roads; nothing of the ground is painted for it.
+
+        The same roads, seed and knobs give the same one again as long as it is remembered.
+        """
+        return _around(roads, seed, knobs or Knobs())
+
+    @property
+    def items(self) -> tuple[Item, ...]:
+        """All things, square by square."""
+        return tuple(item for piece in self.pieces for item in piece)
 
     @classmethod
     def of(cls, items: list[Item]) -> "Scenery":
@@ -61,10 +81,9 @@ class Scenery:
             self.made[key] = join(solids).mesh(self.origins[row])
         return self.made[key]
 
-    def placed(
-        self, ego: Float[Array, "3"], T_world_cam: Float[Array, "4 4"], camera: Camera, near: float
-    ) -> Placed:
-        """What of it the camera may see."""
+    def seen_from(self, ego: Float[Array, "3"], camera: Camera, near: float = NEAR) -> Placed:
+        """What of it the camera of an ego pose (x, y, heading) may see; all of it NOBODY's."""
+        T_world_cam = Rig(camera).T_world_cam(checked(ego))
         apart = self.origins - ego[:2]
         ahead = apart @ np.array([np.cos(ego[2]), np.sin(ego[2])])
         close = (np.hypot(*apart.T) - self.radii < FAR) & (ahead + self.radii > near)
@@ -84,7 +103,20 @@ class Scenery:
         )
 
 
-def shadows_of(items: list[Item], towards: Float[Array, "3"], shade: float) -> Patches:
+@lru_cache(maxsize=4)
+def _around(roads: Roads, seed: int, knobs: Knobs) -> Scenery:
+    density = Density(knobs.houses, knobs.trees, knobs.furniture)
+    return Scenery.of(place(Terrain.of(roads), seed, density))
+
+
+def checked(ego: Float[Array, "3"]) -> Float[Array, "3"]:
+    """The ego pose, if it is finite."""
+    if not np.isfinite(ego).all():
+        raise BadConfig(f"the ego pose (x, y, heading) is not finite: {ego.tolist()}")
+    return ego
+
+
+def shadows_of(items: tuple[Item, ...], towards: Float[Array, "3"], shade: float) -> Patches:
     """Where the sun's light does not reach the ground; towards: to the sun, z down.
 
     shade: how much of the light is taken, 0 to 1.

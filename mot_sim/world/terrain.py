@@ -9,7 +9,7 @@ from jaxtyping import Float, Float32, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.traffic.roads import Roads
-from mot_sim.world.patches import Patches
+from mot_sim.world.patches import Patches, fill_outline
 
 CELL = 0.5  # metres
 MARGIN = 70.0  # metres around the roads
@@ -58,13 +58,15 @@ class Terrain:
 
     def is_free(self, outline: Float[Array, "n 2"], distance: float, spare: float = 0.0) -> bool:
         """Whether a convex outline keeps off everything, and that far from the asphalt."""
-        inside = (outline > self.low + 1.0) & (outline < self._high - 1.0)
-        if not inside.all():
+        low, high = outline.min(axis=0), outline.max(axis=0)
+        if not ((low > self.low + 1.0) & (high < self._high - 1.0)).all():
             return False
         mask, window = self._mask(outline, spare)
-        near = self.distance[window][mask > 0]
-        blocked = self.taken[window][mask > 0]
-        return bool(len(near)) and bool(near.min() >= distance) and not blocked.any()
+        covered = mask > 0
+        near = self.distance[window][covered]
+        if not len(near) or near.min() < distance:
+            return False
+        return not bool(self.taken[window][covered].any())
 
     def take(self, outline: Float[Array, "n 2"]) -> None:
         """Mark that something stands on an outline."""
@@ -79,15 +81,19 @@ class Terrain:
         self, outline: Float[Array, "n 2"], spare: float
     ) -> tuple[UInt8[Array, "a b"], tuple[slice, slice]]:
         """The cells of an outline, grown by `spare` metres, in a window of the grid."""
-        middle = outline.mean(axis=0)
-        away = outline - middle
-        reach = np.maximum(np.hypot(*away.T), 1e-6)[:, None]
-        outline = middle + away * (1.0 + spare / reach)
-        rows, columns = self.cells(outline)
-        window = (slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1))
-        mask = np.zeros((np.ptp(rows) + 1, np.ptp(columns) + 1), np.uint8)
-        corner = self.low + CELL * np.array([columns.min(), rows.min()])
-        Patches((outline,), ((255,),)).fill(mask, corner, CELL)
+        if spare > 0.0:
+            middle = outline.sum(axis=0) / len(outline)
+            away = outline - middle
+            reach = np.maximum(np.hypot(*away.T), 1e-6)[:, None]
+            outline = middle + away * (1.0 + spare / reach)
+        index = np.floor((outline - self.low) / CELL)
+        low = np.maximum(index.min(axis=0), 0.0)
+        high = np.minimum(index.max(axis=0), self.distance.shape[::-1] - np.ones(2))
+        (left, top), (right, bottom) = low.astype(int).tolist(), high.astype(int).tolist()
+        window = (slice(top, bottom + 1), slice(left, right + 1))
+        mask = np.zeros((bottom + 1 - top, right + 1 - left), np.uint8)
+        corner = self.low + CELL * low
+        fill_outline(mask, outline, corner, CELL)
         return mask, window
 
     def lines(self, distance: float) -> list[tuple[Float[Array, "n 2"], Float[Array, "n 2"]]]:

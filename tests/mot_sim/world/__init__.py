@@ -1,1 +1,1 @@
-"""Tests of the renderers."""
+"""Tests of the world around the cars."""

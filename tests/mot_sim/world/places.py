@@ -27,7 +27,7 @@ def ego_on(road: str) -> np.ndarray:
 def roads(road: str) -> Roads:
     """The part of a road around the ego: a smaller world is built sooner."""
     whole, (x, y, _) = roads_of(road), EGOS[road]
-    near = [s for s in whole.surfaces if np.hypot(*(s.corners.mean(axis=0) - (x + 40.0, y))) < 90.0]
+    near = [s for s in whole.surfaces if np.hypot(*(s.corners.mean(axis=0) - (x + 30.0, y))) < 60.0]
     return Roads(tuple(near), whole.lanes)
 
 

@@ -1,5 +1,7 @@
 """Weather as a post-effect: nothing at neutral, seeded, each knob does what it says."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -9,30 +11,37 @@ from mot_sim.world.weather import RANGES
 from tests.mot_sim.world.places import CAMERA, ego_on, world
 from tracker.errors import BadConfig, UnknownName
 
-VIEW = world("street").view(CAMERA, ego_on("street"), Placed.empty())
-FRAME = find_renderer("raster").render(VIEW)
+
+@cache
+def street() -> View:
+    return world("street").view(CAMERA, ego_on("street"), Placed.empty())
 
 
-def seen(weather: Weather, seed: int = 1, frame: int = 0, view: View = VIEW) -> np.ndarray:
-    return look(weather, view, FRAME, seed, frame, (1.0, 0.02))
+@cache
+def drawn() -> Rendered:
+    return find_renderer("raster").render(street())
+
+
+def seen(weather: Weather, seed: int = 1, frame: int = 0, view: View | None = None) -> np.ndarray:
+    return look(weather, view or street(), drawn(), seed, frame, (1.0, 0.02))
 
 
 def test_neutral_weather_changes_no_byte() -> None:
     image = seen(Weather())
-    assert image.tobytes() == FRAME.image.tobytes()
-    assert image is not FRAME.image
+    assert image.tobytes() == drawn().image.tobytes()
+    assert image is not drawn().image
     assert find_weather("clear").is_neutral
 
 
 @pytest.mark.parametrize("name", sorted(WEATHERS))
 def test_a_weather_is_the_same_twice_and_leaves_its_input_alone(name: str) -> None:
-    before = FRAME.image.copy(), FRAME.depth.copy()
+    before = drawn().image.copy(), drawn().depth.copy()
     one, other = seen(WEATHERS[name], 4, 7), seen(WEATHERS[name], 4, 7)
     assert one.tobytes() == other.tobytes()
-    assert one.shape == FRAME.image.shape
+    assert one.shape == drawn().image.shape
     assert one.dtype == np.uint8
-    assert np.array_equal(FRAME.image, before[0])
-    assert np.array_equal(FRAME.depth, before[1])
+    assert np.array_equal(drawn().image, before[0])
+    assert np.array_equal(drawn().depth, before[1])
 
 
 @pytest.mark.parametrize("name", ["noise", "rain"])
@@ -52,7 +61,7 @@ def test_every_knob_changes_the_picture(name: str) -> None:
         else Weather(WEATHERS["low_sun"].light, **{name: strong.get(name, 0.8)})
     )
     other = Weather(night=1.0) if name == "headlights" else Weather()
-    view = world("street").view(CAMERA, ego_on("street"), Placed.empty())
+    view = street()
     if name == "glare":
         view = View(CAMERA, view.placed, view.road, view.sky, weather.light.sun(0.0))
     assert (seen(weather, view=view) != seen(other, view=view)).any()
@@ -61,10 +70,10 @@ def test_every_knob_changes_the_picture(name: str) -> None:
 def test_fog_takes_contrast_with_depth() -> None:
     air = (200, 200, 200)
     foggy = seen(Weather(visibility=60.0, air=air)).astype(float)
-    far = (FRAME.depth > 120.0) & np.isfinite(FRAME.depth)
-    near = FRAME.depth < 8.0
+    far = (drawn().depth > 120.0) & np.isfinite(drawn().depth)
+    near = drawn().depth < 8.0
     assert np.abs(foggy[far] - 200.0).max() <= 2.0
-    assert np.abs(foggy[near] - FRAME.image[near]).mean() < 50.0
+    assert np.abs(foggy[near] - drawn().image[near]).mean() < 50.0
 
 
 def test_fog_by_hand() -> None:
@@ -72,17 +81,17 @@ def test_fog_by_hand() -> None:
     depth = np.full((375, 1242), 50.0, np.float32)
     nothing = np.full((375, 1242), -1, np.int32)
     flat = Rendered(image, depth, nothing, np.full((375, 1242), Semantic.ROAD, np.uint8))
-    foggy = look(Weather(visibility=100.0, air=(200, 200, 200)), VIEW, flat, 1, 0)
+    foggy = look(Weather(visibility=100.0, air=(200, 200, 200)), street(), flat, 1, 0)
     left = np.exp(-3.0 * 0.5)
     assert abs(int(foggy[300, 600, 0]) - (100 * left + 200 * (1.0 - left))) <= 1.0
 
 
 def test_night_is_dark_but_for_what_glows() -> None:
     dark = seen(Weather(night=1.0, headlights=1.0))
-    glowing = FRAME.semantics == Semantic.LIGHT
+    glowing = drawn().semantics == Semantic.LIGHT
     assert glowing.any()
     assert dark[glowing].mean() > 150.0
-    assert dark[:100].mean() < 0.35 * FRAME.image[:100].mean()
+    assert dark[:100].mean() < 0.35 * drawn().image[:100].mean()
 
 
 def test_lamps_shine_on_the_road_before_us() -> None:
@@ -92,7 +101,7 @@ def test_lamps_shine_on_the_road_before_us() -> None:
 
 def test_without_motion_nothing_is_blurred() -> None:
     weather = Weather(motion_blur=0.5)
-    assert look(weather, VIEW, FRAME, 1, 0).tobytes() == FRAME.image.tobytes()
+    assert look(weather, street(), drawn(), 1, 0).tobytes() == drawn().image.tobytes()
 
 
 def test_an_unknown_weather_is_refused_with_its_neighbour() -> None:

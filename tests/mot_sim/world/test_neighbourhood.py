@@ -10,7 +10,7 @@ import pytest
 
 from mot_sim.renderers import NOBODY, Placed, Semantic, find_renderer
 from mot_sim.traffic import Roads
-from mot_sim.world import WEATHERS, Knobs, Light, Neighbourhood, look
+from mot_sim.world import WEATHERS, Knobs, Light, Neighbourhood, Scenery, look
 from mot_sim.world.grain import LEVELS
 from mot_sim.world.neighbourhood import together
 from mot_sim.world.patches import Patches
@@ -74,7 +74,7 @@ def test_a_place_looks_the_same_on_whatever_way_one_gets_there() -> None:
 def test_nothing_stands_where_cars_drive(road: str) -> None:
     asphalt = [s.corners for s in roads(road).surfaces if s.paint == "asphalt"]
     driven = Patches(tuple(asphalt), ((255,),) * len(asphalt))
-    items = world(road).items
+    items = world(road).scenery.items
     assert len(items) > 20
     for item in items:
         low = item.base.min(axis=0) - 0.2
@@ -113,7 +113,7 @@ def test_the_road_tells_where_cars_drive() -> None:
 
 
 def test_no_roads_at_all_give_a_meadow() -> None:
-    place = Neighbourhood.build(Roads(), 1)
+    place = Neighbourhood.build(Roads(), 3)
     rendered = RASTER.render(place.view(CAMERA, np.zeros(3), Placed.empty()))
     assert not (rendered.semantics == Semantic.ROAD).any()
 
@@ -160,3 +160,30 @@ def test_the_sun_turns_against_the_ego() -> None:
     light = Light(azimuth=90.0, elevation=45.0)  # on the right of who looks along +x
     assert np.allclose(light.sun(0.0).direction, np.array([1.0, -1.0, 0.0]) / 2**0.5)
     assert np.allclose(light.sun(np.pi / 2).direction, np.array([0.0, -1.0, 1.0]) / 2**0.5)
+
+
+def test_scenery_alone_is_what_is_drawn() -> None:
+    alone = Scenery.around(roads("street"), 3, Knobs())
+    drawn = Neighbourhood.build(roads("street"), 3, Light(azimuth=10.0)).scenery_at
+    one, other = alone.seen_from(ego_on("street"), CAMERA), drawn(ego_on("street"), CAMERA)
+    assert len(one) == len(other) > 0
+    assert np.array_equal(one.T_cam_object, other.T_cam_object)
+    for mesh, same in zip(one.meshes, other.meshes, strict=True):
+        assert np.array_equal(mesh.vertices, same.vertices)
+        assert np.array_equal(mesh.colours, same.colours)
+
+
+def test_scenery_is_made_again_the_same() -> None:
+    first = Scenery.around(roads("street"), 3)
+    again = Scenery.around(Roads(roads("street").surfaces, roads("street").lanes), 3)
+    assert again is not first
+    places = zip(first.items, again.items, strict=True)
+    assert all(np.array_equal(one.base, other.base) for one, other in places)
+
+
+def test_a_window_that_moves_on_shows_what_a_new_one_would() -> None:
+    place = Neighbourhood.build(roads("street"), 3, WEATHERS["noon"].light)
+    for x in (0.0, 7.0, 9.0, 30.0):
+        moved = frame(place, ego_on("street") + (x, 0.0, 0.1))
+    again = frame(world("street"), ego_on("street") + (30.0, 0.0, 0.1))
+    assert moved.tobytes() == again.tobytes()
