@@ -6,7 +6,7 @@ The labelled cars of the ten given sequences are re-enacted: replayed as worlds,
 our fleet, drawn, and measured pixel by pixel; the profile sees them in place of the detector.
 Camera, ego-motion and scoring stay KITTI's, and so do the labels' levels and DontCare regions, on
 both sides; on the made side a re-enacted car is scored by its own box (--label-boxes: by KITTI's,
-which is some 4 % wider than our cars on either side). Printed: every variant's MOTA, HOTA and
+which annotators drew somewhat wider than our cars are). Printed: every variant's MOTA, HOTA and
 identity switches on KITTI beside the made ones (median over the seeds, and their range), and
 Spearman's rank correlation of the variants by HOTA and by switches.
 

@@ -2,7 +2,7 @@
 
     python -m benchmarks.gallery FOLDER [--scenes street,merge] [--weathers noon,fog] [--steps 40]
 
-Writes each frame at full size, and `sheet.png` with all of them, smaller.
+Writes each frame at full size, and `sheet.jpg` with all of them, smaller.
 """
 
 import argparse
@@ -17,7 +17,7 @@ from mot_sim.report import write_image
 from mot_sim.scene import Take
 from mot_sim.world import WEATHERS, Neighbourhood, find_weather, look
 
-SMALL = (621, 188)
+SMALL = (414, 125)
 
 
 def main() -> None:
@@ -42,7 +42,7 @@ def main() -> None:
             write_image(arguments.out / f"{name}_{sky}.png", image)
             row.append(cv2.resize(image, SMALL, interpolation=cv2.INTER_AREA))
         rows.append(np.vstack(row))
-    write_image(arguments.out / "sheet.png", np.hstack(rows))
+    write_image(arguments.out / "sheet.jpg", np.hstack(rows))
 
 
 if __name__ == "__main__":

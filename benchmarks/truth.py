@@ -30,7 +30,8 @@ from benchmarks.agreement import agreement_table  # noqa: E402
 from mot_sim.cars import Casting  # noqa: E402
 from mot_sim.datasets.kitti import kitti_sequence  # noqa: E402
 from mot_sim.episode import record  # noqa: E402
-from mot_sim.episodes import read_episode, write_episode  # noqa: E402
+from mot_sim.episodes import Places, read_episode, record_episode  # noqa: E402
+from mot_sim.registry import SCENES  # noqa: E402
 from mot_sim.renderers import View, find_renderer  # noqa: E402
 from mot_sim.rig import Rig  # noqa: E402
 from mot_sim.scene import Scene  # noqa: E402
@@ -103,7 +104,7 @@ def speed_table(frames: int) -> None:
         one = median(all_[3:])
         print(f"{name:28s}{1e3 * one:10.1f}{1.0 / one:11.0f}{yardstick / one:12.2f}", flush=True)
     with tempfile.TemporaryDirectory() as folder:
-        write_episode(episode, Path(folder), "0000")
+        record_episode(episode.scene, 0, Places(Path(folder), "0000"))
         start = process_time()
         read = read_episode(Path(folder), "0000")
         for frame in range(frames):
@@ -154,13 +155,14 @@ def main() -> None:
     parser.add_argument("--root", type=Path, help="a KITTI tree with labels")
     parser.add_argument("--sequences", default=GIVEN)
     parser.add_argument("--agreement", action="store_true", help="of the two renderers")
+    parser.add_argument("--scenes", default=",".join(SCENES), help="of --agreement")
     parser.add_argument("--frames", type=int, default=60)
     arguments = parser.parse_args()
     speed_table(arguments.frames)
     if arguments.root:
         replay_table(arguments.root, arguments.sequences.split())
     if arguments.agreement:
-        agreement_table()
+        agreement_table(arguments.scenes.split(","))
 
 
 if __name__ == "__main__":

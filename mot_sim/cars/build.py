@@ -5,10 +5,9 @@ the same coefficients mean the same car in both.
 """
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from jaxtyping import Int
-from numpy import ndarray as Array
 
 from mot_sim.cars.body import authors_keypoints, whole
 from mot_sim.cars.coarse import LEVELS, SHIPPED_COARSE, simplify
@@ -32,7 +31,7 @@ def keypoint_prior(fleet: Components) -> ShapeBasis:
     return ShapeBasis(KEYPOINTS, mean, vectors, fleet.std)
 
 
-def coarse_arrays(fleet: Components) -> dict[str, Int[Array, "..."]]:
+def coarse_arrays(fleet: Components) -> dict[str, Any]:
     """The coarser meshes, for the mean cars of all bodies at once."""
     shared = topology()
     halves = fleet.mean + np.tensordot(fleet.body_means, fleet.vectors, axes=1)
@@ -40,7 +39,7 @@ def coarse_arrays(fleet: Components) -> dict[str, Int[Array, "..."]]:
     low, high = shapes.min(axis=1, keepdims=True), shapes.max(axis=1, keepdims=True)
     reaches_out = (shapes - low < AT_EDGE) | (high - shapes < AT_EDGE)
     locked = reaches_out.any(axis=(0, 2))  # so that sizes stay exact
-    arrays = {}
+    arrays: dict[str, Any] = {}
     for count in LEVELS:
         level = simplify(shapes, shared.faces, shared.parts, locked, count)
         arrays |= {f"faces{count}": level.faces, f"origins{count}": level.origins}

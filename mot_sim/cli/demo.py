@@ -10,7 +10,7 @@ from mot_sim.cli.terminal import OK, Terminal
 
 @dataclass(frozen=True)
 class Demo:
-    """Render, track and score a synthetic intersection; needs no data.
+    """Render, track and score an intersection; needs no data.
 
     mot-sim demo --out out/demo
 

@@ -10,28 +10,22 @@ from mot_sim.sensors.memory import Memory, latent
 FRAME = -1  # the id of what belongs to a frame and to no object
 
 
-def pressure(
+def with_glare(
+    own: Float[Array, " n"],
     seed: int,
     effect: str,
-    ids: Int[Array, " n"],
     frames: Int[Array, " n"],
-    memory: Memory,
+    shared: float,
+    seconds: float,
     step: float,
-    shared: float = 0.0,
-    shared_seconds: float = 0.0,
 ) -> Float[Array, " n"]:
-    """Uniform numbers in (0, 1), correlated in time; an event is where one is below its rate.
-
-    The marginal rate is then exact whatever the memory, also while the rate varies. shared: the
-    share of the latent's variance that all objects of a frame have in common.
-    """
-    own = latent(seed, effect, ids, frames, memory, step)[:, 0]
-    if shared > 0.0:
-        every, row = np.unique(frames, return_inverse=True)
-        glare = Memory((1.0,), (shared_seconds,))
-        common = latent(seed, f"{effect}/frame", np.full_like(every, FRAME), every, glare, step)
-        own = np.sqrt(1.0 - shared) * own + np.sqrt(shared) * common[row, 0]
-    return ndtr(own)
+    """Latents of which a share of the variance is the frame's and lasts some seconds."""
+    if shared == 0.0:
+        return own
+    every, row = np.unique(frames, return_inverse=True)
+    nobody = np.full_like(every, FRAME)
+    common = latent(seed, f"{effect}/frame", nobody, every, Memory((1.0,), (seconds,)), step)
+    return np.sqrt(1.0 - shared) * own + np.sqrt(shared) * common[row, 0]
 
 
 def bursts(
@@ -43,10 +37,13 @@ def bursts(
     memory: Memory,
     step: float,
 ) -> Bool[Array, " n"]:
-    """Where the event happens; no rate, no event. A higher rate has the same events and more."""
+    """Where the event happens; no rate, no event. A higher rate has the same events and more.
+
+    The marginal rate is exact whatever the memory, also while the rate varies.
+    """
     happens = np.zeros(len(ids), bool)
     possible = np.flatnonzero(rates > 0.0)
-    happens[possible] = (
-        pressure(seed, effect, ids[possible], frames[possible], memory, step) < rates[possible]
-    )
+    if len(possible):
+        x = latent(seed, effect, ids[possible], frames[possible], memory, step)[:, 0]
+        happens[possible] = ndtr(x) < rates[possible]
     return happens

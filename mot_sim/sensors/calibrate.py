@@ -14,10 +14,11 @@ from mot_sim.sensors.fit_misses import fit_confusion, fit_misses
 from mot_sim.sensors.measure import Drive, Measured, measure
 from mot_sim.sensors.profile import Profile
 from mot_sim.sensors.sightings import Sightings
+from mot_sim.sensors.statistics import gap_lengths
 from tracker.errors import BadConfig, BadDetections
 
 FEWEST_MATCHES = 500  # below, the tables by size and occlusion are guesses
-ROUNDS, SEEDS = 2, 5  # of bringing pooled rates home; of each round
+ROUNDS, SEEDS = 2, 8  # of bringing pooled figures home; of each round
 STEP = 0.1  # seconds between KITTI's frames
 
 Told = Callable[[str], None]
@@ -97,15 +98,29 @@ def simulate(
 
 
 def bring_home(profile: Profile, drives: Sequence[Drive], real: Measured, step: float) -> Profile:
-    """Shift the rates of false boxes by what a simulation gives too much or too little of them.
+    """Shift rates of false boxes and times of misses by what a simulation has too many or few of.
 
-    Ghosts may lie where nobody counts: the effects' own rates do not see that.
+    Ghosts may lie where nobody counts, and gaps end where a car's rate changes: the effects' own
+    figures do not see that.
     """
+    made = [measure(simulate(profile, drives, 7 + k, step)) for k in range(SEEDS)]
     near, far = (real.false.iou >= ABOUT).sum(), (real.false.iou < ABOUT).sum()
-    made_near, made_far = _false(profile, drives, step)
+    made_near, made_far = _false(made)
+    misses = profile.misses
+    assert misses is not None
+    gaps = float(np.mean([len(gap_lengths(each.found)) for each in made]))
+    factor = _factor(gaps, float(len(gap_lengths(real.found))))
+    misses = replace(
+        misses,
+        memory=misses.memory.slower(factor),
+        flutter_memory=misses.flutter_memory.slower(factor),
+    )
     duplicates, clutter = profile.duplicates, profile.clutter
     if duplicates is not None:
-        by_chance, _ = _false(replace(profile, duplicates=None), drives, step)
+        single = replace(profile, duplicates=None)
+        by_chance, _ = _false(
+            [measure(simulate(single, drives, 7 + k, step)) for k in range(SEEDS)]
+        )
         factor = _factor(near - by_chance, made_near - by_chance)
         duplicates = replace(
             duplicates,
@@ -114,7 +129,7 @@ def bring_home(profile: Profile, drives: Sequence[Drive], real: Measured, step: 
         )
     if clutter is not None:
         clutter = replace(clutter, rate=min(clutter.rate * _factor(far, made_far), 8.0))
-    return replace(profile, duplicates=duplicates, clutter=clutter)
+    return replace(profile, misses=misses, duplicates=duplicates, clutter=clutter)
 
 
 def allow_for_jitter(
@@ -143,11 +158,10 @@ def _odds(rate: float) -> float:
     return log(rate / (1.0 - rate))
 
 
-def _false(profile: Profile, drives: Sequence[Drive], step: float) -> tuple[float, float]:
+def _false(made: Sequence[Measured]) -> tuple[float, float]:
     """How many false boxes a simulation has about cars, and elsewhere."""
-    iou = [measure(simulate(profile, drives, 7 + k, step)).false.iou for k in range(SEEDS)]
-    every = np.concatenate(iou)
-    return float((every >= ABOUT).sum()) / SEEDS, float((every < ABOUT).sum()) / SEEDS
+    every = np.concatenate([each.false.iou for each in made])
+    return float((every >= ABOUT).sum()) / len(made), float((every < ABOUT).sum()) / len(made)
 
 
 def _factor(wanted: float, made: float) -> float:

@@ -1,6 +1,7 @@
 """Ghosts: boxes where no car is, on the road by their size, some of which stay for a while."""
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -9,7 +10,8 @@ from scipy.special import expit
 
 from mot_sim import draws
 from mot_sim.sensors.checks import require_sigmas
-from mot_sim.sensors.memory import Memory, latent
+from mot_sim.sensors.memory import Memory
+from mot_sim.sensors.paths import BLOCK
 from mot_sim.sensors.quantiles import Quantiles
 from tracker.errors import BadConfig
 from tracker.geometry import transform
@@ -18,6 +20,7 @@ from tracker.types import Camera, Rows
 GHOST_HEIGHT = 1.5  # metres: what stands on the road and looks like a car is as high as one
 MOST_BIRTHS = 16  # a step and share of the memory
 HORIZON = 8.0  # memories before the first frame from which ghosts may come (e^-8: none)
+FEW = 4  # frames up to which a call is a live step
 START = 1 << 20  # births before frame 0 have a positive number too
 
 
@@ -62,21 +65,16 @@ class Clutter:
     ) -> Ghosts:
         """The ghosts of the given frames (ascending); as many a frame at any frame rate."""
         rate = level * self.rate
-        alive = []
-        if rate > 0.0 and len(frames):
-            for number, (share, tau) in enumerate(
-                zip(self.memory.shares, self.memory.seconds, strict=True)
-            ):
-                if share > 0.0:
-                    alive.append(_alive(frames, seed, number, rate * share, tau / step))
-        if not alive:
-            none = np.zeros(0, np.int64)
-            return Ghosts(none, none, np.zeros((0, 4)), np.zeros(0))
-        ids, when = (np.concatenate(column) for column in zip(*alive, strict=True))
-        order = np.lexsort((ids, when))
-        ids, when = ids[order], when[order]
+        ids = when = np.zeros(0, np.int64)
+        if rate > 0.0 and len(frames) > FEW:
+            ids, when = _present(frames, seed, rate, self.memory, step)
+        elif rate > 0.0 and len(frames):  # a live step: the answer for its block is kept
+            found = [_present_in(frame, seed, rate, self.memory, step) for frame in frames.tolist()]
+            ids, when = (np.concatenate(column) for column in zip(*found, strict=True))
+        if not len(ids):
+            return Ghosts(ids, when, np.zeros((0, 4)), np.zeros(0))
         boxes = self._boxes(ids, when, seed, camera)
-        x = latent(seed, "clutter/score", ids, np.zeros_like(ids), Memory(), step)[:, 0]
+        x = draws.normal(seed, "clutter/score/step", ids, np.ones_like(ids))[:, 0]
         wavering = draws.normal(seed, "clutter/waver", ids, when)[:, 0]
         scores = expit(self.log_odds.of_normal(0.8 * x + 0.6 * wavering))
         return Ghosts(when, ids, boxes, scores)
@@ -96,6 +94,37 @@ class Clutter:
         v = v + (0.1 * fixed[:, 3] + wobble[:, 1]) * height
         boxes = np.stack((u - width / 2, v - height, u + width / 2, v), axis=1)
         return camera.clip_boxes(boxes)
+
+
+def _present(
+    frames: Int[Array, " f"], seed: int, rate: float, memory: Memory, step: float
+) -> tuple[Int[Array, " n"], Int[Array, " n"]]:
+    """Ids and frames of the ghosts of all shares, by frame."""
+    alive = [
+        _alive(frames, seed, number, rate * share, tau / step)
+        for number, (share, tau, _) in enumerate(memory.parts)
+        if share > 0.0
+    ]
+    ids, when = (np.concatenate(column) for column in zip(*alive, strict=True))
+    order = np.lexsort((ids, when))
+    return ids[order], when[order]
+
+
+def _present_in(
+    frame: int, seed: int, rate: float, memory: Memory, step: float
+) -> tuple[Int[Array, " n"], Int[Array, " n"]]:
+    """The same for a frame, from the block of it that is kept."""
+    ids, when = _present_from(frame // BLOCK, seed, rate, memory, step)
+    rows = slice(*np.searchsorted(when, (frame, frame + 1)).tolist())
+    return ids[rows], when[rows]
+
+
+@lru_cache(maxsize=64)
+def _present_from(
+    block: int, seed: int, rate: float, memory: Memory, step: float
+) -> tuple[Int[Array, " n"], Int[Array, " n"]]:
+    """The same for a block of frames."""
+    return _present(np.arange(BLOCK) + block * BLOCK, seed, rate, memory, step)
 
 
 def _alive(

@@ -1,6 +1,7 @@
 """A detector: a profile of effects over the sightings of a whole drive, or of one frame."""
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -9,6 +10,7 @@ from numpy import ndarray as Array
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.sensors.border import Border, has_area
 from mot_sim.sensors.checks import require_sigmas
+from mot_sim.sensors.memory import Memory, Wanted, prepare
 from mot_sim.sensors.profile import Profile, find_profile
 from mot_sim.sensors.provenance import Provenance, Sensed
 from mot_sim.sensors.sightings import Sightings
@@ -66,10 +68,26 @@ class Detector:
         """
         if frames is None:
             frames = np.arange(int(sightings.frames.max(initial=-1)) + 1)
+        prepare(seed, sightings.ids, sightings.frames, self._wanted, step)
         boxes, seen, scores, missed = self._objects(sightings, seed, step)
         parts = self._merge_and_split(sightings, boxes, seen, scores, seed, step)
         parts += self._false(sightings, missed, frames, seed, camera, step)
         return _put_together(parts, self.effects.border or Border(), camera)
+
+    @cached_property
+    def _wanted(self) -> Wanted:
+        """The latents that every sighting needs."""
+        effects = self.effects
+        found: list[tuple[str, tuple[Memory, ...]]] = []
+        if effects.misses is not None:
+            found.append(("miss", effects.misses.memories))
+        if effects.jitter is not None:
+            found.append(("jitter", effects.jitter.memories))
+        if effects.scores is not None:
+            found.append(("score", (effects.scores.memory,)))
+        if effects.duplicates is not None:
+            found.append(("duplicate", (effects.duplicates.memory,)))
+        return tuple(found)
 
     def _objects(
         self, sightings: Sightings, seed: int, step: float
@@ -102,8 +120,9 @@ class Detector:
         step: float,
     ) -> list[Part]:
         """The detections of objects; merged boxes and halves take their place among them."""
-        rows = np.flatnonzero(seen)
-        sightings, boxes, scores = sightings.select(rows), boxes[rows], scores[rows]
+        if not seen.all():
+            rows = np.flatnonzero(seen)
+            sightings, boxes, scores = sightings.select(rows), boxes[rows], scores[rows]
         origin = Provenance.of("object", sightings.ids)
         halves: list[Part] = []
         if self.effects.merges is not None and self.clutter > 0.0:
@@ -155,24 +174,31 @@ class Detector:
                 sightings, missed, seed, step, self.clutter
             )
             origin = Provenance.of("duplicate", sightings.ids[rows])
-            parts.append((sightings.frames[rows], Detections(boxes, scores), origin))
+            if len(rows):
+                parts.append((sightings.frames[rows], Detections(boxes, scores), origin))
         if self.effects.clutter is not None:
             ghosts = self.effects.clutter(frames, seed, camera, step, self.clutter)
             nobody = Provenance.of("clutter", np.full(len(ghosts), -1))
-            parts.append((ghosts.frames, Detections(ghosts.boxes, ghosts.scores), nobody))
+            if len(ghosts):
+                parts.append((ghosts.frames, Detections(ghosts.boxes, ghosts.scores), nobody))
         return parts
 
 
 def _put_together(parts: list[Part], border: Border, camera: Camera) -> Sensed:
     """All parts in the order of frames; cues that a part lacks are NaN there."""
-    frames = np.concatenate([part[0] for part in parts])
-    detections = Detections.concatenate([_with_cues(part[1], parts[0][1]) for part in parts])
-    origin = Provenance.concatenate([part[2] for part in parts])
+    frames, detections, origin = parts[0]
+    if len(parts) > 1:
+        frames = np.concatenate([part[0] for part in parts])
+        detections = Detections.concatenate([_with_cues(part[1], parts[0][1]) for part in parts])
+        origin = Provenance.concatenate([part[2] for part in parts])
     boxes = border(detections.boxes, camera)
-    rows = np.flatnonzero(has_area(boxes))
+    whole = replace(detections, boxes=boxes)
+    usable = has_area(boxes)
+    if usable.all() and (frames[1:] >= frames[:-1]).all():
+        return Sensed(DetectionLog(frames, whole), origin)
+    rows = np.flatnonzero(usable)
     rows = rows[np.argsort(frames[rows], kind="stable")]
-    whole = replace(detections, boxes=boxes).select(rows)
-    return Sensed(DetectionLog(frames[rows], whole), origin.select(rows))
+    return Sensed(DetectionLog(frames[rows], whole.select(rows)), origin.select(rows))
 
 
 def _with_cues(part: Detections, model: Detections) -> Detections:

@@ -56,6 +56,8 @@ class Duplicates:
         rates = np.where(sightings.visible > 0.0, np.minimum(level * rates, 1.0), 0.0)
         ids, frames = sightings.ids, sightings.frames
         rows = np.flatnonzero(bursts(rates, seed, "duplicate", ids, frames, self.memory, step))
+        if not len(rows):
+            return rows, np.zeros((0, 4)), np.zeros(0)
         ids, frames = ids[rows], frames[rows]
         x = latent(seed, "duplicate/box", ids, frames, self.memory, step, 5)
         parts = (self.dx, self.dy, self.dw, self.dh)

@@ -34,8 +34,9 @@ def fit_duplicates(measured: Measured, step: float) -> Duplicates | None:
     event[second.nearest] = True
     rates = np.zeros(len(found))
     tables = []
+    level = np.abs(found.sightings.visible[:, None] - np.array(VISIBLE)).argmin(axis=1)
     for group in (found.hit, ~found.hit):
-        table = [_rate(event[group & (found.sightings.visible == v)]) for v in VISIBLE[1:]]
+        table = [_rate(event[group & (level == number)]) for number in (1, 2, 3)]
         table = [table[0], *table]  # labels tell nothing of what is nearly hidden
         rates[group] = np.interp(found.sightings.visible[group], VISIBLE, table)
         tables.append(tuple(table))

@@ -5,18 +5,19 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
-from scipy.special import expit
+from scipy.special import expit, logit
 
 from mot_sim.metrics.overlaps import same_frame_pairs
 from mot_sim.sensors.confusion import Confusion
 from mot_sim.sensors.measure import APART, FalseBoxes, Found
 from mot_sim.sensors.memory import Memory
-from mot_sim.sensors.misses import CUTS, HEIGHTS, VISIBLE, Misses, hat
+from mot_sim.sensors.misses import CUTS, HEIGHTS, VISIBLE, Misses, cut_growth, hat
 from mot_sim.sensors.statistics import lagged
 from mot_sim.sensors.tetrachoric import correlation_of, memory_of
 
 LAGS = (1, 2, 3, 5, 8, 12, 20, 40)
 FRAME_LAGS = (0, 1, 10)  # frames between two objects, to tell a frame's glare from the drive
+OPEN = 0.5  # visible fraction from which a car is open: KITTI's levels 0, 1 and 3
 RIDGE = 0.2  # the strength with which a table is held near 0
 HIDDEN_DROP = 2.0  # log-odds from .35 visible to .05, of which labels tell nothing
 
@@ -24,39 +25,64 @@ HIDDEN_DROP = 2.0  # log-odds from .35 visible to .05, of which labels tell noth
 def fit_misses(found: Found, step: float) -> Misses:
     """Of cars: a logistic curve over the tables of `Misses`, then the memory of its latent."""
     cars = found.select(found.sightings.kinds == "Car")
-    sightings = cars.sightings
-    logs = np.log(np.maximum(sightings.height, 1.0))
-    visible, heights = hat(sightings.visible, VISIBLE), hat(logs, tuple(np.log(HEIGHTS)))
-    both = (visible[:, 1:, None] * heights[:, None, :]).reshape(len(cars), -1)
-    tables = visible[:, 1:3], heights, hat(sightings.cut, CUTS)[:, 1:], both  # against .95, uncut
-    design = np.concatenate((np.ones((len(cars), 1)), *tables), axis=1)
-    base, half, partly, *rest = logistic(design, cars.hit).tolist()
+    # How far a car is cut is known by three levels only: what changes there is the rate.
+    whole = cars.select(cars.sightings.cut == 0.0)
+    misses = fit_cuts(fit_tables(whole), cars.select(cars.sightings.cut > 0.0))
+    rates = misses.rates(whole.sightings)
+    shared, seconds = frame_memory(~whole.hit, rates, whole, step)
+    is_open = whole.sightings.visible >= OPEN
+    memory = memory_in(is_open, whole, rates, step)
+    half, flutter = flutter_of(~is_open, whole, rates, memory, step)
+    if shared > 0.0:  # what remains for the object's own latent
+        memory = memory_of_rest(memory, shared, seconds, step)
+    return replace(
+        misses,
+        memory=memory,
+        flutter=(half, half, 0.0, 0.0),
+        flutter_memory=flutter,
+        shared=shared,
+        shared_seconds=seconds,
+    )
+
+
+def fit_tables(whole: Found) -> Misses:
+    """The tables by size and by what is visible, from cars that the image does not cut."""
+    logs = np.log(np.maximum(whole.sightings.height, 1.0))
+    visible, heights = hat(whole.sightings.visible, VISIBLE), hat(logs, tuple(np.log(HEIGHTS)))
+    both = (visible[:, 1:, None] * heights[:, None, :]).reshape(len(whole), -1)
+    tables = visible[:, 1:3], heights, both  # against .95
+    design = np.concatenate((np.ones((len(whole), 1)), *tables), axis=1)
     count = len(HEIGHTS)
-    together = rest[count + len(CUTS) - 1 :]
-    misses = Misses(
+    base, half, partly, *rest = logistic(design, whole.hit, np.zeros(len(whole))).tolist()
+    return Misses(
         base=base,
         by_visible=(half - HIDDEN_DROP, half, partly, 0.0),
         by_height=tuple(rest[:count]),
-        by_cut=(0.0, *rest[count : count + len(CUTS) - 1]),
-        by_both=(*together[:count], *together),  # what is nearly hidden as what is half hidden
+        by_both=(*rest[count : 2 * count], *rest[count:]),  # nearly hidden as half hidden
     )
-    # How far a car is cut is known by three levels only: what changes there is the rate.
-    whole = cars.select(sightings.cut == 0.0)
-    rates = misses.rates(whole.sightings)
-    shared, seconds = frame_memory(~whole.hit, rates, whole, step)
-    memory = event_memory(~whole.hit, rates, whole.ids, whole.frames, step)
-    if shared > 0.0:  # what remains for the object's own latent
-        memory = memory_of_rest(memory, shared, seconds, step)
-    return replace(misses, memory=memory, shared=shared, shared_seconds=seconds)
 
 
-def logistic(design: Float[Array, "n k"], event: Bool[Array, " n"]) -> Float[Array, " k"]:
-    """Coefficients by penalised maximum likelihood (Newton's steps); the first is free."""
+def fit_cuts(misses: Misses, cut: Found) -> Misses:
+    """What the image's border takes away beyond the tables of whole cars."""
+    given = -logit(misses.rates(cut.sightings).clip(1e-6, 1.0 - 1e-6))
+    levels = hat(cut.sightings.cut, CUTS)[:, 1:]
+    design = np.concatenate((levels, levels * cut_growth(cut.sightings)[:, None]), axis=1)
+    drop = logistic(design, cut.hit, given).tolist()
+    return replace(misses, by_cut=(0.0, drop[0], drop[1]), cut_by_height=(0.0, drop[2], drop[3]))
+
+
+def logistic(
+    design: Float[Array, "n k"], event: Bool[Array, " n"], given: Float[Array, " n"]
+) -> Float[Array, " k"]:
+    """Coefficients by penalised maximum likelihood (Newton's steps); the first is free.
+
+    given: log-odds to which the design only adds.
+    """
     beta = np.zeros(design.shape[1])
     penalty = np.full(len(beta), RIDGE)
     penalty[0] = 1e-3
     for _ in range(30):
-        p = expit(design @ beta)
+        p = expit(given + design @ beta)
         slope = design.T @ (event - p) - penalty * beta
         curve = (design * (p * (1.0 - p))[:, None]).T @ design + np.diag(penalty)
         move = np.linalg.solve(curve, slope)
@@ -75,9 +101,20 @@ def event_memory(
 ) -> Memory:
     """The memory of the latent behind an event with known rates.
 
-    Neighbouring frames weigh most: they decide how many bursts there are. (Real detectors are
-    smoother there than any AR(1): nearly .95 after one frame, .6 after five.)
+    Neighbouring frames weigh most: they decide how many bursts there are. Real detectors are
+    smoother there than any AR(1): a car that is found stays found for some frames.
     """
+    correlations, weights = event_correlations(event, rates, ids, frames)
+    return memory_of([lag * step for lag in LAGS], correlations, weights, smooth=True)
+
+
+def event_correlations(
+    event: Bool[Array, " n"],
+    rates: Float[Array, " n"],
+    ids: Int[Array, " n"],
+    frames: Int[Array, " n"],
+) -> tuple[list[float], list[float]]:
+    """The latent's autocorrelation at LAGS, and what each figure weighs."""
     correlations, weights = [], []
     for lag in LAGS:
         first, second = lagged(ids, frames, lag)
@@ -85,7 +122,39 @@ def event_memory(
             correlation_of(rates[first], rates[second], event[first], event[second])
         )
         weights.append(len(first) / lag**3)
-    return memory_of([lag * step for lag in LAGS], correlations, weights)
+    return correlations, weights
+
+
+def memory_in(
+    rows: Bool[Array, " n"], whole: Found, rates: Float[Array, " n"], step: float
+) -> Memory:
+    """The memory of the misses of some rows."""
+    some = whole.select(rows)
+    return event_memory(~some.hit, rates[rows], some.ids, some.frames, step)
+
+
+def flutter_of(
+    rows: Bool[Array, " n"], whole: Found, rates: Float[Array, " n"], memory: Memory, step: float
+) -> tuple[float, Memory]:
+    """The share of a latent of its own that half hidden cars have, and its memory.
+
+    What hides a car moves: their misses come and go faster than those of open cars.
+    """
+    some = whole.select(rows)
+    rho, weights = event_correlations(~some.hit, rates[rows], some.ids, some.frames)
+    times = [lag * step for lag in LAGS]
+    open_rho = np.array([memory.correlation(t) for t in times])
+    if not np.isfinite(rho[0]):
+        return 0.0, Memory()
+    best, answer = np.inf, (0.0, Memory())
+    for share in np.linspace(0.0, 1.0, 11).tolist():
+        rest = (np.array(rho) - (1.0 - share) * open_rho) / max(share, 1e-9)
+        own = memory_of(times, rest.clip(-1.0, 1.0).tolist(), weights, smooth=True)
+        made = (1.0 - share) * open_rho + share * np.array([own.correlation(t) for t in times])
+        off = float(np.nansum(np.array(weights) * np.square(made - rho)))
+        if off < best - 1e-12:
+            best, answer = off, (round(share, 4), own)
+    return answer
 
 
 def frame_memory(

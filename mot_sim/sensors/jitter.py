@@ -1,17 +1,19 @@
 """Boxes that are off: centre and size apart, in proportion to the size, correlated in time."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.sensors.checks import require_finite, require_sigmas
-from mot_sim.sensors.memory import Memory, latent
+from mot_sim.sensors.memory import Memory, latents
 from mot_sim.sensors.sightings import Sightings
 from tracker.errors import BadConfig
 
 MOST = 8.0  # no error is further than this many typical ones, so that no box turns inside out
+LEAST_TAIL = 1e-6  # below, sinh is a straight line
 LEAST_SIDE = 0.05  # of the true side; a smaller box is no box
 
 
@@ -36,14 +38,9 @@ class Component:
         require_sigmas("jitter spread, tail", self.spread, self.tail)
         require_finite("jitter bias, skew, ...", self.bias, self.skew, self.hidden, self.by_height)
 
-    def scale(self, visible: Float[Array, " n"], height: Float[Array, " n"]) -> Float[Array, " n"]:
-        """The spread of each row."""
-        grown = np.exp(self.hidden * (0.95 - visible))
-        return self.spread * grown * (np.maximum(height, 5.0) / 50.0) ** self.by_height
-
     def shape(self, x: Float[Array, " n"]) -> Float[Array, " n"]:
         """From a normal number to one with the component's tails and skew."""
-        stretched = np.sinh(self.tail * x) / self.tail if self.tail > 1e-6 else x
+        stretched = np.sinh(self.tail * x) / self.tail if self.tail > LEAST_TAIL else x
         return (stretched + self.skew * (x**2 - 1.0)).clip(-MOST, MOST)
 
 
@@ -67,16 +64,33 @@ class Jitter:
         """The boxes with their errors; level 0 gives them back unchanged."""
         if not level >= 0.0:
             raise BadConfig(f"jitter level {level:g}: 0 (none) or more")
-        parts = [getattr(self, name) for name in ("x", "y", "width", "height")]
-        if level == 0.0 or not any(part.spread or part.bias for part in parts):
+        if level == 0.0 or not self._numbers[:2].any():
             return boxes
-        errors = []
-        for name, part in zip("xywh", parts, strict=True):
-            x = latent(seed, f"jitter/{name}", sightings.ids, sightings.frames, part.memory, step)
-            spread = part.scale(sightings.visible, sightings.height)
-            errors.append(level * (part.bias + spread * part.shape(x[:, 0])))
-        dx, dy, dw, dh = errors
-        return move_boxes(boxes, dx, dy, dw, dh)
+        x = latents(seed, "jitter", sightings.ids, sightings.frames, self.memories, step)
+        spread, bias, tail, skew, hidden, by_height = self._numbers
+        grown = hidden * (0.95 - sightings.visible)[:, None]
+        grown += by_height * np.log(np.maximum(sightings.height, 5.0) / 50.0)[:, None]
+        shape = (np.sinh(tail * x) / tail + skew * (x**2 - 1.0)).clip(-MOST, MOST)
+        errors = level * (bias + spread * np.exp(grown) * shape)
+        return move_boxes(boxes, *errors.T)
+
+    @cached_property
+    def memories(self) -> tuple[Memory, ...]:
+        """Of the four."""
+        return self.x.memory, self.y.memory, self.width.memory, self.height.memory
+
+    @cached_property
+    def _numbers(self) -> Float[Array, "6 4"]:
+        """spread, bias, tail, skew, hidden, by_height of the four; no tail is a tiny one."""
+        parts = self.x, self.y, self.width, self.height
+        return np.array([
+            [part.spread for part in parts],
+            [part.bias for part in parts],
+            [max(part.tail, LEAST_TAIL) for part in parts],
+            [part.skew for part in parts],
+            [part.hidden for part in parts],
+            [part.by_height for part in parts],
+        ])  # fmt: skip
 
 
 def move_boxes(

@@ -154,7 +154,7 @@ def _table_lines(name: str, effect: Any) -> list[str]:
         if is_dataclass(value):
             inner += _table_lines(f"{name}.{each.name}", value)
         elif isinstance(value, tuple):
-            lines.append(f"{each.name} = [{', '.join(f'{number:.6g}' for number in value)}]")
+            lines.append(f"{each.name} = [{', '.join(f'{number:.8g}' for number in value)}]")
         else:
             lines.append(f"{each.name} = {value:.6g}")
     return lines + inner

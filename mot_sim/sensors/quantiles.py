@@ -1,6 +1,7 @@
 """A distribution by its quantiles at even steps from the smallest to the largest value."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -21,7 +22,11 @@ class Quantiles:
 
     def of_normal(self, x: Float[Array, " n"]) -> Float[Array, " n"]:
         """Standard normal numbers carried to this distribution; order is kept."""
-        return np.interp(ndtr(x), np.linspace(0.0, 1.0, len(self.values)), self.values)
+        return np.interp(ndtr(x), *self._curve)
+
+    @cached_property
+    def _curve(self) -> tuple[Float[Array, " k"], Float[Array, " k"]]:
+        return np.linspace(0.0, 1.0, len(self.values)), np.array(self.values)
 
     @classmethod
     def of(cls, sample: Float[Array, " n"], count: int = 11) -> "Quantiles":

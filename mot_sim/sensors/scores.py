@@ -9,7 +9,7 @@ from scipy.special import expit
 
 from mot_sim.sensors.checks import require_rates, require_rising, require_table
 from mot_sim.sensors.memory import Memory, latent
-from mot_sim.sensors.misses import HEIGHTS, VISIBLE
+from mot_sim.sensors.misses import HEIGHTS, LOG_HEIGHTS, VISIBLE
 from mot_sim.sensors.sightings import Sightings
 
 
@@ -41,7 +41,7 @@ class Scores:
         """The latent without its noise."""
         height = np.log(np.maximum(sightings.height, 1.0))
         return np.interp(sightings.visible, VISIBLE, self.by_visible) + np.interp(
-            height, np.log(HEIGHTS), self.by_height
+            height, LOG_HEIGHTS, self.by_height
         )
 
     def __call__(

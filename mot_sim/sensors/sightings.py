@@ -15,6 +15,7 @@ VEHICLES = ("Car", "Van", "Truck")
 # that stands for truncation 0, 1, 2. Annotators judged by eye: middles of their levels.
 LABEL_VISIBLE = np.array([0.95, 0.65, 0.35, 0.65])
 LABEL_CUT = np.array([0.0, 0.2, 0.6])
+PASSAGE = 4  # frames before and after, over which a change of level is spread: it was no jump
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +69,10 @@ class Sightings(Rows):
 
     @classmethod
     def from_labels(cls, labels: Tracks) -> "Sightings":
-        """Of a real drive: its cars, vans and trucks; the visible fraction from KITTI's levels."""
+        """Of a real drive: its cars, vans and trucks; the visible fraction from KITTI's levels.
+
+        A car whose level changes passes through what lies between, over 0.9 s.
+        """
         vehicles = np.isin(_kinds(labels), VEHICLES) & (labels.ids >= 0)
         rows = np.flatnonzero(vehicles)
         rows = rows[np.argsort(labels.frames[rows], kind="stable")]
@@ -76,18 +80,34 @@ class Sightings(Rows):
         none = np.zeros(len(labels), np.int64)
         occlusion = none if labels.occlusion is None else labels.occlusion.clip(0, 3)
         truncation = none if labels.truncation is None else labels.truncation.clip(0, 2)
+        cut = np.where(truncation > 0, _passing(LABEL_CUT[truncation], labels), 0.0)
         return cls(
             frames=labels.frames,
             ids=labels.ids,
             boxes=labels.boxes,
             full_boxes=labels.boxes,
             seen_boxes=np.full((len(labels), 4), np.nan),
-            visible=LABEL_VISIBLE[occlusion],
-            cut=LABEL_CUT[truncation],
+            visible=_passing(LABEL_VISIBLE[occlusion], labels),
+            cut=cut,
             depth=_depth(labels),
             kinds=_kinds(labels),
             cuboids=labels.cuboids,
         )
+
+
+def _passing(values: Float[Array, " n"], labels: Tracks) -> Float[Array, " n"]:
+    """The mean of each object's values over the frames about each one, as far as it is there."""
+    if not len(values):
+        return values
+    code = labels.ids * (1 << 32) + labels.frames
+    order = np.argsort(code, kind="stable")
+    total, count = np.zeros(len(code)), np.zeros(len(code))
+    for lag in range(-PASSAGE, PASSAGE + 1):
+        at = order[np.searchsorted(code[order], code + lag).clip(max=len(code) - 1)]
+        there = code[at] == code + lag
+        total += np.where(there, values[at], 0.0)
+        count += there
+    return np.round(total / count, 6)
 
 
 def _depth(tracks: Tracks) -> Float[Array, " n"]:

@@ -8,11 +8,12 @@ from numpy import ndarray as Array
 from scipy.optimize import brentq, nnls
 from scipy.special import ndtr, ndtri
 
-from mot_sim.sensors.memory import Memory
+from mot_sim.sensors.memory import Memory, kept
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)
 WEAKEST, STRONGEST = -0.5, 0.995
 MEMORIES = (0.0, 0.12, 0.4, 1.2, 4.0, 15.0)  # seconds: what a latent is mixed of
+SMOOTH = (0.12, 0.25, 0.5, 1.2)  # seconds: of its smooth parts
 MOST_PAIRS = 20_000  # more tell nothing new and cost time
 
 
@@ -65,20 +66,30 @@ def memory_of(
     correlations: Sequence[float],
     weights: Sequence[float | int],
     longest: float = MEMORIES[-1],
+    smooth: bool = False,
 ) -> Memory:
-    """The mixture of memories, none over `longest`, with the nearest autocorrelation."""
+    """The mixture of memories, none over `longest`, with the nearest autocorrelation.
+
+    smooth: it may have smooth parts.
+    """
     known = np.isfinite(correlations)
     t, rho = np.array(seconds)[known], np.array(correlations)[known]
     weight = np.sqrt(np.array(weights, dtype=float)[known])
     weight = weight / max(weight.sum(), 1e-9)
-    given = np.array([tau for tau in MEMORIES if tau <= longest])
-    taus = np.maximum(given, 1e-9)
-    design = np.exp(-t[:, None] / taus[None])
-    whole = 100.0 * np.ones((1, len(taus)))  # the shares add up to 1
+    parts = [(tau, False) for tau in MEMORIES if tau <= longest]
+    parts += [(tau, True) for tau in SMOOTH if smooth and tau <= longest]
+    design = np.array([[kept(each, *part) for part in parts] for each in t.tolist()])
+    design = design.reshape(len(t), len(parts))
+    whole = 100.0 * np.ones((1, len(parts)))  # the shares add up to 1
     shares, _ = nnls(
         np.concatenate((design * weight[:, None], whole)), np.append(rho * weight, 100.0)
     )
     shares = np.round(shares / shares.sum(), 4)
     shares[np.argmax(shares)] += 1.0 - shares.sum()
-    kept = shares > 0.0
-    return Memory(tuple(shares[kept].tolist()), tuple(given[kept].tolist()))
+    rows = np.flatnonzero(shares > 0.0).tolist()
+    kinds = tuple(float(parts[row][1]) for row in rows)
+    return Memory(
+        tuple(shares[rows].tolist()),
+        tuple(parts[row][0] for row in rows),
+        kinds if any(kinds) else (),
+    )

@@ -7,9 +7,10 @@ import pytest
 
 from mot_sim.datasets import ImageSource
 from mot_sim.episode import record
-from mot_sim.imaging import Drawn, renderer_name, view_of
+from mot_sim.imaging import Drawn, motion_at, renderer_name, view_of
 from mot_sim.renderers import Rendered, View, find_renderer
 from mot_sim.scene import Take
+from mot_sim.world import look
 from tests.mot_sim.episodes.small import FRAMES, small
 from tracker.errors import NoOpenGL, UnknownName
 
@@ -27,8 +28,11 @@ def test_frames_carry_the_image_of_their_view() -> None:
     take = Take.of(small(), 1)
     assert isinstance(episode.images, ImageSource)
     for frame in episode:
-        expected = find_renderer("raster").render(view_of(take, frame.index)).image
-        np.testing.assert_array_equal(frame.image, expected)
+        view = view_of(take, frame.index)
+        drawn = find_renderer("raster").render(view)
+        motion = motion_at(take, frame.index)
+        seen = look(take.scene.weather, view, drawn, 1, frame.index, motion)
+        np.testing.assert_array_equal(frame.image, seen)
     assert all(frame.image is None for frame in record(small(), 1))
 
 

@@ -56,8 +56,11 @@ def _arms(
     return tuple(segments), tuple(kerbs)
 
 
-def intersection(arms: Iterable[int] = ARMS) -> Layout:
-    """Arms that cross; whoever comes first goes first, with all that do not cross it."""
+def intersection(arms: Iterable[int] = ARMS, begin: float = 60.0) -> Layout:
+    """Arms that cross; whoever comes first goes first, with all that do not cross it.
+
+    begin: metres along its arm at which the ego car stands at time 0.
+    """
     arms = tuple(arms)
     network = RoadNetwork()
     segments, kerbs = _arms(network, STOP, arms)
@@ -85,7 +88,7 @@ def intersection(arms: Iterable[int] = ARMS) -> Layout:
     return Layout(
         network,
         tuple(paths),
-        ego=Start(tuple(path for path in paths if path[0][0] == f"from{EGO_ARM}"), 60.0),
+        ego=Start(tuple(path for path in paths if path[0][0] == f"from{EGO_ARM}"), begin),
         fillable=segments,
         crossings=crossing_segments(network, inner),
         kerbs=kerbs,
@@ -94,7 +97,7 @@ def intersection(arms: Iterable[int] = ARMS) -> Layout:
 
 def t_junction() -> Layout:
     """Our road ends at a cross road: whoever comes from it turns, at 30 degrees a second."""
-    return intersection((1, EGO_ARM, 3))
+    return intersection((1, EGO_ARM, 3), begin=85.0)
 
 
 def roundabout() -> Layout:

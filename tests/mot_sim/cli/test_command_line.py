@@ -148,8 +148,8 @@ def test_the_demo_writes_its_files_and_shows_its_scores(
     scores = {"default": evaluate_sequence(Tracks.empty(), Tracks.empty(), 3)}
     asked = []
 
-    def run_demo(out: Path, seed: int, overwrite: bool, progress) -> object:
-        asked.append((out, seed, overwrite))
+    def run_demo(out: Path, seed: int, overwrite: bool, progress, scene) -> object:
+        asked.append((out, seed, overwrite, scene.name))
         for done in range(3):
             progress(done + 1, 3)
         return SimpleNamespace(
@@ -166,7 +166,7 @@ def test_the_demo_writes_its_files_and_shows_its_scores(
     monkeypatch.setattr(demo, "run_demo", run_demo)
     out = tmp_path / "demo"
     outcome = mot_sim("demo", "--out", out, "--seed", 7, "--overwrite")
-    assert asked == [(out, 7, True)]
+    assert asked == [(out, 7, True, "intersection")]
     assert (outcome.code, outcome.err) == (0, "")
     assert f"video:   {out / 'demo.mp4'}\n" in outcome.out
     assert "seed 7" in outcome.out
@@ -178,7 +178,8 @@ def test_the_demo_writes_its_files_and_shows_its_scores(
 @pytest.mark.slow
 def test_the_real_demo_runs(mot_sim: CommandLine, tmp_path: Path) -> None:
     out = tmp_path / "demo"
-    outcome = mot_sim("demo", "--out", out)
+    few = "--scene", "gauntlet", "--knobs", "frames=12,weather=rain"
+    outcome = mot_sim("demo", "--out", out, *few)
     assert outcome.code == 0
     assert (out / "demo.mp4").is_file() or (out / "demo.avi").is_file()
     again = mot_sim("demo", "--out", out)

@@ -27,7 +27,7 @@ def sightings_of(
         full_boxes=boxes,
         seen_boxes=np.full((count, 4), np.nan) if seen is None else seen,
         visible=np.broadcast_to(np.asarray(visible, float), (count,)).copy(),
-        cut=np.full(count, cut),
+        cut=np.broadcast_to(np.asarray(cut, float), (count,)).copy(),
         depth=np.full(count, depth),
         kinds=np.full(count, kind, dtype="<U8"),
         cuboids=Cuboids(base, np.full(count, 0.3), np.tile([4.0, 1.5, 1.8], (count, 1))),

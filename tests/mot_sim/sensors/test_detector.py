@@ -129,19 +129,38 @@ def test_boxes_stay_in_the_image_and_cues_of_ghosts_are_unknown() -> None:
 def test_labels_of_a_drive_are_seen_by_the_same_chain() -> None:
     labels = Tracks(
         np.array([0, 0, 0, 1]),
-        np.array([4, -1, 2, 4]),
+        np.array([4, -1, 2, 5]),
         np.tile([100.0, 150.0, 200.0, 220.0], (4, 1)),
         kinds=np.array(["Car", "DontCare", "Pedestrian", "Van"]),
         truncation=np.array([1, -1, 0, 0]),
         occlusion=np.array([2, -1, 0, 0]),
     )
     sightings = Sightings.from_labels(labels)
-    assert sightings.ids.tolist() == [4, 4]
+    assert sightings.ids.tolist() == [4, 5]
     assert sightings.visible.tolist() == [0.35, 0.95]
     assert sightings.cut.tolist() == [0.2, 0.0]
     assert np.isnan(sightings.depth).all()
     log = Detector("perfect").sense(sightings, 0, CAMERA).log
     assert log.detections.boxes.tolist() == labels.boxes[[0, 3]].tolist()
+
+
+def test_a_label_whose_level_changes_passes_through_what_lies_between() -> None:
+    count = 30
+    labels = Tracks(
+        np.arange(count),
+        np.full(count, 3),
+        np.tile([100.0, 150.0, 200.0, 220.0], (count, 1)),
+        kinds=np.full(count, "Car"),
+        truncation=(np.arange(count) >= 20).astype(np.int64),
+        occlusion=(np.arange(count) >= 10).astype(np.int64),
+    )
+    sightings = Sightings.from_labels(labels)
+    assert (sightings.visible[:6] == 0.95).all()
+    assert (sightings.visible[14:] == 0.65).all()
+    assert (np.diff(sightings.visible[5:15]) < 0.0).all()
+    assert sightings.visible[9] == pytest.approx((5 * 0.95 + 4 * 0.65) / 9)
+    assert (sightings.cut[:20] == 0.0).all()  # the border is where the box ends: no doubt there
+    assert (np.diff(sightings.cut[19:25]) > 0.0).all()
 
 
 def test_no_cars_no_detections() -> None:

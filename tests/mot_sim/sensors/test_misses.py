@@ -46,6 +46,28 @@ def test_bursts_last_as_long_at_twice_the_frame_rate() -> None:
     assert agree[0] == pytest.approx(agree[1], abs=0.02)
 
 
+def test_flutter_keeps_the_rate_and_shortens_the_bursts_of_hidden_cars_only() -> None:
+    flutter = {"flutter": (0.8, 0.8, 0.0, 0.0), "flutter_memory": Memory((1.0,), (0.2,))}
+    model = Misses(LOGIT_OF_A_TENTH, memory=SLOW, **flutter)
+    hidden, plain = (
+        by_object(model(crowd(2000, 40, visible=v), 1, STEP)[0], 2000).astype(float)
+        for v in (0.35, 0.95)
+    )
+    assert hidden.mean() == pytest.approx(0.1, abs=0.012)
+    assert plain.mean() == pytest.approx(0.1, abs=0.012)
+    assert lag_one(hidden) < lag_one(plain) - 0.1
+
+
+def test_bursts_of_a_smooth_memory_last_as_long_at_twice_the_frame_rate() -> None:
+    smooth = Memory((1.0,), (0.5,), (1.0,))
+    slow, fast = (
+        by_object(Misses(0.0, memory=smooth)(crowd(400, 200), 1, step)[0], 400)
+        for step in (0.1, 0.05)
+    )
+    agree = [(slow[:-4] == slow[4:]).mean(), (fast[:-8] == fast[8:]).mean()]
+    assert agree[0] == pytest.approx(agree[1], abs=0.02)
+
+
 def test_a_frame_shares_its_misses() -> None:
     shared = Misses(0.0, shared=0.8)
     missed = by_object(shared(crowd(), 1, STEP)[0]).mean(axis=1)
@@ -64,6 +86,11 @@ def test_small_hidden_and_cut_cars_are_missed_more() -> None:
     assert model.rates(sightings_of([0], [0], height=HEIGHTS[0]))[0] == pytest.approx(0.5)
     assert model.rates(sightings_of([0], [0], visible=0.35))[0] == pytest.approx(0.5)
     assert model.rates(sightings_of([0], [0], cut=0.6))[0] > 0.7
+    near = Misses(2.0, by_cut=(0.0, -1.0, -3.0), cut_by_height=(0.0, 0.0, -2.0))
+    rates = near.rates(sightings_of([0, 1], [0, 0], height=100.0, cut=[0.2, 0.6]))
+    np.testing.assert_allclose(rates, [1.0 / (1.0 + np.exp(1.0)), 1.0 / (1.0 + np.exp(-1.0))])
+    farther = near.rates(sightings_of([0], [0], height=50.0, cut=0.6))[0]
+    assert farther < rates[1]
 
 
 def test_what_hides_and_what_is_small_may_work_together() -> None:
@@ -104,6 +131,8 @@ def test_vans_are_taken_for_cars_at_their_rate_and_cars_always() -> None:
     [
         (lambda: Misses(0.0, shared=1.5), "rates lie in"),
         (lambda: Misses(0.0, by_visible=(0.0,)), "give 4"),
+        (lambda: Misses(0.0, cut_by_height=(0.0,)), "give 3"),
+        (lambda: Misses(0.0, flutter=(0.0, 0.0, 0.0, 1.5)), "rates lie in"),
         (lambda: Misses(float("nan")), "not finite"),
         (lambda: Misses(0.0, shared_seconds=-1.0), "0 \\(none\\)"),
         (lambda: Confusion(van=-0.1), "rates lie in"),
