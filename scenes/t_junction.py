@@ -6,7 +6,7 @@ from scenes.live import live_scene
 
 def t_junction(
     *,
-    cars: int = 18,
+    cars: int = 12,
     arrivals: float = 1.0,
     parked: float = 0.7,
     vans: int = 4,
