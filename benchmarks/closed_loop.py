@@ -12,8 +12,7 @@ Spearman's rank correlation of the variants by HOTA and by switches.
 
 What the labels know and the replay cannot is what else hides a car: trees, walls, people, cars
 without a label. So the fraction that counts is the mean of the label's and of the measured one, of
-which no more counts than the upper end of the label's level. (It leaves the pooled recall of the
-profile where it is on the labels; the lower of the two would cost 3 points.)
+which no more counts than the upper end of the label's level.
 """
 
 import argparse

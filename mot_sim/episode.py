@@ -100,7 +100,9 @@ def episode_of(take: Take, annotations: Annotations, images: ImageSource | None 
         name=scene.name,
         camera=scene.rig.camera,
         frame_count=len(take),
-        log=scene.detector(annotations.truth, take.seed, scene.rig.camera, len(take)),
+        log=scene.detector(
+            annotations.truth, take.seed, scene.rig.camera, len(take), take.stage.cast
+        ),
         frame_indices=np.arange(len(take)),
         Ts_world_cam=np.array([scene.rig.T_world_cam(ego) for ego in take.traffic.ego]),
         images=images,

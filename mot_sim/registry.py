@@ -14,7 +14,10 @@ from tracker.errors import BadConfig, UnknownName
 
 # What can be set for every scene: a name of `mot_sim.world.WEATHERS`, and how many houses, trees,
 # lamps and signs stand beside the roads (1 = as in a usual town, at most 3).
-COMMON: dict[str, Any] = {"weather": "noon", "houses": 1.0, "trees": 1.0, "furniture": 1.0}
+# profile: of the detector's noise, a name of `mot_sim.sensors.PROFILES` or a TOML file.
+COMMON: dict[str, Any] = {
+    "profile": "rrc", "weather": "noon", "houses": 1.0, "trees": 1.0, "furniture": 1.0,
+}  # fmt: skip
 
 
 def find_scene(name: str, **knobs: Knob) -> Scene:
@@ -36,10 +39,12 @@ def find_scene(name: str, **knobs: Knob) -> Scene:
                 f"example {known[knob]!r}"
             )
     values = known | {knob: type(known[knob])(value) for knob, value in knobs.items()}
+    scene = make(**{knob: values[knob] for knob in own})
     amounts = {knob: values[knob] for knob in ("houses", "trees", "furniture")}
     return replace(
-        make(**{knob: values[knob] for knob in own}),
+        scene,
         name=name,
+        detector=replace(scene.detector, profile=values["profile"]),
         weather=find_weather(values["weather"]),
         surroundings=Surroundings(**amounts),
         knobs=values,

@@ -172,5 +172,5 @@ def annotation_of(take: Take, frame: int) -> Annotations:
 
 def sense(take: Take, truth: Truth, frames: Array) -> DetectionLog:
     """What the scene's detector says of some frames of a take."""
-    seen, camera = Sightings.from_truth(truth), take.scene.rig.camera
+    seen, camera = Sightings.from_truth(truth, take.stage.cast), take.scene.rig.camera
     return take.scene.detector.sense(seen, take.seed, camera, STEP, frames).log

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
+from mot_sim.cars import Cast
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.sensors.border import Border, has_area
 from mot_sim.sensors.checks import require_sigmas
@@ -47,11 +48,19 @@ class Detector:
         object.__setattr__(self, "effects", effects)
 
     def __call__(
-        self, truth: Truth, seed: int, camera: Camera, frame_count: int | None = None
+        self,
+        truth: Truth,
+        seed: int,
+        camera: Camera,
+        frame_count: int | None = None,
+        cast: Cast | None = None,
     ) -> DetectionLog:
-        """The detections of all frames of an episode, clipped to the image."""
+        """The detections of all frames of an episode, clipped to the image.
+
+        cast: who the cars are, for profiles that see shapes.
+        """
         frames = None if frame_count is None else np.arange(frame_count)
-        return self.sense(Sightings.from_truth(truth), seed, camera, STEP, frames).log
+        return self.sense(Sightings.from_truth(truth, cast), seed, camera, STEP, frames).log
 
     def sense(
         self,

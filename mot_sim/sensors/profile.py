@@ -25,7 +25,7 @@ from tracker.errors import BadConfig, BadFile, UnknownName
 
 VERSION = 1  # of the files; a newer one may mean what this code does not know
 FOLDER = Path(__file__).parent / "profiles"
-PROFILES = ("perfect", "permatrack", "pointrcnn", "rrc", "subcnn")
+PROFILES = ("cues", "perfect", "permatrack", "pointrcnn", "rrc", "subcnn")
 
 EFFECTS: dict[str, type] = {
     "confusion": Confusion,

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int, Shaped, UInt8
 from numpy import ndarray as Array
 
+from mot_sim.cars import Cast
 from mot_sim.truth import Truth
 from tracker.types import Cuboids, Rows, Tracks
 
@@ -49,8 +50,8 @@ class Sightings(Rows):
         return self.boxes[:, 3] - self.boxes[:, 1]
 
     @classmethod
-    def from_truth(cls, truth: Truth) -> "Sightings":
-        """Of a synthetic episode; uses the boxes of visible pixels where the truth has them."""
+    def from_truth(cls, truth: Truth, cast: Cast | None = None) -> "Sightings":
+        """Of a synthetic episode; cast: who the cars are, where shapes are to be seen too."""
         tracks = truth.tracks
         return cls(
             frames=tracks.frames,
@@ -65,6 +66,7 @@ class Sightings(Rows):
             cuboids=tracks.cuboids,
             keypoints=truth.keypoints,
             keypoint_states=truth.keypoint_states,
+            shape=None if cast is None else cast.coefficients[cast.rows(tracks.ids)],
         )
 
     @classmethod

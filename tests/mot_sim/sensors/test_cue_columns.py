@@ -1,0 +1,56 @@
+"""Cues of an episode stand in the columns that the tracker's costs read."""
+
+import numpy as np
+import pytest
+
+from mot_sim.episode import Episode, record
+from mot_sim.registry import find_scene
+from mot_sim.sensors import Detector
+from tracker import Tracker
+from tracker.costs import COSTS
+from tracker.errors import MissingCue, UnknownName
+from tracker.types import Tracks
+
+BARE = {"houses": 0.0, "trees": 0.0, "furniture": 0.0, "frames": 12}
+
+
+@pytest.fixture(scope="module")
+def episode() -> Episode:
+    return record(find_scene("gauntlet", profile="cues", **BARE), 2)
+
+
+def test_every_cue_has_its_column(episode) -> None:
+    seen = episode.log.detections
+    assert seen.yaw is not None
+    assert seen.shape is not None
+    assert seen.keypoints is not None
+    assert seen.descriptor is not None
+    assert seen.size is not None
+    assert seen.keypoints.shape == (len(seen), 36, 3)
+    assert seen.shape.shape == (len(seen), 5)
+
+
+def test_shapes_are_those_of_the_cast_with_noise(episode) -> None:
+    exact = Detector("cues", cues=0.0)(episode.exact, 2, episode.camera, len(episode), episode.cast)
+    rows = episode.cast.rows(episode.exact.tracks.ids[episode.exact.pixels > 0])
+    np.testing.assert_array_equal(exact.detections.shape, episode.cast.coefficients[rows])
+    noisy = episode.log.detections.shape
+    assert noisy is not None
+    assert 0.01 < np.abs(noisy - exact.detections.shape).mean() < 1.0
+
+
+def test_the_shape_and_pose_cost_reads_them(episode) -> None:
+    costs = ((0.3, COSTS["shape_pose"]()), (0.7, COSTS["image_overlap"](0.1)))
+    tracker = Tracker.default(episode.camera, costs=costs)
+    tracks = Tracks.concatenate([tracker.step(frame) for frame in episode])
+    assert len(tracks) > 0.8 * len(episode.log.detections)
+    plain = record(find_scene("gauntlet", **BARE), 2)
+    tracker = Tracker.default(plain.camera, costs=costs)
+    with pytest.raises(MissingCue):
+        for frame in plain:
+            tracker.step(frame)
+
+
+def test_an_unknown_profile_gets_a_hint() -> None:
+    with pytest.raises(UnknownName, match="Did you mean 'pointrcnn'"):
+        find_scene("gauntlet", profile="pointrcn")
