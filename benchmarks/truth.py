@@ -45,7 +45,7 @@ from mot_sim.truth import (  # noqa: E402
     project_edges,
 )
 
-GIVEN = "0000 0002 0003 0004 0005 0007 0009 0011 0017 0020"
+GIVEN = "0000 0002 0003 0004 0005 0007 0009 0011 0020"  # 0017 has no cars
 LANES = (-5.25, -1.75, 1.75, 5.25)
 
 
