@@ -24,7 +24,6 @@ from time import process_time  # noqa: E402
 
 import cv2  # noqa: E402
 import numpy as np  # noqa: E402
-from numpy import ndarray as Array  # noqa: E402
 
 from benchmarks.agreement import agreement_table  # noqa: E402
 from mot_sim.cars import Casting  # noqa: E402
@@ -44,6 +43,7 @@ from mot_sim.truth import (  # noqa: E402
     clip_to_image,
     project_edges,
 )
+from tracker.geometry import box_iou  # noqa: E402
 
 GIVEN = "0000 0002 0003 0004 0005 0007 0009 0011 0020"  # 0017 has no cars
 LANES = (-5.25, -1.75, 1.75, 5.25)
@@ -114,14 +114,6 @@ def speed_table(frames: int) -> None:
               f"{yardstick / one:12.2f}")  # fmt: skip
 
 
-def overlap(a: Array, b: Array) -> Array:
-    """Intersection over union of boxes, row by row."""
-    sides = np.minimum(a[:, 2:], b[:, 2:]) - np.maximum(a[:, :2], b[:, :2])
-    shared = np.maximum(sides, 0.0).prod(axis=1)
-    areas = [(boxes[:, 2:] - boxes[:, :2]).prod(axis=1) for boxes in (a, b)]
-    return shared / (areas[0] + areas[1] - shared)
-
-
 def replay_table(root: Path, names: list[str]) -> None:
     """Labelled drives, re-enacted: unoccluded cars against their labels."""
     print("\nsequence   rows    3D off by   2D box, median IoU with the label: cuboid   mesh")
@@ -143,8 +135,8 @@ def replay_table(root: Path, names: list[str]) -> None:
         off = max(np.abs(one.base - other.base).max(), np.abs(one.size - other.size).max())
         open_ = (labels.occlusion == 0) & (labels.truncation == 0)
         boxes = boxes_around(project_edges(other, drive.camera))
-        cuboid = overlap(clip_to_image(boxes, drive.camera)[0], labels.boxes)[open_]
-        mesh = overlap(drawn.boxes, labels.boxes)[open_]
+        cuboid = box_iou(clip_to_image(boxes, drive.camera)[0], labels.boxes)[open_]
+        mesh = box_iou(drawn.boxes, labels.boxes)[open_]
         print(f"{name:8s}{len(labels):8d}{off:12.1e} m{np.median(cuboid):37.3f}"
               f"{np.median(mesh):10.3f}", flush=True)  # fmt: skip
 

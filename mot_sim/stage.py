@@ -50,13 +50,8 @@ class Stage:
         rows = self.cast.rows(world.ids).tolist()
         meshes = tuple(self.meshes[row][level] for row, level in zip(rows, levels, strict=True))
         Ts = Ts_cam_object(cuboids, self.rig)
-        if scenery is None:
-            return Placed(meshes, Ts, world.ids)
-        return Placed(
-            meshes + scenery.meshes,
-            np.concatenate((Ts, scenery.T_cam_object)),
-            np.concatenate((world.ids, scenery.instances)),
-        )
+        cars = Placed(meshes, Ts, world.ids)
+        return cars if scenery is None else cars.beside(scenery)
 
 
 def mesh_of(shape: CarShape, paint: str) -> Mesh:

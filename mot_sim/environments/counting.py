@@ -7,13 +7,7 @@ import numpy as np
 from mot_sim.metrics.clear import CONTINUING_BONUS
 from mot_sim.metrics.matching import solve_frame
 from mot_sim.metrics.overlaps import EPSILON, Overlaps
-from mot_sim.metrics.preprocessing import (
-    MIN_OVERLAP,
-    Contest,
-    ignored_if_unmatched,
-    match_cars,
-    prepare,
-)
+from mot_sim.metrics.preprocessing import MIN_OVERLAP, counted_output, prepare
 from tracker.types import Tracks
 
 
@@ -85,14 +79,6 @@ class RunningClear:
         weights = CONTINUING_BONUS * kept + overlaps.iou[near]
         chosen = solve_frame(overlaps, frame, near, weights)
         return [pair for pair, is_chosen in zip(pairs, chosen.tolist(), strict=True) if is_chosen]
-
-
-def counted_output(contest: Contest) -> np.ndarray:
-    """Which rows of the output count: as `mot_sim.metrics.preprocessing.counted`."""
-    matched = match_cars(contest.overlaps)
-    leaves = ignored_if_unmatched(contest, EPSILON)
-    leaves[contest.overlaps.columns[matched]] = contest.neutral[contest.overlaps.rows[matched]]
-    return ~leaves
 
 
 def counted_labels(labels: Tracks, frame_count: int) -> int:

@@ -91,12 +91,16 @@ def counted(contest: Contest) -> Overlaps:
     Labels and output are matched first (most overlap, at least MIN_OVERLAP a pair). Output that
     matches a neutral label leaves with it; unmatched output may be ignored.
     """
+    return contest.overlaps.keep(~contest.neutral, counted_output(contest))
+
+
+def counted_output(contest: Contest) -> Bool[Array, " m"]:
+    """Which rows of the output `counted` keeps."""
     overlaps = contest.overlaps
     matched = match_cars(overlaps)
-    columns = overlaps.columns[matched]
     leaves = ignored_if_unmatched(contest, EPSILON)
-    leaves[columns] = contest.neutral[overlaps.rows[matched]]
-    return overlaps.keep(~contest.neutral, ~leaves)
+    leaves[overlaps.columns[matched]] = contest.neutral[overlaps.rows[matched]]
+    return ~leaves
 
 
 def match_cars(overlaps: Overlaps) -> Int[Array, " j"]:

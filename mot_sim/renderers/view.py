@@ -129,6 +129,14 @@ class Placed:
         """No object at all."""
         return cls((), np.zeros((0, 4, 4)), np.zeros(0, np.int64))
 
+    def beside(self, others: "Placed") -> "Placed":
+        """These objects, and then the others."""
+        return Placed(
+            self.meshes + others.meshes,
+            np.concatenate((self.T_cam_object, others.T_cam_object)),
+            np.concatenate((self.instances, others.instances)),
+        )
+
     def __len__(self) -> int:
         return len(self.meshes)
 

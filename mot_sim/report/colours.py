@@ -10,8 +10,6 @@ GOLDEN_RATIO = 0.6180339887498949
 # that ids can be told apart by people who do not see red or green.
 BRIGHTNESS = ((0.85, 1.0), (0.55, 1.0), (1.0, 0.8))  # saturation, value
 
-SKY_TOP, SKY_LOW = (104, 150, 202), (222, 231, 236)
-HAZE = (214, 222, 224)
 GRASS = (126, 148, 96)
 PAINT: dict[str, Colour] = {
     "pavement": (172, 168, 160),
@@ -19,19 +17,6 @@ PAINT: dict[str, Colour] = {
     "asphalt": (84, 87, 93),
     "line": (236, 236, 230),
 }
-CAR_PAINTS: tuple[Colour, ...] = (
-    (196, 201, 206),  # silver
-    (238, 238, 234),  # white
-    (150, 44, 44),  # dark red
-    (46, 74, 118),  # navy
-    (70, 74, 78),  # anthracite
-    (184, 164, 128),  # sand
-    (58, 104, 92),  # bottle green
-    (112, 138, 164),  # grey blue
-)
-GLASS, TYRE, SILL = (44, 54, 64), (26, 26, 28), (38, 39, 42)
-HEADLIGHT, TAILLIGHT = (255, 246, 206), (206, 36, 30)
-SHADOW = (58, 61, 66)
 PANEL, PANEL_TEXT, PANEL_FAINT = (24, 27, 32), (232, 234, 236), (140, 148, 158)
 DETECTION = (196, 200, 204)
 EGO = (96, 178, 255)

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
@@ -59,17 +58,8 @@ class Neighbourhood:
         """Everything before the camera: the cars, and the world around them."""
         return View(
             camera,
-            together(cars, self.scenery_at(ego, camera)),
+            cars.beside(self.scenery_at(ego, camera)),
             self.road_at(ego, camera),
             self.sky_at(ego),
             self.sun_at(ego),
         )
-
-
-def together(first: Placed, second: Placed) -> Placed:
-    """The objects of both."""
-    return Placed(
-        first.meshes + second.meshes,
-        np.concatenate((first.T_cam_object, second.T_cam_object)),
-        np.concatenate((first.instances, second.instances)),
-    )
