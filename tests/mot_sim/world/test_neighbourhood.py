@@ -12,7 +12,6 @@ from mot_sim.renderers import NOBODY, Placed, Semantic, find_renderer
 from mot_sim.traffic import Roads
 from mot_sim.world import WEATHERS, Knobs, Light, Neighbourhood, Scenery, look
 from mot_sim.world.grain import LEVELS
-from mot_sim.world.neighbourhood import together
 from mot_sim.world.patches import Patches
 from mot_sim.world.scenery import FAR
 from mot_sim.world.window import KEPT
@@ -126,9 +125,9 @@ def test_a_camera_that_looks_up_sees_no_ground() -> None:
 
 def test_two_groups_of_objects_become_one() -> None:
     some = world("street").scenery_at(ego_on("street"), CAMERA)
-    both = together(some, some)
+    both = some.beside(some)
     assert len(both) == 2 * len(some)
-    assert len(together(Placed.empty(), Placed.empty())) == 0
+    assert len(Placed.empty().beside(Placed.empty())) == 0
 
 
 @pytest.mark.parametrize(
