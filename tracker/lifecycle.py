@@ -18,18 +18,37 @@ ROUNDING = 1e-6
 class Population(Rows):
     """The living tracks: what is believed of each, its id, and how long it was not seen.
 
-    unseen: seconds since the last sighting. sightings: how many there were.
+    unseen: seconds since the last sighting. sightings: how many there were. existence: the
+    probability that there is an object. surprises: by how much the last box was off the expected
+    one (centre and size, in box heights); NaN: not known.
     """
 
     ids: Int[Array, " n"]
     beliefs: Beliefs
     unseen: Float[Array, " n"]
     sightings: Int[Array, " n"]
+    existence: Float[Array, " n"]
+    surprises: Float[Array, "n 4"]
 
     @classmethod
     def empty(cls) -> "Population":
         """Nobody."""
-        return cls(np.zeros(0, np.int64), Beliefs.empty(), np.zeros(0), np.zeros(0, np.int64))
+        none = np.zeros(0, np.int64)
+        return cls(none, Beliefs.empty(), np.zeros(0), none, np.zeros(0), np.zeros((0, 4)))
+
+    @classmethod
+    def born(cls, observed: Beliefs, existence: Float[Array, " n"], next_id: int) -> "Population":
+        """New tracks, with ids from `next_id` on."""
+        n = len(observed)
+        ids, once = next_id + np.arange(n), np.ones(n, np.int64)
+        return cls(ids, observed, np.zeros(n), once, existence, np.full((n, 4), np.nan))
+
+    def seen_again(
+        self, updated: Beliefs, existence: Float[Array, " n"], surprises: Float[Array, "n 4"]
+    ) -> "Population":
+        """These tracks after one more sighting each."""
+        unseen = np.zeros(len(self))
+        return type(self)(self.ids, updated, unseen, self.sightings + 1, existence, surprises)
 
 
 NOBODY = Population.empty()
@@ -47,32 +66,11 @@ class Lifecycle:
     birth_score: float = 0.0
     max_gap: float = 0.0
 
-    def seen(
-        self,
-        expected: Population,
-        rows: Int[Array, " k"],
-        updated: Beliefs,
-        observed: Beliefs,
-        born: Int[Array, " b"],
-        next_id: int,
-    ) -> Population:
-        """Those seen in this frame: the matched rows with their updated beliefs, then the born."""
-        count = len(rows) + len(born)
-        ids = np.empty(count, np.int64)
-        sightings = np.ones(count, np.int64)
-        ids[: len(rows)] = expected.ids[rows]
-        sightings[: len(rows)] += expected.sightings[rows]
-        if len(born):
-            ids[len(rows) :] = next_id + np.arange(len(born))
-            updated = Beliefs.concatenate((updated, observed.select(born)))
-        return Population(ids, updated, np.zeros(count), sightings)
-
-    def unseen(self, expected: Population, lost: Int[Array, " l"], camera: Camera) -> Population:
-        """Those of the lost rows that live on."""
+    def remembered(self, lost: Population, camera: Camera) -> Population:
+        """Those of the lost tracks that live on."""
         if len(lost) == 0:
             return NOBODY
-        remembered = lost[expected.unseen[lost] <= self.max_gap + ROUNDING]
-        coasting = expected.select(remembered)
+        coasting = lost.select((lost.unseen <= self.max_gap + ROUNDING).nonzero()[0])
         inside = in_view(coasting.beliefs, camera)
         return coasting if np.count_nonzero(inside) == len(inside) else coasting.select(inside)
 

@@ -1,53 +1,27 @@
 """The online tracker: one frame in, the identities of its detections out."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from tracker.association import Associate, Hungarian, match_in_stages
-from tracker.beliefs import Lift, transport
+from tracker.association import Associate, Hungarian, Match, match_in_stages
+from tracker.beliefs import Beliefs, Lift, transport
+from tracker.box_filter import BoxFilter
 from tracker.costs import ImageOverlap, Pairing, Reprojection, Volume, WeightedCosts, weighted_sum
 from tracker.dynamics import ConstantVelocity, Dynamics, Still
 from tracker.errors import BadConfig
+from tracker.evidence import Evidence, Judgement
 from tracker.explain import Explanation
-from tracker.lifecycle import NOBODY, Lifecycle, Population
+from tracker.lifecycle import Lifecycle, Population
+from tracker.state import Counts, State
 from tracker.suppression import Suppression
 from tracker.types import Camera, Frame, Tracks
 
 # How far an unknown camera motion may be from standing still: 1 m along and 10 cm across the
 # view a frame, 1 degree of yaw; the 10 Hz of KITTI in a town.
 UNKNOWN_MOTION_COV = np.diag(np.square([0.1, 0.03, 1.0, 0.005, 0.02, 0.003]))
-
-
-@dataclass(frozen=True)
-class Counts:
-    """What a tracker did since its reset, for the summary of a run.
-
-    frames: steps taken. pairs: of an expected track and a detection. compared: those inside the
-    search areas, the only ones whose costs were computed. unmeasured: costs that were NaN.
-    """
-
-    frames: int = 0
-    pairs: int = 0
-    compared: int = 0
-    unmeasured: int = 0
-
-    @property
-    def skipped_share(self) -> float:
-        """The share of pairs that the search areas spared."""
-        return 1.0 - self.compared / self.pairs if self.pairs else 0.0
-
-
-@dataclass(frozen=True, eq=False)
-class State:
-    """Everything that a tracker remembers; never modified, so keeping it is a copy."""
-
-    population: Population = NOBODY
-    next_id: int = 0
-    time: float | None = None
-    counts: Counts = Counts()
 
 
 @dataclass
@@ -58,6 +32,8 @@ class Tracker:
     deviations. strong_score: detections from it on are matched first, the weaker ones to what
     is left of the tracks. tie_break: added per unit of image distance, so that equal costs are
     decided: a box inside the search area costs 0 in eqs. 3-4, whichever track it belongs to.
+    evidence: decides which tracks are written out, seen or not; None: those seen, and no other.
+    box_filter: how far a new box is believed; None: it is taken as it is.
     explain: keep the last step's `explanation`. Scores are taken as probabilities.
     The whole memory is `state`; assign it to go back.
     """
@@ -72,6 +48,8 @@ class Tracker:
     sigmas: float = 1.0
     strong_score: float = 0.0
     tie_break: float = 1e-3
+    evidence: Evidence | None = None
+    box_filter: BoxFilter | None = None
     explain: bool = False
     state: State = State()
     explanation: Explanation | None = None
@@ -111,29 +89,38 @@ class Tracker:
             lifecycle=Lifecycle(birth_score=0.8, max_gap=3.0),
             strong_score=0.8,
             tie_break=0.0,
+            evidence=Evidence(),
+            box_filter=BoxFilter(),
         )
 
     def step(self, frame: Frame) -> Tracks:
-        """The rows of this frame, with cuboids in its road frame; no detection twice."""
+        """The rows of this frame, with cuboids in its road frame; no detection twice.
+
+        With `evidence` also the predicted boxes of tracks that should be there but were not
+        seen; the score of such a row is the probability that the object exists.
+        """
         detections = self.suppress(frame.detections, self.camera)
         observed = self.lift(detections, self.camera)
         expected = self._expect(frame)
         pairing = Pairing(expected.beliefs, observed, detections, self.camera, self.sigmas)
         costs, counts = self._cost_matrix(pairing)
-        match = match_in_stages(costs, detections.scores >= self.strong_score, self.associate)
-        rows, columns = match.pairs.T
-        born = match.new[detections.scores[match.new] >= self.lifecycle.birth_score]
-        updated = self.dynamics.update(expected.beliefs.select(rows), observed.select(columns))
-        seen = self.lifecycle.seen(expected, rows, updated, observed, born, self.state.next_id)
-        unseen = self.lifecycle.unseen(expected, match.lost, self.camera)
-        population = Population.concatenate((seen, unseen)) if len(unseen) else seen
-        self.state = State(population, self.state.next_id + len(born), frame.time, counts)
+        scores = detections.scores
+        match = match_in_stages(costs, scores >= self.strong_score, self.associate)
         if self.explain:
             given = (frame.index, expected.ids, pairing, self.costs, costs, match)
             self.explanation = Explanation.of(*given)
-        scores = detections.scores[np.concatenate((columns, born))]
-        frames, beliefs = np.full(len(seen), frame.index), seen.beliefs
-        return Tracks(frames, seen.ids, beliefs.boxes, scores, cuboids=beliefs.cuboids)
+        born = match.new[scores[match.new] >= self.lifecycle.birth_score]
+        seen, unseen = self._renew(frame.time, expected, observed, scores, match, born)
+        self.state = replace(
+            self.state,
+            population=Population.concatenate((seen, unseen)) if len(unseen) else seen,
+            next_id=self.state.next_id + len(born),
+            time=frame.time,
+            counts=counts,
+        )
+        return self._written(
+            frame.index, seen, scores[np.concatenate((match.pairs[:, 1], born))], unseen
+        )
 
     def reset(self) -> None:
         """Forget everything; ids start at 0 again."""
@@ -157,7 +144,64 @@ class Tracker:
         elif motion_cov is None:
             motion_cov = np.zeros((6, 6))
         beliefs = transport(beliefs, self.camera, T_now_before, motion_cov, moved)
-        return Population(population.ids, beliefs, population.unseen + dt, population.sightings)
+        existence = population.existence
+        if self.evidence is not None:
+            existence = existence * self.evidence.survival(dt)
+        unseen = population.unseen + dt
+        return replace(population, beliefs=beliefs, unseen=unseen, existence=existence)
+
+    def _renew(
+        self,
+        time: float,
+        expected: Population,
+        observed: Beliefs,
+        scores: Float[Array, " m"],
+        match: Match,
+        born: Int[Array, " b"],
+    ) -> tuple[Population, Population]:
+        """Those seen (matched, then born), and those remembered; rates and gains are learned."""
+        rows, columns = match.pairs.T
+        matched, lost = expected.select(rows), expected.select(match.lost)
+        updated = self.dynamics.update(matched.beliefs, observed.select(columns))
+        surprises, gains, rates = matched.surprises, self.state.gains, self.state.rates
+        dt = 0.0 if self.state.time is None else time - self.state.time
+        if self.box_filter is not None:
+            known = self.box_filter.start() if gains is None else gains
+            given = (known, matched, updated.boxes, dt, self.camera)
+            boxes, surprises, gains = self.box_filter(*given)
+            updated = replace(updated, boxes=boxes)
+        judged = Judgement(np.ones(len(rows)), lost.existence, np.ones(len(born)), rates)
+        if self.evidence is not None:
+            given_scores = scores[columns], scores[born]
+            judged = self.evidence(
+                rates, matched, lost, given_scores, observed.boxes, dt, self.camera
+            )
+        self.state = replace(self.state, rates=judged.rates, gains=gains)
+        seen = matched.seen_again(updated, judged.matched, surprises)
+        if len(born):
+            new = Population.born(observed.select(born), judged.born, self.state.next_id)
+            seen = Population.concatenate((seen, new))
+        lost = replace(lost, existence=judged.lost)
+        return seen, self.lifecycle.remembered(lost, self.camera)
+
+    def _written(
+        self, index: int, seen: Population, scores: Float[Array, " n"], unseen: Population
+    ) -> Tracks:
+        """The rows of this frame: those seen, with their scores, and those that should be there."""
+        rows = seen
+        if self.evidence is not None:
+            certain = self.evidence.written(seen)
+            if np.count_nonzero(certain) < len(seen):
+                rows, scores = seen.select(certain), scores[certain]
+            there = unseen.select(self.evidence.written(unseen)) if len(unseen) else unseen
+            if len(there):
+                inside = self.camera.clip_boxes(there.beliefs.boxes)
+                there = replace(there, beliefs=replace(there.beliefs, boxes=inside))
+                rows = Population.concatenate((rows, there))
+                scores = np.concatenate((scores, there.existence))
+        beliefs = rows.beliefs
+        frames = np.full(len(rows), index)
+        return Tracks(frames, rows.ids, beliefs.boxes, scores, cuboids=beliefs.cuboids)
 
     def _cost_matrix(self, pairing: Pairing) -> tuple[Float[Array, "n m"], Counts]:
         """Rows expected, columns observed; inf outside the search areas. And the new counts."""

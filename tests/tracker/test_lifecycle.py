@@ -6,39 +6,38 @@ import pytest
 from tests.tracker.samples import LEVEL, beliefs_at
 from tracker.lifecycle import Lifecycle, Population, in_view
 
-NONE = np.zeros(0, np.int64)
-
 
 def population(*unseen: float) -> Population:
     """Tracks 10, 11, ... that were not seen for so long, side by side 20 m ahead."""
     n = len(unseen)
     beliefs = beliefs_at(*[(2.0 * i, 20.0) for i in range(n)])
-    return Population(np.arange(10, 10 + n), beliefs, np.array(unseen), np.full(n, 3))
+    ids, times, surprises = np.arange(10, 10 + n), np.array(unseen), np.full((n, 4), np.nan)
+    return Population(ids, beliefs, times, np.full(n, 3), np.full(n, 0.9), surprises)
 
 
-def test_the_matched_keep_their_ids_and_the_born_get_the_next_ones() -> None:
-    expected, observed = population(0.1, 0.1, 0.1), beliefs_at((0.0, 20.0), (5.0, 30.0))
-    rows, born = np.array([2, 0]), np.array([1])
-    updated = beliefs_at((4.0, 20.0), (0.0, 20.0))
-    seen = Lifecycle().seen(expected, rows, updated, observed, born, next_id=50)
-    assert seen.ids.tolist() == [12, 10, 50]
-    assert seen.unseen.tolist() == [0.0, 0.0, 0.0]
-    assert seen.sightings.tolist() == [4, 4, 1]
-    np.testing.assert_array_equal(seen.beliefs.cuboids.base[:, 0], [4.0, 0.0, 5.0])
+def test_those_seen_again_keep_their_ids_and_count_one_sighting_more() -> None:
+    before = population(0.1, 0.4)
+    updated = beliefs_at((4.0, 20.0), (0.0, 30.0))
+    seen = before.seen_again(updated, np.array([0.5, 0.7]), np.zeros((2, 4)))
+    assert seen.ids.tolist() == [10, 11]
+    assert seen.unseen.tolist() == [0.0, 0.0]
+    assert seen.sightings.tolist() == [4, 4]
+    assert seen.existence.tolist() == [0.5, 0.7]
+    np.testing.assert_array_equal(seen.beliefs.cuboids.base[:, 0], [4.0, 0.0])
 
 
 def test_births_take_consecutive_ids_in_the_order_of_detections() -> None:
-    observed = beliefs_at((0.0, 20.0), (3.0, 20.0), (6.0, 20.0))
-    nobody = Population.empty()
-    born = np.array([0, 2])
-    seen = Lifecycle().seen(nobody, NONE, nobody.beliefs, observed, born, next_id=7)
-    assert seen.ids.tolist() == [7, 8]
-    np.testing.assert_array_equal(seen.beliefs.cuboids.base[:, 0], [0.0, 6.0])
+    observed = beliefs_at((0.0, 20.0), (3.0, 20.0))
+    born = Population.born(observed, np.array([0.4, 0.8]), next_id=7)
+    assert born.ids.tolist() == [7, 8]
+    assert born.sightings.tolist() == [1, 1]
+    assert born.existence.tolist() == [0.4, 0.8]
+    assert np.isnan(born.surprises).all()
 
 
 def test_the_unseen_are_remembered_up_to_the_longest_gap() -> None:
-    expected, lost = population(0.5, 1.0, 1.1), np.arange(3)
-    assert Lifecycle(max_gap=1.0).unseen(expected, lost, LEVEL).ids.tolist() == [10, 11]
+    lost = population(0.5, 1.0, 1.1)
+    assert Lifecycle(max_gap=1.0).remembered(lost, LEVEL).ids.tolist() == [10, 11]
 
 
 def test_a_gap_is_not_shorter_for_the_rounding_of_its_steps() -> None:
@@ -47,23 +46,20 @@ def test_a_gap_is_not_shorter_for_the_rounding_of_its_steps() -> None:
     gaps = np.add.accumulate(np.diff(times), axis=1)[:, -1]
     assert gaps.max() > 3.0
     for gap in {gaps.min(), gaps.max()}:
-        three_seconds = Lifecycle(max_gap=3.0).unseen(population(gap), np.array([0]), LEVEL)
+        three_seconds = Lifecycle(max_gap=3.0).remembered(population(gap), LEVEL)
         assert three_seconds.ids.tolist() == [10]
 
 
 def test_without_memory_every_lost_track_ends() -> None:
-    assert len(Lifecycle(max_gap=0.0).unseen(population(0.1, 0.1), np.arange(2), LEVEL)) == 0
+    assert len(Lifecycle(max_gap=0.0).remembered(population(0.1, 0.1), LEVEL)) == 0
 
 
-def test_only_the_lost_coast_and_nobody_lost_is_nobody() -> None:
-    assert Lifecycle(max_gap=9.0).unseen(
-        population(0.0, 0.0, 0.0), np.array([1]), LEVEL
-    ).ids.tolist() == [11]
-    assert len(Lifecycle(max_gap=9.0).unseen(population(0.0, 0.0), NONE, LEVEL)) == 0
+def test_nobody_lost_is_nobody() -> None:
+    assert len(Lifecycle(max_gap=9.0).remembered(Population.empty(), LEVEL)) == 0
 
 
 def test_the_coasting_keep_how_long_they_were_unseen() -> None:
-    coasting = Lifecycle(max_gap=9.0).unseen(population(0.4, 0.7), np.arange(2), LEVEL)
+    coasting = Lifecycle(max_gap=9.0).remembered(population(0.4, 0.7), LEVEL)
     assert coasting.unseen.tolist() == [0.4, 0.7]
     assert coasting.sightings.tolist() == [3, 3]
 
@@ -95,7 +91,7 @@ def test_a_track_that_fell_behind_is_out_of_view_whatever_its_box() -> None:
 def test_a_lost_track_out_of_view_ends_at_once() -> None:
     expected = population(0.1, 0.1)
     expected.beliefs.boxes[0] = [-90.0, 100, -10, 150]
-    assert Lifecycle(max_gap=9.0).unseen(expected, np.arange(2), LEVEL).ids.tolist() == [11]
+    assert Lifecycle(max_gap=9.0).remembered(expected, LEVEL).ids.tolist() == [11]
 
 
 def test_nobody_is_in_view_of_nobody() -> None:

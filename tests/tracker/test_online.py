@@ -7,7 +7,7 @@ import pytest
 
 from tests.tracker.samples import LEVEL, PITCHED, Car, Drive, drive, frames_with, ids_of
 from tracker import Detections, Frame, Tracker
-from tracker.online import Counts
+from tracker.state import Counts
 from tracker.suppression import Suppression
 
 PRESETS = pytest.mark.parametrize("preset", [Tracker.paper, Tracker.default])

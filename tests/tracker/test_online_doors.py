@@ -9,7 +9,7 @@ from tests.tracker.samples import LEVEL, Car, drive, frames_with
 from tracker import Detections, Frame, Tracker
 from tracker.costs import ImageOverlap, Pairing, Reprojection, Volume
 from tracker.errors import BadConfig
-from tracker.online import Counts
+from tracker.state import Counts
 
 BOX = [[600.0, 180.0, 650.0, 230.0]]
 

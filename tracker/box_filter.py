@@ -1,0 +1,118 @@
+"""How far a new box is believed against the expected one: a filter that learns its own gain."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray as Array
+
+from tracker.lifecycle import Population
+from tracker.types import Camera
+
+# Boxes times this are centres and sizes; and back.
+TO_CENTRE = np.array(
+    [[0.5, 0.0, -1.0, 0.0], [0.0, 0.5, 0.0, -1.0], [0.5, 0.0, 1.0, 0.0], [0.0, 0.5, 0.0, 1.0]]
+)
+FROM_CENTRE = np.linalg.inv(TO_CENTRE)
+# A surprise beyond this share of the box's height says nothing of the detector's noise.
+LARGEST = 0.5
+# The gain never falls below this: what is seen must not be overruled for good.
+LEAST_GAIN = 0.2
+# Kinds of boxes by their size; and what keeps a division from 0 / 0.
+KINDS, TINY = np.arange(3)[:, None], 1e-12
+# Frames that were skipped, in units of the step between frames, are counted from here on.
+SKIPPED = 1.01
+
+
+class Gains(NamedTuple):
+    """What was learned. Rows: small, middle, large boxes; columns: centre x, y, width, height.
+
+    gains: 1 = the new box as it is. pairs: of successive surprises behind each. power: their
+    summed squares.
+    """
+
+    gains: Float[Array, "3 4"]
+    pairs: Float[Array, "3 1"]
+    power: Float[Array, "3 4"]
+
+
+class Filtered(NamedTuple):
+    """boxes: new and expected ones mixed. surprises: new minus expected, NaN where unusable."""
+
+    boxes: Float[Array, "k 4"]
+    surprises: Float[Array, "k 4"]
+    learned: Gains
+
+
+@dataclass(frozen=True)
+class BoxFilter:
+    """Expected box + gain x surprise, for centre and size, with the gain that the noise asks for.
+
+    A filter with the right gain is surprised by white noise: where successive surprises of a
+    track agree the gain is too small, where they contradict each other too large (Mehra, IEEE
+    Trans. Automatic Control 1970). The products of all tracks are pooled by box size, so the
+    gain follows the detector: near `gain` with KITTI's detectors, .3 to .6 where boxes jitter.
+    gain: to start from. prior: how many pairs of surprises that start is worth. sizes: pixels of
+    the shorter side, between small, middle and large. border: a box this near to the image's
+    border (pixels) is cut by it and taken as it is.
+    """
+
+    gain: float = 0.8
+    prior: float = 200.0
+    sizes: tuple[float, float] = (35.0, 60.0)
+    border: float = 2.0
+
+    def start(self) -> Gains:
+        """Nothing learned yet."""
+        return Gains(np.full((3, 4), self.gain), np.zeros((3, 1)), np.zeros((3, 4)))
+
+    def __call__(
+        self,
+        learned: Gains,
+        matched: Population,
+        boxes: Float[Array, "k 4"],
+        dt: float,
+        camera: Camera,
+    ) -> Filtered:
+        """The filtered boxes of tracks (as expected now) that were seen as `boxes`, pixels."""
+        if len(boxes) == 0:
+            return Filtered(boxes, boxes, learned)
+        expected = matched.beliefs.boxes
+        off = (boxes - expected) @ TO_CENTRE
+        sides = expected[:, 2:] - expected[:, :2]
+        kind = np.searchsorted(self.sizes, np.minimum(sides[:, 0], sides[:, 1]))
+        gain = np.maximum(learned.gains[kind], (1.0 / (matched.sightings + 1.0))[:, None])
+        unusable = matched.unseen > SKIPPED * dt
+        if np.count_nonzero(unusable) and dt > 0.0:
+            gain = 1.0 - (1.0 - gain) ** (matched.unseen / dt)[:, None]
+        x_last, y_last = camera.image_size[0] - 1.0, camera.image_size[1] - 1.0
+        cut = (boxes[:, 0] < self.border) | (boxes[:, 2] > x_last - self.border)
+        cut |= (boxes[:, 1] < self.border) | (boxes[:, 3] > y_last - self.border)
+        if np.count_nonzero(cut):
+            gain[cut] = 1.0
+            unusable |= cut
+        surprises = off / np.maximum(sides[:, 1:], 1.0)
+        surprises[unusable] = np.nan
+        learned = self._learn(learned, kind, matched.surprises, surprises)
+        return Filtered(expected + (off * gain) @ FROM_CENTRE, surprises, learned)
+
+    def _learn(
+        self,
+        learned: Gains,
+        kind: Int[Array, " k"],
+        before: Float[Array, "k 4"],
+        now: Float[Array, "k 4"],
+    ) -> Gains:
+        """One step towards white surprises: gain + sum of products / sum of squares."""
+        usable = np.isfinite(before[:, 0] + now[:, 0]).nonzero()[0]
+        if len(usable) == 0:
+            return learned
+        a = before.take(usable, axis=0).clip(-LARGEST, LARGEST)
+        b = now.take(usable, axis=0).clip(-LARGEST, LARGEST)
+        member = (kind[usable] == KINDS).astype(float)
+        pairs = learned.pairs + (member @ np.ones((len(usable), 1)))
+        power = learned.power + member @ (0.5 * (a * a + b * b))
+        worth = power * (1.0 + self.prior / np.maximum(pairs, 1.0)) + TINY
+        gains = learned.gains + member @ (a * b) / worth
+        return Gains(np.minimum(np.maximum(gains, LEAST_GAIN), 1.0), pairs, power)

@@ -1,0 +1,174 @@
+"""How sure it is that a track is an object: evidence instead of a count of hits."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray as Array
+
+from tracker.lifecycle import Population
+from tracker.types import Camera
+
+# Nothing is ever certain.
+MOST = 0.999
+# A box that ends this near to the left or right border (pixels) may be leaving.
+LEAVING = 5.0
+# Sightings after which a track's misses tell of the detector; boxes covered more do not.
+KNOWN, HIDDEN = 3, 0.3
+
+
+@dataclass(frozen=True)
+class Rates:
+    """What the tracker saw of its detector.
+
+    hits of tries: of known cars in plain view. confirmed of newborns: first sightings that were
+    followed by a second one in the next frame.
+    """
+
+    hits: int = 0
+    tries: int = 0
+    confirmed: int = 0
+    newborns: int = 0
+
+
+class Judgement(NamedTuple):
+    """The probabilities of existence after a frame, and what it taught of the detector."""
+
+    matched: Float[Array, " k"]
+    lost: Float[Array, " l"]
+    born: Float[Array, " b"]
+    rates: Rates
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """The probability that a track exists, by what was seen and what was missed.
+
+    As in IPDA (Musicki, Evans, Stankovic, IEEE Trans. Automatic Control 1994), with the two
+    rates of the detector learned on the way, so that the same settings serve a detector that
+    misses every fifth car and one that misses none. A row is written out where a car is likelier
+    than not: at once for newborns of a clean detector, at the second sighting where most
+    newborns vanish again, and in gaps as long as the car should still be there.
+
+    detection, detection_prior: probability that a car in plain view is detected, to start from,
+    and how many tries that is worth. birth, birth_prior: the same of newborns that are seen again.
+    lift: how much likelier a box is where a car is expected than anywhere else. life: mean
+    seconds until a car leaves. drift: mean seconds until a predicted box no longer overlaps the
+    car. threshold: on the probability, for writing out.
+    """
+
+    detection: float = 0.95
+    detection_prior: float = 50.0
+    birth: float = 0.9
+    birth_prior: float = 20.0
+    lift: float = 20.0
+    life: float = 5.0
+    drift: float = 2.0
+    threshold: float = 0.5
+
+    def __call__(
+        self,
+        rates: Rates,
+        matched: Population,
+        lost: Population,
+        scores: tuple[Float[Array, " k"], Float[Array, " b"]],
+        boxes: Float[Array, "m 4"],
+        dt: float,
+        camera: Camera,
+    ) -> Judgement:
+        """The judgement of a frame: tracks as expected now, scores of the matched and the born.
+
+        boxes: everything that was detected; who is behind one of them was no miss.
+        """
+        covered = covered_share(lost.beliefs.boxes, boxes)
+        learned = self.learn(rates, matched, lost, covered, dt, camera)
+        return Judgement(
+            self.hit(matched, scores[0], learned),
+            self.miss(lost, covered, learned),
+            self.newborn(scores[1], learned),
+            learned,
+        )
+
+    def survival(self, dt: float) -> float:
+        """The probability that a car is still there after `dt` seconds."""
+        return math.exp(-dt / self.life)
+
+    def detected(self, rates: Rates) -> float:
+        """P_D: the probability that a car in plain view is detected."""
+        prior = self.detection_prior
+        return (rates.hits + self.detection * prior) / (rates.tries + prior)
+
+    def newborn(self, scores: Float[Array, " b"], rates: Rates) -> Float[Array, " b"]:
+        """That a first sighting is a car: its score, if newborns have kept their word so far."""
+        prior = self.birth_prior
+        kept = (rates.confirmed + self.birth * prior) / (rates.newborns + prior)
+        worth = min(1.0, kept / max(self.detected(rates), 0.5))
+        return np.minimum(np.maximum(scores, 0.0) * worth, MOST)
+
+    def hit(
+        self, matched: Population, scores: Float[Array, " k"], rates: Rates
+    ) -> Float[Array, " k"]:
+        """Of tracks (as expected now) that were seen with these scores."""
+        odds = matched.existence / (1.0 - matched.existence) * (self.lift * np.maximum(scores, 0.0))
+        return np.minimum(np.maximum(odds / (1.0 + odds), self.newborn(scores, rates)), MOST)
+
+    def miss(
+        self, lost: Population, covered: Float[Array, " l"], rates: Rates
+    ) -> Float[Array, " l"]:
+        """Of tracks that were not seen, though only this share of their boxes is hidden."""
+        missed = 1.0 - self.detected(rates) * (1.0 - covered)
+        return lost.existence * missed / (1.0 - lost.existence * (1.0 - missed))
+
+    def learn(
+        self,
+        rates: Rates,
+        matched: Population,
+        lost: Population,
+        covered: Float[Array, " l"],
+        dt: float,
+        camera: Camera,
+    ) -> Rates:
+        """The rates after a frame."""
+        soon = 1.01 * dt
+        hits = _count(matched.sightings >= KNOWN)
+        confirmed = _count((matched.sightings == 1) & (matched.unseen <= soon))
+        misses = vanished = 0
+        if len(lost):
+            boxes, first = lost.beliefs.boxes, lost.unseen <= soon
+            right = camera.image_size[0] - 1.0 - LEAVING
+            plain = first & (covered < HIDDEN) & (boxes[:, 0] >= LEAVING) & (boxes[:, 2] <= right)
+            misses = _count(plain & (lost.sightings >= KNOWN))
+            vanished = _count(first & (lost.sightings == 1))
+        return Rates(
+            rates.hits + hits,
+            rates.tries + hits + misses,
+            rates.confirmed + confirmed,
+            rates.newborns + confirmed + vanished,
+        )
+
+    def written(self, population: Population) -> Bool[Array, " n"]:
+        """Which tracks are likelier there, and in their box, than not."""
+        there = population.existence * np.exp(population.unseen * (-1.0 / self.drift))
+        once = (population.unseen > 0.0) & (population.sightings < 2)
+        return (there >= self.threshold) & ~once
+
+
+def _count(which: Bool[Array, " n"]) -> int:
+    """How many are true."""
+    return int(np.count_nonzero(which))
+
+
+def covered_share(boxes: Float[Array, "n 4"], others: Float[Array, "m 4"]) -> Float[Array, " n"]:
+    """The largest share of each box that one of the others, ending lower (nearer), covers."""
+    if len(boxes) == 0 or len(others) == 0:
+        return np.zeros(len(boxes))
+    corners = np.minimum(boxes[:, None, 2:], others[None, :, 2:])
+    corners -= np.maximum(boxes[:, None, :2], others[None, :, :2])
+    np.maximum(corners, 0.0, out=corners)
+    sides = boxes[:, 2:] - boxes[:, :2]
+    shares = (
+        corners[..., 0] * corners[..., 1] / np.maximum(sides[:, 0] * sides[:, 1], 1e-6)[:, None]
+    )
+    return np.where(others[None, :, 3] > boxes[:, None, 3], shares, 0.0).max(axis=1).clip(0.0, 1.0)

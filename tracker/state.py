@@ -1,0 +1,41 @@
+"""What a tracker remembers between two frames."""
+
+from dataclasses import dataclass
+
+from tracker.box_filter import Gains
+from tracker.evidence import Rates
+from tracker.lifecycle import NOBODY, Population
+
+
+@dataclass(frozen=True)
+class Counts:
+    """What a tracker did since its reset, for the summary of a run.
+
+    frames: steps taken. pairs: of an expected track and a detection. compared: those inside the
+    search areas, the only ones whose costs were computed. unmeasured: costs that were NaN.
+    """
+
+    frames: int = 0
+    pairs: int = 0
+    compared: int = 0
+    unmeasured: int = 0
+
+    @property
+    def skipped_share(self) -> float:
+        """The share of pairs that the search areas spared."""
+        return 1.0 - self.compared / self.pairs if self.pairs else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Everything that a tracker remembers; never modified, so keeping it is a copy.
+
+    rates, gains: what was learned of the detector: its misses and clutter, and its noise.
+    """
+
+    population: Population = NOBODY
+    next_id: int = 0
+    time: float | None = None
+    counts: Counts = Counts()
+    rates: Rates = Rates()
+    gains: Gains | None = None
