@@ -18,8 +18,10 @@ from mot_sim.metrics import Scores, evaluate
 from mot_sim.runs import track_sequence
 from tracker import Camera, Detections, Tracker, Tracks
 from tracker.association import Greedy
+from tracker.box_filter import BoxFilter
 from tracker.costs import ImageOverlap, Reprojection, Volume
 from tracker.dynamics import Still
+from tracker.evidence import Evidence
 from tracker.lifecycle import Lifecycle
 from tracker.suppression import Suppression
 
@@ -142,6 +144,8 @@ def paper_table(root: Path) -> None:
 
 
 IMAGE = ImageOverlap(0.1)
+# A prior worth more tries than there are: nothing is learned.
+FIXED_RATES = Evidence(detection_prior=1e9, birth_prior=1e9)
 ABLATION: dict[str, Callable[[Tracker], Tracker]] = {
     "default": lambda t: t,
     "costs .8 2D-2D + .2 3D-3D": lambda t: replace(t, costs=((0.8, IMAGE), (0.2, Volume()))),
@@ -158,6 +162,15 @@ ABLATION: dict[str, Callable[[Tracker], Tracker]] = {
     "no memory": lambda t: replace(t, lifecycle=Lifecycle(0.8, 0.0)),
     "NMS at .7": lambda t: replace(t, suppress=Suppression(0.3, 0.7)),
     "greedy": lambda t: replace(t, associate=Greedy(0.7)),
+    "only what is seen is written": lambda t: replace(t, evidence=None),
+    "detection and birth rates fixed": lambda t: replace(t, evidence=FIXED_RATES),
+    "every newborn is written": lambda t: replace(t, evidence=Evidence(birth_prior=1e9)),
+    "boxes as they are": lambda t: replace(t, box_filter=None),
+    "gain of the boxes fixed": lambda t: replace(t, box_filter=BoxFilter(prior=1e9)),
+    "cars live 2 s": lambda t: replace(t, evidence=Evidence(life=2.0)),
+    "cars live 10 s": lambda t: replace(t, evidence=Evidence(life=10.0)),
+    "predicted boxes good for 1 s": lambda t: replace(t, evidence=Evidence(drift=1.0)),
+    "predicted boxes good for 4 s": lambda t: replace(t, evidence=Evidence(drift=4.0)),
 }  # fmt: skip
 
 

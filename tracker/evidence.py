@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
+from tracker.errors import BadConfig
 from tracker.lifecycle import Population
 from tracker.types import Camera
 
@@ -67,6 +68,17 @@ class Evidence:
     life: float = 5.0
     drift: float = 2.0
     threshold: float = 0.5
+
+    def __post_init__(self) -> None:
+        shares = {"detection": self.detection, "birth": self.birth, "threshold": self.threshold}
+        for name, share in shares.items():
+            if not 0.0 < share < 1.0:
+                raise BadConfig(f"{name} {share:g}: give a probability between 0 and 1")
+        times = {"life": self.life, "drift": self.drift, "lift": self.lift}
+        priors = {"detection_prior": self.detection_prior, "birth_prior": self.birth_prior}
+        for name, number in (times | priors).items():
+            if not 0.0 < number < np.inf:
+                raise BadConfig(f"{name} {number:g}: give a finite number above 0")
 
     def __call__(
         self,
@@ -151,8 +163,7 @@ class Evidence:
     def written(self, population: Population) -> Bool[Array, " n"]:
         """Which tracks are likelier there, and in their box, than not."""
         there = population.existence * np.exp(population.unseen * (-1.0 / self.drift))
-        once = (population.unseen > 0.0) & (population.sightings < 2)
-        return (there >= self.threshold) & ~once
+        return (there >= self.threshold) & ((population.sightings > 1) | (population.unseen <= 0.0))
 
 
 def _count(which: Bool[Array, " n"]) -> int:

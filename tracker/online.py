@@ -8,13 +8,13 @@ from numpy import ndarray as Array
 
 from tracker.association import Associate, Hungarian, Match, match_in_stages
 from tracker.beliefs import Beliefs, Lift, transport
-from tracker.box_filter import BoxFilter
+from tracker.box_filter import BoxFilter, Gains
 from tracker.costs import ImageOverlap, Pairing, Reprojection, Volume, WeightedCosts, weighted_sum
 from tracker.dynamics import ConstantVelocity, Dynamics, Still
 from tracker.errors import BadConfig
-from tracker.evidence import Evidence, Judgement
+from tracker.evidence import Evidence, Rates
 from tracker.explain import Explanation
-from tracker.lifecycle import Lifecycle, Population
+from tracker.lifecycle import NOBODY, Lifecycle, Population
 from tracker.state import Counts, State
 from tracker.suppression import Suppression
 from tracker.types import Camera, Frame, Tracks
@@ -110,17 +110,19 @@ class Tracker:
             given = (frame.index, expected.ids, pairing, self.costs, costs, match)
             self.explanation = Explanation.of(*given)
         born = match.new[scores[match.new] >= self.lifecycle.birth_score]
-        seen, unseen = self._renew(frame.time, expected, observed, scores, match, born)
-        self.state = replace(
-            self.state,
-            population=Population.concatenate((seen, unseen)) if len(unseen) else seen,
-            next_id=self.state.next_id + len(born),
-            time=frame.time,
-            counts=counts,
+        seen, unseen, rates, gains = self._renew(
+            frame.time, expected, observed, scores, match, born
         )
-        return self._written(
-            frame.index, seen, scores[np.concatenate((match.pairs[:, 1], born))], unseen
+        self.state = State(
+            Population.concatenate((seen, unseen)) if len(unseen) else seen,
+            self.state.next_id + len(born),
+            frame.time,
+            counts,
+            rates,
+            gains,
         )
+        scores = scores[np.concatenate((match.pairs[:, 1], born))]
+        return self._written(frame.index, seen, scores, unseen)
 
     def reset(self) -> None:
         """Forget everything; ids start at 0 again."""
@@ -158,10 +160,11 @@ class Tracker:
         scores: Float[Array, " m"],
         match: Match,
         born: Int[Array, " b"],
-    ) -> tuple[Population, Population]:
-        """Those seen (matched, then born), and those remembered; rates and gains are learned."""
+    ) -> tuple[Population, Population, Rates, Gains | None]:
+        """Those seen (matched, then born), those remembered, and what was learned."""
         rows, columns = match.pairs.T
-        matched, lost = expected.select(rows), expected.select(match.lost)
+        lost = expected.select(match.lost) if len(match.lost) else NOBODY
+        matched = expected if _is_all(rows, len(expected)) else expected.select(rows)
         updated = self.dynamics.update(matched.beliefs, observed.select(columns))
         surprises, gains, rates = matched.surprises, self.state.gains, self.state.rates
         dt = 0.0 if self.state.time is None else time - self.state.time
@@ -170,19 +173,24 @@ class Tracker:
             given = (known, matched, updated.boxes, dt, self.camera)
             boxes, surprises, gains = self.box_filter(*given)
             updated = replace(updated, boxes=boxes)
-        judged = Judgement(np.ones(len(rows)), lost.existence, np.ones(len(born)), rates)
+        there, still, new = np.ones(len(rows)), lost.existence, np.ones(len(born))
         if self.evidence is not None:
-            given_scores = scores[columns], scores[born]
-            judged = self.evidence(
-                rates, matched, lost, given_scores, observed.boxes, dt, self.camera
+            there, still, new, rates = self.evidence(
+                rates,
+                matched,
+                lost,
+                (scores[columns], scores[born]),
+                observed.boxes,
+                dt,
+                self.camera,
             )
-        self.state = replace(self.state, rates=judged.rates, gains=gains)
-        seen = matched.seen_again(updated, judged.matched, surprises)
+        seen = matched.seen_again(updated, there, surprises)
         if len(born):
-            new = Population.born(observed.select(born), judged.born, self.state.next_id)
-            seen = Population.concatenate((seen, new))
-        lost = replace(lost, existence=judged.lost)
-        return seen, self.lifecycle.remembered(lost, self.camera)
+            newborn = Population.born(observed.select(born), new, self.state.next_id)
+            seen = Population.concatenate((seen, newborn))
+        if len(lost):
+            lost = self.lifecycle.remembered(replace(lost, existence=still), self.camera)
+        return seen, lost, rates, gains
 
     def _written(
         self, index: int, seen: Population, scores: Float[Array, " n"], unseen: Population
@@ -190,7 +198,7 @@ class Tracker:
         """The rows of this frame: those seen, with their scores, and those that should be there."""
         rows = seen
         if self.evidence is not None:
-            certain = self.evidence.written(seen)
+            certain = seen.existence >= self.evidence.threshold
             if np.count_nonzero(certain) < len(seen):
                 rows, scores = seen.select(certain), scores[certain]
             there = unseen.select(self.evidence.written(unseen)) if len(unseen) else unseen
@@ -220,3 +228,8 @@ class Tracker:
             old.compared + len(rows),
             old.unmeasured + unmeasured,
         )
+
+
+def _is_all(rows: Int[Array, " k"], count: int) -> bool:
+    """Whether the rows are 0 ... count - 1, in order."""
+    return len(rows) == count and bool((rows[1:] > rows[:-1]).all())

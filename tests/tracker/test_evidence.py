@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.tracker.samples import LEVEL, beliefs_at
+from tracker.errors import BadConfig
 from tracker.evidence import Evidence, Rates, covered_share
 from tracker.lifecycle import Population
 
@@ -28,7 +29,7 @@ def tracks(existence: list[float], sightings: int = 9, unseen: float = DT) -> Po
 
 def test_a_miss_is_bayes_rule() -> None:
     """P(exists | missed) = e (1 - P_D) / (1 - e P_D), by hand with P_D = .8."""
-    evidence = Evidence(detection_prior=0.0)
+    evidence = Evidence(detection_prior=1e-9)
     after = evidence.miss(tracks([0.9]), np.zeros(1), Rates(hits=80, tries=100))
     np.testing.assert_allclose(after, 0.9 * 0.2 / (1.0 - 0.9 * 0.8))
 
@@ -80,6 +81,14 @@ def test_hidden_and_leaving_cars_tell_nothing_of_the_detector() -> None:
     lost.beliefs.boxes[1] = [0.0, 150.0, 50.0, 200.0]
     rates = Evidence().learn(Rates(), tracks([]), lost, np.array([0.9, 0.0]), DT, LEVEL)
     assert rates == Rates()
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"threshold": 1.0}, {"detection": 0.0}, {"life": 0.0}, {"birth_prior": np.inf}]
+)
+def test_settings_that_are_no_probabilities_or_times_are_refused(wrong) -> None:
+    with pytest.raises(BadConfig, match=next(iter(wrong))):
+        Evidence(**wrong)
 
 
 @pytest.mark.parametrize("rates", [Rates(), CLEAN, CLUTTERED, Rates(0, 10**6, 0, 10**6)])
