@@ -20,6 +20,10 @@ class BadImage(TrackingError):
     """An image that is not RGB with 8 bits, or not of the calibration's size."""
 
 
+class BadWeights(TrackingError):
+    """A model file that is missing, damaged, or of another model."""
+
+
 class BadTracks(TrackingError):
     """Track rows that contradict each other: one id twice in a frame."""
 
@@ -62,3 +66,7 @@ class BadOutput(TrackingError):
 
 class NoOpenGL(TrackingError):
     """No OpenGL context can be had here; says what is missing."""
+
+
+class NoTorch(TrackingError):
+    """PyTorch is not installed, and something is to be trained."""

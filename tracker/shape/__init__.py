@@ -1,8 +1,13 @@
 """Single-view shape: the deformable car (eq. 1) and the priors it comes from."""
 
 from tracker.shape.basis import ShapeBasis
+from tracker.shape.crops import MARGIN as CROP_MARGIN
+from tracker.shape.crops import SIDE as CROP_SIDE
+from tracker.shape.crops import cut_crops, from_shares, to_shares, windows_of
 from tracker.shape.fit import ShapeFit
 from tracker.shape.fitted import FittedCars, no_car_fits
+from tracker.shape.heatmaps import decode
+from tracker.shape.keypoints import SHIPPED_HOURGLASS, Hourglass, SeenKeypoints, network_input
 from tracker.shape.model import CarModel, metric
 from tracker.shape.prior import (
     KEYPOINTS,
@@ -14,16 +19,27 @@ from tracker.shape.prior import (
 )
 
 __all__ = [
+    "CROP_MARGIN",
+    "CROP_SIDE",
     "KEYPOINTS",
     "KEYPOINTS_14",
     "KEYPOINTS_36",
+    "SHIPPED_HOURGLASS",
     "SHIPPED_PRIOR",
     "CarModel",
     "FittedCars",
+    "Hourglass",
+    "SeenKeypoints",
     "ShapeBasis",
     "ShapeFit",
+    "cut_crops",
+    "decode",
+    "from_shares",
     "load_prior",
     "metric",
+    "network_input",
     "no_car_fits",
     "save_prior",
+    "to_shares",
+    "windows_of",
 ]

@@ -1,0 +1,1 @@
+"""Training on renders: crops of cars with their keypoints, the keypoint network, its export."""

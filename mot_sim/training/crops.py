@@ -1,0 +1,110 @@
+"""Crops of rendered cars with their keypoints: what the network is trained on, before noise."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from jaxtyping import Float, Int, UInt8
+from numpy import ndarray as Array
+
+from mot_sim.renderers import Rendered, Renderer, find_renderer
+from mot_sim.training.moments import MOMENTS, STAYS, Moment, Place, moment, stand
+from mot_sim.truth import Truth, annotate_frame
+from mot_sim.world import look
+from tracker.shape import CROP_MARGIN as MARGIN
+from tracker.shape import cut_crops, to_shares, windows_of
+from tracker.types import Rows
+
+WIDE = 96  # pixels of a stored crop's sides
+ROOM = 1.5  # a stored crop over what the network sees of it: for what a detector's box is off
+ANY_CAR, OWN = 64, 128  # marks in `parts`
+LEAST_HEIGHT = 18.0  # of a box, pixels of KITTI's camera
+LEAST_VISIBLE, MOST_CUT = 0.25, 0.6
+
+
+@dataclass(frozen=True, eq=False)
+class Crops(Rows):
+    """Cars, a row each, in squares around their boxes, ROOM times as wide as the network's crops.
+
+    images: BGR. parts: `Semantic` of each pixel, + ANY_CAR on cars, + OWN on this one. keypoints:
+    shares of the square, NaN behind the camera; states: a `Seen` each. boxes: shares. pixels: of
+    KITTI's camera that the square's side spans. distance: metres. visible: share of the car that
+    is seen; cut: share of its box beyond the image. yaw: about road +y.
+    """
+
+    images: UInt8[Array, "n s s 3"]
+    parts: UInt8[Array, "n s s"]
+    keypoints: Float[Array, "n 36 2"]
+    states: UInt8[Array, "n 36"]
+    boxes: Float[Array, "n 4"]
+    pixels: Float[Array, " n"]
+    distance: Float[Array, " n"]
+    visible: Float[Array, " n"]
+    cut: Float[Array, " n"]
+    yaw: Float[Array, " n"]
+
+
+def make_crops(seed: int, moments: int = MOMENTS) -> Crops:
+    """The crops of some moments in one place; a function of the seed alone."""
+    place, renderer = Place.of(seed), find_renderer("raster")
+    parts, here = [], stand(place)
+    for number in range(moments):
+        if number and number % STAYS == 0:
+            here = stand(place)
+        now = moment(place, here)
+        parts.append(crops_of(now, renderer, place.seed, number))
+    return Crops.concatenate(parts)
+
+
+def crops_of(now: Moment, renderer: Renderer, seed: int, frame: int) -> Crops:
+    """The crops of the cars of a moment that can be told at all."""
+    scenery = now.view.placed
+    count = len(now.world)
+    behind = type(scenery)(
+        scenery.meshes[count:], scenery.T_cam_object[count:], scenery.instances[count:]
+    )
+    truth = annotate_frame(now.world, now.stage, frame, None, behind).truth
+    height = (truth.tracks.boxes[:, 3] - truth.tracks.boxes[:, 1]) / now.finer
+    told = (height >= LEAST_HEIGHT) & (truth.visible >= LEAST_VISIBLE) & (truth.cut <= MOST_CUT)
+    truth = truth.select(told)
+    drawn = renderer.render(now.view)
+    image = look(now.weather, now.view, drawn, seed, frame)
+    return cut_from(image, drawn, truth, now.finer)
+
+
+def cut_from(image: UInt8[Array, "h w 3"], drawn: Rendered, truth: Truth, finer: float) -> Crops:
+    """The squares around the cars of a picture (RGB)."""
+    boxes, cuboids = truth.tracks.boxes, truth.tracks.cuboids
+    assert cuboids is not None
+    windows = windows_of(boxes, margin=ROOM * MARGIN)
+    corners = to_shares(boxes.reshape(-1, 2, 2), windows).reshape(-1, 4)
+    bgr = np.ascontiguousarray(image[:, :, ::-1])
+    return Crops(
+        images=cut_crops(bgr, windows, WIDE),
+        parts=cut_parts(drawn, windows, truth.tracks.ids),
+        keypoints=to_shares(truth.keypoints, windows),
+        states=truth.keypoint_states,
+        boxes=corners,
+        pixels=windows[:, 2] / finer,
+        distance=cuboids.base[:, 2],
+        visible=truth.visible,
+        cut=truth.cut,
+        yaw=cuboids.yaw,
+    )
+
+
+def cut_parts(
+    drawn: Rendered, windows: Float[Array, "n 3"], ids: Int[Array, " n"]
+) -> UInt8[Array, "n s s"]:
+    """What each pixel of the squares is made of, and whose it is."""
+    marked = drawn.semantics + np.where(drawn.instances >= 0, ANY_CAR, 0).astype(np.uint8)
+    found = np.zeros((len(windows), WIDE, WIDE), np.uint8)
+    for row, (u, v, side) in enumerate(windows.tolist()):
+        step = side / WIDE
+        A = np.array([
+            [step, 0.0, u - 0.5 * side + 0.5 * step], [0.0, step, v - 0.5 * side + 0.5 * step]
+        ])  # fmt: skip
+        settings = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
+        own = np.where(drawn.instances == ids[row], OWN, 0).astype(np.uint8)
+        found[row] = cv2.warpAffine(marked + own, A, (WIDE, WIDE), flags=settings)
+    return found

@@ -1,0 +1,143 @@
+"""A small training from crops to files: skipped, and counted, where PyTorch is not installed."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mot_sim.training.keypoints import train_keypoints
+from mot_sim.training.learning import CHECKPOINT, Learner, train
+from mot_sim.training.plan import Plan
+from mot_sim.training.shards import HELD_OUT, save_crops, shard_path
+from tests.mot_sim.cli.conftest import CommandLine, mot_sim
+from tests.mot_sim.training.made_up import made_up
+from tracker.errors import BadConfig, BadFile, DatasetNotFound, OutputExists
+from tracker.shape import Hourglass
+
+__all__ = ["mot_sim"]  # the fixture
+
+HAS_TORCH = find_spec("torch") is not None
+needs_torch = pytest.mark.skipif(not HAS_TORCH, reason="PyTorch is not installed")
+PLAN = Plan(crops=96, epochs=6, held_out=24, size="small", batch=32, average=20, rate=0.01)
+STEPS = PLAN.steps
+
+
+def say_nothing(what: str, done: int, total: int) -> None:
+    """Nobody wants to know."""
+
+
+def stop_at(step: int) -> Callable[[str, int, int], None]:
+    """Ctrl-C when a training has come so far."""
+
+    def tell(what: str, done: int, total: int) -> None:
+        if total == STEPS and done >= step:
+            raise KeyboardInterrupt
+
+    return tell
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    """A folder with crops in it, so that none need be drawn."""
+    save_crops(made_up(PLAN.crops, 0), shard_path(tmp_path / "crops", 0))
+    save_crops(made_up(PLAN.held_out, 1), shard_path(tmp_path / "crops", HELD_OUT))
+    return tmp_path
+
+
+@pytest.mark.skipif(HAS_TORCH, reason="PyTorch is installed")
+def test_without_pytorch_the_command_says_what_to_install(
+    mot_sim: CommandLine, tmp_path: Path
+) -> None:
+    outcome = mot_sim("train-keypoints", "--out", tmp_path / "new")
+    assert outcome.code == 2
+    assert "pip install 'mot-sim[train]'" in outcome.err
+    assert outcome.err.count("\n") == 1
+    assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [(("--crops", "0"), "nothing to train with"), (("--size", "huge"), "shipped, small")],
+)
+def test_a_wrong_option_is_one_line(
+    mot_sim: CommandLine, tmp_path: Path, options: tuple[str, ...], told: str
+) -> None:
+    outcome = mot_sim("train-keypoints", "--out", tmp_path / "new", *options)
+    assert outcome.code == 2
+    assert told in outcome.err
+
+
+@needs_torch
+@pytest.mark.slow
+def test_a_training_learns_and_the_tracker_loads_it(out: Path) -> None:
+    judged = train_keypoints(PLAN, out, say_nothing)
+    assert judged.right.shape == (PLAN.held_out, 36)
+    curve = np.loadtxt(out / "curve.csv", delimiter=",", skiprows=1)
+    assert len(curve) == PLAN.epochs
+    assert curve[-1, 1] < 0.75 * curve[0, 1]
+    assert judged.pck > 0.5
+    assert (out / "curve.png").stat().st_size > 1000
+    hourglass = Hourglass.load(out / "hourglass.onnx")
+    assert hourglass.card["training"] == PLAN.told()
+    assert json.loads((out / "hourglass.json").read_text())["pck_synthetic"] >= 0.0
+    seen = hourglass(made_up(1).images[0], np.array([[10.0, 20.0, 80.0, 70.0]]))
+    assert np.isfinite(seen.keypoints).all()
+
+
+@needs_torch
+@pytest.mark.slow
+def test_opencv_and_pytorch_see_the_same(out: Path) -> None:
+    import torch
+
+    from mot_sim.training.export import export
+    from tracker.shape import network_input
+
+    learner = Learner.begin(PLAN)
+    for _ in range(3):
+        learner.learn(made_up(PLAN.crops))
+    path = export(learner.mean, out / "three.onnx", {"training": PLAN.told()})
+    crops = made_up(5).images[:, :64, :64]
+    learner.mean.eval()
+    with torch.no_grad():
+        every, activations = learner.mean(torch.from_numpy(network_input(crops)))
+    found = Hourglass.load(path).run(crops)
+    assert found[0] == pytest.approx(every[-1].numpy(), abs=2e-3)
+    assert found[1] == pytest.approx(activations.numpy(), abs=2e-3)
+
+
+@needs_torch
+@pytest.mark.slow
+def test_an_interrupted_training_goes_on_as_if_nothing_had_been(out: Path, tmp_path: Path) -> None:
+    crops, held_out = made_up(PLAN.crops), made_up(PLAN.held_out, 1)
+    whole = train(PLAN, crops, held_out, tmp_path / "whole", say_nothing)
+    with pytest.raises(KeyboardInterrupt):
+        train(PLAN, crops, held_out, out, stop_at(STEPS // 2))
+    resumed = train(PLAN, crops, held_out, out, say_nothing, resume=True)
+    assert resumed.step == whole.step == STEPS
+    assert len(resumed.curve) == len(whole.curve) == PLAN.epochs
+    assert resumed.curve[-1]["loss"] == pytest.approx(whole.curve[-1]["loss"], abs=1e-6)
+    for name, value in whole.mean.state_dict().items():
+        assert np.allclose(value.numpy(), resumed.mean.state_dict()[name].numpy(), atol=1e-6), name
+
+
+@needs_torch
+@pytest.mark.slow
+def test_what_cannot_go_on_says_so_and_loses_nothing(out: Path) -> None:
+    with pytest.raises(DatasetNotFound, match="no checkpoint"):
+        train_keypoints(PLAN, out, say_nothing, resume=True)
+    with pytest.raises(KeyboardInterrupt):
+        train_keypoints(PLAN, out, stop_at(2))
+    kept = (out / CHECKPOINT).read_bytes()
+    with pytest.raises(OutputExists, match="--resume"):
+        train_keypoints(PLAN, out, say_nothing)
+    with pytest.raises(BadConfig, match="epochs 6, now 7"):
+        train_keypoints(replace(PLAN, epochs=7), out, say_nothing, resume=True)
+    assert (out / CHECKPOINT).read_bytes() == kept
+    (out / CHECKPOINT).write_bytes(kept[: len(kept) // 2])
+    with pytest.raises(BadFile, match="no checkpoint"):
+        train_keypoints(PLAN, out, say_nothing, resume=True)
+    assert (out / CHECKPOINT).read_bytes() == kept[: len(kept) // 2]

@@ -1,0 +1,174 @@
+"""The keypoint network at use: image and boxes in, 36 keypoints a car out, through OpenCV.
+
+A stacked hourglass (Newell et al., ECCV 2016, as in Murthy et al., ICRA 2017), small, trained on
+renders by `mot_sim.training`; its weights are ONNX with a JSON that tells where they come from.
+"""
+
+import hashlib
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from jaxtyping import Float, Float32, Shaped, UInt8
+from numpy import ndarray as Array
+
+from tracker.errors import BadImage, BadWeights
+from tracker.shape.crops import SIDE, cut_crops, from_shares, show_something, windows_of
+from tracker.shape.heatmaps import decode
+from tracker.shape.prior import KEYPOINTS_36
+from tracker.types.rows import Rows
+
+SHIPPED_HOURGLASS = Path(__file__).parent.parent / "weights" / "hourglass.onnx"
+FORMAT = 1  # of the JSON beside the weights
+OUTPUTS = ("heatmaps", "activations")
+SCALE, MIDDLE = 1.0 / 64.0, 128.0  # of what the network is given: (grey level - MIDDLE) * SCALE
+BATCH = 32  # crops at once
+CURE = "give an ONNX file that `mot-sim train-keypoints` wrote, with its .json beside it"
+
+
+@dataclass(frozen=True, eq=False)
+class SeenKeypoints(Rows):
+    """What the network says of boxes, a row each; NaN where a box shows nothing.
+
+    keypoints: u, v in pixels of the image, and confidence: the probability that the keypoint is
+    visible and near that place; order of KEYPOINTS_36. activations: pooled maps of the first
+    layer, which still holds colours, and of the last one.
+    """
+
+    keypoints: Float[Array, "n 36 3"]
+    activations: Float32[Array, "n c s s"]
+
+
+@dataclass(frozen=True, eq=False)
+class Hourglass:
+    """The keypoint network, loaded; call it with an image and boxes.
+
+    card: what the JSON beside the weights says of them. sha256: of the ONNX file.
+    """
+
+    network: Any = field(repr=False)
+    card: dict[str, Any]
+    sha256: str
+
+    @classmethod
+    def load(cls, path: Path | None = None) -> "Hourglass":
+        """The network of an ONNX file; None: the shipped one.
+
+        Raises BadWeights for files that are missing, damaged, or of another network.
+        """
+        path = SHIPPED_HOURGLASS if path is None else Path(path)
+        card, content = _card_of(path), _bytes_of(path)
+        found = hashlib.sha256(content).hexdigest()
+        if found != card["sha256"]:
+            raise BadWeights(
+                f"{path}: its SHA-256 is {found[:16]}..., its .json says {card['sha256'][:16]}...: "
+                f"one of the two is damaged or of another training; {CURE}"
+            )
+        try:
+            network = cv2.dnn.readNetFromONNX(np.frombuffer(content, np.uint8))
+        except cv2.error as error:
+            raise BadWeights(
+                f"{path} is no ONNX that OpenCV reads ({error.err}): {CURE}"
+            ) from error
+        hourglass = cls(network, card, found)
+        hourglass._check(path)
+        return hourglass
+
+    def __call__(self, image: Shaped[Array, "..."], boxes: Float[Array, "n 4"]) -> SeenKeypoints:
+        """The keypoints of the cars in boxes (x_min, y_min, x_max, y_max, pixels).
+
+        image: BGR with 8 bits, as OpenCV reads it, or grey, which is taken as three equal
+        channels. All boxes are looked at together. NaN rows for boxes beside the image, of a
+        pixel or less, or not finite. Raises BadImage for any other image.
+        """
+        pixels = colour_of(image)
+        seen = SeenKeypoints(
+            np.full((len(boxes), len(KEYPOINTS_36), 3), np.nan),
+            np.full((len(boxes), *self.card["activations"]), np.nan, np.float32),
+        )
+        rows = np.flatnonzero(show_something(boxes, (pixels.shape[1], pixels.shape[0])))
+        windows = windows_of(boxes[rows])
+        for start in range(0, len(rows), BATCH):
+            some = slice(start, start + BATCH)
+            heatmaps, activations = self.run(cut_crops(pixels, windows[some]))
+            points = decode(heatmaps)
+            points[:, :, :2] = from_shares(points[:, :, :2], windows[some])
+            seen.keypoints[rows[some]] = points
+            seen.activations[rows[some]] = activations
+        return seen
+
+    def run(
+        self, crops: UInt8[Array, "n s s 3"]
+    ) -> tuple[Float32[Array, "n 36 h w"], Float32[Array, "n c a a"]]:
+        """The network's two outputs for one or more BGR crops."""
+        self.network.setInput(network_input(crops))
+        heatmaps, activations = self.network.forward(list(OUTPUTS))
+        return heatmaps, activations
+
+    def _check(self, path: Path) -> None:
+        """BadWeights unless the network takes our crops and gives what the card promises."""
+        try:
+            given = [output.shape for output in self.run(np.zeros((2, SIDE, SIDE, 3), np.uint8))]
+        except (cv2.error, ValueError) as error:
+            raise BadWeights(
+                f"{path} does not take crops of 3x{SIDE}x{SIDE} and give {', '.join(OUTPUTS)} "
+                f"({str(error).strip().splitlines()[-1]}): {CURE}"
+            ) from error
+        wanted = [(2, *self.card[name]) for name in OUTPUTS]
+        if given != wanted or self.card["heatmaps"][0] != len(KEYPOINTS_36):
+            raise BadWeights(
+                f"{path} gives {given} for two crops; its .json promises {wanted}, and there are "
+                f"{len(KEYPOINTS_36)} keypoints: {CURE}"
+            )
+
+
+def network_input(crops: UInt8[Array, "n s s 3"]) -> Float32[Array, "n 3 s s"]:
+    """Crops as the network is given them."""
+    planes = np.ascontiguousarray(crops.transpose(0, 3, 1, 2), np.float32)
+    planes -= np.float32(MIDDLE)
+    planes *= np.float32(SCALE)
+    return planes
+
+
+def colour_of(image: Shaped[Array, "..."]) -> UInt8[Array, "h w 3"]:
+    """An 8-bit image with three channels; grey is tripled. BadImage for any other."""
+    if image.dtype != np.uint8:
+        cure = (
+            "convert it, for example (image / 257).round().astype(np.uint8)"
+            if image.dtype == np.uint16
+            else "give uint8"
+        )
+        raise BadImage(f"an image of type {image.dtype}: the keypoint network sees 8 bits; {cure}")
+    if image.ndim == 3 and image.shape[2] == 1:
+        image = image[:, :, 0]
+    if image.ndim == 2 and image.size:
+        return cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_GRAY2BGR)
+    if image.ndim != 3 or image.shape[2] != 3 or not image.size:
+        raise BadImage(f"an image of shape {image.shape}: give height x width x 3, or grey")
+    return image
+
+
+def _bytes_of(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise BadWeights(f"{path}: {error.strerror}; {CURE}") from error
+
+
+def _card_of(path: Path) -> dict[str, Any]:
+    """What the JSON beside an ONNX file says; BadWeights where it does not say enough."""
+    beside = path.with_suffix(".json")
+    try:
+        card = json.loads(_bytes_of(beside))
+    except ValueError as error:
+        raise BadWeights(f"{beside}: {error}; {CURE}") from error
+    wanted = {"format": int, "sha256": str, "heatmaps": list, "activations": list}
+    for name, kind in wanted.items():
+        if not isinstance(card, dict) or not isinstance(card.get(name), kind):
+            raise BadWeights(f"{beside} has no {name}; {CURE}")
+    if card["format"] != FORMAT:
+        raise BadWeights(f"{beside} has format {card['format']}, this version reads {FORMAT}")
+    return dict(card)
