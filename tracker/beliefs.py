@@ -13,6 +13,7 @@ from numpy import ndarray as Array
 
 from tracker.geometry import road_contact, road_contact_jacobian
 from tracker.types import Camera, Cuboids, Detections
+from tracker.types.look import Look
 from tracker.types.rows import Rows
 from tracker.types.shape_pose import ShapePose
 
@@ -36,8 +37,8 @@ class Beliefs(Rows):
 
     cuboids: where they stand. velocity: of the base along road x and z, m/s (0: nobody knows).
     cov: covariance of (x, z, velocity x, velocity z). boxes: in the image of that moment, as
-    seen (after `Lift`) or as expected (after `transport`), pixels, not clipped. shape_pose: as
-    last measured; None when no detector gives it.
+    seen (after `Lift`) or as expected (after `transport`), pixels, not clipped. shape_pose,
+    look: as last measured; None when no detector gives it.
     """
 
     cuboids: Cuboids
@@ -45,6 +46,7 @@ class Beliefs(Rows):
     cov: Float[Array, "n 4 4"]
     boxes: Float[Array, "n 4"]
     shape_pose: ShapePose | None = None
+    look: Look | None = None
 
     @classmethod
     def empty(cls) -> "Beliefs":
@@ -53,19 +55,18 @@ class Beliefs(Rows):
 
     @classmethod
     def concatenate(cls, parts: Sequence["Beliefs"]) -> "Beliefs":
-        """The rows of all parts; where only some know shape and pose, the others' are unknown.
+        """The rows of all parts; where only some know a cue, the others' is unknown.
 
         A frame without detections has no columns; it takes nothing from those remembered.
         """
-        known = [part.shape_pose for part in parts if part.shape_pose is not None]
-        if known and len(known) < len(parts):
-            b = known[0].shape.shape[1]
-            parts = [
-                part
-                if part.shape_pose is not None
-                else replace(part, shape_pose=ShapePose.unknown(len(part), b))
-                for part in parts
-            ]
+        for cue in ("shape_pose", "look"):
+            measured = [getattr(part, cue) for part in parts]
+            known = [column for column in measured if column is not None]
+            if known and len(known) < len(parts):
+                parts = [
+                    replace(part, **{cue: known[0].unknown(len(part))}) if column is None else part
+                    for part, column in zip(parts, measured, strict=True)
+                ]
         return super().concatenate(parts)
 
     def region(self, sigmas: float) -> Cuboids:
@@ -155,7 +156,8 @@ class Lift:
         state_cov[:, :2, :2] = cov
         state_cov[:, 2, 2], state_cov[:, 3, 3] = self.speed_std[0] ** 2, self.speed_std[1] ** 2
         cuboids, still = Cuboids(base, yaw, size), np.zeros((n, 2))
-        return Beliefs(cuboids, still, state_cov, boxes, ShapePose.of(detections))
+        cues = ShapePose.of(detections), Look.of(detections)
+        return Beliefs(cuboids, still, state_cov, boxes, *cues)
 
     def _road_contact(
         self, rays: Float[Array, "n 3"], sigma: Float[Array, " n"], camera: Camera
@@ -214,10 +216,10 @@ def transport(
     shift = (base_now @ camera.road_shift[:3] + camera.road_shift[3]).reshape(n, 2, 6)
     cov[:, :2, :2] += shift @ motion_cov @ shift.transpose(0, 2, 1)
     boxes = _carry_boxes(beliefs, camera, T_now_before, moved)
-    looks = beliefs.shape_pose
-    if looks is not None:
-        looks = ShapePose(looks.shape, looks.yaw + turn, looks.cov)
-    return Beliefs(cuboids, beliefs.velocity @ R.T, cov, boxes, looks)
+    pose = beliefs.shape_pose
+    if pose is not None:
+        pose = ShapePose(pose.shape, pose.yaw + turn, pose.cov)
+    return Beliefs(cuboids, beliefs.velocity @ R.T, cov, boxes, pose, beliefs.look)
 
 
 def _carry_boxes(

@@ -11,6 +11,7 @@ from numpy import ndarray as Array
 
 from tracker.beliefs import Beliefs
 from tracker.types import Cuboids
+from tracker.types.look import Look
 from tracker.types.shape_pose import ShapePose
 
 
@@ -46,8 +47,10 @@ class Still:
 
     def update(self, expected: Beliefs, observed: Beliefs) -> Beliefs:
         """What is seen now."""
-        looks = _latest(expected, observed)
-        return observed if looks is observed.shape_pose else replace(observed, shape_pose=looks)
+        pose, look = _latest(expected, observed)
+        if pose is observed.shape_pose and look is observed.look:
+            return observed
+        return replace(observed, shape_pose=pose, look=look)
 
 
 @dataclass(frozen=True)
@@ -64,8 +67,8 @@ class ConstantVelocity:
         """F x and F P F' + Q; the shift of the position is returned apart."""
         F, Q = _motion_model(round(dt, 6), self.acceleration_std)
         cov = F @ beliefs.cov @ F.T + Q
-        looks = _later(beliefs, dt)
-        moved = Beliefs(beliefs.cuboids, beliefs.velocity, cov, beliefs.boxes, looks)
+        cues = _later(beliefs, dt), beliefs.look
+        moved = Beliefs(beliefs.cuboids, beliefs.velocity, cov, beliefs.boxes, *cues)
         return moved, beliefs.velocity * dt
 
     def update(self, expected: Beliefs, observed: Beliefs) -> Beliefs:
@@ -81,8 +84,8 @@ class ConstantVelocity:
         base[:, ::2] = expected.cuboids.base[:, ::2] + step[:, :2]
         cuboids = Cuboids(base, observed.cuboids.yaw, observed.cuboids.size)
         cov = cov - gain @ cov[:, :2]
-        velocity, looks = expected.velocity + step[:, 2:], _latest(expected, observed)
-        return Beliefs(cuboids, velocity, cov, observed.boxes, looks)
+        velocity, cues = expected.velocity + step[:, 2:], _latest(expected, observed)
+        return Beliefs(cuboids, velocity, cov, observed.boxes, *cues)
 
 
 def _later(beliefs: Beliefs, dt: float) -> ShapePose | None:
@@ -90,11 +93,12 @@ def _later(beliefs: Beliefs, dt: float) -> ShapePose | None:
     return None if beliefs.shape_pose is None else beliefs.shape_pose.after(dt)
 
 
-def _latest(expected: Beliefs, observed: Beliefs) -> ShapePose | None:
-    """Shape and pose as last measured: now where that is known, else before."""
-    if observed.shape_pose is None:
-        return expected.shape_pose
-    return observed.shape_pose.or_before(expected.shape_pose)
+def _latest(expected: Beliefs, observed: Beliefs) -> tuple[ShapePose | None, Look | None]:
+    """Shape and pose, and look, as last measured: now where that is known, else before."""
+    pose, look = observed.shape_pose, observed.look
+    pose = expected.shape_pose if pose is None else pose.or_before(expected.shape_pose)
+    look = expected.look if look is None else look.or_before(expected.look)
+    return pose, look
 
 
 @lru_cache(maxsize=64)

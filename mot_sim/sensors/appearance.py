@@ -17,6 +17,8 @@ from tracker.errors import BadConfig
 class Appearance:
     """size: numbers of a descriptor. noise: std over a descriptor's length. view: length of the
     part that turns with the viewpoint. alike: how many cars in a row of ids share one look.
+    unit: the distance of vectors of length 1 at which two cars are as likely one as two; what is
+    reported is in that unit, as the tracker's own descriptors are.
     """
 
     size: int = 32
@@ -24,16 +26,19 @@ class Appearance:
     view: float = 0.0
     alike: int = 1
     memory: Memory = field(default_factory=Memory)
+    unit: float = 1.0
 
     def __post_init__(self) -> None:
         require_sigmas("appearance noise, view", self.noise, self.view)
         if self.size < 1 or self.alike < 1:
             raise BadConfig(f"appearance size {self.size}, alike {self.alike}: 1 or more")
+        if not 0.0 < self.unit < np.inf:
+            raise BadConfig(f"appearance unit {self.unit:g}: give a finite number above 0")
 
     def __call__(
         self, sightings: Sightings, seed: int, step: float, level: float = 1.0
     ) -> Float[Array, "n d"]:
-        """Unit vectors; at level 0 those of the cars themselves."""
+        """Vectors of length 1 / unit; at level 0 those of the cars themselves."""
         ids, frames = sightings.ids, sightings.frames
         look, never = ids // self.alike, np.zeros_like(frames)
         vectors = _unit(draws.normal(seed, "appearance", look, never, self.size))
@@ -50,7 +55,7 @@ class Appearance:
         if level and self.noise:
             x = latent(seed, "appearance/noise", ids, frames, self.memory, step, self.size)
             vectors = vectors + level * self.noise * x / np.sqrt(self.size)
-        return _unit(vectors) if turns or (level and self.noise) else vectors
+        return (_unit(vectors) if turns or (level and self.noise) else vectors) / self.unit
 
 
 def _unit(vectors: Float[Array, "n d"]) -> Float[Array, "n d"]:

@@ -165,6 +165,10 @@ class Detector:
             column = None if effect is None else effect(sightings, seed, step, self.cues)
             if column is not None:
                 found["descriptor" if name == "appearance" else name] = column
+        if effects.pose is not None and effects.shape is not None and "shape" in found:
+            yaw = effects.pose.std(sightings, self.cues)
+            shape = effects.shape.std(sightings, self.cues)
+            found["pose_cov"] = _stated(yaw, shape, found["shape"].shape[1])
         return found
 
     def _false(
@@ -208,6 +212,14 @@ def _put_together(parts: list[Part], border: Border, camera: Camera) -> Sensed:
     rows = np.flatnonzero(usable)
     rows = rows[np.argsort(frames[rows], kind="stable")]
     return Sensed(DetectionLog(frames[rows], whole.select(rows)), origin.select(rows))
+
+
+def _stated(
+    yaw: Float[Array, " n"], shape: Float[Array, " n"], coefficients: int
+) -> Float[Array, "n c c"]:
+    """The covariance of (yaw, shape) that a fit states that knows these stds of its own."""
+    stds = np.column_stack([yaw, *[shape] * coefficients])
+    return np.eye(1 + coefficients) * np.square(stds)[:, None, :]
 
 
 def _with_cues(part: Detections, model: Detections) -> Detections:

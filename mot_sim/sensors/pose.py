@@ -43,10 +43,14 @@ class Pose:
             return yaw, size
         ids, frames = sightings.ids, sightings.frames
         x = latent(seed, "pose", ids, frames, self.memory, step, 4)
-        spread = level * self.yaw * np.exp(self.hidden * (1.0 - sightings.visible))
+        spread = self.std(sightings, level)
         rates = np.full(len(ids), min(level * self.flips, 1.0))
         turned = bursts(rates, seed, "flip", ids, frames, self.flip_memory, step)
         measured = yaw + spread * x[:, 0] + np.pi * turned
         if self.yaw or turned.any():
             yaw = np.asarray(wrap_angle(measured))
         return yaw, size * np.exp(level * self.size * x[:, 1:])
+
+    def std(self, sightings: Sightings, level: float = 1.0) -> Float[Array, " n"]:
+        """Of the measured yaw, radians, cars turned round apart."""
+        return level * self.yaw * np.exp(self.hidden * (1.0 - sightings.visible))

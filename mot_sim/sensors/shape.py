@@ -37,7 +37,10 @@ class Shape:
             return sightings.shape
         columns = sightings.shape.shape[1]
         x = latent(seed, "shape", sightings.ids, sightings.frames, self.memory, step, columns)
-        depth = np.nan_to_num(sightings.depth, nan=NEAR)
-        spread = level * self.spread * np.maximum(depth / NEAR, 0.1) ** self.growth
         kept = 1.0 - np.minimum(level * self.shrink * (1.0 - sightings.visible), 1.0)
-        return kept[:, None] * sightings.shape + spread[:, None] * x
+        return kept[:, None] * sightings.shape + self.std(sightings, level)[:, None] * x
+
+    def std(self, sightings: Sightings, level: float = 1.0) -> Float[Array, " n"]:
+        """Of every measured coefficient."""
+        depth = np.nan_to_num(sightings.depth, nan=NEAR)
+        return level * self.spread * np.maximum(depth / NEAR, 0.1) ** self.growth

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
+from tracker.costs.appearance import Appearance
 from tracker.costs.image_overlap import ImageOverlap
 from tracker.costs.pairing import Pairing
 from tracker.costs.reprojection import Reprojection
@@ -24,6 +25,7 @@ class Cost(Protocol):
 
 
 COSTS: dict[str, Callable[[], Cost]] = {
+    "appearance": Appearance,
     "image_overlap": ImageOverlap,
     "reprojection": Reprojection,
     "shape_pose": ShapeAndPose,
@@ -65,6 +67,7 @@ def weighted_sum(pairing: Pairing, costs: WeightedCosts) -> Sum:
 
 __all__ = [
     "COSTS",
+    "Appearance",
     "Cost",
     "ImageOverlap",
     "Pairing",

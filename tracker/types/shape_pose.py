@@ -24,11 +24,12 @@ class ShapePose(Rows):
     yaw: Float[Array, " n"]
     cov: Float[Array, "n c c"]
 
-    @classmethod
-    def unknown(cls, n: int, b: int) -> "ShapePose":
-        """Nobody's was measured."""
+    def unknown(self, count: int) -> "ShapePose":
+        """So many rows like these, of which nobody's shape and pose was measured."""
+        b = self.shape.shape[1]
         c = b + 1
-        return cls(np.full((n, b), np.nan), np.full(n, np.nan), np.full((n, c, c), np.nan))
+        blank = np.full((count, b), np.nan), np.full(count, np.nan), np.full((count, c, c), np.nan)
+        return ShapePose(*blank)
 
     @classmethod
     def of(cls, detections: Detections) -> "ShapePose | None":

@@ -9,6 +9,7 @@ from mot_sim.sensors import Detector
 from tracker import Tracker
 from tracker.costs import COSTS
 from tracker.errors import MissingCue, UnknownName
+from tracker.geometry import wrap_angle
 from tracker.types import Tracks
 
 BARE = {"houses": 0.0, "trees": 0.0, "furniture": 0.0, "frames": 12}
@@ -37,6 +38,23 @@ def test_shapes_are_those_of_the_cast_with_noise(episode) -> None:
     noisy = episode.log.detections.shape
     assert noisy is not None
     assert 0.01 < np.abs(noisy - exact.detections.shape).mean() < 1.0
+
+
+def test_the_stated_doubt_is_the_noise_that_was_added(episode) -> None:
+    seen = episode.log.detections
+    assert seen.pose_cov is not None
+    exact = Detector("cues", cues=0.0)(episode.exact, 2, episode.camera, len(episode), episode.cast)
+    exact_shape, covs = exact.detections.shape, exact.detections.pose_cov
+    assert exact_shape is not None
+    assert covs is not None
+    np.testing.assert_array_equal(covs, 0.0)
+    stds = np.sqrt(seen.pose_cov[:, np.arange(6), np.arange(6)])
+    off = wrap_angle(seen.yaw - exact.detections.yaw) / stds[:, 0]
+    straight = np.abs(off) < 8.0  # the others were seen the wrong way round
+    assert straight.mean() > 0.9
+    np.testing.assert_allclose(np.std(off[straight]), 1.0, atol=0.15)
+    # a hidden car's coefficients are also drawn to the mean car's, which is no noise
+    assert 0.8 < np.std((seen.shape - exact_shape) / stds[:, 1:]) < 2.0
 
 
 def test_the_shape_and_pose_cost_reads_them(episode) -> None:

@@ -75,6 +75,7 @@ def test_a_car_keeps_its_look_and_look_alikes_share_theirs() -> None:
     same = (noisy[:100] * noisy[200:]).sum(axis=1).mean()
     assert np.abs(noisy[:50] @ noisy[50:100].T).mean() + 0.3 < same < 1.0
     assert (Appearance(32, noise=0.5, view=0.3)(sightings, 1, STEP, 0.0) == exact).all()
+    np.testing.assert_allclose(Appearance(32, unit=0.5)(sightings, 1, STEP), 2.0 * exact)
 
 
 @pytest.mark.parametrize(
@@ -86,6 +87,7 @@ def test_a_car_keeps_its_look_and_look_alikes_share_theirs() -> None:
         lambda: Keypoints(flips=-1.0),
         lambda: Shape(-1.0),
         lambda: Appearance(0),
+        lambda: Appearance(unit=0.0),
     ],
 )
 def test_what_no_sensor_does_is_refused(make) -> None:

@@ -52,4 +52,4 @@ def test_parts_that_know_nothing_get_empty_rows_beside_those_that_know() -> None
     assert both.shape_pose is not None
     np.testing.assert_array_equal(np.isnan(both.shape_pose.yaw), [True, False])
     assert Beliefs.concatenate((unknown, unknown)).shape_pose is None
-    assert len(ShapePose.unknown(0, 2)) == 0
+    assert len(KNOWN.unknown(0)) == 0

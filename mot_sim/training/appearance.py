@@ -1,0 +1,202 @@
+"""Learning the weights of eq. 5 in closed form, from pictures of cars whose identity is known.
+
+Two sightings of one car differ by what time, view, light and occlusion change; two cars differ
+by more. With Gaussians for both, the log-likelihood ratio of "one car" against "two cars" is a
+squared distance after one linear map (Koestinger et al., CVPR 2012); that map is the weights.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray as Array
+from scipy.linalg import eigh
+
+from mot_sim.run_folder import versions
+from mot_sim.training.identities import EDGE_STD, Drive, Sight
+from tracker.descriptors import Descriptor, Learned, Weights, features_of
+from tracker.errors import BadConfig
+from tracker.shape import Hourglass
+
+FEWEST_CARS = 8  # with more than one sighting each: fewer teach nothing
+# Pairs of sightings in one drive at most so many frames apart tell the unit of distance.
+APART = 12
+# Features are brought to one spread first, but for those with less than this share of the median.
+LEAST_SPREAD = 0.05
+
+
+@dataclass(frozen=True)
+class LearningOptions:
+    """grid: cells along each side of the box, over which activations are pooled. length: numbers
+    of a descriptor. shrink: how far the scatter inside cars is drawn to a sphere, 0 to 1.
+    """
+
+    grid: int = 4
+    length: int = 128
+    shrink: float = 0.2
+
+    def __post_init__(self) -> None:
+        if self.grid < 1 or self.length < 1 or not 0.0 < self.shrink <= 1.0:
+            raise BadConfig(
+                f"grid {self.grid}, length {self.length}, shrink {self.shrink:g}: give 1 or more, "
+                "1 or more, and a share above 0, to 1"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Lesson:
+    """Vectors of sightings of cars. cars: which car each is. drives, frames: where it was seen."""
+
+    vectors: Float[Array, "n f"]
+    cars: Int[Array, " n"]
+    drives: Int[Array, " n"]
+    frames: Int[Array, " n"]
+
+    @classmethod
+    def of(cls, sights: Iterable[Sight], look: Callable[[Sight], Float[Array, "m f"]]) -> "Lesson":
+        """The vectors of all boxes of all pictures; boxes without one are left out.
+
+        Raises BadConfig when fewer than FEWEST_CARS cars are seen more than once.
+        """
+        parts: list[tuple[Array, ...]] = []
+        names: dict[str, int] = {}
+        for sight in sights:
+            vectors = look(sight)
+            known = np.flatnonzero(np.isfinite(vectors).all(axis=1))
+            drive = names.setdefault(sight.drive, len(names))
+            where = np.full(len(known), drive), np.full(len(known), sight.frame)
+            parts.append((vectors[known], sight.ids[known] + (drive << 32), *where))
+        if not parts:
+            raise BadConfig("no pictures to learn from: give some drives")
+        whole = cls(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+        _, car, count = np.unique(whole.cars, return_inverse=True, return_counts=True)
+        if np.count_nonzero(count > 1) < FEWEST_CARS:
+            raise BadConfig(
+                f"{np.count_nonzero(count > 1)} cars are seen more than once: at least "
+                f"{FEWEST_CARS} are needed, give more drives or more frames"
+            )
+        return whole.select(count[car] > 1)
+
+    def select(self, rows: Bool[Array, " n"]) -> "Lesson":
+        """Some of the sightings."""
+        return Lesson(self.vectors[rows], self.cars[rows], self.drives[rows], self.frames[rows])
+
+
+@dataclass(frozen=True, eq=False)
+class Lore:
+    """Learned weights, and the descriptors that they give the cars which they come from."""
+
+    weights: Weights
+    described: Lesson
+
+    @property
+    def equal_error(self) -> float:
+        """The share of pairs that the unit of distance takes wrongly, of both kinds alike."""
+        same, _ = pair_distances(self.described)
+        return float((same > self.weights.unit).mean())
+
+    @property
+    def summary(self) -> str:
+        """What was learned from, and how well one car is told from two, in one line."""
+        cars, sightings = len(np.unique(self.described.cars)), len(self.described.cars)
+        return (
+            f"{cars} cars, {sightings} sightings; one car or two: "
+            f"{100 * self.equal_error:.1f} % wrong of either, at distance {self.weights.unit:.4f}"
+        )
+
+    def training(self, drives: Sequence[Drive], options: LearningOptions) -> dict[str, object]:
+        """How they came about, to be kept with the weights."""
+        return {
+            "drives": [asdict(drive) for drive in drives],
+            "options": asdict(options),
+            "edge_std": EDGE_STD,
+            "cars": len(np.unique(self.described.cars)),
+            "sightings": len(self.described.cars),
+            "equal_error": round(self.equal_error, 4),
+            "versions": versions(),
+        }
+
+
+def learn(
+    sights: Iterable[Sight], hourglass: Hourglass, options: LearningOptions | None = None
+) -> Lore:
+    """The weights for a network's activations. Raises BadConfig for too few cars."""
+    options = options or LearningOptions()
+
+    def look(sight: Sight) -> Float[Array, "m f"]:
+        maps = hourglass(np.ascontiguousarray(sight.image[:, :, ::-1]), sight.boxes).activations
+        return features_of(sight.image, sight.boxes, maps, options.grid).astype(float)
+
+    lesson = Lesson.of(sights, look)
+    spread = lesson.vectors.std(axis=0)
+    spread = np.maximum(spread, LEAST_SPREAD * np.median(spread)) + 1e-9
+    even = replace(lesson, vectors=lesson.vectors / spread)
+    mean, axes = likelihood_map(even, options.length, options.shrink)
+    mean, axes = mean * spread, axes / spread[:, None]
+    arrays = axes.astype(np.float32), mean.astype(np.float32)
+    content = Weights(*arrays, options.grid, hourglass.sha256, 1.0)
+    described = replace(lesson, vectors=Learned(*content).project(lesson.vectors.astype("f4")))
+    return Lore(content._replace(unit=unit_of(described)), described)
+
+
+def likelihood_map(
+    lesson: Lesson, length: int, shrink: float
+) -> tuple[Float[Array, " f"], Float[Array, "f d"]]:
+    """The mean of the vectors, and the map after which a squared distance tells one car from two.
+
+    Cars are compared with those of their own drive: what all of a drive have in common, its light
+    for example, tells nothing.
+    """
+    x, car = lesson.vectors, np.unique(lesson.cars, return_inverse=True)[1]
+    count = np.bincount(car)
+    means = np.zeros((len(count), x.shape[1]))
+    np.add.at(means, car, x)
+    means /= count[:, None]
+    off = x - means[car]
+    within = off.T @ off / (len(x) - len(count))
+    blur = (1.0 / count).mean() * within  # how far the means of so few sightings are off
+    within = (1.0 - shrink) * within + shrink * np.trace(within) / len(within) * np.eye(len(within))
+    drive = np.zeros(len(count), np.int64)
+    drive[car] = lesson.drives
+    for number in np.unique(drive):
+        means[drive == number] -= means[drive == number].mean(axis=0)
+    between = means.T @ means / max(len(count) - len(np.unique(drive)), 1) - blur
+    size = len(within)
+    ratio, axes = eigh(between, within, subset_by_index=[max(size - length, 0), size - 1])
+    ratio = np.maximum(ratio, 0.0)
+    # In these axes one car's sightings differ by variance 2, two cars' by 2 + 2 ratio.
+    return x.mean(axis=0), axes * np.sqrt(ratio / (1.0 + ratio))
+
+
+def unit_of(lesson: Lesson) -> float:
+    """The distance at which as many pairs of one car are farther apart as pairs of two are nearer.
+
+    Pairs are of one drive and at most APART frames apart, in two pictures: what a tracker compares.
+    """
+    same, other = pair_distances(lesson)
+    edges = np.sort(np.concatenate((same, other)))
+    missed = 1.0 - np.searchsorted(np.sort(same), edges, side="right") / len(same)
+    taken = np.searchsorted(np.sort(other), edges, side="right") / len(other)
+    return float(edges[np.argmax(taken >= missed)])
+
+
+def pair_distances(lesson: Lesson) -> tuple[Float[Array, " s"], Float[Array, " o"]]:
+    """Distances of pairs of one car, and of pairs of two cars."""
+    same, other = [], []
+    for drive in np.unique(lesson.drives):
+        some = lesson.select(lesson.drives == drive)
+        square = (some.vectors**2).sum(axis=1)
+        distance = square[:, None] + square - 2.0 * some.vectors @ some.vectors.T
+        apart = np.abs(some.frames[:, None] - some.frames)
+        rows, columns = np.nonzero(np.triu((apart > 0) & (apart <= APART)))
+        one = some.cars[rows] == some.cars[columns]
+        found = np.sqrt(np.maximum(distance[rows, columns], 0.0))
+        same.append(found[one])
+        other.append(found[~one])
+    return np.concatenate(same), np.concatenate(other)
+
+
+def unit_of_descriptor(sights: Iterable[Sight], descriptor: Descriptor) -> float:
+    """The unit of a descriptor that needs no network, in its own lengths."""
+    return unit_of(Lesson.of(sights, lambda sight: descriptor(sight.image, sight.boxes)))

@@ -1,0 +1,145 @@
+"""The weights of eq. 5 in closed form."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from mot_sim.training.appearance import (
+    LearningOptions,
+    Lesson,
+    learn,
+    likelihood_map,
+    pair_distances,
+    unit_of,
+    unit_of_descriptor,
+)
+from mot_sim.training.identities import Drive, Sight
+from tracker.descriptors import Classical, Learned, write_weights
+from tracker.errors import BadConfig
+from tracker.shape import Hourglass
+
+IMAGE = np.zeros((40, 60, 3), np.uint8)
+
+
+def sight(drive: str, frame: int, ids: list[int], image: np.ndarray = IMAGE) -> Sight:
+    """A picture with cars side by side."""
+    n = len(ids)
+    left = 18.0 * np.arange(n)
+    boxes = np.column_stack((left, np.full(n, 5.0), left + 15.0, np.full(n, 30.0)))
+    return Sight(drive, frame, image, boxes, np.array(ids, dtype=np.int64), np.ones(n))
+
+
+def lesson(seed: int = 0, within: tuple = (1.0, 0.1, 3.0), between: tuple = (0.0, 1.0, 3.0)):
+    """Cars of two drives, six sightings each, with these deviations inside and between cars."""
+    rng = np.random.default_rng(seed)
+    cars = np.repeat(np.arange(400), 6)
+    middle = rng.normal(size=(400, 3)) * between
+    middle[200:] += (50.0, 50.0, -50.0)
+    vectors = middle[cars] + rng.normal(size=(len(cars), 3)) * within
+    return Lesson(vectors, cars, cars // 200, np.tile(np.arange(6), 400))
+
+
+def test_the_map_is_that_of_the_likelihood_ratio() -> None:
+    """Axes by variance ratio 0, 100 and 1: weights sqrt(r / (1 + r)) in units of the inside std."""
+    mean, axes = likelihood_map(lesson(), 3, 1e-9)
+    np.testing.assert_allclose(mean, lesson().vectors.mean(axis=0))
+    metric = axes @ axes.T
+    np.testing.assert_allclose(np.diag(metric), [0.0, 100.0 * 0.99, 0.5 / 9.0], rtol=0.12, atol=0.1)
+    assert np.abs(metric - np.diag(np.diag(metric))).max() < 1.5
+
+
+def test_what_all_of_a_drive_have_in_common_tells_nothing() -> None:
+    _, axes = likelihood_map(lesson(between=(0.0, 1.0, 0.0)), 1, 1e-9)
+    assert abs(axes[1, 0]) > 50.0 * np.abs(axes[[0, 2], 0]).max()
+
+
+def test_fewer_features_than_asked_for_give_fewer_numbers() -> None:
+    assert likelihood_map(lesson(), 10, 0.1)[1].shape == (3, 3)
+    assert likelihood_map(lesson(), 2, 0.1)[1].shape == (3, 2)
+
+
+def test_at_the_unit_as_many_pairs_of_one_car_are_farther_as_pairs_of_two_are_nearer() -> None:
+    given = lesson(within=(1.0, 1.0, 1.0), between=(3.0, 3.0, 3.0))
+    unit = unit_of(given)
+    same, other = pair_distances(given)
+    assert (same > unit).mean() == pytest.approx((other < unit).mean(), abs=2e-3)
+    assert 0.01 < (same > unit).mean() < 0.3
+
+
+def test_pairs_are_of_one_drive_and_of_two_frames_not_far_apart() -> None:
+    vectors = np.array([[0.0], [1.0], [10.0], [100.0]])
+    given = Lesson(vectors, np.array([1, 1, 2, 3]), np.array([0, 0, 0, 1]), np.array([0, 5, 5, 5]))
+    same, other = pair_distances(given)
+    assert same.tolist() == [1.0]
+    assert other.tolist() == [10.0]
+    far = Lesson(vectors, given.cars, given.drives, np.array([0, 50, 0, 0]))
+    assert [len(part) for part in pair_distances(far)] == [0, 0]
+
+
+def test_a_lesson_keeps_only_cars_that_are_seen_again_and_boxes_that_are_described() -> None:
+    ids = list(range(10))
+    sights = [sight("a", 0, [*ids, 77]), sight("a", 3, ids), sight("b", 0, ids)]
+
+    def look(one: Sight) -> np.ndarray:
+        vectors = one.boxes.copy()
+        vectors[(one.ids == 4) & (one.frame == 3)] = np.nan
+        return vectors
+
+    found = Lesson.of(sights, look)
+    assert len(found.cars) == 18
+    assert not {4, 77} & set(found.cars.tolist())
+    assert set(found.drives.tolist()) == {0}
+    with pytest.raises(BadConfig, match="2 cars are seen more than once"):
+        Lesson.of([sight("a", 0, [1, 2]), sight("a", 1, [1, 2])], look)
+    with pytest.raises(BadConfig, match="no pictures"):
+        Lesson.of([], look)
+
+
+def painted(drives: int = 2, cars: int = 6, frames: int = 3) -> Iterator[Sight]:
+    """Pictures of coloured blocks: every car has a paint of its own, the light changes."""
+    for drive in range(drives):
+        paints = np.random.default_rng(drive).integers(0, 200, (cars, 3))
+        for frame in range(frames):
+            image = np.full((40, 18 * cars, 3), 100, np.uint8)
+            one = sight(str(drive), frame, list(range(cars)), image)
+            for (x0, y0, x1, y1), paint in zip(one.boxes.astype(int), paints, strict=True):
+                image[y0 + frame : y1, x0:x1] = paint * (1.0 - 0.1 * frame)
+                image[y0 + 5 : y0 + 12, x0 + 3 : x1 - 3] = 60
+            yield one
+
+
+def test_weights_of_the_shipped_network_tell_painted_blocks_apart(tmp_path) -> None:
+    options = LearningOptions(grid=2, length=16)
+    hourglass = Hourglass.load()
+    lore = learn(painted(), hourglass, options)
+    again = learn(painted(), hourglass, options)
+    np.testing.assert_array_equal(lore.weights.weights, again.weights.weights)
+    assert lore.weights.hourglass == hourglass.sha256
+    assert lore.equal_error < 0.1
+    assert "12 cars, 36 sightings" in lore.summary
+    told = lore.training([Drive("street", 1, ("noon",), (0,))], options)
+    write_weights(tmp_path / "w.npz", lore.weights, told)
+    learned = Learned.load(tmp_path / "w.npz")
+    first, second = list(painted(1))[:2]
+    vectors = [
+        learned(
+            one.image, one.boxes, hourglass(one.image[:, :, ::-1].copy(), one.boxes).activations
+        )
+        for one in (first, second)
+    ]
+    distance = np.linalg.norm(vectors[0][:, None] - vectors[1], axis=2)
+    np.testing.assert_array_equal(distance.argmin(axis=1), np.arange(6))
+    assert np.median(np.diag(distance)) < 1.0
+
+
+def test_the_unit_of_a_descriptor_without_a_network_is_measured_in_its_own_lengths() -> None:
+    one = unit_of_descriptor(painted(), Classical(unit=1.0))
+    assert 0.0 < one < 2.0
+    assert unit_of_descriptor(painted(), Classical(unit=2.0)) == pytest.approx(0.5 * one)
+
+
+@pytest.mark.parametrize("wrong", [{"grid": 0}, {"length": 0}, {"shrink": 0.0}, {"shrink": 1.5}])
+def test_options_outside_their_range_are_refused(wrong: dict) -> None:
+    with pytest.raises(BadConfig, match="give 1 or more"):
+        LearningOptions(**wrong)

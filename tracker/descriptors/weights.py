@@ -1,0 +1,101 @@
+"""The file of a learned descriptor's weights: an .npz of plain arrays, checked when it is read."""
+
+import hashlib
+import io
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+from zipfile import BadZipFile
+
+import numpy as np
+from jaxtyping import Float32
+from numpy import ndarray as Array
+
+from tracker.errors import BadWeights
+
+SHIPPED = Path(__file__).parent.parent / "weights" / "appearance.npz"
+FORMAT = 1
+KEYS = {"format", "weights", "mean", "grid", "hourglass", "unit", "training", "sha256"}
+CURE = "reinstall mot-sim, or make the file again with mot-sim learn-appearance"
+
+
+class Weights(NamedTuple):
+    """What a weights file holds; see `Learned`."""
+
+    weights: Float32[Array, "f d"]
+    mean: Float32[Array, " f"]
+    grid: int
+    hourglass: str
+    unit: float
+
+
+def write_weights(path: Path, content: Weights, training: Mapping[str, object]) -> None:
+    """Write a weights file; training: the configuration that it came from."""
+    told = json.dumps(dict(training), sort_keys=True)
+    buffer = io.BytesIO()
+    np.savez_compressed(
+        buffer,
+        format=np.array(FORMAT),
+        weights=content.weights,
+        mean=content.mean,
+        grid=np.array(content.grid),
+        hourglass=np.array(content.hourglass),
+        unit=np.array(content.unit),
+        training=np.array(told),
+        sha256=np.array(digest(content)),
+    )
+    path.write_bytes(buffer.getvalue())
+
+
+def read_weights(path: Path) -> Weights:
+    """What a weights file holds. Raises BadWeights: missing, damaged, or of another kind."""
+    return _read(path)[0]
+
+
+def read_training(path: Path) -> dict[str, object]:
+    """The configuration that a weights file came from. Raises BadWeights."""
+    return _read(path)[1]
+
+
+def digest(content: Weights) -> str:
+    """The sha256 of the numbers and of the network that they are for."""
+    found = hashlib.sha256(f"{content.grid} {content.hourglass} {content.unit!r}".encode())
+    for array in (content.weights, content.mean):
+        found.update(np.ascontiguousarray(array, np.float32).tobytes())
+    return found.hexdigest()
+
+
+def _read(path: Path) -> tuple[Weights, dict[str, object]]:
+    if not path.is_file():
+        raise BadWeights(f"{path}: no weights of the appearance descriptor; {CURE}")
+    try:
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
+            missing = KEYS - set(file.files)
+            if missing:
+                raise BadWeights(f"{path}: no weights of ours, {min(missing)} is missing; {CURE}")
+            arrays, grid = (file["weights"], file["mean"]), int(file["grid"])
+            content = Weights(*arrays, grid, str(file["hourglass"]), float(file["unit"]))
+            training, stated, version = str(file["training"]), str(file["sha256"]), file["format"]
+        told = json.loads(training)
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
+        raise BadWeights(f"{path}: damaged weights: {error}; {CURE}") from None
+    if int(version) > FORMAT:
+        raise BadWeights(f"{path}: format {version}, this mot-sim reads up to {FORMAT}; update it")
+    if digest(content) != stated:
+        raise BadWeights(f"{path}: damaged weights, their sha256 is not the stated one; {CURE}")
+    _require_shapes(path, content)
+    return content, told
+
+
+def _require_shapes(path: Path, content: Weights) -> None:
+    weights, mean = content.weights, content.mean
+    fits = weights.ndim == 2 and mean.shape == weights.shape[:1] and content.grid >= 1
+    fits &= 0.0 < content.unit < np.inf
+    if not fits or weights.dtype != np.float32 or mean.dtype != np.float32:
+        raise BadWeights(
+            f"{path}: weights of shape {weights.shape} ({weights.dtype}) with a mean of shape "
+            f"{mean.shape} ({mean.dtype}) are no descriptor's; {CURE}"
+        )
+    if not (np.isfinite(weights).all() and np.isfinite(mean).all()):
+        raise BadWeights(f"{path}: weights that are not finite; {CURE}")

@@ -1,0 +1,33 @@
+"""How objects looked when they were last seen: the descriptors that eq. 5 compares."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from tracker.types.detections import Detections
+from tracker.types.rows import Rows
+
+
+@dataclass(frozen=True, eq=False)
+class Look(Rows):
+    """descriptor: psi of eq. 5, as last measured; NaN rows where it never was."""
+
+    descriptor: Float[Array, "n d"]
+
+    @classmethod
+    def of(cls, detections: Detections) -> "Look | None":
+        """What detections tell; None without a column of descriptors."""
+        return None if detections.descriptor is None else cls(detections.descriptor)
+
+    def unknown(self, count: int) -> "Look":
+        """So many rows like these, of which nobody knows the look."""
+        return Look(np.full((count, self.descriptor.shape[1]), np.nan))
+
+    def or_before(self, before: "Look | None") -> "Look":
+        """The same, with the rows of `before` where nothing is known."""
+        known = np.isfinite(self.descriptor).all(axis=1)
+        if before is None or known.all():
+            return self
+        return Look(np.where(known[:, None], self.descriptor, before.descriptor))
