@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from tracker.frameworks import FRAMEWORKS, Delayed
 from tracker.online import Tracker
 from tracker.types import Camera, Cuboids, Detections, Frame, Sequence, Tracks
 
@@ -11,4 +12,15 @@ TRACKERS: dict[str, Callable[[Camera], Tracker]] = {
     "paper": Tracker.paper,
 }
 
-__all__ = ["TRACKERS", "Camera", "Cuboids", "Detections", "Frame", "Sequence", "Tracker", "Tracks"]
+__all__ = [
+    "FRAMEWORKS",
+    "TRACKERS",
+    "Camera",
+    "Cuboids",
+    "Delayed",
+    "Detections",
+    "Frame",
+    "Sequence",
+    "Tracker",
+    "Tracks",
+]

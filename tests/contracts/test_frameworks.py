@@ -1,0 +1,159 @@
+"""What every framework of the register promises, online, in a window or over the whole drive."""
+
+import pickle
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.tracker.samples import LEVEL, Car, Drive, drive, locked
+from tracker import FRAMEWORKS, TRACKERS, Delayed, Detections, Frame, Tracker, Tracks
+from tracker.association import ASSOCIATIONS
+from tracker.costs import COSTS, ImageOverlap
+from tracker.errors import BadConfig
+
+every_framework = pytest.mark.parametrize("name", list(FRAMEWORKS))
+every_tracker = pytest.mark.parametrize("preset", list(TRACKERS))
+delayed = pytest.mark.parametrize("name", ["network_flow", "window"])
+GEOMETRY = [name for name in COSTS if name in ("image_overlap", "reprojection", "volume")]
+
+
+@cache
+def town() -> Drive:
+    """Thirty frames: parked, oncoming and crossing cars, misses, and four empty frames."""
+    cars = [
+        Car(-4.0, 40.0),
+        Car(4.0, 50.0),
+        Car(-1.5, 70.0, yaw=np.pi / 2, velocity=(0.0, -6.0)),
+        Car(-15.0, 45.0, yaw=0.0, velocity=(5.0, 0.0)),
+    ]
+    return drive(
+        cars,
+        lambda t: (0.2 * t, 6.0 * t, 0.05 * np.sin(t)),
+        count=30,
+        hidden=lambda frame, car: 18 <= frame < 22 or (frame * 7 + car * 3) % 11 == 0,
+        score=lambda frame, car: 0.85 + 0.14 * ((frame * 5 + car) % 7) / 6,
+    )
+
+
+def built(name: str, preset: str = "default") -> Tracker | Delayed:
+    return FRAMEWORKS[name](TRACKERS[preset](LEVEL))
+
+
+def run(framework: Tracker | Delayed, frames: list[Frame]) -> Tracks:
+    parts = [framework.step(frame) for frame in frames]
+    if isinstance(framework, Delayed):
+        parts.append(framework.finish())
+    return Tracks.concatenate(parts)
+
+
+def assert_same(one: Tracks, other: Tracks) -> None:
+    for column in ("frames", "ids", "boxes", "scores"):
+        np.testing.assert_array_equal(getattr(one, column), getattr(other, column))
+    np.testing.assert_array_equal(one.cuboids.base, other.cuboids.base)
+
+
+def test_every_two_frame_association_is_a_framework() -> None:
+    assert set(ASSOCIATIONS) | {"network_flow", "window"} == set(FRAMEWORKS)
+    assert all((FRAMEWORKS[name].__doc__ or "").strip() for name in FRAMEWORKS)
+
+
+@every_framework
+@every_tracker
+def test_rows_are_in_the_order_of_frames_and_name_each_car_once(name: str, preset: str) -> None:
+    rows = run(built(name, preset), town().frames)
+    assert len(rows) > 40
+    assert (np.diff(rows.frames) >= 0).all()
+    rows.require_unique_ids()
+    assert len(rows.cuboids) == len(rows)
+    assert np.isfinite(rows.boxes).all()
+    assert np.isfinite(rows.cuboids.base).all()
+
+
+@every_framework
+@pytest.mark.parametrize("cost", GEOMETRY)
+def test_every_cost_keeps_a_standing_cars_identity(name: str, cost: str) -> None:
+    tracker = replace(TRACKERS["default"](LEVEL), costs=((1.0, COSTS[cost]()),))
+    rows = run(FRAMEWORKS[name](tracker), drive([Car(0.0, 25.0)], count=12).frames)
+    assert rows.ids.tolist() == [0] * 12
+    assert rows.frames.tolist() == list(range(12))
+
+
+@every_framework
+def test_two_runs_say_the_same_and_leave_the_frames_as_they_were(name: str) -> None:
+    assert_same(run(built(name), locked(town().frames)), run(built(name), town().frames))
+
+
+@every_framework
+def test_after_a_reset_it_is_as_new(name: str) -> None:
+    framework = built(name)
+    first = run(framework, town().frames)
+    framework.reset()
+    assert_same(run(framework, town().frames), first)
+
+
+@every_framework
+@pytest.mark.parametrize("keep", [lambda state: state, pickle.dumps])
+def test_its_state_can_be_kept_and_given_back(name: str, keep) -> None:
+    frames, framework = town().frames, built(name)
+    for frame in frames[:25]:
+        framework.step(frame)
+    kept = keep(framework.state)
+    rest = run(framework, frames[25:])
+    other = built(name)
+    other.state = pickle.loads(kept) if isinstance(kept, bytes) else kept
+    assert_same(run(other, frames[25:]), rest)
+
+
+@pytest.mark.parametrize("name", [*ASSOCIATIONS, "window"])
+@pytest.mark.parametrize("cut", [1, 27])
+def test_what_comes_after_the_lag_changes_nothing(name: str, cut: int) -> None:
+    """Online: nothing that comes later; a window: nothing after the frames it has looked at."""
+    whole, first = built(name), built(name)
+    decided = [whole.step(frame) for frame in town().frames][:cut]
+    again = [first.step(frame) for frame in town().frames[:cut]]
+    for one, other in zip(again, decided, strict=True):
+        assert_same(one, other)
+    if name == "window":
+        shown = Tracks.concatenate(again).frames
+        assert shown.max(initial=-1) == max(cut - 1 - first.lag, -1)
+
+
+def test_the_whole_drive_is_told_at_its_end() -> None:
+    framework = built("network_flow")
+    assert sum(len(framework.step(frame)) for frame in town().frames) == 0
+    assert len(framework.finish()) > 40
+
+
+@every_framework
+def test_a_drive_without_frames_has_no_rows(name: str) -> None:
+    framework = built(name)
+    assert not isinstance(framework, Delayed) or len(framework.finish()) == 0
+
+
+@delayed
+def test_a_thousand_empty_frames_have_no_rows(name: str) -> None:
+    frames = [Frame(i, i / 10, Detections.empty(), np.eye(4)) for i in range(1000)]
+    assert len(run(built(name), frames)) == 0
+
+
+@every_framework
+def test_one_frame_and_unknown_motion_are_no_error(name: str) -> None:
+    seen = drive([Car(0.0, 25.0), Car(4.0, 30.0)], count=15, know_motion=False).frames
+    assert len(run(built(name), seen[:1])) in (0, 2)  # one sighting may be too little evidence
+    rows = run(built(name), seen)
+    assert sorted(set(rows.ids.tolist())) == [0, 1]
+
+
+@delayed
+def test_a_cost_that_is_no_number_is_named(name: str) -> None:
+    class Broken(ImageOverlap):
+        """Infinitely cheap."""
+
+        def __call__(self, pairing):
+            return super().__call__(pairing) - np.inf
+
+    tracker = replace(TRACKERS["default"](LEVEL), costs=((1.0, Broken()),))
+    with pytest.raises(BadConfig, match=r"costs -?(inf|nan)"):
+        run(FRAMEWORKS[name](tracker), town().frames)

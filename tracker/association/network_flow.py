@@ -1,0 +1,93 @@
+"""Minimum-cost network flow: the best set of tracks through all sightings at once, exactly.
+
+A track is a path: it begins at one sighting, is linked from each to a later one, and ends
+anywhere (Zhang et al., CVPR 2008). Every sighting lies on one path at most, so the flow is an
+assignment: each sighting takes a successor, the end of its path, or itself (it is left out).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray as Array
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import min_weight_full_bipartite_matching
+
+from tracker.errors import BadConfig
+
+
+@dataclass(frozen=True, eq=False)
+class Arcs:
+    """Possible links: sighting tails[k] is followed by heads[k] (a larger number) at costs[k]."""
+
+    tails: Int[Array, " k"]
+    heads: Int[Array, " k"]
+    costs: Float[Array, " k"]
+
+    def __post_init__(self) -> None:
+        if not np.isfinite(self.costs).all():
+            bad = int((~np.isfinite(self.costs)).argmax())
+            raise BadConfig(
+                f"the link from sighting {self.tails[bad]} to {self.heads[bad]} costs "
+                f"{self.costs[bad]:g}: costs are finite; leave out what is impossible"
+            )
+        if (self.heads <= self.tails).any():
+            bad = int((self.heads <= self.tails).argmax())
+            raise BadConfig(
+                f"a link leads from sighting {self.tails[bad]} back to {self.heads[bad]}: "
+                "number the sightings in the order of time"
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Flow:
+    """The cheapest tracks. links: (sighting, next one). used: on a track. cost: of them all."""
+
+    links: Int[Array, "l 2"]
+    used: Bool[Array, " n"]
+    cost: float
+
+    @property
+    def tracks(self) -> Int[Array, " n"]:
+        """The track of every sighting, numbered by their first sightings; those unused, too."""
+        first = np.arange(len(self.used))
+        for tail, head in self.links.tolist():  # tails in order: a chain is followed forward
+            first[head] = first[tail]
+        return np.unique(first, return_inverse=True)[1].astype(np.int64)
+
+
+def cheapest_flow(sightings: Float[Array, " n"], births: Float[Array, " n"], arcs: Arcs) -> Flow:
+    """The tracks with the smallest sum of the costs of their sightings, births and links.
+
+    sightings: the cost of having each on a track (negative: it gains). births: of beginning one
+    there. Ends are free; put their cost into the births. Raises BadConfig for costs that are not
+    finite. Exact: successors are assigned by `min_weight_full_bipartite_matching`.
+    """
+    n = len(sightings)
+    own = sightings + births
+    if not np.isfinite(own).all():
+        bad = int((~np.isfinite(own)).argmax())
+        raise BadConfig(
+            f"sighting {bad} costs {sightings[bad]:g}, a birth there {births[bad]:g}: "
+            "both must be finite"
+        )
+    if n == 0:
+        return Flow(np.zeros((0, 2), np.int64), np.zeros(0, bool), 0.0)
+    # As if each began a track of its own; a link saves a birth, leaving one out saves its own.
+    gains = np.concatenate((arcs.costs - births[arcs.heads], -own, np.zeros(n)))
+    every = np.arange(n)
+    rows = np.concatenate((arcs.tails, every, every))
+    columns = np.concatenate((arcs.heads, every, n + every))  # n + i: the path of i ends there
+    kept = gains <= 0.0  # what costs more than a birth is never taken
+    rows, columns, gains = rows[kept], columns[kept], gains[kept]
+    shift = 1.0 - gains.min()  # explicit zeros would be no entries; every sum has n terms
+    graph = csr_array((gains + shift, (rows, columns)), shape=(n, 2 * n))
+    if graph.nnz < len(gains):
+        raise BadConfig("two links between the same two sightings: give the cheaper one alone")
+    tails, heads = min_weight_full_bipartite_matching(graph)
+    linked = (heads < n) & (heads != tails)
+    used = np.ones(n, bool)
+    used[tails[heads == tails]] = False
+    links = np.stack((tails[linked], heads[linked]), axis=1).astype(np.int64)
+    cost = own.sum() + (graph[tails, heads] - shift).sum()
+    return Flow(links, used, float(cost))

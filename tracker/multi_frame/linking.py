@@ -1,0 +1,195 @@
+"""Sightings, and every link between them that the costs allow, a frame at a time."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray as Array
+from scipy.optimize import linear_sum_assignment
+
+from tracker.association.network_flow import Arcs
+from tracker.beliefs import NOTHING, Beliefs, transport
+from tracker.costs import Pairing, weighted_sum
+from tracker.errors import BadConfig
+from tracker.geometry import homogeneous, invert, rotation_y
+from tracker.lifecycle import ROUNDING, in_view
+from tracker.multi_frame.flow_costs import FlowCosts
+from tracker.online import UNKNOWN_MOTION_COV, Tracker
+from tracker.state import Counts
+from tracker.types import Camera, Cuboids, Detections, Frame, Tracks
+from tracker.types.rows import Rows
+
+# What a step without any row gives; it has the columns that the others have.
+NO_ROWS = replace(Tracks.empty(), cuboids=Cuboids.empty())
+
+
+@dataclass(frozen=True, eq=False)
+class Sighted:
+    """One frame: its detections are sightings `first`, `first` + 1, ...
+
+    observed: where each puts its car alone; beliefs: with its likeliest forerunners. arcs: all
+    links that end here. T_world_road: from this frame's road to the first one's, both planes.
+    """
+
+    index: int
+    time: float
+    first: int
+    detections: Detections
+    observed: Beliefs
+    beliefs: Beliefs
+    arcs: Arcs
+    T_world_road: Float[Array, "4 4"]
+
+    @property
+    def sightings(self) -> Int[Array, " n"]:
+        """Their numbers."""
+        return self.first + np.arange(len(self.detections))
+
+
+@dataclass(frozen=True, eq=False)
+class Recent(Rows):
+    """Sightings by number, where their cars should be by now, and how many seconds ago."""
+
+    sightings: Int[Array, " n"]
+    beliefs: Beliefs
+    unseen: Float[Array, " n"]
+
+
+NONE = Recent(np.zeros(0, np.int64), NOTHING, np.zeros(0))
+
+
+@dataclass(frozen=True, eq=False)
+class Pool:
+    """All that linking remembers: the sightings of the last seconds, and where we are."""
+
+    recent: Recent = NONE
+    next_sighting: int = 0
+    time: float | None = None
+    T_world_road: Float[Array, "4 4"] | None = None
+    counts: Counts = Counts()
+
+
+@dataclass(frozen=True, eq=False)
+class Linking:
+    """Compares the detections of a frame with every sighting of the last seconds.
+
+    tracker: gives the components: what is suppressed, how boxes are lifted, how cars move, the
+    costs, the largest cost of a link and the longest memory. Sightings are carried and paired
+    as a tracker does it with its tracks; each is filtered along its likeliest links, so that
+    it has a velocity.
+    """
+
+    tracker: Tracker
+    flow_costs: FlowCosts = FlowCosts()
+
+    @property
+    def max_cost(self) -> float:
+        """A link costs less than this; 1 for an association without a limit."""
+        return float(getattr(self.tracker.associate, "max_cost", 1.0))
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.max_cost < np.inf:
+            raise BadConfig(f"max_cost {self.max_cost:g}: the largest cost is finite, above 0")
+
+    def __call__(self, pool: Pool, frame: Frame) -> tuple[Pool, Sighted]:
+        """What is remembered after the frame, and its sightings with the links to them."""
+        tracker = self.tracker
+        detections = tracker.suppress(frame.detections, tracker.camera)
+        observed = tracker.lift(detections, tracker.camera)
+        expected, T_world_road = self._expect(pool, frame)
+        step = 0.0 if pool.time is None else frame.time - pool.time
+        pairing = Pairing(expected.beliefs, observed, detections, tracker.camera, tracker.sigmas)
+        costs, unmeasured = self._costs(pairing)
+        possible = ~(costs >= self.max_cost)  # what is no number is found by Arcs
+        rows, columns = pairing.pairs[0][possible], pairing.pairs[1][possible]
+        missed = expected.unseen[rows] - step
+        missed[missed < ROUNDING] = 0.0
+        links = self.flow_costs.of_links(costs[possible], self.max_cost, missed)
+        arcs = Arcs(expected.sightings[rows], pool.next_sighting + columns, links)
+
+        gains = np.zeros(pairing.shape)
+        gains[rows, columns] = np.minimum(links - self.flow_costs.birth, 0.0)
+        beliefs = self._filtered(expected.beliefs, observed, gains)
+        sighted = Sighted(
+            frame.index, frame.time, pool.next_sighting, detections, observed, beliefs, arcs,
+            T_world_road,
+        )  # fmt: skip
+        recent = expected.unseen <= tracker.lifecycle.max_gap + ROUNDING
+        recent &= in_view(expected.beliefs, tracker.camera)
+        n = len(detections)
+        new = Recent(sighted.sightings, beliefs, np.zeros(n))
+        counts = counted(pool.counts, pairing, unmeasured)
+        kept = Recent.concatenate((expected.select(recent), new))
+        pool = Pool(kept, pool.next_sighting + n, frame.time, T_world_road, counts)
+        return pool, sighted
+
+    def _expect(self, pool: Pool, frame: Frame) -> tuple[Recent, Float[Array, "4 4"]]:
+        """The recent sightings at this frame, and T_world_road of it."""
+        if pool.time is None or pool.T_world_road is None:
+            return NONE, np.eye(4)
+        dt = frame.time - pool.time
+        if not dt >= 0.0:
+            raise BadConfig(
+                f"frame {frame.index} at {frame.time:g} s comes after one at {pool.time:g} s: "
+                "frames go forward in time; call reset() between sequences"
+            )
+        T_now_before, motion_cov = frame.T_now_before, frame.motion_cov
+        if T_now_before is None:
+            T_now_before, motion_cov = np.eye(4), UNKNOWN_MOTION_COV
+        elif motion_cov is None:
+            motion_cov = np.zeros((6, 6))
+        camera, old = self.tracker.camera, pool.recent
+        T_world_road = pool.T_world_road @ invert(on_the_road(T_now_before, camera))
+        beliefs, moved = self.tracker.dynamics.predict(old.beliefs, dt)
+        beliefs = transport(beliefs, camera, T_now_before, motion_cov, moved)
+        return Recent(old.sightings, beliefs, old.unseen + dt), T_world_road
+
+    def _costs(self, pairing: Pairing) -> tuple[Float[Array, " k"], int]:
+        """The cost of every pair of the pairing; how many single costs were NaN."""
+        if len(pairing.pairs[0]) == 0:
+            return np.zeros(0), 0
+        total, _, unmeasured = weighted_sum(pairing, self.tracker.costs)
+        if self.tracker.tie_break:
+            total = total + self.tracker.tie_break * pairing.image_distance
+        return total, unmeasured
+
+    def _filtered(
+        self, expected: Beliefs, observed: Beliefs, gains: Float[Array, "n m"]
+    ) -> Beliefs:
+        """The observed beliefs, updated with the expected ones that fit best by two frames."""
+        rows, columns = linear_sum_assignment(gains)
+        made = gains[rows, columns] < 0.0
+        rows, columns = rows[made], columns[made]
+        if len(rows) == 0:
+            return observed
+        updated = self.tracker.dynamics.update(expected.select(rows), observed.select(columns))
+        others = np.setdiff1d(np.arange(len(observed)), columns)
+        order = np.argsort(np.concatenate((columns, others)))
+        return Beliefs.concatenate((updated, observed.select(others))).select(order)
+
+
+def on_the_road(T_now_before: Float[Array, "4 4"], camera: Camera) -> Float[Array, "4 4"]:
+    """The camera's motion as one of the road's plane: T_roadnow_roadbefore, a turn and x, z."""
+    T_road = camera.T_road_cam @ T_now_before @ camera.T_cam_road
+    turn = math.atan2(T_road[0, 2] - T_road[2, 0], T_road[0, 0] + T_road[2, 2])
+    return homogeneous(rotation_y(turn), T_road[:3, 3] * (1.0, 0.0, 1.0))
+
+
+def counted(old: Counts, pairing: Pairing, unmeasured: int) -> Counts:
+    """The counts after another frame."""
+    n, m = pairing.shape
+    compared = old.compared + len(pairing.pairs[0])
+    return Counts(old.frames + 1, old.pairs + n * m, compared, old.unmeasured + unmeasured)
+
+
+def arcs_of(seen: Sequence[Sighted]) -> Arcs:
+    """All links that end in these frames."""
+    parts = [sighted.arcs for sighted in seen]
+    none = np.zeros(0, np.int64)
+    return Arcs(
+        np.concatenate([none, *(part.tails for part in parts)]),
+        np.concatenate([none, *(part.heads for part in parts)]),
+        np.concatenate([np.zeros(0), *(part.costs for part in parts)]),
+    )

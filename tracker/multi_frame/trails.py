@@ -1,0 +1,98 @@
+"""A track in every frame from its first sighting to its last: what was not seen is filled in."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray as Array
+
+from tracker.beliefs import NEAR, Beliefs
+from tracker.geometry import invert
+from tracker.multi_frame.linking import Sighted
+from tracker.smoothing import smoothed
+from tracker.types import Camera, Cuboids, Tracks
+
+
+def trail(
+    seen: Sequence[Sighted],
+    sightings: Int[Array, " k"],
+    name: int,
+    camera: Camera,
+    acceleration_std: float,
+) -> Tracks:
+    """The rows of one track: its detections, and boxes in the gaps between them.
+
+    seen: frames without a hole; the sightings, by number and increasing, lie in them. The car's
+    path over the road is smoothed through all its sightings; in a gap its box stands on the
+    path, with the outline (in metres about its place) between those of the sightings around.
+    A box that would lie outside the image is left out. Its score is the weaker of the two.
+    """
+    firsts = np.array([frame.first for frame in seen])
+    at = np.searchsorted(firsts, sightings, side="right") - 1
+    rows = (sightings - firsts[at]).tolist()
+    observed = Beliefs.concatenate(
+        [seen[k].observed.select([row]) for k, row in zip(at.tolist(), rows, strict=True)]
+    )
+    scores = np.array(
+        [seen[k].detections.scores[row] for k, row in zip(at.tolist(), rows, strict=True)]
+    )
+    span = seen[at[0] : at[-1] + 1]
+    known = at - at[0]
+    times = np.array([frame.time for frame in span])
+    cuboids = _cuboids(span, times, known, observed, acceleration_std)
+    boxes = _boxes(cuboids, times, known, observed.boxes, camera)
+    boxes[known] = observed.boxes
+    kept = (boxes[:, 2] > boxes[:, 0]) & (boxes[:, 3] > boxes[:, 1])
+    kept[known] = True
+    before = np.searchsorted(known, np.arange(len(span)), side="right") - 1
+    after = np.searchsorted(known, np.arange(len(span)))
+    frames = np.array([frame.index for frame in span])
+    ids = np.full(len(span), name)
+    filled = np.minimum(scores[before], scores[after])
+    return Tracks(frames, ids, boxes, filled, cuboids=cuboids).select(kept)
+
+
+def between(
+    times: Float[Array, " n"], known: Int[Array, " k"], values: Float[Array, "k c"]
+) -> Float[Array, "n c"]:
+    """The columns at all times, linear between the known ones."""
+    columns = [np.interp(times, times[known], column) for column in values.T]
+    return np.stack(columns, axis=1)
+
+
+def _cuboids(
+    span: Sequence[Sighted],
+    times: Float[Array, " n"],
+    known: Int[Array, " k"],
+    observed: Beliefs,
+    acceleration_std: float,
+) -> Cuboids:
+    """The car in every frame's road frame, its path smoothed in that of the first."""
+    Ts_world_road = np.array([frame.T_world_road for frame in span])
+    R, t = Ts_world_road[known, :3:2, :3:2], Ts_world_road[known, :3:2, 3]
+    places = (R @ observed.cuboids.base[:, ::2, None])[:, :, 0] + t
+    covs = R @ observed.cov[:, :2, :2] @ R.transpose(0, 2, 1)
+    path = smoothed(times, known, places, covs, acceleration_std)
+    Ts_road_world = invert(Ts_world_road)
+    base = np.empty((len(span), 3))
+    base[:, ::2] = (Ts_road_world[:, :3:2, :3:2] @ path.states[:, :2, None])[:, :, 0]
+    base[:, ::2] += Ts_road_world[:, :3:2, 3]
+    base[:, 1] = between(times, known, observed.cuboids.base[:, 1:2])[:, 0]
+    yaw = between(times, known, np.unwrap(observed.cuboids.yaw)[:, None])[:, 0]
+    return Cuboids(base, yaw, between(times, known, observed.cuboids.size))
+
+
+def _boxes(
+    cuboids: Cuboids,
+    times: Float[Array, " n"],
+    known: Int[Array, " k"],
+    boxes: Float[Array, "k 4"],
+    camera: Camera,
+) -> Float[Array, "n 4"]:
+    """The boxes at all times, clipped to the image: outlines carried along with the cuboids."""
+    on_road = cuboids.base * (1.0, 0.0, 1.0)
+    pixels = (on_road @ camera.T_cam_road[:3, :3].T + camera.T_cam_road[:3, 3]) @ camera.K.T
+    depth = np.maximum(pixels[:, 2:], NEAR)
+    place = np.tile(pixels[:, :2] / depth, (1, 2))
+    outline = between(times, known, (boxes - place[known]) * depth[known])
+    return camera.clip_boxes(place + outline / depth)
