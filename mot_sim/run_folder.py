@@ -30,7 +30,8 @@ class Counts:
     """What went through a tracker in one sequence; seconds of wall time, reading included.
 
     pairs: of an expected track and a detection; compared: those whose costs were computed, the
-    search areas spared the others. unmeasured: costs that were NaN, their cue missing.
+    search areas spared the others. unmeasured: costs that were NaN, their cue missing. stages:
+    seconds of those spent on cues in images, by `tracker.front_end.STAGES`.
     """
 
     frames: int
@@ -41,6 +42,7 @@ class Counts:
     pairs: int = 0
     compared: int = 0
     unmeasured: int = 0
+    stages: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(eq=False)

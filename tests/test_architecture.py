@@ -17,23 +17,32 @@ ROOMS: dict[str, set[str]] = {
     "geometry": set(),
     "types": {"geometry"},
     "shape": {"types"},
+    "weights": set(),  # files of trained networks, no code
     "ego": {"types"},
-    "descriptors": {"types"},
+    "descriptors": {"shape"},
     "front_end": {"shape", "ego", "descriptors"},
     "beliefs": {"types"},
     "dynamics": {"beliefs"},
     "lifecycle": {"dynamics"},
     "costs": {"beliefs", "shape"},
     "association": set(),
+    "evidence": {"lifecycle"},
+    "box_filter": {"lifecycle"},
+    "state": {"evidence", "box_filter"},
     "suppression": {"types"},
     "explain": {"costs", "association"},
-    "online": {"lifecycle", "costs", "association", "suppression", "explain"},
-    "tracker": {"online"},  # the package's own front page
+    "online": {"state", "costs", "association", "suppression", "explain"},
+    "smoothing": set(),
+    "multi_frame": {"online", "smoothing"},
+    "frameworks": {"multi_frame"},
+    "tracker": {"online", "frameworks"},  # the package's own front page
 }
 # From outside: the rooms with a door, and there only the public names.
 DOORS: dict[str, set[str]] = {
     "mot_sim": {"tracker", "tracker.types", "tracker.geometry", "tracker.shape", "tracker.ego"}
-    | {"tracker.costs", "tracker.association", "tracker.errors"},
+    | {"tracker.costs", "tracker.association", "tracker.errors"}
+    | {"tracker.front_end", "tracker.descriptors"}
+    | {"tracker.dynamics", "tracker.lifecycle", "tracker.suppression"},  # the components of a configuration
     "scenes": {"tracker", "tracker.types", "tracker.errors"},
 }
 # Which of our packages a package may know at all.

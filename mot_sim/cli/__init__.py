@@ -13,25 +13,34 @@ from typing import Annotated, Any, Protocol, runtime_checkable
 
 import tyro
 
+from mot_sim.cli.breaking import Break
 from mot_sim.cli.calibrate import Calibrate
+from mot_sim.cli.compare import Compare
 from mot_sim.cli.demo import Demo
 from mot_sim.cli.doctor import Doctor
 from mot_sim.cli.evaluate import Evaluate
 from mot_sim.cli.export import Export
 from mot_sim.cli.export_car import ExportCar
 from mot_sim.cli.kitti import Kitti
+from mot_sim.cli.learn_appearance import LearnAppearance
 from mot_sim.cli.listing import List
 from mot_sim.cli.record import Record
 from mot_sim.cli.scenes import Scenes
+from mot_sim.cli.stress import Stress
+from mot_sim.cli.sweep import Sweep
+from mot_sim.cli.tables import Tables
 from mot_sim.cli.terminal import INTERRUPTED, OK, WRONG, Terminal
 from mot_sim.cli.track import Track
+from mot_sim.cli.train_keypoints import TrainKeypoints
+from mot_sim.cli.tune import Tune
 from mot_sim.cli.verify import Verify
 
 DESCRIPTION = """\
 Camera-only multi-object tracking with geometry, and the testbed for it.
 
-Units: metres, seconds, pixels, degrees. Exit codes: 0 done, 1 (doctor, verify) something is wrong,
-2 wrong input, 130 interrupted. Help on a command: mot-sim COMMAND --help. Version: --version."""
+Units: metres, seconds, pixels, degrees. Exit codes: 0 done, 1 (doctor, verify,
+compare, sweep, stress, break) something is wrong, 2 wrong input, 130 interrupted. Help on a
+command: mot-sim COMMAND --help. Version: --version."""
 
 
 @runtime_checkable
@@ -52,15 +61,23 @@ COMMANDS: dict[str, type[Command]] = {
     "track": Track,
     "evaluate": Evaluate,
     "kitti": Kitti,
+    "compare": Compare,
     "demo": Demo,
     "doctor": Doctor,
     "scenes": Scenes,
     "record": Record,
     "verify": Verify,
     "calibrate": Calibrate,
+    "sweep": Sweep,
+    "stress": Stress,
+    "break": Break,
+    "tune": Tune,
+    "tables": Tables,
     "export": Export,
     "export-car": ExportCar,
+    "train-keypoints": TrainKeypoints,
     "list": List,
+    "learn-appearance": LearnAppearance,
 }
 
 

@@ -17,7 +17,7 @@ from mot_sim.cli.options import (
     option,
 )
 from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
-from mot_sim.cli.track import run_tracker
+from mot_sim.cli.track import run_tracker, stages_said
 
 if TYPE_CHECKING:
     import mot_sim.datasets
@@ -61,13 +61,15 @@ class Kitti:
         require_rules(self.rules)
         require_targets(self.json, self.csv)
         recipes = {name: self.method.recipe(name) for name in self._names()}
-        drives = self.kitti.open("labelled")
+        drives = self.kitti.open("labelled", self.method.wants_images)
         folders = {name: self._folder(name, drives) for name in recipes}
         scored = {}
         for name, recipe in recipes.items():
             run = run_tracker(terminal, recipe, drives, folders[name])
             if run is None:
                 return INTERRUPTED
+            if run.stage_ms:
+                terminal.note(f"{name}{stages_said(run)}")
             scored[name] = score_sequences(drives, run.tracks, self.rules)
         evaluations = {name: each.evaluation for name, each in scored.items()}
         content = {name: evaluation.as_dict() for name, evaluation in evaluations.items()}

@@ -48,8 +48,7 @@ def registers() -> dict[str, dict[str, str]]:
     from mot_sim.metrics import RULES
     from mot_sim.registry import SCENES
     from mot_sim.renderers import AUTO, RENDERERS
-    from tracker import TRACKERS
-    from tracker.association import ASSOCIATIONS
+    from tracker import FRAMEWORKS, TRACKERS
     from tracker.costs import COSTS
 
     rows = {name: f"rows of {' '.join(form.columns[:7])}" for name, form in DETECTORS.items()}
@@ -58,7 +57,7 @@ def registers() -> dict[str, dict[str, str]]:
         "--renderer": _first_lines(RENDERERS) | {AUTO: "mesh where there is OpenGL, else raster"},
         "--tracker": _described(TRACKERS),
         "--costs": _described(COSTS),
-        "--associate": _described(ASSOCIATIONS),
+        "--associate": _described(FRAMEWORKS),
         "--detections": dict(sorted(rows.items())),
         "--ego": _described({name: type(source) for name, source in EGO.items()}),
         "--rules": _described(RULES),

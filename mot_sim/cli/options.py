@@ -70,8 +70,10 @@ class KittiOptions:
         mine = ("root", "sequences", "split", "detections", "detection_format", "height", "pitch")
         return [name for name in mine if getattr(self, name) is not None]
 
-    def open(self, sequences: str = "all") -> "list[mot_sim.datasets.KittiSequence]":
-        """The drives, every file of theirs read and checked."""
+    def open(
+        self, sequences: str = "all", images: bool = False
+    ) -> "list[mot_sim.datasets.KittiSequence]":
+        """The drives, every file of theirs read and checked. images: they must have some."""
         from mot_sim.datasets import kitti_sequence
         from mot_sim.scoring import choose_sequences
 
@@ -83,6 +85,7 @@ class KittiOptions:
                 name,
                 self.detections or DETECTIONS,
                 self.ego or EGO,
+                images,
                 split=split,
                 height=CAMERA_HEIGHT if self.height is None else self.height,
                 pitch=radians(self.pitch or 0.0),
@@ -117,23 +120,36 @@ class TrackerOptions:
     costs: Annotated[str | None, option("NAME=WEIGHT,...", "the tracker's own")] = None
     """Pairwise costs and their weights, for example volume=0.6,reprojection=0.4."""
     associate: Annotated[str | None, option("NAME", "the tracker's own")] = None
-    """hungarian or greedy."""
+    """hungarian or greedy: two frames, online; window: decided a second later, over the frames
+    until then; network_flow: over the whole drive. The last two fill gaps and drop weak tracks."""
+    cues: Annotated[str | None, option("NAMES", "none")] = None
+    """What is measured in the images and joins the costs: all (pose,appearance), none, classical,
+    or a list of: pose (keypoints, shape and pose, by the shipped network), appearance (its
+    descriptor), classical (a descriptor of colours and gradients, no network). Needs images."""
 
     def recipe(self, tracker: str) -> "mot_sim.runs.Recipe":
         """How to build a tracker of this name; all names are checked."""
         from mot_sim.runs import Recipe, parse_costs
 
         costs = None if self.costs is None else parse_costs(self.costs)
-        return Recipe(tracker, costs, self.associate)
+        return Recipe(tracker, costs, self.associate, self.cues or "none")
+
+    @property
+    def wants_images(self) -> bool:
+        """Whether any cue is to be measured."""
+        return self.cues not in (None, "none")
 
     def settings(self, tracker: str) -> "mot_sim.run_folder.Settings":
         """What decides the results."""
-        costs = self.recipe(tracker).costs
+        from mot_sim.runs import parse_costs
+
+        costs = None if self.costs is None else parse_costs(self.costs)
         weights = [f"{name}={weight!r}" for name, weight in sorted((costs or {}).items())]
         return {
             "tracker": tracker,
             "costs": ",".join(weights) or None,
             "associate": self.associate,
+            "cues": self.cues if self.wants_images else None,
         }
 
 

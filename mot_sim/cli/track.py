@@ -73,12 +73,15 @@ class Track:
             alone = "--camera" if self.camera else "--images" if self.images else None
             if alone:
                 raise BadConfig(f"{alone} belongs to --boxes: give boxes.csv too")
-            return self.kitti.open(), self.kitti.settings()
+            drives = self.kitti.open(images=self.method.wants_images)
+            return drives, self.kitti.settings()
         if self.camera is None:
             raise BadConfig("--boxes needs --camera: a TOML file, see mot-sim track --help")
         if self.kitti.named():
             option_name = self.kitti.named()[0].replace("_", "-")
             raise BadConfig(f"--boxes and --{option_name} exclude each other: KITTI or your own")
+        if self.method.wants_images and self.images is None:
+            raise BadConfig(f"--cues {self.method.cues} needs images: give --images DIR too")
         is_name = self.kitti.ego in (None, "none", "visual")
         poses = None if is_name else Path(str(self.kitti.ego))
         drop = self.kitti.drop_bad_boxes
@@ -107,6 +110,7 @@ class Track:
                     "frames": frames,
                     "frames_per_second": run.frames_per_second,
                     "pairs_skipped": run.skipped_share,
+                    "stages_ms": run.stage_ms,
                     "resumed": list(run.resumed),
                     "sequences": {name: vars(counts) for name, counts in run.counts.items()},
                 }
@@ -121,8 +125,14 @@ class Track:
         missing = f"; {unmeasured:,} costs had no cue" if unmeasured else ""
         terminal.write(
             f"{self.out}: {len(run.counts)} sequences{kept}, {frames:,} frames{pace}"
-            f"{spared}{missing}\n"
+            f"{spared}{missing}{stages_said(run)}\n"
         )
+
+
+def stages_said(run: "mot_sim.runs.Run") -> str:
+    """How long the stages of the front end took, if there was one."""
+    parts = [f"{stage} {spent:.1f}" for stage, spent in run.stage_ms.items()]
+    return f"; ms a frame: {', '.join(parts)}" if parts else ""
 
 
 def run_tracker(
@@ -138,7 +148,9 @@ def run_tracker(
     frames = sum(len(drive) for drive in drives if drive.name not in finished)
     try:
         with folder or nullcontext(), terminal.progress(frames) as advance:
-            return track_sequences(drives, recipe.build, folder, lambda name, _: advance(name))
+            return track_sequences(
+                drives, recipe.build, folder, lambda name, _: advance(name), recipe.front_end
+            )
     except KeyboardInterrupt:
         if folder is None:
             terminal.note("interrupted: nothing is left behind, results are kept only with --out")

@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from uuid import uuid4
 
 from tracker.errors import BadOutput
 
@@ -15,7 +16,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     A crash leaves the old file or none. Raises BadOutput when the folder cannot be written to,
     or the disk is full.
     """
-    half = path.with_name(f".{path.name}.{os.getpid()}.half")
+    half = path.with_name(f".{path.name}.{os.getpid()}-{uuid4().hex[:12]}.half")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield half

@@ -23,6 +23,7 @@ def drive(name: str, frame_count: int = 3) -> RecordedSequence:
     boxes = np.tile([500.0, 200.0, 560.0, 240.0], (frame_count, 1))
     frames = np.arange(frame_count)
     looks = {"yaw": np.zeros(frame_count), "shape": np.zeros((frame_count, 2))}
+    looks["descriptor"] = np.zeros((frame_count, 3))
     log = DetectionLog(frames, Detections(boxes, np.ones(frame_count), **looks))
     return RecordedSequence(name, CAMERA, frame_count, log, frames)
 

@@ -7,8 +7,9 @@ import numpy as np
 
 from tracker.beliefs import Beliefs
 from tracker.costs import Pairing
-from tracker.geometry import homogeneous, invert, rotation_y, transform
+from tracker.geometry import box_iou, homogeneous, invert, rotation_y, transform
 from tracker.types import Camera, Cuboids, Detections, Frame
+from tracker.types.look import Look
 from tracker.types.shape_pose import ShapePose
 
 K = np.array([[700.0, 0.0, 620.0], [0.0, 710.0, 187.0], [0.0, 0.0, 1.0]])
@@ -39,7 +40,7 @@ def beliefs_at(
 ) -> Beliefs:
     """Beliefs of cars at these (x, z), uncertain by `std` metres, with their outlines as boxes.
 
-    The further apart two of them stand, the more their shapes differ.
+    The further apart two of them stand, the more their shapes and their looks differ.
     """
     cuboids = cars(*places, yaw=yaw)
     n = len(cuboids)
@@ -50,7 +51,8 @@ def beliefs_at(
     looks = ShapePose(
         0.05 * cuboids.base[:, ::2], cuboids.yaw, np.tile(0.01 * np.eye(3), (n, 1, 1))
     )
-    return Beliefs(cuboids, np.zeros((n, 2)), cov, boxes, looks)
+    look = Look(0.05 * cuboids.base[:, ::2])
+    return Beliefs(cuboids, np.zeros((n, 2)), cov, boxes, looks, look)
 
 
 def pairing_of(
@@ -143,13 +145,18 @@ def frames_with(*boxes: list) -> list[Frame]:
 
 
 def ids_of(tracker, seen: Drive) -> dict[int, list[int]]:
-    """Run the tracker: for each car the ids it had, in the order of frames (no repeats)."""
+    """Run the tracker: for each car the ids it had, in the order of frames (no repeats).
+
+    A detection has the id of the row that overlaps it most; other rows are predictions.
+    """
     had: dict[int, list[int]] = {}
-    for frame, rows in zip(seen.frames, seen.cars, strict=True):
+    for frame, cars in zip(seen.frames, seen.cars, strict=True):
         tracks = tracker.step(frame)
-        for box, name in zip(tracks.boxes, tracks.ids.tolist(), strict=True):
-            row = int(np.flatnonzero((frame.detections.boxes == box).all(axis=1))[0])
-            ids = had.setdefault(rows[row], [])
+        overlap = box_iou(frame.detections.boxes[:, None], tracks.boxes[None])
+        for car, row in zip(cars, overlap, strict=True):
+            if len(row) == 0 or row.max() < 0.5:
+                continue
+            name, ids = int(tracks.ids[row.argmax()]), had.setdefault(car, [])
             if not ids or ids[-1] != name:
                 ids.append(name)
     return had

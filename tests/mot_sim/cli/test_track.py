@@ -72,6 +72,7 @@ def test_the_run_file_says_how_the_results_were_made(
         "tracker": "paper",
         "costs": "reprojection=0.4,volume=0.6",
         "associate": "greedy",
+        "cues": None,
         "root": str(tree),
         "split": "training",
         "detections": "rrc",
@@ -85,6 +86,7 @@ def test_the_run_file_says_how_the_results_were_made(
     summary = json.loads(outcome.out)
     assert summary["sequences"] == run["sequences"]
     sums = {"frames", "detections", "rows", "ids", "seconds", "pairs", "compared", "unmeasured"}
+    sums.add("stages")
     assert run["sequences"]["0031"].keys() == sums
     assert 0.0 < summary["pairs_skipped"] < 1.0
     assert summary["frames"] == 3 * FRAMES

@@ -1,0 +1,136 @@
+"""What a sweep costs: 5 levels x 4 trackers x 20 seeds x 100 frames, and a million frames.
+
+    python -m benchmarks.sweep [--seeds 20] [--frames 100] [--scene intersection]
+
+Traffic is recorded first and not counted. Then the sweep is run by one process and by two, from
+the recorded traffic: truth from rendered pixels, detections, tracking, scores, files, table.
+Both tables must be equal to the last bit. Machines differ and are shared: the ratio of both walls
+is of one run; CPU seconds hang less on who else is there.
+"""
+
+import argparse
+import os
+import resource
+import shutil
+import tempfile
+
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
+
+from collections.abc import Callable, Iterator  # noqa: E402
+from contextlib import contextmanager  # noqa: E402
+from dataclasses import dataclass, field  # noqa: E402
+from pathlib import Path  # noqa: E402
+from time import perf_counter, process_time  # noqa: E402
+from typing import Any  # noqa: E402
+from unittest.mock import patch  # noqa: E402
+
+import pyarrow as pa  # noqa: E402
+
+from mot_sim.experiments import Design, sweep, trial, work  # noqa: E402
+from mot_sim.experiments.drives import Recordings  # noqa: E402
+from mot_sim.experiments.store import SweepFolder  # noqa: E402
+
+LEVELS = (0.0, 0.5, 1.0, 2.0, 4.0)
+TRACKERS = (
+    "default", "paper", "greedy=default:associate=greedy", "brief=default:lifecycle.max_gap=0",
+)  # fmt: skip
+MILLION = 1_000_000
+
+
+@dataclass
+class Clock:
+    """CPU seconds by what they were spent on."""
+
+    spent: dict[str, float] = field(default_factory=dict)
+
+    def timed(self, what: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        """The function, whose CPU seconds are counted."""
+
+        def counted(*arguments: Any) -> Any:
+            start = process_time()
+            try:
+                return function(*arguments)
+            finally:
+                self.spent[what] = self.spent.get(what, 0.0) + process_time() - start
+
+        return counted
+
+
+@contextmanager
+def accounted() -> Iterator[Clock]:
+    """While it lasts, what truth, detections and scores cost in this process is counted."""
+    clock = Clock()
+    with (
+        patch.object(Recordings, "truth", clock.timed("truth", Recordings.truth)),
+        patch.object(work, "drive_of", clock.timed("detections", work.drive_of)),
+        patch.object(trial, "evaluate_sequence", clock.timed("scores", trial.evaluate_sequence)),
+    ):
+        yield clock
+
+
+def cpu_of_all() -> float:
+    """CPU seconds of this process and of its children that have ended."""
+    both = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(each.ru_utime + each.ru_stime for each in both)
+
+
+def run(design: Design, folder: Path, jobs: int) -> tuple[pa.Table, float]:
+    """The table and the seconds of wall time."""
+    start = perf_counter()
+    table = sweep(design, folder, jobs=jobs)
+    return table, perf_counter() - start
+
+
+def tell_parts(design: Design, table: pa.Table, clock: Clock, cpu: float) -> None:
+    """Where the CPU seconds of one process went, a trial; and what a million frames cost."""
+    trials, frames = len(design), len(design) * design.frames
+    spent = clock.spent | {"tracking": sum(table["cpu_seconds"].to_pylist())}
+    spent["all the rest"] = cpu - sum(spent.values())
+    print(f"\n{'one process':14s} CPU s   ms a trial   ms a frame")
+    for what, seconds in spent.items():
+        each = 1e3 * seconds / trials
+        print(f"{what:14s} {seconds:7.1f} {each:10.2f} {1e3 * seconds / frames:12.4f}")
+    print(f"{'sum':14s} {cpu:7.1f} {1e3 * cpu / trials:10.2f} {1e3 * cpu / frames:12.4f}")
+    print(f"\noverhead of a trial (all the rest): {1e3 * spent['all the rest'] / trials:.2f} ms")
+    shared = len(design.points) * len(design.contenders)
+    alone = cpu - spent["truth"] + shared * spent["truth"]
+    print(
+        f"a million frames: {cpu / frames * MILLION / 3600:.2f} core-hours where {shared} trials "
+        f"share a truth, {alone / frames * MILLION / 3600:.2f} where every trial has its own"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--frames", type=int, default=100)
+    parser.add_argument("--scene", default="intersection")
+    parser.add_argument("--workers", type=int, default=2)
+    given = parser.parse_args()
+    design = Design(
+        axes={"detector.jitter": LEVELS}, trackers=TRACKERS, scene=given.scene,
+        seeds=given.seeds, frames=given.frames,
+    )  # fmt: skip
+    with tempfile.TemporaryDirectory() as place:
+        one, many = Path(place) / "one", Path(place) / "many"
+        SweepFolder.open(one, design.description())
+        for seed in design.seed_numbers:
+            Recordings(one).traffic(design.conditions[0], seed)
+        shutil.copytree(one, many)
+        print(f"{len(design):,} trials, {len(design) * given.frames:,} frames of {given.scene}")
+        with accounted() as clock:
+            before = process_time()
+            table, wall = run(design, one, 1)
+            cpu = process_time() - before
+        other, wall_many = run(design, many, given.workers)
+        same = table.drop_columns(["cpu_seconds"]).equals(other.drop_columns(["cpu_seconds"]))
+    print(f"one process {wall:.1f} s, {given.workers} workers {wall_many:.1f} s of wall time")
+    print(f"{given.workers} workers are {wall / wall_many:.2f} x one; tables equal: {same}")
+    tell_parts(design, table, clock, cpu)
+
+
+if __name__ == "__main__":
+    main()

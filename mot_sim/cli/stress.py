@@ -1,0 +1,161 @@
+"""`mot-sim stress`: hard situations, each with the scores that a tracker must reach in it."""
+
+import json as jsonlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from mot_sim.cli.options import File, Flag, Verbose, option
+from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
+
+if TYPE_CHECKING:
+    from mot_sim.experiments.stress import Suite, Verdict
+
+
+@dataclass(frozen=True)
+class Stress:
+    """Run named suites of hard situations: pass or fail, for CI.
+
+    mot-sim stress intersection night --trackers mine=my_module:MyTracker
+
+    A line a bound: the mean over the seeds, its 95 % interval, and the bound that the mean must
+    keep. The exit code is 1 when one does not, or when a tracker fails. The bounds are those that
+    `default` keeps with a margin; mot-sim stress --list shows them, --measure what they come from.
+    """
+
+    suites: tyro.conf.Positional[Annotated[tuple[str, ...], option("SUITE", "all of them")]] = ()
+    """Names of suites, see --list."""
+    list_suites: Annotated[bool, tyro.conf.arg(name="list", help_behavior_hint="")] = False
+    """Show the suites and their bounds."""
+    trackers: Annotated[str, option("NAMES", "default")] = "default"
+    """With commas, as for mot-sim sweep: default, paper, or your own (mine=MODULE:CALLABLE)."""
+    seeds: int = 8
+    """How many runs of each; the bounds are of 8."""
+    first_seed: int = 0
+    """The next ones follow."""
+    file: Annotated[Path | None, option("FILE", "the suites of mot-sim")] = None
+    """Suites of your own: a TOML file, see docs/testing.md."""
+    out: Annotated[Path | None, option("DIR", "nothing is kept")] = None
+    """Keep finished trials here: the same command goes on after Ctrl-C and repeats nothing."""
+    jobs: int = 1
+    """Processes on this machine; -1: one a core."""
+    measure: Flag = False
+    """Show what the trackers reach, and the bounds that follow from it; nothing fails."""
+    json: File = None
+    """The verdicts as JSON into a file; - prints it instead of the lines."""
+    verbose: Verbose = 0
+    """Say more: -v, -vv."""
+
+    def __call__(self, terminal: Terminal) -> int:
+        """Run the suites and say what came of them."""
+        from mot_sim.cli.evaluate import require_targets
+        from mot_sim.experiments.stress import SUITES, find_suites, measured, read_suites
+
+        require_targets(self.json, None)
+        suites = find_suites(self.suites, read_suites(self.file or SUITES))
+        if self.list_suites:
+            show_suites(terminal, suites)
+            return OK
+        if self.measure:
+            suites = [measured(suite) for suite in suites]
+        try:
+            verdicts = self._run(terminal, suites)
+        except KeyboardInterrupt:
+            kept = "" if self.out is None else f"; finished trials stand in {self.out}"
+            terminal.note(f"interrupted{kept}")
+            return INTERRUPTED
+        return self._conclude(terminal, verdicts)
+
+    def _run(self, terminal: Terminal, suites: "Sequence[Suite]") -> "list[Verdict]":
+        """Run them one after the other; lines come as suites are finished."""
+        from mot_sim.cli.sweep import progress
+        from mot_sim.experiments.stress import stress
+
+        names = tuple(name.strip() for name in self.trackers.split(","))
+        found: list[Verdict] = []
+        for suite in suites:
+            with progress(terminal) as advance:
+                verdicts = stress(
+                    suite, names, self.out, seeds=self.seeds, first_seed=self.first_seed,
+                    jobs=self.jobs, progress=advance,
+                )  # fmt: skip
+            found += verdicts
+            if self.json != STDOUT:
+                for verdict in verdicts:
+                    terminal.write(f"{measured_line(verdict) if self.measure else line(verdict)}\n")
+        return found
+
+    def _conclude(self, terminal: Terminal, verdicts: "Sequence[Verdict]") -> int:
+        """The errors, the JSON, the sum; the exit code."""
+        from mot_sim.experiments.stress import as_content
+
+        if self.json is not None:
+            content = list(as_content(verdicts))
+            terminal.save(jsonlib.dumps(content, indent=2) + "\n", self.json)
+        errors = {
+            f"{each.suite}, {each.tracker}: {each.failed} trials failed: {each.error}": None
+            for each in verdicts
+            if each.failed
+        }
+        for error in errors:
+            terminal.note(error)
+        if self.measure:
+            return BROKEN if errors else OK
+        bad = sum(not each.passed for each in verdicts)
+        terminal.note(f"{len(verdicts) - bad} of {len(verdicts)} bounds are kept")
+        return BROKEN if bad else OK
+
+
+def line(verdict: "Verdict") -> str:
+    """A verdict as one line: pass or fail, where, what was reached, and the bound."""
+    word = "pass" if verdict.passed else "FAIL"
+    bound = f"{verdict.bound.word} {_number(verdict.bound.metric, verdict.bound.value)}"
+    failed = f"  ({verdict.failed} trials failed)" if verdict.failed else ""
+    return f"{word}  {_reached(verdict)}  {bound}{failed}"
+
+
+def measured_line(verdict: "Verdict") -> str:
+    """What was reached, and the bound that follows from it."""
+    from mot_sim.experiments.stress import bound_from
+
+    metric = verdict.bound.metric
+    bound = bound_from(metric, verdict.reached)
+    told = "too few seeds" if bound is None else f"{metric} = {bound.value:g}"
+    return f"{_reached(verdict)}  bound: {told}"
+
+
+def _reached(verdict: "Verdict") -> str:
+    """Where, which score, its mean, and its interval."""
+    reached, metric = verdict.reached, verdict.bound.metric
+    mean = "none" if reached.mean is None else _number(metric, reached.mean)
+    interval = ""
+    if reached.low is not None and reached.high is not None:
+        interval = f"[{_number(metric, reached.low)}, {_number(metric, reached.high)}]"
+    return f"{verdict.suite:15} {verdict.tracker:10} {metric:6} {mean:>6} {interval:16}"
+
+
+def _number(metric: str, value: float) -> str:
+    """A rate with three digits, a count with one."""
+    from mot_sim.report.grid import COUNTS
+
+    return f"{value:.1f}" if metric in COUNTS.values() else f"{value:.3f}"
+
+
+def show_suites(terminal: Terminal, suites: "Sequence[Suite]") -> None:
+    """The suites, what is hard in them, and their bounds."""
+    from mot_sim.report.grid import Column, Table
+
+    rows = tuple(
+        (
+            suite.name, suite.about,
+            "\n".join(
+                f"{each.metric} {each.word} {_number(each.metric, each.value)}"
+                for each in suite.bounds
+            ),
+        )
+        for suite in suites
+    )  # fmt: skip
+    terminal.show(Table((Column("suite"), Column("what is hard"), Column("bounds")), rows))

@@ -1,0 +1,220 @@
+"""`mot-sim sweep`: trackers under controlled stress."""
+
+import json as jsonlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
+
+from mot_sim.cli.options import File, Flag, Verbose, option
+from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
+
+if TYPE_CHECKING:
+    import mot_sim.experiments
+
+SECONDS = 30.0  # between lines about the progress where no bar can be drawn
+Many = tyro.conf.UseAppendAction[tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Run trackers side by side over levels of noise, scenes, camera errors or parameters.
+
+    mot-sim sweep --axis detector.jitter=0,0.5,1,2,4 --trackers default,paper --out out/jitter
+
+    mot-sim sweep --design noise --jobs -1 --plot out/noise.png --out out/noise
+
+    Every point and tracker gets the same traffic and the same draws, seed by seed. DIR/trials has
+    a file a finished trial: the same command goes on after Ctrl-C, a kill or a crash, and repeats
+    nothing. DIR/table.parquet has a row a trial; a tracker that fails has its error there, and
+    the exit code is 1. --list-axes shows what can be an axis.
+    """
+
+    out: Annotated[Path | None, option("DIR", "none: it must be given")] = None
+    """The sweep's folder; with --scheduler all workers must see it under the same path."""
+    design: Annotated[str | None, option("NAME|FILE")] = None
+    """noise, or a TOML file (docs/clusters.md shows one); other options change it."""
+    axis: Annotated[Many, option("NAME=LEVEL,...", aliases=("-a",))] = ()
+    """An axis with its levels, or NAME=LOW..HIGH for --random; repeat it for more axes."""
+    fix: Annotated[Many, option("NAME=LEVEL")] = ()
+    """Any axis, set to one level everywhere; repeatable."""
+    trackers: Annotated[str | None, option("NAMES", "default,paper")] = None
+    """With commas: default, paper, one with settings (slow=default:lifecycle.max_gap=1,
+    p=paper:costs=volume=0.6+reprojection=0.4), or your own (mine=MODULE:CALLABLE). Differences
+    are to the first."""
+    scene: Annotated[str | None, option("NAME", "intersection")] = None
+    """mot-sim scenes."""
+    profile: Annotated[str | None, option("NAME|FILE", "rrc")] = None
+    """The detector's noise."""
+    seeds: Annotated[int | None, option("N", "20")] = None
+    """How many runs of each."""
+    first_seed: Annotated[int | None, option("N", "0")] = None
+    """The next ones follow."""
+    frames: Annotated[int | None, option("N", "100")] = None
+    """Of each run, at 10 Hz."""
+    one_at_a_time: Flag = False
+    """Vary one axis at a time, the others as they are, instead of all combinations."""
+    random: Annotated[int | None, option("N", "no")] = None
+    """Draw so many points (a Latin hypercube) instead of all combinations."""
+    jobs: int = 1
+    """Processes on this machine; -1: one a core."""
+    scheduler: Annotated[str | None, option("tcp://HOST:PORT")] = None
+    """Use the workers of this Dask scheduler instead (pip install 'mot-sim[scale]')."""
+    extend: Flag = False
+    """Take over the folder of another design: trials that are the same are kept."""
+    overwrite: Flag = False
+    """Remove the sweep in the folder first."""
+    retry: Flag = False
+    """Do failed trials again."""
+    plot: Annotated[Path | None, option("FILE", "no picture")] = None
+    """Curves as PNG: HOTA and IDF1 over each axis, a line a tracker."""
+    json: File = None
+    """The summary as JSON into a file; - prints it instead of the tables."""
+    list_axes: Flag = False
+    """Show what can be an axis of this scene, profile and trackers, with its own value."""
+    verbose: Verbose = 0
+    """Say more: -v, -vv."""
+
+    def __call__(self, terminal: Terminal) -> int:
+        """Sweep and show."""
+        from mot_sim.cli.evaluate import require_targets
+        from mot_sim.experiments import sweep
+
+        require_targets(self.json, None)
+        self._require_picture()
+        design = self.read()
+        if self.list_axes:
+            show_axes(terminal, design)
+            return OK
+        if self.out is None:
+            from tracker.errors import BadConfig
+
+            raise BadConfig("give --out DIR: where the trials and the table go")
+        try:
+            with progress(terminal) as advance:
+                table = sweep(
+                    design, self.out, jobs=self.jobs, scheduler=self.scheduler,
+                    extend=self.extend, overwrite=self.overwrite, retry=self.retry,
+                    progress=advance,
+                )  # fmt: skip
+        except KeyboardInterrupt:
+            terminal.note(
+                f"interrupted: finished trials stand in {self.out}; the same command does the rest"
+            )
+            return INTERRUPTED
+        return self._show(terminal, table)
+
+    def read(self) -> "mot_sim.experiments.Design":
+        """The design that the options spell."""
+        from mot_sim.experiments import Design, read_design
+        from mot_sim.experiments.points import parse_axis
+
+        changes: dict[str, Any] = {
+            name: getattr(self, name)
+            for name in ("scene", "seeds", "first_seed", "frames")
+            if getattr(self, name) is not None
+        }
+        if self.trackers is not None:
+            changes["trackers"] = tuple(name.strip() for name in self.trackers.split(","))
+        if self.axis:
+            changes["axes"] = dict(parse_axis(text) for text in self.axis)
+        if self.list_axes and not self.axis:
+            changes["axes"] = {"detector.jitter": (1.0,)}
+        if self.one_at_a_time:
+            changes["mode"] = "one_at_a_time"
+        if self.random is not None:
+            changes |= {"mode": "random", "samples": self.random}
+        if fixed := self._fixed():
+            changes["fixed"] = fixed
+        if self.design is not None:
+            return read_design(self.design, **changes)
+        return Design(**{"axes": {}, **changes})
+
+    def _fixed(self) -> "dict[str, float | int | str | bool]":
+        """What is the same everywhere."""
+        from mot_sim.experiments.paths import parse_level
+        from tracker.errors import BadConfig
+
+        found = {} if self.profile is None else {"scene.profile": parse_level(self.profile)}
+        for text in self.fix:
+            name, equals, value = text.partition("=")
+            if not (name and equals and value):
+                raise BadConfig(f"--fix {text}: write NAME=LEVEL")
+            found[name] = parse_level(value)
+        return found
+
+    def _require_picture(self) -> None:
+        from mot_sim.datasets.writing import require_writable
+        from tracker.errors import BadConfig
+
+        if self.plot is not None:
+            if self.plot.suffix.lower() != ".png":
+                raise BadConfig(f"--plot {self.plot}: give a file that ends in .png")
+            require_writable(self.plot)
+
+    def _show(self, terminal: Terminal, table: Any) -> int:
+        """The tables, the picture, what failed; the exit code."""
+        from mot_sim.experiments.curves import sweep_picture
+        from mot_sim.experiments.summary import summary
+        from mot_sim.experiments.tables import as_content, difference_table, failures, mean_table
+        from mot_sim.report import write_image
+
+        lines = summary(table)
+        if self.json is not None:
+            terminal.save(jsonlib.dumps(as_content(lines), indent=2) + "\n", self.json)
+        if self.json != STDOUT:
+            terminal.show(mean_table(lines))
+            differences = difference_table(lines)
+            if differences is not None:
+                terminal.show(differences)
+        if self.plot is not None:
+            write_image(self.plot, sweep_picture(lines))
+            terminal.note(f"written: {self.plot}")
+        terminal.note(f"{len(table):,} trials: {self.out}/table.parquet")
+        failed = failures(table)
+        for line in failed:
+            terminal.note(line)
+        return BROKEN if failed else OK
+
+
+def show_axes(terminal: Terminal, design: "mot_sim.experiments.Design") -> None:
+    """What can be an axis, with its own value."""
+    from mot_sim.report.grid import Column, Table
+
+    rows = tuple((axis, str(value)) for axis, value in design.known_axes().items())
+    terminal.show(Table((Column("axis"), Column("own value")), rows))
+
+
+@contextmanager
+def progress(terminal: Terminal) -> "Iterator[Callable[[str, int, int], None]]":
+    """Gives advance(what, done, total): a bar with the time left, or a line now and then."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+    bar = Progress(
+        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(),
+        TextColumn("{task.fields[left]}", markup=False), console=terminal.err, transient=True,
+        disable=not terminal.err.is_terminal,
+    )  # fmt: skip
+    begun: dict[str, tuple[float, int]] = {}
+    told = perf_counter()
+    with bar:
+        task = bar.add_task("", total=None, left="")
+
+        def advance(what: str, done: int, total: int) -> None:
+            nonlocal told
+            now = perf_counter()
+            start, before = begun.setdefault(what, (now, done))
+            left = ""
+            if done > before:
+                seconds = (now - start) / (done - before) * (total - done)
+                left = f"{seconds:,.0f} s left"
+            bar.update(task, completed=done, total=total, description=what, left=left)
+            if bar.disable and now - told > SECONDS:
+                told = now
+                terminal.note(f"{what}: {done:,} of {total:,}{left and ', ' + left}")
+
+        yield advance

@@ -1,0 +1,124 @@
+"""`mot-sim tables`: the paper's tables, measured."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from mot_sim.cli.options import SPLIT, Flag, Root, Verbose, option
+from mot_sim.cli.sweep import progress
+from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
+
+if TYPE_CHECKING:
+    import mot_sim.experiments.measuring
+    import mot_sim.experiments.paper_tables
+
+SEEDS, FRAMES = 50, 100
+QUICK_SEEDS, QUICK_FRAMES, QUICK_SCENES = 2, 20, ("intersection",)
+
+
+@dataclass(frozen=True)
+class Tables:
+    """Print the tables of the paper: its rows quoted, ours measured.
+
+    mot-sim tables --table III IV --root KITTI --jobs 2 --out out/tables
+
+    I overall; II result files for the test server (DIR/server); III cues x detectors; IV shape and
+    pose at intersections; V the same costs in four frameworks. Synthetic rows are means over seeds
+    with 95 % intervals. DIR keeps every result: the same command goes on after Ctrl-C, and repeats
+    nothing. DIR/tables has a Markdown file a table.
+    """
+
+    out: Annotated[Path, option("DIR", "none: it must be given")]
+    """Where results are kept."""
+    table: Annotated[tuple[str, ...], option("NAME...", "all")] = ("I", "II", "III", "IV", "V")
+    """I, II, III, IV, V."""
+    root: Root = None
+    """The KITTI tree; without it only what is synthetic is measured."""
+    quick: Flag = False
+    """Few and short synthetic drives: to try it out."""
+    seeds: Annotated[int | None, option("N", f"{SEEDS}; {QUICK_SEEDS} with --quick")] = None
+    """Synthetic drives of each scene."""
+    scenes: Annotated[str | None, option("NAMES", "intersection,roundabout,t_junction")] = None
+    """Of Table IV, with commas."""
+    split: Annotated[str, option("NAME", SPLIT)] = SPLIT
+    """Of Table II: training or testing."""
+    jobs: int = 1
+    """Processes on this machine; -1: one a core."""
+    verbose: Verbose = 0
+    """Say more: -v, -vv."""
+
+    def __call__(self, terminal: Terminal) -> int:
+        """Measure and show."""
+        from mot_sim.datasets.writing import write_lines
+        from mot_sim.experiments.paper_tables import TABLES
+        from tracker.errors import UnknownName
+
+        for name in self.table:
+            if name not in TABLES:
+                raise UnknownName.of("table", name, TABLES)
+        try:
+            with progress(terminal) as advance:
+                studies = self._studies(advance)
+                if not studies.kitti:
+                    terminal.note("no KITTI tree: its rows are left out; give --root DIR")
+                for name in dict.fromkeys(self.table):
+                    if name == "II" and studies.kitti:
+                        self._write_results(terminal, studies)
+                    text = []
+                    for table in TABLES[name](studies):
+                        terminal.show(table)
+                        text += [f"**{table.title}**", "", table.as_markdown()]
+                    write_lines(self.out / "tables" / f"{name}.md", "\n".join(text).split("\n"))
+        except KeyboardInterrupt:
+            terminal.note(f"interrupted: results stand in {self.out}; the same command goes on")
+            return INTERRUPTED
+        terminal.note(f"written: {self.out}/tables")
+        return OK
+
+    def _studies(
+        self, advance: "mot_sim.experiments.measuring.Progress"
+    ) -> "mot_sim.experiments.paper_tables.Studies":
+        """How much is measured."""
+        from mot_sim.datasets import find_root
+        from mot_sim.experiments.paper_tables import JUNCTIONS, Studies
+        from mot_sim.scene_names import SCENES
+        from tracker.errors import BadConfig, UnknownName
+
+        seeds = self.seeds if self.seeds is not None else QUICK_SEEDS if self.quick else SEEDS
+        if seeds < 1:
+            raise BadConfig(f"--seeds {seeds}: give 1 or more")
+        named = self.scenes.split(",") if self.scenes else None
+        scenes = tuple(name.strip() for name in named) if named else JUNCTIONS
+        for name in scenes:
+            if name not in SCENES:
+                raise UnknownName.of("scene", name, SCENES)
+        has_kitti = self.root is not None or bool(os.environ.get("MOT_SIM_KITTI_ROOT"))
+        return Studies(
+            self.out,
+            find_root(self.root) if has_kitti else None,
+            has_kitti,
+            seeds,
+            QUICK_FRAMES if self.quick else FRAMES,
+            QUICK_SCENES if self.quick and not named else scenes,
+            jobs=self.jobs,
+            tell=advance,
+        )
+
+    def _write_results(
+        self, terminal: Terminal, studies: "mot_sim.experiments.paper_tables.Studies"
+    ) -> None:
+        """Table II: the files that the server wants, of every sequence of the split."""
+        from mot_sim.datasets import kitti_sequence
+        from mot_sim.run_folder import RUN_FILE, RunFolder
+        from mot_sim.runs import Recipe, track_sequences
+        from mot_sim.scoring import choose_sequences
+
+        names = choose_sequences(studies.root, split=self.split)
+        place = self.out / "server" / self.split
+        settings = {"tracker": "default", "detections": "rrc", "ego": "oxts", "split": self.split}
+        there = (place / RUN_FILE).is_file()
+        drives = (kitti_sequence(studies.root, name, split=self.split) for name in names)
+        with RunFolder.open(place, settings, names, resume=there) as folder:
+            track_sequences(drives, Recipe().build, folder)
+        terminal.note(f"written: {place}: {len(names)} sequences as the test server reads them")

@@ -1,0 +1,193 @@
+"""`mot-sim tune`: weights of the costs by cross-validation."""
+
+import json as jsonlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from mot_sim.cli.options import DETECTIONS, EGO, File, Root, Rules, Verbose, option
+from mot_sim.cli.sweep import progress
+from mot_sim.cli.terminal import INTERRUPTED, OK, STDOUT, Terminal
+
+if TYPE_CHECKING:
+    import mot_sim.experiments.cross_validation
+    import mot_sim.experiments.labelled
+    import mot_sim.report.grid
+
+
+@dataclass(frozen=True)
+class Tune:
+    """Choose the weights of costs by cross-validation over labelled drives.
+
+    mot-sim tune --costs volume,reprojection --tracker paper --root KITTI --out out/tune
+
+    mot-sim tune --costs image_overlap=0.8,shape_pose=0.2 --scene intersection --seeds 12
+    --profile cues --out out/made
+
+    The drives are divided into folds that are alike in cars, occlusion, truncation and motion. For
+    each fold the weights are sought on the others (at random, then step by step) and scored on it.
+    DIR/weights has a file for every weight vector that was tried: the same command goes on after
+    Ctrl-C, and repeats nothing.
+    """
+
+    costs: Annotated[str, option("NAME[=WEIGHT],...", "none: it must be given")]
+    """The costs to weigh, with the weights to begin with; a name alone begins with 1."""
+    out: Annotated[Path, option("DIR", "none: it must be given")]
+    """Where the log goes (and, for made drives, what was recorded)."""
+    tracker: Annotated[str, option("NAME[:SETTING=VALUE]...", "default")] = "default"
+    """default or paper, with settings as in mot-sim sweep; associate=window and others too."""
+    root: Root = None
+    """The KITTI tree."""
+    sequences: Annotated[str, option("NAMES", "given")] = "given"
+    """given (those with labels), or names: 0000,0005."""
+    detections: Annotated[str, option("NAME", DETECTIONS)] = DETECTIONS
+    """A detector of the tree."""
+    ego: Annotated[str, option("NAME", EGO)] = EGO
+    """Where the camera's motion comes from: oxts, orbslam3, none."""
+    scene: Annotated[str | None, option("NAMES", "KITTI")] = None
+    """Made drives instead of KITTI: scenes of mot-sim scenes, with commas."""
+    profile: Annotated[str, option("NAME|FILE", "cues")] = "cues"
+    """The detector's noise in made drives."""
+    seeds: Annotated[int, option("N", "12")] = 12
+    """How many made drives of each scene."""
+    first_seed: Annotated[int, option("N", "1000")] = 1000
+    """Of made drives; what is reported elsewhere uses seeds below 1000."""
+    frames: Annotated[int, option("N", "100")] = 100
+    """Of each made drive."""
+    folds: Annotated[int, option("N", "4")] = 4
+    """How many."""
+    objective: Annotated[str, option("NAME", "HOTA")] = "HOTA"
+    """HOTA or MOTA."""
+    rules: Rules = "trackeval"
+    """trackeval or devkit2018 (which has no HOTA)."""
+    samples: Annotated[int, option("N", "60")] = 60
+    """Weight vectors drawn at random before the local search."""
+    seed: Annotated[int, option("N", "0")] = 0
+    """Of those draws."""
+    jobs: int = 1
+    """Processes on this machine; -1: one a core."""
+    json: File = None
+    """The outcome as JSON into a file; - prints it instead of the table."""
+    verbose: Verbose = 0
+    """Say more: -v, -vv."""
+
+    def __call__(self, terminal: Terminal) -> int:
+        """Tune and show."""
+        from mot_sim.cli.evaluate import require_targets
+        from mot_sim.experiments.contenders import Contender
+        from mot_sim.experiments.cross_validation import Search, tune
+        from mot_sim.experiments.weighing import Method, Scale, weights_of
+        from mot_sim.runs import parse_costs
+
+        require_targets(self.json, None)
+        start = parse_costs(self.costs)
+        weights_of(list(start.values()))
+        search = Search(self.objective, self.samples, self.folds, self.seed)
+        self._require_rules()
+        method = Method(tuple(start), Contender.parse(self.tracker))
+        method.contender.check()
+        try:
+            drives = self._drives()
+            scale = Scale.of(method, drives, self.rules, self.out, self.jobs)
+            with progress(terminal) as advance:
+                tuned = tune(scale, search, list(start.values()), advance)
+        except KeyboardInterrupt:
+            terminal.note(
+                f"interrupted: what was weighed stands in {self.out}; the same command goes on"
+            )
+            return INTERRUPTED
+        if self.json is not None:
+            content = jsonlib.dumps(as_content(tuned, self.objective), indent=2)
+            terminal.save(content + "\n", self.json)
+        if self.json != STDOUT:
+            terminal.show(fold_table(tuned, self.objective))
+            terminal.write(summary(tuned, self.objective))
+        terminal.note(f"{tuned.weighed} weight vectors, {tuned.fresh} of them weighed now")
+        return OK
+
+    def _drives(self) -> "tuple[mot_sim.experiments.labelled.Labelled, ...]":
+        from mot_sim.experiments.labelled import kitti_drives, made_drives
+
+        if self.scene is None:
+            return kitti_drives(self.root, self.sequences, self.detections, self.ego)
+        scenes = [name.strip() for name in self.scene.split(",")]
+        seeds = range(self.first_seed, self.first_seed + self.seeds)
+        settings: dict[str, float | int | str | bool] = {
+            "scene.profile": self.profile,
+            "scene.frames": self.frames,
+        }
+        return made_drives(self.out / "drives", scenes, seeds, settings)
+
+    def _require_rules(self) -> None:
+        from mot_sim.scoring import require_rules
+        from tracker.errors import BadConfig
+
+        require_rules(self.rules)
+        if self.rules == "devkit2018" and self.objective == "HOTA":
+            raise BadConfig("the rules devkit2018 have no HOTA: give --objective MOTA")
+
+
+def fold_table(
+    tuned: "mot_sim.experiments.cross_validation.Tuned", objective: str
+) -> "mot_sim.report.grid.Table":
+    """A row a fold: who is held out, both scores, the weights; then their mean and spread."""
+    from mot_sim.experiments.weighing import WHOLE
+    from mot_sim.report.grid import Column, Table
+
+    columns = (
+        Column("held out"), Column(f"{objective} train", "rate"), Column("held out", "rate"),
+        Column("IDSW", "count"), *(Column(name) for name in tuned.names),
+    )  # fmt: skip
+    rows: list[tuple[str | float | int | None, ...]] = [
+        (
+            " ".join(fold.held), fold.train, fold.held_out, fold.switches,
+            *(f"{weight / WHOLE:.3f}" for weight in fold.weights),
+        )
+        for fold in tuned.folds
+    ]  # fmt: skip
+    switches = sum(fold.switches for fold in tuned.folds)
+    pairs = zip(tuned.weights, tuned.spread.tolist(), strict=True)
+    chosen = [f"{weight / WHOLE:.3f} ±{spread:.3f}" for weight, spread in pairs]
+    rows.append(("all, mean weights ± std", None, tuned.held_out, switches, *chosen))
+    return Table(columns, tuple(rows), "weights by cross-validation; scores in %", sums=1)
+
+
+def summary(tuned: "mot_sim.experiments.cross_validation.Tuned", objective: str) -> str:
+    """What came of it, in two lines."""
+    return (
+        f"{objective} of all drives: {100 * tuned.start:.2f} by the first weights, "
+        f"{100 * tuned.overall:.2f} by the mean ones, {100 * tuned.held_out:.2f} each by weights "
+        f"that were chosen without it\n--costs {tuned.spelled()}\n"
+    )
+
+
+def as_content(
+    tuned: "mot_sim.experiments.cross_validation.Tuned", objective: str
+) -> dict[str, object]:
+    """The outcome in plain values."""
+    from mot_sim.experiments.folds import TRAITS
+    from mot_sim.experiments.weighing import WHOLE
+
+    return {
+        "objective": objective,
+        "costs": {
+            name: {"weight": weight / WHOLE, "std": spread}
+            for name, weight, spread in zip(
+                tuned.names, tuned.weights, tuned.spread.tolist(), strict=True
+            )
+        },
+        "start": tuned.start,
+        "overall": tuned.overall,
+        "held_out": tuned.held_out,
+        "folds": [
+            {
+                "held_out_drives": list(fold.held),
+                "train": fold.train,
+                "held_out": fold.held_out,
+                "IDSW": fold.switches,
+                "weights": [weight / WHOLE for weight in fold.weights],
+                "shares": dict(zip(TRAITS, shares, strict=True)),
+            }
+            for fold, shares in zip(tuned.folds, tuned.balance.tolist(), strict=True)
+        ],
+    }

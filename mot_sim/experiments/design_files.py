@@ -1,0 +1,84 @@
+"""Designs in TOML files, and those that come with the package."""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from mot_sim.experiments.contenders import Contender
+from mot_sim.experiments.design import Design
+from mot_sim.experiments.points import Levels, Range
+from tracker.errors import BadConfig, BadFile, UnknownName
+
+FOLDER = Path(__file__).parent / "designs"
+DESIGNS = ("noise",)
+
+
+def read_design(name: str, **changes: Any) -> Design:
+    """The design of a name, or of a TOML file, with some fields changed.
+
+    Raises UnknownName, BadFile for no TOML, BadConfig for a design that cannot be.
+    """
+    if name in DESIGNS:
+        path = FOLDER / f"{name}.toml"
+    elif name.endswith(".toml"):
+        path = Path(name)
+    else:
+        raise UnknownName.of("design", name, DESIGNS)
+    try:
+        content = tomllib.loads(path.read_text())
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise BadFile(f"{path}: no design can be read: {error}") from None
+    known = {each.name: each for each in fields(Design)}
+    for key in content:
+        if key not in known:
+            raise UnknownName.of(f"entry of {path}:", key, known)
+    content["axes"] = {
+        axis: _levels(levels, f"{path}: axis {axis}")
+        for axis, levels in _table(content.get("axes", {}), f"{path}: axes").items()
+    }
+    content["trackers"] = _trackers(content.get("trackers", ["default", "paper"]), path)
+    _require_types(content, path)
+    return Design(**{**content, **changes})
+
+
+def _table(value: Any, where: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise BadConfig(f"{where}: {value!r} is no table")
+    return value
+
+
+def _levels(value: Any, where: str) -> Levels:
+    """A list of levels, or a table low, high, log."""
+    if isinstance(value, Mapping):
+        try:
+            return Range(float(value["low"]), float(value["high"]), bool(value.get("log", False)))
+        except (KeyError, TypeError, ValueError):
+            raise BadConfig(f"{where}: {dict(value)}: write {{low = 0, high = 1}}") from None
+    if not isinstance(value, list) or not all(
+        isinstance(each, float | int | str) for each in value
+    ):
+        raise BadConfig(f"{where}: {value!r} is no list of levels")
+    return tuple(value)
+
+
+def _trackers(value: Any, path: Path) -> tuple[str | Contender, ...]:
+    """A list of words, or a table of tables."""
+    if isinstance(value, list) and all(isinstance(each, str) for each in value):
+        return tuple(value)
+    found = []
+    for name, table in _table(value, f"{path}: trackers").items():
+        settings = dict(_table(table, f"{path}: tracker {name}"))
+        found.append(Contender(name, str(settings.pop("made_by", "default")), settings))
+    return tuple(found)
+
+
+def _require_types(content: Mapping[str, Any], path: Path) -> None:
+    """Raise BadConfig for a word where a number belongs, or the other way round."""
+    wanted = {"scene": str, "mode": str, "rules": str, "fixed": dict} | dict.fromkeys(
+        ("seeds", "first_seed", "frames", "samples"), int
+    )
+    for key, kind in wanted.items():
+        if key in content and type(content[key]) is not kind:
+            raise BadConfig(f"{path}: {key} = {content[key]!r}: give a {kind.__name__}")

@@ -1,0 +1,147 @@
+"""Costs of all pairs of neighbouring frames, computed once: a two-frame tracker by any weights.
+
+With `Still`, births from any score and no memory (`Tracker.paper`), what is expected in a frame
+are the detections of the frame before, whatever was matched with what. So every cost of every
+pair is known before any weight is chosen, and a weight vector costs an assignment a frame.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray as Array
+
+from tracker import Sequence, Tracker, Tracks
+from tracker.association import Match
+from tracker.costs import Cost, Pairing
+from tracker.errors import BadConfig
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A cost under its name. Raises BadConfig for a value that is infinite or below 0."""
+
+    name: str
+    cost: Cost
+
+    def __call__(self, pairing: Pairing) -> Float[Array, " k"]:
+        """The cost of every pair; NaN where its cue is missing."""
+        values = self.cost(pairing)
+        bad = np.isinf(values) | (values < 0.0)
+        if np.count_nonzero(bad):
+            raise BadConfig(
+                f"the cost '{self.name}' gave {values[bad][0]:g}: a cost is a finite number, 0 or "
+                "more (NaN where its cue is missing); mend it, or leave it out"
+            )
+        return values
+
+
+@dataclass
+class _Recorder:
+    """A cost that keeps what the named costs say, and costs nothing."""
+
+    costs: tuple[Cost, ...]
+    kept: list[tuple[Array, Array, Array, Array]] = field(default_factory=list)
+
+    def __call__(self, pairing: Pairing) -> Float[Array, " k"]:
+        rows, columns = pairing.pairs
+        values = np.array([cost(pairing) for cost in self.costs])
+        self.kept.append((rows, columns, values, pairing.image_distance))
+        return np.zeros(len(rows))
+
+
+def _nobody(costs: Float[Array, "n m"]) -> Match:
+    """No pair at all: every detection begins a track."""
+    return Match.of(np.zeros((0, 2), np.int64), *costs.shape)
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """A frame: its number of detections, and which pairs with the frame before are its own."""
+
+    index: int
+    count: int
+    first: int
+    end: int
+
+
+@dataclass(frozen=True, eq=False)
+class PairCosts:
+    """All pairs of a drive. rows, columns: of each, in the detections before and now.
+
+    values: a row a cost. boxes: of all detections that survive suppression, frame by frame.
+    """
+
+    tracker: Tracker
+    steps: tuple[Step, ...]
+    rows: Int[Array, " k"]
+    columns: Int[Array, " k"]
+    values: Float[Array, "c k"]
+    distance: Float[Array, " k"]
+    boxes: Float[Array, "n 4"]
+
+    @classmethod
+    def of(cls, tracker: Tracker, sequence: Sequence) -> "PairCosts | None":
+        """The pairs of a drive under the tracker's own costs; None where matches decide beliefs.
+
+        That is so for a tracker with memory or a filter, and where a cue is missing in some
+        rows: a track then carries what was measured before.
+        """
+        if not _is_two_frame(tracker):
+            return None
+        recorder = _Recorder(tuple(cost for _, cost in tracker.costs))
+        alone = replace(tracker, costs=((1.0, recorder),), associate=_nobody)
+        steps, boxes, end = [], [np.zeros((0, 4))], 0
+        for frame in sequence:
+            before = len(recorder.kept)
+            born = alone.step(frame)
+            first, end = end, end + sum(len(each[0]) for each in recorder.kept[before:])
+            steps.append(Step(frame.index, len(born), first, end))
+            boxes.append(born.boxes)
+        values = np.concatenate(
+            [np.zeros((len(tracker.costs), 0)), *(each[2] for each in recorder.kept)], axis=1
+        )
+        # A cost that is not measured may be one that a track would have carried along.
+        if np.isnan(values).any():
+            return None
+        none = np.zeros(0, np.int64)
+        rows = np.concatenate([none, *(each[0] for each in recorder.kept)])
+        columns = np.concatenate([none, *(each[1] for each in recorder.kept)])
+        distance = np.concatenate([np.zeros(0), *(each[3] for each in recorder.kept)])
+        return cls(tracker, tuple(steps), rows, columns, values, distance, np.concatenate(boxes))
+
+    def track(self, weights: tuple[float, ...]) -> Tracks:
+        """The tracks by these weights: those of the tracker itself, rows as detected."""
+        shares = np.array(weights)[:, None] / sum(weights)
+        total = (shares * self.values).sum(axis=0) + self.tracker.tie_break * self.distance
+        ids, order, next_id = np.zeros(0, np.int64), np.zeros(0, np.int64), 0
+        frames, names = [], []
+        for step in self.steps:
+            pairs = slice(step.first, step.end)
+            place = np.empty_like(order)
+            place[order] = np.arange(len(order))
+            matrix = np.full((len(order), step.count), np.inf)
+            matrix[place[self.rows[pairs]], self.columns[pairs]] = total[pairs]
+            match = self.tracker.associate(matrix)
+            taken, seen = match.pairs.T
+            now = np.empty(step.count, np.int64)
+            now[seen] = ids[order[taken]]
+            now[match.new] = next_id + np.arange(len(match.new))
+            next_id += len(match.new)
+            ids, order = now, np.concatenate((seen, match.new))
+            frames.append(np.full(step.count, step.index))
+            names.append(now)
+        none = np.zeros(0, np.int64)
+        return Tracks(np.concatenate([none, *frames]), np.concatenate([none, *names]), self.boxes)
+
+
+def _is_two_frame(tracker: Tracker) -> bool:
+    """Whether everybody dies at the first miss, is born at first sight, and is taken as seen."""
+    return (
+        type(tracker.dynamics) is type(Tracker.paper(tracker.camera).dynamics)
+        and tracker.lifecycle.max_gap == 0.0
+        and tracker.lifecycle.birth_score <= 0.0
+        and tracker.strong_score <= 0.0
+        and tracker.evidence is None
+        and tracker.box_filter is None
+    )

@@ -1,0 +1,83 @@
+"""Values inside nested dataclasses by dotted names: `lifecycle.max_gap`, `misses.by_height.3`."""
+
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
+from difflib import get_close_matches
+from math import isfinite
+from typing import Any, TypeVar
+
+from tracker.errors import BadConfig, UnknownName
+
+Level = float | int | str | bool  # what an axis can be set to
+Whole = TypeVar("Whole")
+
+
+def scalars(whole: Any, prefix: str = "") -> dict[str, Level]:
+    """All numbers, words and switches inside, by their dotted names."""
+    if isinstance(whole, Level):
+        return {prefix: whole}
+    parts: dict[str, Any] = {}
+    if isinstance(whole, Mapping):
+        parts = {str(name): value for name, value in whole.items()}
+    elif isinstance(whole, tuple):
+        parts = {str(number): value for number, value in enumerate(whole)}
+    elif is_dataclass(whole):
+        parts = {each.name: getattr(whole, each.name) for each in fields(whole) if each.init}
+    found: dict[str, Level] = {}
+    for name, value in parts.items():
+        found |= scalars(value, f"{prefix}.{name}" if prefix else name)
+    return found
+
+
+def with_value(whole: Whole, path: str, value: Level) -> Whole:
+    """A copy with one value changed; the path must be one of `scalars`."""
+    name, _, rest = path.partition(".")
+    if isinstance(whole, tuple):
+        place, parts = int(name), list(whole)
+        parts[place] = with_value(parts[place], rest, value) if rest else value
+        return tuple(parts)  # type: ignore[return-value]
+    inner = getattr(whole, name)
+    new = with_value(inner, rest, value) if rest else value
+    return replace(whole, **{name: new})  # type: ignore[type-var]
+
+
+def fitting(value: Level, like: Level, where: str) -> Level:
+    """The value in the type of the one that it replaces. Raises BadConfig for another type."""
+    wanted = type(like)
+    number = float(value) if type(value) in (int, float) else None
+    if wanted is float and number is not None:
+        if not isfinite(number):
+            raise BadConfig(f"{where} = {value}: give a finite number")
+        return number
+    if wanted is int and number is not None and number.is_integer():
+        return int(number)
+    if type(value) is not wanted:
+        names = {float: "a number", int: "a whole number", bool: "true or false", str: "a word"}
+        raise BadConfig(f"{where} = {value!r}: give {names[wanted]}, for example {like!r}")
+    return value
+
+
+def parse_level(text: str) -> Level:
+    """What a word of the command line means: true, false, a number, or the word itself."""
+    switches = {"true": True, "false": False}
+    if text.lower() in switches:
+        return switches[text.lower()]
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            pass
+    return text
+
+
+def unknown(what: str, name: str, known: Mapping[str, Any]) -> UnknownName:
+    """The error for a name with dots: those of the same root, and the nearest of all."""
+    roots = sorted({each.partition(".")[0] for each in known})
+    root = name.partition(".")[0]
+    near = sorted(each for each in known if each.partition(".")[0] == root)
+    shown = ", ".join(near) if near else ", ".join(f"{each}.*" for each in roots)
+    close = get_close_matches(name, known, n=1, cutoff=0.5) or [
+        each for each in sorted(known) if each.rpartition(".")[2] == name.rpartition(".")[2]
+    ]
+    hint = f". Did you mean '{close[0]}'?" if close else ""
+    return UnknownName(f"unknown {what} '{name}'; known: {shown}{hint}")
