@@ -167,8 +167,8 @@ ABLATION: dict[str, Callable[[Tracker], Tracker]] = {
     "every newborn is written": lambda t: replace(t, evidence=Evidence(birth_prior=1e9)),
     "boxes as they are": lambda t: replace(t, box_filter=None),
     "gain of the boxes fixed": lambda t: replace(t, box_filter=BoxFilter(prior=1e9)),
-    "cars live 2 s": lambda t: replace(t, evidence=Evidence(life=2.0)),
-    "cars live 10 s": lambda t: replace(t, evidence=Evidence(life=10.0)),
+    "cars live 1.5 s": lambda t: replace(t, evidence=Evidence(life=1.5)),
+    "cars live 6 s": lambda t: replace(t, evidence=Evidence(life=6.0)),
     "predicted boxes good for 1 s": lambda t: replace(t, evidence=Evidence(drift=1.0)),
     "predicted boxes good for 4 s": lambda t: replace(t, evidence=Evidence(drift=4.0)),
 }  # fmt: skip

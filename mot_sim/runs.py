@@ -23,8 +23,8 @@ Progress = Callable[[str, int], None]
 # What a measured cue adds to a tracker's own costs, whose weights sum up to 1: the cost and its
 # weight. See docs/paper.md.
 CUE_COSTS = {
-    "pose": ("shape_pose", 0.1), "appearance": ("appearance", 0.3),
-    "classical": ("appearance", 0.2),
+    "pose": ("shape_pose", 0.1), "appearance": ("appearance", 0.1),
+    "classical": ("appearance", 0.1),
 }  # fmt: skip
 
 log = logging.getLogger(__name__)

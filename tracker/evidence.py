@@ -65,7 +65,7 @@ class Evidence:
     birth: float = 0.9
     birth_prior: float = 20.0
     lift: float = 20.0
-    life: float = 5.0
+    life: float = 3.0
     drift: float = 2.0
     threshold: float = 0.5
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import mot_sim.experiments.measuring
     import mot_sim.experiments.paper_tables
 
-SEEDS, FRAMES = 50, 100
+SEEDS, FRAMES, TUNING = 50, 100, 4
 QUICK_SEEDS, QUICK_FRAMES, QUICK_SCENES = 2, 20, ("intersection",)
 
 
@@ -101,6 +101,7 @@ class Tables:
             seeds,
             QUICK_FRAMES if self.quick else FRAMES,
             QUICK_SCENES if self.quick and not named else scenes,
+            tuning=QUICK_SEEDS if self.quick else TUNING,
             jobs=self.jobs,
             tell=advance,
         )

@@ -50,7 +50,7 @@ def _known() -> dict[str, str]:
     return found | {title: name for title, name in titles.items() if name not in NEITHER}
 
 
-def bounds_of(wanted: Mapping[str, float]) -> tuple[Bound, ...]:
+def bounds_of(wanted: Mapping[str, float | int]) -> tuple[Bound, ...]:
     """Bounds by the names of scores: mota, idsw, fp, CLR_FP, ... in small letters or large.
 
     Raises UnknownName, and BadConfig for no bound at all and for a rate above 1.

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -92,8 +93,9 @@ class Search:
             reached = end(self._fall(self.question.level(place)))
             return reached is not None and reached >= self.question.drop
 
-        return self._farthest().bracket(is_bad)
+        return self._farthest.bracket(is_bad)
 
+    @cached_property
     def _farthest(self) -> Reach:
         """The reach, cut off before the first doubling that the axis refuses."""
         reach = self.question.reach

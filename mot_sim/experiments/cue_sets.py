@@ -10,7 +10,7 @@ from mot_sim.sensors import find_profile
 from mot_sim.sensors.profile import profile_lines
 from tracker import FRAMEWORKS
 
-# So wide are the search areas that they hold the whole image: no gate.
+# So wide are the search areas that they hold the whole image below the horizon: hardly a gate.
 UNGATED = 1000.0
 # The rows that need no image. Weights of the authors' script, where there are several.
 GEOMETRIC = {

@@ -181,11 +181,11 @@ def tuned_costs(studies: Studies, profile: str) -> str:
     settings: dict[str, float | int | str | bool] = {
         "scene.profile": profile, "scene.frames": studies.frames,
     }  # fmt: skip
-    folder = studies.folder / "drives"
+    folder = studies.folder / "tuning"
     studies.tell("drives to tune on", 0, len(seeds) * len(studies.scenes))
     drives = made_drives(folder, studies.scenes, seeds, settings)
     method = Method(("image_overlap", "shape_pose"), Contender("2D-2D", "paper"))
-    scale = Scale.of(method, drives, "devkit2018", studies.folder / "table IV", studies.jobs)
+    scale = Scale.of(method, drives, "devkit2018", folder, studies.jobs)
     search = Search("MOTA", samples=4, folds=min(4, len(drives)))
     tuned = tune(scale, search, (0.8, 0.2), studies.tell)
     return "+".join(

@@ -5,7 +5,7 @@ given, so nothing here is measured on the drives that ours are. Percentages, the
 where the paper has a dash.
 """
 
-Quoted = tuple[float | None, ...]
+Quoted = tuple[float | int | None, ...]
 
 COLUMNS = (
     "MOTA", "MOTP", "CLR_Re", "CLR_Pr", "MTR", "PTR", "MLR", "CLR_TP", "CLR_FP", "IDSW", "Frag",

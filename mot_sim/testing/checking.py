@@ -19,7 +19,7 @@ ABOUT: dict[str, tuple[Kind, ...]] = {
 }  # fmt: skip
 
 
-def assert_tracks(tracker: Any, episode: SeededEpisode, **bounds: float) -> Scores:
+def assert_tracks(tracker: Any, episode: SeededEpisode, **bounds: float | int) -> Scores:
     """Follow the episode with the tracker, and assert that its scores keep the bounds.
 
     tracker: see `follow`. bounds: by name, in small letters or as TrackEval writes them: mota,
