@@ -188,7 +188,8 @@ class Detector:
             )
             origin = Provenance.of("duplicate", sightings.ids[rows])
             if len(rows):
-                parts.append((sightings.frames[rows], Detections(boxes, scores), origin))
+                cues = self._cues(sightings.select(rows), seed, step)
+                parts.append((sightings.frames[rows], Detections(boxes, scores, **cues), origin))
         if self.effects.clutter is not None:
             ghosts = self.effects.clutter(frames, seed, camera, step, self.clutter)
             nobody = Provenance.of("clutter", np.full(len(ghosts), -1))

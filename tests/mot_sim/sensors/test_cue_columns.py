@@ -1,11 +1,13 @@
 """Cues of an episode stand in the columns that the tracker's costs read."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mot_sim.episode import Episode, record
 from mot_sim.registry import find_scene
-from mot_sim.sensors import Detector
+from mot_sim.sensors import Detector, Sightings, find_profile
 from tracker import Tracker
 from tracker.costs import COSTS
 from tracker.errors import MissingCue, UnknownName
@@ -55,6 +57,23 @@ def test_the_stated_doubt_is_the_noise_that_was_added(episode) -> None:
     np.testing.assert_allclose(np.std(off[straight]), 1.0, atol=0.15)
     # a hidden car's coefficients are also drawn to the mean car's, which is no noise
     assert 0.8 < np.std((seen.shape - exact_shape) / stds[:, 1:]) < 2.0
+
+
+def test_a_second_box_of_a_car_shows_the_same_car(episode) -> None:
+    effects = replace(find_profile("cues"), duplicates=find_profile("subcnn").duplicates)
+    sights = Sightings.from_truth(episode.exact, episode.cast)
+    sensed = Detector(effects).sense(sights, 2, episode.camera)
+    seen, origin = sensed.log.detections, sensed.provenance
+    seconds = np.flatnonzero(origin.sources == "duplicate")
+    compared = 0
+    for row in seconds:
+        same = (origin.sources == "object") & (origin.ids == origin.ids[row])
+        here = np.flatnonzero(same & (sensed.log.frames == sensed.log.frames[row]))
+        for first in here:  # none where the car itself was missed
+            np.testing.assert_array_equal(seen.descriptor[row], seen.descriptor[first])
+            np.testing.assert_array_equal(seen.shape[row], seen.shape[first])
+            compared += 1
+    assert compared > 0
 
 
 def test_the_shape_and_pose_cost_reads_them(episode) -> None:
