@@ -42,7 +42,8 @@ DOORS: dict[str, set[str]] = {
     "mot_sim": {"tracker", "tracker.types", "tracker.geometry", "tracker.shape", "tracker.ego"}
     | {"tracker.costs", "tracker.association", "tracker.errors"}
     | {"tracker.front_end", "tracker.descriptors"}
-    | {"tracker.dynamics", "tracker.lifecycle", "tracker.suppression"},  # the components of a configuration
+    # the components of a configuration
+    | {"tracker.dynamics", "tracker.lifecycle", "tracker.suppression"},
     "scenes": {"tracker", "tracker.types", "tracker.errors"},
 }
 # Which of our packages a package may know at all.
