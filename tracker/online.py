@@ -77,7 +77,7 @@ class Tracker:
 
         The cost is the overlap of the new box with the expected one, which ego-motion and the
         car's velocity carried over the road in 3D; mixing in 3D-3D or 3D-2D changes HOTA on
-        KITTI by -0.4 to 0.0 (README, what each choice is worth).
+        KITTI by -0.6 to +0.1 (README, what each choice is worth).
         """
         return cls(
             camera,
