@@ -9,6 +9,7 @@ STAMP := $(VENV)/.installed
 help:
 	@echo "make demo      track and score a synthetic crossing (no data needed): out/demo"
 	@echo "make test      run the tests (those that need KITTI run when MOT_SIM_KITTI_ROOT is set)"
+	@echo "make test-all  the slow ones too: kills, clusters, training, fresh environments"
 	@echo "make lint      ruff (lint and format) and mypy"
 	@echo "make format    let ruff mend what it can"
 	@echo "make clean     remove the environment and everything that was made"
@@ -24,7 +25,10 @@ demo: $(STAMP)
 	$(BIN)/mot-sim demo --out out/demo --overwrite
 
 test: $(STAMP)
-	$(BIN)/python -m pytest -n auto --dist loadfile --cov --cov-report=term
+	$(BIN)/python -m pytest -n auto --dist loadfile -m "not slow" --cov --cov-report=term
+
+test-all: $(STAMP)
+	$(BIN)/python -m pytest -n auto --dist loadfile
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

@@ -93,6 +93,7 @@ def test_listed_levels_are_tried_and_no_others(
     assert set(fake.levels) <= {10.0, 5.0, 2.5, 2.0}
 
 
+@pytest.mark.slow
 def test_real_noise_breaks_a_real_tracker_and_nothing_is_repeated(tmp_path: Path) -> None:
     told: list[object] = []
     question = small(drop=0.1, precision=0.5, frames=4)

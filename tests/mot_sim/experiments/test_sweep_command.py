@@ -51,7 +51,7 @@ def test_failed_trials_are_named_and_the_exit_code_is_1(
 def test_axes_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["sweep", "--scene", "crossing", "--list-axes"]) == 0
     shown = capsys.readouterr().out
-    for axis in ("scene.cars", "rig.frame_rate", "odometry.drift", "tracker.lifecycle.max_gap"):
+    for axis in ("scene.trees", "rig.frame_rate", "odometry.drift", "tracker.lifecycle.max_gap"):
         assert axis in shown
 
 
