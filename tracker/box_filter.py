@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from tracker.lifecycle import Population
+from tracker.lifecycle import SKIPPED, Population
 from tracker.types import Camera
 
 # Boxes times this are centres and sizes; and back.
@@ -21,8 +21,6 @@ LARGEST = 0.5
 LEAST_GAIN = 0.2
 # Kinds of boxes by their size; and what keeps a division from 0 / 0.
 KINDS, TINY = np.arange(3)[:, None], 1e-12
-# Frames that were skipped, in units of the step between frames, are counted from here on.
-SKIPPED = 1.01
 
 
 class Gains(NamedTuple):

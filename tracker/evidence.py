@@ -9,7 +9,8 @@ from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
 from tracker.errors import BadConfig
-from tracker.lifecycle import Population
+from tracker.geometry import box_area, box_intersection
+from tracker.lifecycle import SKIPPED, Population
 from tracker.types import Camera
 
 # Nothing is ever certain.
@@ -143,7 +144,7 @@ class Evidence:
         camera: Camera,
     ) -> Rates:
         """The rates after a frame."""
-        soon = 1.01 * dt
+        soon = SKIPPED * dt
         hits = _count(matched.sightings >= KNOWN)
         confirmed = _count((matched.sightings == 1) & (matched.unseen <= soon))
         misses = vanished = 0
@@ -175,11 +176,6 @@ def covered_share(boxes: Float[Array, "n 4"], others: Float[Array, "m 4"]) -> Fl
     """The largest share of each box that one of the others, ending lower (nearer), covers."""
     if len(boxes) == 0 or len(others) == 0:
         return np.zeros(len(boxes))
-    corners = np.minimum(boxes[:, None, 2:], others[None, :, 2:])
-    corners -= np.maximum(boxes[:, None, :2], others[None, :, :2])
-    np.maximum(corners, 0.0, out=corners)
-    sides = boxes[:, 2:] - boxes[:, :2]
-    shares = (
-        corners[..., 0] * corners[..., 1] / np.maximum(sides[:, 0] * sides[:, 1], 1e-6)[:, None]
-    )
+    shared = box_intersection(boxes[:, None], others[None])
+    shares = shared / np.maximum(box_area(boxes), 1e-6)[:, None]
     return np.where(others[None, :, 3] > boxes[:, None, 3], shares, 0.0).max(axis=1).clip(0.0, 1.0)

@@ -12,6 +12,8 @@ from tracker.types.rows import Rows
 
 # Sums of the steps between frames are off by less than this, seconds.
 ROUNDING = 1e-6
+# A track unseen for more than this many steps between frames has skipped a frame.
+SKIPPED = 1.01
 
 
 @dataclass(frozen=True, eq=False)

@@ -131,20 +131,11 @@ class Tracker:
     def _expect(self, frame: Frame) -> Population:
         """The living tracks where they should be at this frame."""
         population, before = self.state.population, self.state.time
-        if before is not None and not frame.time >= before:
-            raise BadConfig(
-                f"frame {frame.index} at {frame.time:g} s comes after one at {before:g} s: "
-                "frames go forward in time; call reset() between sequences"
-            )
+        dt = 0.0 if before is None else elapsed(frame, before)
         if len(population) == 0 or before is None:
             return population
-        dt = frame.time - before
         beliefs, moved = self.dynamics.predict(population.beliefs, dt)
-        T_now_before, motion_cov = frame.T_now_before, frame.motion_cov
-        if T_now_before is None:
-            T_now_before, motion_cov = np.eye(4), UNKNOWN_MOTION_COV
-        elif motion_cov is None:
-            motion_cov = np.zeros((6, 6))
+        T_now_before, motion_cov = motion_of(frame)
         beliefs = transport(beliefs, self.camera, T_now_before, motion_cov, moved)
         existence = population.existence
         if self.evidence is not None:
@@ -228,6 +219,23 @@ class Tracker:
             old.compared + len(rows),
             old.unmeasured + unmeasured,
         )
+
+
+def elapsed(frame: Frame, before: float) -> float:
+    """Seconds since the frame at the time `before`; BadConfig when time goes backwards."""
+    if not frame.time >= before:
+        raise BadConfig(
+            f"frame {frame.index} at {frame.time:g} s comes after one at {before:g} s: "
+            "frames go forward in time; call reset() between sequences"
+        )
+    return frame.time - before
+
+
+def motion_of(frame: Frame) -> tuple[Float[Array, "4 4"], Float[Array, "6 6"]]:
+    """The camera's motion since the last frame and its covariance, where unknown a wide one."""
+    if frame.T_now_before is None:
+        return np.eye(4), UNKNOWN_MOTION_COV
+    return frame.T_now_before, np.zeros((6, 6)) if frame.motion_cov is None else frame.motion_cov
 
 
 def _is_all(rows: Int[Array, " k"], count: int) -> bool:

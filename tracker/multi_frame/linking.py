@@ -16,7 +16,7 @@ from tracker.errors import BadConfig
 from tracker.geometry import homogeneous, invert, rotation_y
 from tracker.lifecycle import ROUNDING, in_view
 from tracker.multi_frame.flow_costs import FlowCosts
-from tracker.online import UNKNOWN_MOTION_COV, Tracker
+from tracker.online import Tracker, elapsed, motion_of
 from tracker.state import Counts
 from tracker.types import Camera, Cuboids, Detections, Frame, Tracks
 from tracker.types.rows import Rows
@@ -129,17 +129,8 @@ class Linking:
         """The recent sightings at this frame, and T_world_road of it."""
         if pool.time is None or pool.T_world_road is None:
             return NONE, np.eye(4)
-        dt = frame.time - pool.time
-        if not dt >= 0.0:
-            raise BadConfig(
-                f"frame {frame.index} at {frame.time:g} s comes after one at {pool.time:g} s: "
-                "frames go forward in time; call reset() between sequences"
-            )
-        T_now_before, motion_cov = frame.T_now_before, frame.motion_cov
-        if T_now_before is None:
-            T_now_before, motion_cov = np.eye(4), UNKNOWN_MOTION_COV
-        elif motion_cov is None:
-            motion_cov = np.zeros((6, 6))
+        dt = elapsed(frame, pool.time)
+        T_now_before, motion_cov = motion_of(frame)
         camera, old = self.tracker.camera, pool.recent
         T_world_road = pool.T_world_road @ invert(on_the_road(T_now_before, camera))
         beliefs, moved = self.tracker.dynamics.predict(old.beliefs, dt)
