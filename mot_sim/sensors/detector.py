@@ -167,7 +167,7 @@ class Detector:
                 found["descriptor" if name == "appearance" else name] = column
         if effects.pose is not None and effects.shape is not None and "shape" in found:
             yaw = effects.pose.std(sightings, self.cues)
-            shape = effects.shape.std(sightings, self.cues)
+            shape = effects.shape.claimed(sightings, self.cues)
             found["pose_cov"] = _stated(yaw, shape, found["shape"].shape[1])
         return found
 

@@ -100,6 +100,7 @@ def test_another_tracker_can_be_shown(tmp_path) -> None:
     assert list(result.scores) == ["paper"]
 
 
+@pytest.mark.slow
 def test_on_the_whole_crossing_memory_beats_two_frames() -> None:
     episode = record(find_scene("crossing"))
     scores = {

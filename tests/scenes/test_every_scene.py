@@ -8,7 +8,7 @@ from mot_sim.scene import Take, record_scene_traffic
 from mot_sim.traffic import collisions
 from mot_sim.truth import annotate
 
-FRAMES = 25
+FRAMES = 20
 SCRIPTED = ("crossing",)  # the same traffic for every seed
 
 

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from mot_sim.cars.build import keypoint_prior, main
 from mot_sim.cars.design import BODIES
@@ -22,6 +23,7 @@ def test_the_population_is_a_function_of_its_seed() -> None:
     assert CARS >= 1000
 
 
+@pytest.mark.slow
 def test_the_shipped_files_are_those_of_the_population(tmp_path: Path) -> None:
     main(tmp_path / "fleet.npz", tmp_path / "prior.npz", tmp_path / "coarse.npz")
     made, shipped = read_fleet(tmp_path / "fleet.npz", 20), load_fleet(20)

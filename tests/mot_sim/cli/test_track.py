@@ -290,6 +290,7 @@ def test_ctrl_c_on_a_real_process_leaves_a_run_that_can_go_on(tree: Path, tmp_pa
 
 
 @pytest.mark.kitti
+@pytest.mark.slow
 def test_all_sequences_are_tracked_and_those_with_labels_scored(
     mot_sim: CommandLine, kitti_root: Path, tmp_path: Path
 ) -> None:

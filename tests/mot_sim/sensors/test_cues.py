@@ -61,6 +61,11 @@ def test_shape_is_worse_far_away_and_nearer_to_the_mean_when_hidden() -> None:
     assert np.mean(noise(hidden, 1, STEP)) == pytest.approx(0.6, abs=0.02)
     assert noise(near, 1, STEP, 0.0) is near.shape
     assert noise(crowd(), 1, STEP) is None
+    timid = Shape(pull=0.75, stated=0.2)
+    np.testing.assert_allclose(timid(near, 1, STEP), 0.25)
+    np.testing.assert_allclose(timid(near, 1, STEP, 0.5), 0.625)
+    np.testing.assert_allclose(timid.claimed(near, 0.5), 0.1)
+    np.testing.assert_allclose(noise.claimed(far), noise.std(far))
 
 
 def test_a_car_keeps_its_look_and_look_alikes_share_theirs() -> None:
@@ -86,6 +91,8 @@ def test_a_car_keeps_its_look_and_look_alikes_share_theirs() -> None:
         lambda: Keypoints((0.1,)),
         lambda: Keypoints(flips=-1.0),
         lambda: Shape(-1.0),
+        lambda: Shape(pull=1.5),
+        lambda: Shape(stated=-0.1),
         lambda: Appearance(0),
         lambda: Appearance(unit=0.0),
     ],

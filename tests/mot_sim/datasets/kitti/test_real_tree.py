@@ -121,6 +121,7 @@ def test_standing_sequences_do_not_move(kitti_root: Path) -> None:
         assert (steps.mean() < 0.003) == (sequence.name in STANDING)
 
 
+@pytest.mark.slow
 def test_oxts_and_orbslam3_agree(kitti_root: Path) -> None:
     for oxts, slam in zip(sequences(kitti_root), sequences(kitti_root, "orbslam3"), strict=True):
         by_oxts, by_slam = motions(oxts), motions(slam)

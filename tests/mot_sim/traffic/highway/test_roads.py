@@ -66,6 +66,7 @@ def run(steps: int) -> list[np.ndarray]:
     return [np.column_stack((world.ids, world.x, world.y, world.heading)) for world in worlds]
 
 
+@pytest.mark.slow
 def test_the_fast_search_gives_the_trajectories_of_highway_envs_own(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
