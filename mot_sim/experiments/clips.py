@@ -14,14 +14,16 @@ from tracker.front_end import FrontEnd, Seen
 from tracker.types import Detections
 
 
-def clips_with_images(root: Path | str | None, detections: str = "rrc") -> Iterator[KittiSequence]:
+def clips_with_images(
+    root: Path | str | None, detections: str = "rrc", ego: str = "oxts"
+) -> Iterator[KittiSequence]:
     """The labelled frames with an image of every sequence, in runs without a gap."""
     for name in choose_sequences(root, "given"):
         folder = kitti_sequence(root, name, None, "none").label_path
         there = folder is not None and (folder.parent.parent / "image_02" / name).is_dir()
         if not there:
             continue
-        drive = kitti_sequence(root, name, detections, images=True)
+        drive = kitti_sequence(root, name, detections, ego, images=True)
         paths = getattr(drive.images, "paths", {})
         frames = sorted(frame for frame in paths if frame < drive.frame_count)
         if frames:

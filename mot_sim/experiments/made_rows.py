@@ -12,6 +12,7 @@ from numpy import ndarray as Array
 from mot_sim.experiments.contenders import Contender
 from mot_sim.experiments.design import Design
 from mot_sim.experiments.measuring import Progress
+from mot_sim.experiments.paths import Level
 from mot_sim.experiments.summary import Interval
 from mot_sim.experiments.sweep import sweep
 from tracker.errors import BadConfig
@@ -28,17 +29,23 @@ class Stand:
     jobs: int = 1
 
     def run(
-        self, profile: str, contenders: Sequence[Contender], rules: str, tell: Progress
+        self,
+        profile: str,
+        contenders: Sequence[Contender],
+        rules: str,
+        tell: Progress,
+        settings: Mapping[str, Level] | None = None,
     ) -> "Pooled":
         """All trackers on all drives, seen through a profile (a name, or a file).
 
-        Raises BadConfig for a tracker that fails on a drive.
+        settings: of other axes, the same for all. Raises BadConfig for a tracker that fails on
+        a drive.
         """
         values: dict[str, list[Mapping[str, Any]]] = {each.name: [] for each in contenders}
         for scene in self.scenes:
             design = Design(
                 {"scene.profile": (profile,)}, tuple(contenders), scene, self.seeds,
-                frames=self.frames, rules=rules,
+                frames=self.frames, rules=rules, fixed=dict(settings or {}),
             )  # fmt: skip
             table = sweep(design, self.folder, jobs=self.jobs, extend=True, progress=tell)
             for row in table.to_pylist():

@@ -10,8 +10,9 @@ from mot_sim.experiments.contenders import Contender
 from mot_sim.experiments.cue_sets import PAPER_ROWS, UNGATED, in_frameworks, two_frame, with_cues
 from mot_sim.experiments.made_rows import Pooled, Stand
 from mot_sim.experiments.measuring import Bench
-from mot_sim.experiments.paper_tables import TABLES, Studies, server, verdict
+from mot_sim.experiments.paper_tables import TABLES, server, verdict
 from mot_sim.experiments.rendering import interval_table, score_rows
+from mot_sim.experiments.studies import Studies
 from mot_sim.metrics import combine, evaluate_sequence
 from mot_sim.runs import track_sequence
 from mot_sim.sensors import find_profile
@@ -123,6 +124,11 @@ def test_made_rows_share_their_drives(tmp_path: Path) -> None:
     assert np.array_equal(
         [r["detections"] for r in found.rows["a"]], [r["detections"] for r in found.rows["b"]]
     )
+    blind = stand.run(
+        "cues", two_frame({"a": "volume"}), "devkit2018", _silent, {"odometry.dropouts": 1.0}
+    )
+    assert len(blind.rows["a"]) == 2
+    assert len(list((tmp_path / "trials").rglob("*.json"))) == 4 + 2  # other trials, same drives
     assert len(list((tmp_path / "truth").iterdir())) == 2
 
 
