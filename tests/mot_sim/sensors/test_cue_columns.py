@@ -42,7 +42,7 @@ def test_shapes_are_those_of_the_cast_with_noise(episode) -> None:
     assert 0.01 < np.abs(noisy - exact.detections.shape).mean() < 1.0
 
 
-def test_the_stated_doubt_is_the_noise_that_was_added(episode) -> None:
+def test_the_stated_doubt_is_that_of_the_profile(episode) -> None:
     seen = episode.log.detections
     assert seen.pose_cov is not None
     exact = Detector("cues", cues=0.0)(episode.exact, 2, episode.camera, len(episode), episode.cast)
@@ -53,10 +53,11 @@ def test_the_stated_doubt_is_the_noise_that_was_added(episode) -> None:
     stds = np.sqrt(seen.pose_cov[:, np.arange(6), np.arange(6)])
     off = wrap_angle(seen.yaw - exact.detections.yaw) / stds[:, 0]
     straight = np.abs(off) < 8.0  # the others were seen the wrong way round
-    assert straight.mean() > 0.9
-    np.testing.assert_allclose(np.std(off[straight]), 1.0, atol=0.15)
-    # a hidden car's coefficients are also drawn to the mean car's, which is no noise
-    assert 0.8 < np.std((seen.shape - exact_shape) / stds[:, 1:]) < 2.0
+    assert straight.mean() > 0.85
+    assert 0.6 < np.std(off[straight]) < 1.4  # errors last 1.6 s: few are independent
+    claimed = find_profile("cues").shape.stated  # which is less than the fit's true error
+    np.testing.assert_allclose(stds[:, 1:], claimed)
+    assert 1.0 < np.std((seen.shape - exact_shape) / stds[:, 1:]) < 3.0
 
 
 def test_a_second_box_of_a_car_shows_the_same_car(episode) -> None:
