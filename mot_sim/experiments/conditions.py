@@ -147,6 +147,11 @@ class Conditions:
                 )
             raise unknown("axis", axis, self.axes())
         value = fitting(level, known[axis], axis)
+        if axis == "scene.weather" and value != known[axis]:
+            raise BadConfig(
+                f"scene.weather = {value} changes only pictures, and none are drawn here: "
+                f"detector.weather = {value} makes the detector see as badly as that"
+            )
         if root == "scene":
             effects = _profile_of(str(value)) if path == "profile" else self.effects
             return replace(self, knobs={**self.knobs, path: value}, effects=effects)
