@@ -12,7 +12,7 @@ from mot_sim.datasets import write_labels, write_lines, write_results
 from mot_sim.episode import Episode, Scene, record
 from mot_sim.metrics import Scores, evaluate_sequence
 from mot_sim.registry import SCENES, find_scene
-from mot_sim.report import Film, write_image, write_video
+from mot_sim.report import Film, Layers, write_image, write_video
 from mot_sim.report.canvas import Image
 from mot_sim.report.grid import score_grid
 from tracker import Tracker
@@ -23,7 +23,7 @@ SCENE, FRAMES = "intersection", 140
 STILLS = (0.15, 0.65)  # of the film's length
 PICTURE_AT = 0.54  # the README's picture, named after the scene
 OURS = frozenset(
-    {"tracks.txt", "truth.txt", "scores.json", "scores.md", "demo.mp4", "demo.avi"}
+    {"tracks.txt", "truth.txt", "scores.json", "scores.md", "demo.mp4"}
     | {f"{scene}.jpg" for scene in SCENES}
 )
 
@@ -35,7 +35,6 @@ class DemoResult:
     """What the demo gives: scores by tracker (the shown one first), and where it wrote what."""
 
     folder: Path
-    video_name: str
     still_names: tuple[str, ...]
     frame_count: int
     scores: dict[str, Scores]
@@ -43,7 +42,7 @@ class DemoResult:
     @property
     def video(self) -> Path:
         """The film."""
-        return self.folder / self.video_name
+        return self.folder / "demo.mp4"
 
     @property
     def stills(self) -> tuple[Path, ...]:
@@ -148,26 +147,27 @@ def _make(
         for tracker, tracks in outputs.items()
     }
     stills = _still_names(episode)
-    result = DemoResult(folder, "demo.mp4", tuple(stills.values()), episode.frame_count, scores)
+    result = DemoResult(folder, tuple(stills.values()), episode.frame_count, scores)
     write_results(outputs[name], result.tracks)
     write_labels(episode.truth, result.truth, episode.camera.T_road_cam)
     write_lines(result.scores_json, [json.dumps(_as_json(episode, scores), indent=1)])
     write_lines(result.scores_table, score_grid(scores, "tracker").as_markdown().splitlines())
-    film = Film(episode, outputs[name], name)
+    film = Film(episode, outputs[name], name, Layers(truth=True, follow=False), episode.truth)
     frames = _frames(film, {frame: folder / still for frame, still in stills.items()}, progress)
-    return replace(result, video_name=write_video(result.video, frames, episode.frame_rate).name)
+    write_video(result.video, frames, episode.frame_rate)
+    return result
 
 
 def _frames(
     film: Film, stills: dict[int, Path], progress: Callable[[int, int], None]
 ) -> Iterator[Image]:
     """The film's frames; some are kept as stills on the way."""
-    for index in range(len(film)):
-        image = film.frame(index)
+    total = len(film.drive)
+    for done, (index, image) in enumerate(film.frames(), 1):
         if index in stills:
             write_image(stills[index], image)
         yield image
-        progress(index + 1, len(film))
+        progress(done, total)
 
 
 def _still_names(episode: Episode) -> dict[int, str]:

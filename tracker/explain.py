@@ -18,6 +18,7 @@ class Explanation:
     so that no cost was computed. parts: each cost by its class's name, NaN where gated. total:
     what was associated, inf where gated. matched: the pairs that were made. runner_up: for each
     pair the cheapest total among the other pairs of its row and column, inf without any.
+    pairing: what was compared: beliefs, their regions and search areas.
     """
 
     frame: int
@@ -28,6 +29,7 @@ class Explanation:
     total: Float[Array, "n m"]
     matched: Bool[Array, "n m"]
     runner_up: Float[Array, "n m"]
+    pairing: Pairing
 
     @classmethod
     def of(
@@ -50,8 +52,8 @@ class Explanation:
             parts[type(cost).__name__] = matrix
         matched = np.zeros(pairing.shape, bool)
         matched[match.pairs[:, 0], match.pairs[:, 1]] = True
-        boxes = pairing.observed.boxes
-        return cls(frame, ids, boxes, gated, parts, total, matched, runner_ups(total))
+        boxes, others = pairing.observed.boxes, runner_ups(total)
+        return cls(frame, ids, boxes, gated, parts, total, matched, others, pairing)
 
     def lines(self) -> list[str]:
         """A sentence for each pair that was not gated, the made ones first."""

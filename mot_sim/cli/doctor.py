@@ -14,7 +14,6 @@ from mot_sim.cli.terminal import BROKEN, OK, Terminal
 
 CORE = ("numpy", "scipy", "cv2", "shapely", "filterpy", "jaxtyping", "tyro", "rich")
 OPENGL = ("EGL", "OSMesa", "GL")
-CODECS = {"mp4v": ".mp4", "MJPG": ".avi"}
 OLDEST_PYTHON = (3, 11)
 
 
@@ -54,7 +53,7 @@ class Doctor:
             find_opencv(),
             *find_kitti(self.root),
             *(find_library(name) for name in OPENGL),
-            *(find_codec(name, suffix) for name, suffix in CODECS.items()),
+            find_film(),
         ]
         if self.json:
             terminal.write_json({"findings": [asdict(finding) for finding in findings]})
@@ -138,24 +137,28 @@ def find_library(name: str) -> Finding:
     return Finding(f"OpenGL: {name}", "ok", found)
 
 
-def find_codec(name: str, suffix: str) -> Finding:
-    """Whether OpenCV writes videos of this kind."""
+def find_film() -> Finding:
+    """Whether ffmpeg writes H.264 here."""
+    from mot_sim.report.encoder import find_ffmpeg
+    from tracker.errors import BadConfig
+
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"try{suffix}"
-        works = _try(lambda: _write_video(name, path))
-    detail = f"writes {suffix}" if works else f"OpenCV writes no {suffix} here"
-    return Finding(f"video: {name}", "ok" if works else "missing", detail)
+        path = Path(folder) / "try.mp4"
+        try:
+            found = find_ffmpeg()
+        except BadConfig as error:
+            return Finding("video: H.264", "missing", str(error))
+        works = _try(lambda: _write_video(path))
+    detail = f"writes .mp4 and .gif: {found}" if works else f"{found} writes no .mp4 here"
+    return Finding("video: H.264", "ok" if works else "missing", detail)
 
 
-def _write_video(name: str, path: Path) -> bool:
-    import cv2
+def _write_video(path: Path) -> bool:
     import numpy as np
 
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*name), 10.0, (64, 48))
-    for _ in range(3):
-        writer.write(np.zeros((48, 64, 3), np.uint8))
-    writer.release()
-    return path.is_file() and path.stat().st_size > 0
+    from mot_sim.report import write_video
+
+    return write_video(path, [np.zeros((48, 64, 3), np.uint8)] * 3, 10.0).is_file()
 
 
 def _try(attempt: Callable[[], bool]) -> bool:

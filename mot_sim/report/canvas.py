@@ -1,6 +1,7 @@
 """Strokes on an RGB image: smooth polygons and lines, text."""
 
 from functools import cache
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -39,6 +40,26 @@ def box(image: Image, corners: Float[Array, "4"], colour: Colour, width: int = 1
     """The outline of a box x_min, y_min, x_max, y_max."""
     left, top, right, bottom = np.round(corners).astype(int).tolist()
     cv2.rectangle(image, (left, top), (right, bottom), colour, width)
+
+
+def dashed_box(
+    image: Image, corners: Float[Array, "4"], colour: Colour, width: int = 1, dash: float = 7.0
+) -> None:
+    """The outline of a box x_min, y_min, x_max, y_max in dashes of so many pixels."""
+    left, top, right, bottom = corners.tolist()
+    ring = np.array([(left, top), (right, top), (right, bottom), (left, bottom), (left, top)])
+    for start, end in pairwise(ring):
+        count = max(1, round(float(np.abs(end - start).sum()) / (2.0 * dash)))
+        marks = start + np.linspace(0.0, 1.0, 2 * count + 1)[:, None] * (end - start)
+        for first in range(0, 2 * count + 1, 2):
+            line(image, marks[first : first + 2], colour, width)
+
+
+def tint(image: Image, corners: Float[Array, "4"], colour: Colour, share: float) -> None:
+    """Mix a share of a colour into the pixels of a box."""
+    left, top, right, bottom = np.round(corners).astype(int).tolist()
+    part = image[max(top, 0) : max(bottom + 1, 0), max(left, 0) : max(right + 1, 0)]
+    part[:] = np.rint(part + share * (np.array(colour, float) - part)).astype(np.uint8)
 
 
 def text(image: Image, words: str, place: tuple[int, int], colour: Colour, size: int = 16) -> int:

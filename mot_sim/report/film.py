@@ -1,78 +1,190 @@
-"""The frames of an episode as people see them: title, camera view with tracks, top view."""
+"""The frames of a drive as people see them: title, camera view with marks, top view, legend."""
 
-from dataclasses import dataclass
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
+import cv2
 import numpy as np
 
-from mot_sim.episode import Episode
-from mot_sim.report.canvas import Image, text, text_width
-from mot_sim.report.colours import PANEL, PANEL_FAINT, PANEL_TEXT
-from mot_sim.report.drawing import draw_detections, draw_tracks
-from mot_sim.report.topview import Point, TopView, road_contacts, trails_until
-from tracker.types import Tracks
+from mot_sim.datasets.recorded import RecordedSequence
+from mot_sim.episode import SimulatedDrive
+from mot_sim.report.canvas import Image
+from mot_sim.report.captions import Layers, legend, marks, title, title_words
+from mot_sim.report.colours import TRUE, colour_of_id
+from mot_sim.report.drawing import (
+    FLASH,
+    draw_areas,
+    draw_detections,
+    draw_false,
+    draw_switch,
+    draw_tracks,
+    draw_true_boxes,
+    plain_ground,
+)
+from mot_sim.report.expectations import Standing, expectations
+from mot_sim.report.ground import Ground
+from mot_sim.report.topview import TopView
+from mot_sim.report.verdicts import Verdicts
+from mot_sim.report.wireframes import Fitting, Wireframes, draw_wireframes
+from tracker.geometry import box_iou
+from tracker.types import Detections, Frame, Tracks
 
-TITLE = 32  # pixels
 TOP_VIEW = 313  # pixels: with KITTI's 375 and the title it makes 720
 SCALE = 7.8  # pixels a metre in the top view
-BEHIND = 14.0  # metres behind where we start, in the top view
+BEHIND = 14.0  # metres behind us that the top view shows
 TRAIL = 25  # frames
-LEGEND = (
-    "from above: true outlines white; trails where the tracks' boxes meet the road, mean of .5 s"
-)
+HALF = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """Frames of 1242 x 720 pixels for KITTI's camera, drawn one by one when asked for."""
+    """Frames of 1242 x 720 pixels for KITTI's camera, drawn one by one when asked for.
 
-    episode: Episode
+    truth: labels to compare the tracks with, or None. scale: of the finished frames.
+    """
+
+    drive: RecordedSequence
     tracks: Tracks
     tracker_name: str = "default"
+    layers: Layers = Layers()
+    truth: Tracks | None = None
+    scale: float = 1.0
+    fitting: Fitting = field(default_factory=Fitting)
 
-    def __len__(self) -> int:
-        return self.episode.frame_count
+    def frames(self, first: int = 0, end: int | None = None) -> Iterator[tuple[int, Image]]:
+        """Index and picture of every delivered frame from `first` to before `end`."""
+        trails: dict[int, deque[tuple[int, np.ndarray]]] = {}
+        for index, standing in expectations(self.drive, self.tracks):
+            if end is not None and index >= end:
+                return
+            self._remember(trails, index, standing)
+            if first <= index:
+                yield index, self._frame(index, standing, trails)
 
-    def frame(self, index: int) -> Image:
-        """One frame: title, camera view, top view."""
-        episode = self.episode
-        scene, world = episode.scene, episode.worlds[index]
-        view = self._image(index)
-        draw_tracks(view, self.tracks.select(self.tracks.frames == index))
-        draw_detections(view, episode.log.at(index))
-        trails = trails_until(self._contacts, index, TRAIL)
-        above = self._top_view.draw(world, scene.rig, trails)
-        text(above, LEGEND, (12, above.shape[0] - 10), PANEL_TEXT, 14)
-        return np.concatenate((self._title(index), view, above))
+    def _frame(self, index: int, standing: Standing, trails: dict) -> Image:
+        parts = [self._title(index), self._view(index, standing)]
+        if self.layers.top_view:
+            above = self._above(index, standing, trails)
+            above[-len(self._legend) :] = self._legend
+            parts.append(above)
+        else:
+            parts.append(self._legend)
+        frame = np.concatenate(parts)
+        if self.scale == 1.0:
+            return frame
+        how = cv2.INTER_AREA if self.scale < 1.0 else cv2.INTER_CUBIC
+        return np.asarray(cv2.resize(frame, None, fx=self.scale, fy=self.scale, interpolation=how))
 
-    def _image(self, index: int) -> Image:
-        """The camera's image; black where the episode has none."""
-        images = self.episode.images
-        found = None if images is None else images.load(index)
-        if found is None:
-            width, height = self.episode.camera.image_size
-            return np.zeros((height, width, 3), np.uint8)
-        return found.copy()
+    def _view(self, index: int, standing: Standing) -> Image:
+        """The camera's image, or plain ground, with all marks."""
+        image = None if self.drive.images is None else self.drive.images.load(index)
+        layers, rows = self.layers, self.tracks.select(self.tracks.frames == index)
+        if image is None:
+            view = plain_ground(self.drive.camera, "no image of this frame")
+        else:
+            view = image.copy()
+        if layers.search_areas:
+            draw_areas(view, standing.expected.ids, standing.areas)
+        draw_tracks(view, rows)
+        if layers.detections:
+            draw_detections(view, self.drive.log.at(index))
+        if layers.wireframes:
+            time = index / self.drive.frame_rate
+            detections = self.drive.log.at(index)
+            frame, found = Frame(index, time, detections, image=image), detected(rows, detections)
+            seen = self.fitting(frame, self.drive.camera, found)
+            draw_wireframes(view, seen, [colour_of_id(each) for each in seen.ids.tolist()])
+        if layers.true_wireframes and isinstance(self.drive, SimulatedDrive):
+            true = Wireframes.true(self.drive.exact, index)
+            draw_wireframes(view, true, [TRUE] * len(true))
+        if self._verdicts is not None:
+            self._draw_verdicts(view, index, self._verdicts)
+        return view
+
+    def _draw_verdicts(self, view: Image, index: int, verdicts: Verdicts) -> None:
+        def now(tracks: Tracks) -> Tracks:
+            return tracks.select(tracks.frames == index)
+
+        draw_true_boxes(view, now(verdicts.found), now(verdicts.missed), now(verdicts.neutral))
+        draw_false(view, now(verdicts.false))
+        ages = index - verdicts.switches.frames
+        for row in np.flatnonzero((ages >= 0) & (ages < FLASH)).tolist():
+            name = int(verdicts.switches.names[row])
+            here = self.tracks.select((self.tracks.frames == index) & (self.tracks.ids == name))
+            if len(here):
+                old = int(verdicts.switches.old_names[row])
+                draw_switch(view, here.boxes[0], old, name, int(ages[row]))
 
     def _title(self, index: int) -> Image:
-        """The bar with the frame number."""
-        bar = np.empty((TITLE, self.episode.camera.image_size[0], 3), np.uint8)
-        bar[:] = PANEL
-        seconds = self.episode.worlds[index].time
-        words = f"{self.episode.name}   frame {index:03d}   {seconds:4.1f} s"
-        text(bar, words, (12, 22), PANEL_TEXT, 18)
-        legend = f"thin grey: detections   colour and number: tracks of '{self.tracker_name}'"
-        text(bar, legend, (bar.shape[1] - text_width(legend, 15) - 12, 22), PANEL_FAINT, 15)
-        return bar
+        switches = None
+        if self._verdicts is not None:
+            switches = int((self._verdicts.switches.frames <= index).sum())
+        seconds = index / self.drive.frame_rate
+        left = title_words(self.drive.name, index, seconds, switches)
+        return title(self._width, left, self.tracker_name, self.layers.detections)
 
     @cached_property
-    def _top_view(self) -> TopView:
-        first = self.episode.worlds[0].ego
-        origin = (float(first[0]) - BEHIND, float(first[1]) - 0.5 * TOP_VIEW / SCALE)
-        size = (self.episode.camera.image_size[0], TOP_VIEW)
-        return TopView(self.episode.scene.roads, origin, SCALE, size)
+    def _legend(self) -> Image:
+        """A bar that says what the marks mean."""
+        return legend(self._width, marks(self.layers, self._ground.truth is not None))
+
+    @property
+    def _width(self) -> int:
+        return self.drive.camera.image_size[0]
+
+    def _above(self, index: int, standing: Standing, trails: dict) -> Image:
+        """The top view."""
+        ground, camera = self._ground, self.drive.camera
+        pose = ground.pose(index)
+        view = self._turned(pose) if self.layers.follow else self._still
+        panel = view.ground.copy()
+        view.draw_us(panel, ground.our_outline(index), camera, pose)
+        view.draw_truth(panel, ground.true_outlines(index))
+        now = standing.now
+        outlines = ground.on_map(now.cuboids.footprint(), index)
+        view.draw_places(panel, now.ids, outlines, ground.cov_on_map(now.cov, index))
+        ways = {
+            name: np.array([place for _, place in way])
+            for name, way in trails.items()
+            if way and way[-1][0] == index
+        }
+        view.draw_trails(panel, ways)
+        return panel
+
+    def _remember(self, trails: dict, index: int, standing: Standing) -> None:
+        """Add where the tracks are now to their trails; without poses a trail is one point."""
+        bases = self._ground.on_map(standing.now.cuboids.base[:, ::2], index)
+        for name, base in zip(standing.now.ids.tolist(), bases, strict=True):
+            length = 1 if self._ground.poses is None else TRAIL
+            trails.setdefault(name, deque(maxlen=length)).append((index, base))
 
     @cached_property
-    def _contacts(self) -> dict[int, dict[int, Point]]:
-        egos = {frame: world.ego for frame, world in enumerate(self.episode.worlds)}
-        return road_contacts(self.tracks, self.episode.scene.rig, egos)
+    def _ground(self) -> Ground:
+        return Ground.of(self.drive, self.truth)
+
+    @cached_property
+    def _verdicts(self) -> Verdicts | None:
+        if self.truth is None or not self.layers.truth:
+            return None
+        return Verdicts.of(self.truth, self.tracks, self.drive.frame_count)
+
+    @cached_property
+    def _still(self) -> TopView:
+        pose = self._ground.pose(int(self.drive.frame_indices[0]))
+        return replace(self._turned(pose), heading=0.0)
+
+    def _turned(self, pose: np.ndarray) -> TopView:
+        size = (self.drive.camera.image_size[0], TOP_VIEW)
+        anchor = (BEHIND * SCALE, 0.5 * TOP_VIEW)
+        origin = (float(pose[0]), float(pose[1]))
+        return TopView(self._ground.roads, origin, SCALE, size, anchor, float(pose[2]))
+
+
+def detected(tracks: Tracks, detections: Detections) -> Tracks:
+    """Those whose box overlaps a detection by half: the others are predicted."""
+    if not len(detections):
+        return tracks.select(slice(0, 0))
+    overlap = box_iou(tracks.boxes[:, None], detections.boxes[None])
+    return tracks.select((overlap >= HALF).any(axis=1))

@@ -1,31 +1,42 @@
-"""The scene from above: world x to the right, world y down, as in the world frame."""
+"""The scene from above: our heading, or the world's x, to the right."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from mot_sim.report.canvas import Image, fill, line, text, text_width
-from mot_sim.report.colours import EGO, GRASS, PAINT, PANEL, Colour, colour_of_id, ink_on, mix
-from mot_sim.rig import Rig
+from mot_sim.report.colours import (
+    EGO,
+    GRASS,
+    PAINT,
+    PANEL,
+    PANEL_FAINT,
+    Colour,
+    colour_of_id,
+    ink_on,
+    mix,
+)
 from mot_sim.traffic.roads import Roads
-from mot_sim.traffic.world import World
-from tracker.geometry import transform
-from tracker.types import Tracks
+from tracker.types import Camera
 
 DIM = 0.45  # how far the ground's colours go towards the dark panel's
 TRUTH: Colour = (245, 245, 245)
-Point = Float[Array, "2"]
-FAR = 90.0  # metres; a road contact further away is too uncertain to draw
+FAR = 90.0  # metres; how far the edges of the view are drawn
+RING = 20.0  # metres between the rings of a map without roads
+TURN = np.linspace(0.0, 2.0 * np.pi, 97)[:-1]
+CIRCLE = np.stack((np.cos(TURN), np.sin(TURN)), axis=1)
 
 
 @dataclass(frozen=True, eq=False)
 class TopView:
-    """A panel of width x height pixels; its upper left corner is the point `origin` (x, y).
+    """A panel of width x height pixels.
 
+    roads: in the map's x and y. origin: the point of the map that is shown at `anchor`, pixels.
+    heading: the direction of the map that points to the right, radians from x towards y.
     scale: pixels a metre.
     """
 
@@ -33,85 +44,84 @@ class TopView:
     origin: tuple[float, float]
     scale: float
     size: tuple[int, int]
+    anchor: tuple[float, float] = (0.0, 0.0)
+    heading: float = 0.0
 
     def pixels(self, points: Float[Array, "*n 2"]) -> Float[Array, "*n 2"]:
-        """Where points (x, y) of the world lie in the panel."""
-        return (points - self.origin) * self.scale
+        """Where points (x, y) of the map lie in the panel."""
+        return (points - self.origin) @ self._R.T * self.scale + self.anchor
 
     @cached_property
-    def _ground(self) -> Image:
+    def _R(self) -> Float[Array, "2 2"]:
+        c, s = np.cos(self.heading), np.sin(self.heading)
+        return np.array([[c, s], [-s, c]])
+
+    @cached_property
+    def ground(self) -> Image:
+        """The roads alone, or rings every 20 m around the origin where there are none."""
         image = np.empty((self.size[1], self.size[0], 3), np.uint8)
-        image[:] = mix(GRASS, PANEL, DIM)
+        image[:] = mix(GRASS, PANEL, DIM) if self.roads.surfaces else mix(PANEL, TRUTH, 0.04)
         for surface in self.roads.surfaces:
             fill(image, self.pixels(surface.corners), mix(PAINT[surface.paint], PANEL, DIM))
+        if not self.roads.surfaces:
+            self._draw_rings(image)
         return image
 
-    def draw(self, world: World, rig: Rig, trails: Mapping[int, Float[Array, "_ 2"]]) -> Image:
-        """The cars' true outlines, our own car with its view, and the trails by track id."""
-        image = self._ground.copy()
-        self._draw_view(image, world, rig)
-        for corners in world.footprint():
+    def _draw_rings(self, image: Image) -> None:
+        faint = mix(PANEL, TRUTH, 0.17)
+        for radius in np.arange(RING, 6 * RING, RING):
+            ring = radius * self.scale * CIRCLE + self.anchor
+            line(image, ring, faint, closed=True)
+            u, v = self.anchor[0] + radius * self.scale, self.anchor[1]
+            place = (round(u) + 4, round(v) + 14)
+            text(image, f"{radius:.0f} m", place, mix(PANEL, PANEL_FAINT, 0.8), 12)
+
+    def draw_us(self, image: Image, outline: Float[Array, "4 2"], camera: Camera,
+                pose: Float[Array, "3"]) -> None:  # fmt: skip
+        """Our own car, and the two edges of what the camera sees."""
+        width, _ = camera.image_size
+        row = camera.K[1, 2]
+        rays = camera.rays_road(np.array([(0.0, row), (width - 1.0, row)]))
+        c, s = np.cos(pose[2]), np.sin(pose[2])
+        for right, ahead in rays[:, ::2] * FAR:
+            tip = pose[:2] + np.array([c * ahead - s * right, s * ahead + c * right])
+            line(image, self.pixels(np.stack((pose[:2], tip))), EGO)
+        fill(image, self.pixels(outline), EGO)
+
+    def draw_truth(self, image: Image, outlines: Float[Array, "n 4 2"]) -> None:
+        """Outlines of cars; the nose is thick."""
+        for corners in outlines:
             line(image, self.pixels(corners), TRUTH, closed=True)
-            nose = np.stack((corners[0], corners[1])) * 0.5 + corners[[0, 1]].mean(axis=0) * 0.5
+            nose = 0.5 * (corners[[0, 1]] + corners[[0, 1]].mean(axis=0))
             line(image, self.pixels(nose), TRUTH, 2)
-        fill(image, self.pixels(world.ego_footprint()), EGO)
+
+    def draw_places(
+        self,
+        image: Image,
+        ids: Int[Array, " n"],
+        outlines: Float[Array, "n 4 2"],
+        cov: Float[Array, "n 2 2"],
+    ) -> None:
+        """Where tracks are believed to be: outlines, and ellipses of one standard deviation."""
+        for track_id, corners, covariance in zip(ids.tolist(), outlines, cov, strict=True):
+            colour = colour_of_id(track_id)
+            line(image, self.pixels(ellipse(corners.mean(axis=0), covariance)), colour, closed=True)
+            line(image, self.pixels(corners), colour, 2, closed=True)
+
+    def draw_trails(self, image: Image, trails: Mapping[int, Float[Array, "_ 2"]]) -> None:
+        """The ways of tracks, with their ids where they end."""
         for track_id, points in trails.items():
             pixels = self.pixels(points)
             colour = colour_of_id(track_id)
             line(image, pixels, colour, 2)
-            fill(image, pixels[-1] + 8.0 * _CIRCLE, colour)
+            fill(image, pixels[-1] + 8.0 * CIRCLE, colour)
             words, (u, v) = str(track_id), np.round(pixels[-1]).astype(int).tolist()
             text(image, words, (u - text_width(words, 13) // 2, v + 5), ink_on(colour), 13)
-        return image
-
-    def _draw_view(self, image: Image, world: World, rig: Rig) -> None:
-        """The two edges of what the camera sees."""
-        width, _ = rig.camera.image_size
-        row = rig.camera.K[1, 2]
-        rays = rig.camera.rays(np.array([(0.0, row), (width - 1.0, row)]))
-        tips = transform(rig.T_world_cam(world.ego), FAR * rays)[:, :2]
-        for tip in tips:
-            line(image, self.pixels(np.stack((world.ego[:2], tip))), EGO)
 
 
-_TURN = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
-_CIRCLE = np.stack((np.cos(_TURN), np.sin(_TURN)), axis=1)
-
-
-def road_contacts(
-    tracks: Tracks, rig: Rig, egos: Mapping[int, Float[Array, "3"]]
-) -> dict[int, dict[int, Point]]:
-    """By id and frame: where the lower edge's middle of a track's box touches the world's road.
-
-    Boxes cut by the lower or lateral borders and far ones tell no such point and are left out.
-    """
-    width, height = rig.camera.image_size
-    boxes = tracks.boxes
-    feet = np.stack((0.5 * (boxes[:, 0] + boxes[:, 2]), boxes[:, 3]), axis=1)
-    contacts_cam = rig.camera.touch_road(feet)
-    inside = (boxes[:, 3] < height - 3.0) & (boxes[:, 0] > 2.0) & (boxes[:, 2] < width - 3.0)
-    known = inside & (contacts_cam[:, 2] < FAR)
-    contacts: dict[int, dict[int, Point]] = {}
-    for row in np.flatnonzero(known).tolist():
-        frame = int(tracks.frames[row])
-        point = transform(rig.T_world_cam(egos[frame]), contacts_cam[row])[:2]
-        contacts.setdefault(int(tracks.ids[row]), {})[frame] = point
-    return contacts
-
-
-def trails_until(
-    contacts: Mapping[int, Mapping[int, Point]], frame: int, length: int
-) -> dict[int, Float[Array, "_ 2"]]:
-    """The last `length` points of the tracks that were placed within the last second.
-
-    Every point is the mean of the contacts within two frames before and after it.
-    """
-    trails = {}
-    for track_id, points in contacts.items():
-        recent = [moment for moment in range(frame - length + 1, frame + 1) if moment in points]
-        if recent and recent[-1] > frame - 10:
-            trails[track_id] = np.array([
-                np.mean([points[near] for near in range(m - 2, m + 3) if near in points], axis=0)
-                for m in recent
-            ])  # fmt: skip
-    return trails
+def ellipse(
+    centre: Float[Array, "2"], cov: Float[Array, "2 2"], sigmas: float = 1.0
+) -> Float[Array, "p 2"]:
+    """Points of the ellipse of so many standard deviations around a place."""
+    values, vectors = np.linalg.eigh(cov)
+    return centre + sigmas * CIRCLE * np.sqrt(np.maximum(values, 0.0)) @ vectors.T

@@ -6,30 +6,14 @@ import numpy as np
 import pytest
 
 from mot_sim.report.colours import EGO, colour_of_id
-from mot_sim.report.topview import TopView, road_contacts, trails_until
+from mot_sim.report.topview import TRUTH, TopView, ellipse
 from mot_sim.rig import Rig
-from mot_sim.traffic import Roads, Route, Script, Scripted
-from mot_sim.truth import boxes_around, clip_to_image, project_edges
-from tests.mot_sim.truth.worlds import truth_of
+from mot_sim.traffic import Roads
+from mot_sim.traffic.roads import rectangle
 
-RIG = Rig.kitti()
-VIEW = TopView(Roads(), origin=(-10.0, -20.0), scale=5.0, size=(400, 200))
-
-
-def drive(frame_count: int = 12):
-    """We follow a car 15 m ahead and 1 m to the right, both at 5 m/s."""
-    ego = Script(Route([(0.0, 0.0), (90.0, 0.0)]), [(0.0, 5.0)])
-    lead = Script(Route([(15.0, 1.0), (90.0, 1.0)]), [(0.0, 5.0)])
-    traffic = Scripted([lead], ego)
-    return [traffic.at(0.1 * frame) for frame in range(frame_count)]
-
-
-def contacts_of(worlds):
-    tracks = truth_of(*worlds, rig=RIG).tracks
-    assert tracks.cuboids is not None
-    boxes = boxes_around(project_edges(tracks.cuboids, RIG.camera))
-    tracks = replace(tracks, boxes=clip_to_image(boxes, RIG.camera)[0])
-    return road_contacts(tracks, RIG, {frame: world.ego for frame, world in enumerate(worlds)})
+CAMERA = Rig.kitti().camera
+VIEW = TopView(Roads(), (0.0, 0.0), 5.0, (400, 200), (50.0, 100.0))
+SQUARE = np.array([[(12.0, 1.0), (12.0, -1.0), (8.0, -1.0), (8.0, 1.0)]])
 
 
 def test_world_x_is_to_the_right_and_world_y_down() -> None:
@@ -37,37 +21,48 @@ def test_world_x_is_to_the_right_and_world_y_down() -> None:
                                [[50, 100], [55, 100], [50, 105]])  # fmt: skip
 
 
-def test_an_exact_box_meets_the_road_at_the_cars_rear() -> None:
-    worlds = drive()
-    for frame, point in contacts_of(worlds)[0].items():
-        rear = worlds[frame].x[0] - 0.5 * worlds[frame].size[0, 0]
-        np.testing.assert_allclose(point[0], rear, atol=1e-6)
-        assert point[1] == pytest.approx(1.0, abs=0.15)
+def test_our_heading_is_to_the_right() -> None:
+    turned = replace(VIEW, origin=(3.0, 4.0), heading=np.pi / 2)  # we drive along +y
+    np.testing.assert_allclose(turned.pixels(np.array([[3.0, 4.0], [3, 6], [2, 4]])),
+                               [[50, 100], [60, 100], [50, 105]], atol=1e-9)  # fmt: skip
 
 
-def test_boxes_cut_by_the_border_have_no_place() -> None:
-    traffic = Scripted([Script(Route([(1.5, 3.0), (9.0, 3.0)]), [(0.0, 0.0)])],
-                       Script(Route([(0.0, 0.0), (9.0, 0.0)]), [(0.0, 0.0)]))  # fmt: skip
-    assert contacts_of([traffic.at(0.0)]) == {}
+def test_the_panel_shows_us_the_truth_and_the_tracks() -> None:
+    image = VIEW.ground.copy()
+    before = image.copy()
+    VIEW.draw_us(image, SQUARE[0] - (10.0, 0.0), CAMERA, np.zeros(3))
+    assert tuple(image[100, 50]) == EGO
+    VIEW.draw_truth(image, SQUARE)
+    assert tuple(image[100, 110]) == TRUTH  # the nose, x = 12
+    VIEW.draw_places(image, np.array([4]), SQUARE + (20.0, 0.0), np.array([np.eye(2)]))
+    VIEW.draw_trails(image, {6: np.array([(40.0, 5.0), (45.0, 5.0)])})
+    for track_id in (4, 6):
+        assert (image == colour_of_id(track_id)).all(axis=2).sum() > 30
+    assert (VIEW.ground == before).all()
 
 
-def test_trails_end_a_second_after_the_last_sight() -> None:
-    contacts = {3: {frame: np.array([float(frame), 0.0]) for frame in range(5)}}
-    assert trails_until(contacts, 4, 3)[3][:, 0].tolist() == [2.0, 2.5, 3.0]
-    assert 3 in trails_until(contacts, 13, 20)
-    assert trails_until(contacts, 14, 20) == {}
-    assert trails_until({}, 14, 20) == {}
+def test_roads_are_drawn_and_without_any_there_are_rings() -> None:
+    road = rectangle("asphalt", (0.0, 20.0), (-3.0, 3.0))
+    paved = replace(VIEW, roads=Roads((road,)))
+    assert len(np.unique(paved.ground.reshape(-1, 3), axis=0)) > 1
+    on, off = paved.ground[100, 100], paved.ground[20, 100]
+    assert tuple(on) != tuple(off)
+    assert len(np.unique(VIEW.ground.reshape(-1, 3), axis=0)) > 2
 
 
-def test_the_panel_shows_us_and_the_tracks() -> None:
-    worlds = drive()
-    image = VIEW.draw(worlds[-1], RIG, trails_until(contacts_of(worlds), 11, 25))
-    assert image.shape == (200, 400, 3)
-    u, v = np.round(VIEW.pixels(worlds[-1].ego[None, :2])[0]).astype(int)
-    assert tuple(image[v, u]) == EGO
-    assert (image == colour_of_id(0)).all(axis=2).sum() > 50
+def test_an_ellipse_has_the_half_axes_of_its_covariance() -> None:
+    turn = np.array([[0.8, -0.6], [0.6, 0.8]])
+    cov = turn @ np.diag([9.0, 0.25]) @ turn.T
+    points = (ellipse(np.array([1.0, 2.0]), cov, 2.0) - (1.0, 2.0)) @ turn
+    assert np.abs(points[:, 0]).max() == pytest.approx(6.0, rel=1e-2)
+    assert np.abs(points[:, 1]).max() == pytest.approx(1.0, rel=1e-2)
+    flat = ellipse(np.zeros(2), np.zeros((2, 2)))
+    np.testing.assert_allclose(flat, 0.0)
 
 
-def test_an_empty_road_is_drawn() -> None:
-    traffic = Scripted([], Script(Route([(0.0, 0.0), (9.0, 0.0)]), [(0.0, 0.0)]))
-    assert VIEW.draw(traffic.at(0.0), RIG, {}).shape == (200, 400, 3)
+def test_nobody_is_drawn_nowhere() -> None:
+    image = VIEW.ground.copy()
+    VIEW.draw_truth(image, np.zeros((0, 4, 2)))
+    VIEW.draw_places(image, np.zeros(0, np.int64), np.zeros((0, 4, 2)), np.zeros((0, 2, 2)))
+    VIEW.draw_trails(image, {})
+    assert (image == VIEW.ground).all()

@@ -1,0 +1,117 @@
+"""Where tracks are believed to be, and where each is expected next: the search areas.
+
+The tracks may come from anywhere: their boxes are lifted to the road and carried on, as the
+tracker does with its own (Sharma et al., ICRA 2018, eqs. 2-4), only that who is who is given.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray as Array
+
+from mot_sim.datasets.recorded import RecordedSequence
+from tracker import Tracker
+from tracker.association import Hungarian
+from tracker.costs import Pairing
+from tracker.lifecycle import Lifecycle
+from tracker.suppression import Suppression
+from tracker.types import Camera, Cuboids, Detections, Rows, Tracks
+
+MEMORY = 1.0  # seconds that a track without a box is expected on
+SAME = 1e-6
+
+
+@dataclass(frozen=True)
+class SameTrack:
+    """0 for the same id, else 1: ids stand in the place of descriptors."""
+
+    def __call__(self, pairing: Pairing) -> Float[Array, " k"]:
+        """The cost of every pair of the pairing."""
+        rows, columns = pairing.pairs
+        before, now = pairing.expected.look, pairing.detections.descriptor
+        if before is None or now is None:
+            return np.ones(len(rows))
+        return (np.abs(before.descriptor[rows, 0] - now[columns, 0]) > SAME).astype(float)
+
+
+@dataclass(frozen=True, eq=False)
+class Places(Rows):
+    """Where tracks are: cuboids in the road frame of a frame.
+
+    cov: of x and z, m^2.
+    """
+
+    ids: Int[Array, " n"]
+    cuboids: Cuboids
+    cov: Float[Array, "n 2 2"]
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """One frame. now: the tracks that have a box in it, where they are believed to be.
+
+    expected: the tracks of before, where they were expected in it; regions: their cuboids
+    stretched by the uncertainty, and areas: upright boxes around those in the image, pixels: what
+    is compared with a track lies in there.
+    """
+
+    now: Places
+    expected: Places
+    regions: Cuboids
+    areas: Float[Array, "k 4"]
+
+
+def follower(camera: Camera, tracker: Tracker | None = None) -> Tracker:
+    """A tracker whose detections carry their ids as descriptors, and that believes them.
+
+    Beliefs, motion and search areas are those of `tracker`, by default our default one.
+    """
+    return replace(
+        tracker or Tracker.default(camera),
+        costs=((1.0, SameTrack()),),
+        associate=Hungarian(max_cost=0.5),
+        suppress=Suppression(max_iou=1.0),
+        lifecycle=Lifecycle(max_gap=MEMORY),
+        strong_score=0.0,
+        tie_break=0.0,
+        evidence=None,
+        box_filter=None,
+        explain=True,
+    )
+
+
+def expectations(
+    drive: RecordedSequence, tracks: Tracks, tracker: Tracker | None = None
+) -> Iterator[tuple[int, Standing]]:
+    """Frame by frame of the drive: its index, and where its tracks are and were expected."""
+    following = follower(drive.camera, tracker)
+    for frame in replace(drive, images=None):
+        rows = tracks.select(tracks.frames == frame.index)
+        ids = rows.ids.astype(float)[:, None]
+        seen = Detections(rows.boxes, np.ones(len(rows)), descriptor=ids)
+        following.step(replace(frame, detections=seen))
+        assert following.explanation is not None
+        yield frame.index, _standing(following, following.explanation.pairing)
+
+
+def _standing(following: Tracker, pairing: Pairing) -> Standing:
+    population = following.state.population
+    seen = population.select(population.unseen == 0.0)
+    look = seen.beliefs.look
+    now = Places(_ids(None if look is None else look.descriptor, len(seen)),
+                 seen.beliefs.cuboids, seen.beliefs.cov[:, :2, :2])  # fmt: skip
+    before = pairing.expected
+    known = _ids(None if before.look is None else before.look.descriptor, len(before))
+    # A box outside its own search area began its track anew: the older belief is out of date.
+    _, latest = np.unique(known, return_index=True)
+    expected = Places(known, before.cuboids, before.cov[:, :2, :2]).select(latest)
+    regions = pairing.expected_regions.select(latest)
+    return Standing(now, expected, regions, pairing.search_areas[latest])
+
+
+def _ids(descriptor: Float[Array, "n d"] | None, count: int) -> Int[Array, " n"]:
+    if descriptor is None:
+        return np.zeros(count, np.int64)
+    return np.rint(descriptor[:, 0]).astype(np.int64)

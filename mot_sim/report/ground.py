@@ -1,0 +1,121 @@
+"""A drive as a map: where we are in each frame, the roads, and the true outlines of the cars."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.datasets.recorded import RecordedSequence
+from mot_sim.episode import Episode, SimulatedDrive
+from mot_sim.episodes import StoredEpisode
+from mot_sim.metrics.preprocessing import kind_is
+from mot_sim.registry import find_scene
+from mot_sim.traffic.roads import Roads
+from mot_sim.traffic.world import World, outline
+from tracker.errors import TrackingError
+from tracker.geometry import homogeneous, invert
+from tracker.types import Camera, Tracks
+
+OUR_SIZE = np.array([[4.4, 1.5, 1.8]])  # metres; our car, where nobody says
+CAMERA_AHEAD = 0.3  # metres from the middle of KITTI's car to its camera
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """The map of a drive: x forward and y right at its first frame (a scene: its world), metres.
+
+    poses: x, y and heading of the camera, a row a frame of the recording; None: nobody knows how
+    it moved, and every frame has a map of its own. truth: labels with cuboids, or None.
+    """
+
+    poses: Float[Array, "m 3"] | None
+    truth: Tracks | None
+    roads: Roads
+    worlds: tuple[World, ...] | None = None
+
+    @classmethod
+    def of(cls, drive: RecordedSequence, truth: Tracks | None) -> "Ground":
+        """The map of a drive. truth: what may be shown of it."""
+        if isinstance(drive, SimulatedDrive):
+            worlds = drive.worlds if truth is not None else None
+            return cls(drive.traffic.ego, truth, roads_of(drive), worlds)
+        return cls(planar_poses(drive), truth, Roads())
+
+    def pose(self, frame: int) -> Float[Array, "3"]:
+        """Where the camera is in a frame."""
+        return np.zeros(3) if self.poses is None else self.poses[frame]
+
+    def our_outline(self, frame: int) -> Float[Array, "4 2"]:
+        """The corners of the car that carries the camera."""
+        if self.worlds is not None:
+            return self.worlds[frame].ego_footprint()
+        x, y, heading = self.pose(frame)
+        ahead = CAMERA_AHEAD * np.array([np.cos(heading), np.sin(heading)])
+        return outline(np.array([[x - ahead[0], y - ahead[1], heading]]), OUR_SIZE)[0]
+
+    def true_outlines(self, frame: int) -> Float[Array, "n 4 2"]:
+        """The corners of the cars: in a scene all of them, else the labelled ones and vans."""
+        if self.worlds is not None:
+            return self.worlds[frame].footprint()
+        if self._cuboid_rows is None:
+            return np.zeros((0, 4, 2))
+        cuboids = self._cuboid_rows.select(self._cuboid_rows.frames == frame).cuboids
+        assert cuboids is not None
+        return self.on_map(cuboids.footprint(), frame)
+
+    @cached_property
+    def _cuboid_rows(self) -> Tracks | None:
+        if self.truth is None or self.truth.cuboids is None:
+            return None
+        known = np.isfinite(self.truth.cuboids.base).all(axis=1)
+        return self.truth.select(known & (kind_is(self.truth, "Car", True)
+                                          | kind_is(self.truth, "Van", False)))  # fmt: skip
+
+    def on_map(self, points_road: Float[Array, "*n 2"], frame: int) -> Float[Array, "*n 2"]:
+        """Points (x right, z forward) of the road frame of a frame, on the map."""
+        x, y, _ = self.pose(frame)
+        right, ahead = points_road[..., 0], points_road[..., 1]
+        c, s = self._turn(frame)
+        return np.stack((x + c * ahead - s * right, y + s * ahead + c * right), axis=-1)
+
+    def T_map_cam(self, frame: int, camera: Camera) -> Float[Array, "4 4"]:
+        """From the camera of a frame to the map, z down."""
+        x, y, _ = self.pose(frame)
+        c, s = self._turn(frame)
+        R_map_road = np.array([[-s, 0.0, c], [c, 0.0, s], [0.0, 1.0, 0.0]])
+        return homogeneous(R_map_road, np.array([x, y, 0.0])) @ camera.T_road_cam
+
+    def cov_on_map(self, cov: Float[Array, "n 2 2"], frame: int) -> Float[Array, "n 2 2"]:
+        """Covariances of (x, z) of the road frame, on the map."""
+        c, s = self._turn(frame)
+        R = np.array([[-s, c], [c, s]])
+        return R @ cov @ R.T
+
+    def _turn(self, frame: int) -> tuple[float, float]:
+        heading = float(self.pose(frame)[2])
+        return float(np.cos(heading)), float(np.sin(heading))
+
+
+def planar_poses(drive: RecordedSequence) -> Float[Array, "m 3"] | None:
+    """x, y and heading of the camera on the road plane of the first frame; None where unknown."""
+    if drive.Ts_world_cam is None or not len(drive.Ts_world_cam):
+        return None
+    camera = drive.camera
+    Ts_first_now = invert(drive.Ts_world_cam[0]) @ drive.Ts_world_cam
+    Ts = camera.T_road_cam @ Ts_first_now @ camera.T_cam_road
+    heading = np.arctan2(Ts[:, 0, 2], Ts[:, 2, 2])
+    return np.stack((Ts[:, 2, 3], Ts[:, 0, 3], heading), axis=1)
+
+
+def roads_of(drive: SimulatedDrive) -> Roads:
+    """The roads of the scene; of a recorded one, where it is still known by name."""
+    if isinstance(drive, Episode):
+        return drive.scene.roads
+    if isinstance(drive, StoredEpisode):
+        try:
+            return find_scene(drive.metadata.scene, **drive.metadata.knobs).roads
+        except TrackingError:
+            return Roads()  # an episode of somebody else's scene: a plain map
+    return Roads()

@@ -1,0 +1,225 @@
+"""The first figure of the paper: search areas of frame t, carried into frame t + 1.
+
+Sharma et al., ICRA 2018. Drawn by matplotlib, for print.
+"""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.datasets.writing import require_writable, whole_file
+from mot_sim.report.charts import FIGURE_ENDINGS, require_figure, save_figure
+from mot_sim.report.colours import colour_of_id, mix
+from mot_sim.report.expectations import Places
+from mot_sim.report.topview import ellipse
+from mot_sim.report.two_frames import TwoFrames
+from mot_sim.truth import project_edges
+from tracker.errors import BadConfig
+from tracker.types import Cuboids
+
+if TYPE_CHECKING:
+    import matplotlib.figure
+
+PHOTOS = (".jpg", ".jpeg")  # a sixth of a PNG's size, for pages
+WIDTH, DOTS = 10.0, 200  # inches, and pixels an inch
+FROM_ABOVE, TITLE = 3.1, 0.2  # inches: the height of the two maps, and of a line of words
+BEHIND = 6.0  # metres behind the camera that the maps show
+NEAREST, FARTHEST = 25.0, 60.0  # metres ahead that the maps show, at least and at most
+OUR_CAR = np.array([(0.9, -4.2), (0.9, -0.3), (0.0, 0.2), (-0.9, -0.3), (-0.9, -4.2)])  # x, z
+SMALL = 8.0
+INK = "#222222"
+
+
+def draw_teaser(two: TwoFrames) -> "matplotlib.figure.Figure":
+    """Two images, t and t + 1, above two maps of the same moments."""
+    from matplotlib.figure import Figure  # noqa: PLC0415 - importing mot_sim waits for no plots
+    from matplotlib.layout_engine import ConstrainedLayoutEngine  # noqa: PLC0415
+
+    width, height = two.camera.image_size
+    row = WIDTH * height / width + TITLE
+    layout = ConstrainedLayoutEngine(h_pad=0.02, w_pad=0.02, hspace=0.02)
+    figure = Figure(figsize=(WIDTH, 2 * row + FROM_ABOVE), layout=layout)
+    parts = figure.subplot_mosaic(
+        [["t", "t"], ["next", "next"], ["map t", "map next"]],
+        height_ratios=[row, row, FROM_ABOVE],
+    )
+    _draw_before(parts["t"], two)
+    _draw_after(parts["next"], two)
+    reach = _reach(two)
+    lifted = f"frame {two.index} from above: lifted to the road, 1 and 2 sigma"
+    _draw_map(parts["map t"], two.before, None, lifted, reach)
+    _draw_map(
+        parts["map next"], two.carried, two,
+        f"frame {two.index + 1}: carried on, search areas dashed, new boxes lifted: black", reach,
+    )  # fmt: skip
+    return figure
+
+
+def require_picture(path: Path) -> None:
+    """Raise BadConfig for another ending than PNG, JPG, SVG, PDF, BadOutput for no such place."""
+    if path.suffix.lower() in PHOTOS:
+        require_writable(path)
+    elif path.suffix.lower() in FIGURE_ENDINGS:
+        require_figure(path)
+    else:
+        endings = ", ".join((*FIGURE_ENDINGS, *PHOTOS))
+        raise BadConfig(f"{path}: give a file that ends in {endings}")
+
+
+def save_teaser(figure: "matplotlib.figure.Figure", path: Path) -> Path:
+    """Write the figure by the file's ending, as a whole or not at all; see `require_picture`."""
+    require_picture(path)
+    if path.suffix.lower() not in PHOTOS:
+        return save_figure(figure, path)
+    with whole_file(path) as half:
+        figure.savefig(half, format="jpg", dpi=DOTS, pil_kwargs={"quality": 85})
+    return path
+
+
+def _draw_before(axes: Any, two: TwoFrames) -> None:
+    """Frame t: boxes with their numbers, and the cuboids they were lifted to."""
+    _show(axes, two.images[0], f"{two.name}, frame {two.index}: boxes, lifted to 3D")
+    for track_id, box in zip(two.before.ids.tolist(), two.boxes_before, strict=True):
+        colour = _colour(track_id)
+        _rectangle(axes, box, edgecolor=colour, linewidth=1.6)
+        _number(axes, track_id, (box[0], box[1]))
+    _cuboids(axes, two.before.cuboids, two, [_colour(each) for each in two.before.ids.tolist()])
+
+
+def _draw_after(axes: Any, two: TwoFrames) -> None:
+    """Frame t + 1: the search areas in the colours of t, and the new boxes."""
+    from matplotlib.patches import Polygon  # noqa: PLC0415
+
+    compared, every = int(two.compared.sum()), two.compared.size
+    _show(
+        axes, two.images[1],
+        f"frame {two.index + 1}: where each is expected, and the new boxes; "
+        f"{compared} of {every} pairs are compared",
+    )  # fmt: skip
+    areas = two.outlines
+    for row in np.argsort([-len(area) and -_size(area) for area in areas]).tolist():
+        if len(areas[row]):
+            colour = _colour(int(two.carried.ids[row]))
+            look = {"facecolor": (*colour, 0.28), "edgecolor": (*colour, 0.95), "linewidth": 1.0}
+            axes.add_patch(Polygon(areas[row], closed=True, linestyle="--", **look))
+    for track_id, box in zip(two.seen.ids.tolist(), two.boxes_seen, strict=True):
+        is_old = track_id in two.before.ids
+        colour = _colour(track_id) if is_old else (1.0, 1.0, 1.0)
+        _rectangle(axes, box, edgecolor="black", linewidth=2.6)
+        _rectangle(axes, box, edgecolor=colour, linewidth=1.4)
+        if is_old:
+            _number(axes, track_id, (box[0], box[1]))
+
+
+def _draw_map(
+    axes: Any, places: Places, two: TwoFrames | None, title: str, reach: tuple[float, float]
+) -> None:
+    """Places with their ellipses of 1 and 2 standard deviations; regions and new cars of `two`."""
+    outlines = places.cuboids.footprint()
+    regions = None if two is None else two.regions.footprint()
+    for row, track_id in enumerate(places.ids.tolist()):
+        colour, centre = _colour(track_id), places.cuboids.base[row, ::2]
+        for sigmas, strength in ((2.0, 0.12), (1.0, 0.25)):
+            around = ellipse(centre, places.cov[row], sigmas)
+            _patch(axes, around, facecolor=(*colour, strength), linewidth=0)
+            width = 0.45 * sigmas**-0.5
+            _patch(axes, around, edgecolor=_dark(colour), zorder=3, linewidth=width)
+        if regions is not None:
+            _patch(axes, regions[row], edgecolor=colour, linestyle="--", linewidth=1.0)
+        filled = (*colour, 0.40)
+        _patch(axes, outlines[row], facecolor=filled, edgecolor=colour, linewidth=1.2)
+        axes.text(*_ahead(centre), str(track_id), ha="center", va="center", fontsize=SMALL - 1.5,
+                  color=INK, clip_on=True)  # fmt: skip
+    for corners in () if two is None else two.seen.cuboids.footprint():
+        _patch(axes, corners, edgecolor="black", linewidth=0.9, zorder=4)
+    _patch(axes, OUR_CAR, facecolor="#555555", linewidth=0)
+    far, side = reach
+    axes.set_xlim(-BEHIND, far)
+    axes.set_ylim(-side, side)
+    axes.set_aspect("equal")
+    axes.grid(color="#e4e4e4", linewidth=0.5)
+    axes.set_axisbelow(True)
+    axes.set_xlabel("metres ahead", fontsize=SMALL)
+    axes.tick_params(labelsize=SMALL - 1, length=2)
+    axes.set_title(title, loc="left", fontsize=SMALL + 0.5)
+
+
+def _patch(axes: Any, points: Float[Array, "n 2"], **look: Any) -> None:
+    """A polygon on a map; not filled unless `look` says so."""
+    from matplotlib.patches import Polygon  # noqa: PLC0415
+
+    axes.add_patch(Polygon(_ahead(points), **{"facecolor": "none", **look}))
+
+
+def _reach(two: TwoFrames) -> tuple[float, float]:
+    """How far ahead, and to either side, the maps must show."""
+    bases = np.concatenate((two.before.cuboids.base, two.carried.cuboids.base))
+    shape = (FROM_ABOVE - 0.9) / (0.5 * WIDTH - 0.6)  # of a map, without its words
+    far = float(np.clip(bases[:, 2].max(initial=0.0) + 8.0, NEAREST, FARTHEST))
+    near = bases[bases[:, 2] < far]
+    side = float(np.abs(near[:, 0]).max(initial=0.0)) + 3.0
+    far = float(np.clip(2.0 * side / shape - BEHIND, far, FARTHEST))
+    return far, 0.5 * (far + BEHIND) * shape
+
+
+def _cuboids(axes: Any, cuboids: Cuboids, two: TwoFrames, colours: list) -> None:
+    """The twelve edges of cuboids in the image."""
+    edges = project_edges(cuboids, two.camera)
+    for points, colour in zip(edges, colours, strict=True):
+        for start, end in zip(points[:12], points[12:], strict=True):
+            if np.isfinite(start).all() and np.isfinite(end).all():
+                u, v = np.stack((start, end), axis=1)
+                axes.plot(u, v, color="black", linewidth=1.5, alpha=0.5)
+                axes.plot(u, v, color=colour, linewidth=0.9)
+
+
+def _show(axes: Any, image: Array, title: str) -> None:
+    height, width = image.shape[:2]
+    axes.imshow(image, interpolation="antialiased")
+    axes.set_xlim(-0.5, width - 0.5)
+    axes.set_ylim(height - 0.5, -0.5)
+    axes.set_axis_off()
+    axes.set_title(title, loc="left", fontsize=SMALL + 0.5)
+
+
+def _rectangle(axes: Any, box: Float[Array, "4"], **look: Any) -> None:
+    from matplotlib.patches import Rectangle  # noqa: PLC0415
+
+    left, top, right, bottom = box.tolist()
+    axes.add_patch(Rectangle((left, top), right - left, bottom - top, fill=False, **look))
+
+
+def _number(axes: Any, track_id: int, place: tuple[float, float]) -> None:
+    """An id on its colour, at the upper left corner of a box."""
+    colour = _colour(track_id)
+    light = 0.299 * colour[0] + 0.587 * colour[1] + 0.114 * colour[2] > 0.55
+    box = {"facecolor": colour, "edgecolor": "none", "pad": 1.2}
+    axes.text(max(place[0], 2.0), max(place[1], 12.0) - 2.0, str(track_id), fontsize=SMALL - 1.0,
+              color="black" if light else "white", va="bottom", ha="left", bbox=box,
+              clip_on=True)  # fmt: skip
+
+
+def _ahead(points: Float[Array, "*n 2"]) -> Float[Array, "*n 2"]:
+    """From (x right, z ahead) to a map whose right is ahead and whose upper half is to our left."""
+    return np.stack((points[..., 1], -points[..., 0]), axis=-1)
+
+
+def _dark(colour: tuple[float, float, float]) -> tuple[float, float, float]:
+    red, green, blue = colour
+    return 0.55 * red, 0.55 * green, 0.55 * blue
+
+
+def _size(outline: Float[Array, "n 2"]) -> float:
+    return float(np.ptp(outline, axis=0).prod())
+
+
+def _colour(track_id: int) -> tuple[float, float, float]:
+    """The colour of an id, a little darker than on the screen."""
+    red, green, blue = mix(colour_of_id(track_id), (0, 0, 0), 0.08)
+    return red / 255, green / 255, blue / 255
+
+
+__all__ = ["draw_teaser", "require_picture", "save_teaser"]

@@ -1,0 +1,110 @@
+"""Cars as wires between their keypoints: fitted to images (eq. 1), or as they truly are."""
+
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray as Array
+
+from mot_sim.report.canvas import Image, line
+from mot_sim.report.colours import Colour, mix
+from mot_sim.truth import Seen, Truth
+from tracker.front_end import FrontEnd
+from tracker.geometry import rotation_y, transform
+from tracker.shape import KEYPOINTS_36, FittedCars, Hourglass, ShapeFit
+from tracker.types import Camera, Detections, Frame, Rows, Tracks
+
+# Along one side of a car: over the roof, then back along the sill and over both arches.
+SIDE = (
+    "front_bumper", "headlight", "windscreen_foot", "roof_front", "roof_rear", "rear_window_foot",
+    "taillight", "rear_bumper", "rear_arch_behind", "rear_arch_top_behind", "rear_arch_top_ahead",
+    "rear_arch_ahead", "front_arch_behind", "front_arch_top_behind", "front_arch_top_ahead",
+    "front_arch_ahead", "front_bumper",
+)  # fmt: skip
+ACROSS = (
+    "front_bumper", "headlight", "windscreen_foot", "roof_front", "roof_rear", "rear_window_foot",
+    "taillight", "rear_bumper",
+)  # fmt: skip
+DARK: Colour = (16, 18, 22)
+WIRES_FROM, RIM_FROM = 14.0, 60.0  # pixels; lower cars would drown in wires, or their rims
+
+
+@cache
+def wires() -> tuple[tuple[int, int], ...]:
+    """Pairs of rows of KEYPOINTS_36 that a wire joins."""
+    row = {name: number for number, name in enumerate(KEYPOINTS_36)}
+    along = [
+        (row[f"{side}_{a}"], row[f"{side}_{b}"])
+        for side in ("left", "right")
+        for a, b in pairwise(SIDE)
+    ]
+    return (*along, *((row[f"left_{name}"], row[f"right_{name}"]) for name in ACROSS))
+
+
+@dataclass(frozen=True, eq=False)
+class Wireframes(Rows):
+    """Cars in one image: the 36 keypoints in pixels (NaN: behind the camera), and who they are.
+
+    shown: points that the camera sees; all where nobody knows.
+    """
+
+    ids: Int[Array, " n"]
+    points: Float[Array, "n 36 2"]
+    shown: Bool[Array, "n 36"]
+
+    @classmethod
+    def true(cls, truth: Truth, frame: int) -> "Wireframes":
+        """The cars of a frame as they are, those of which a pixel is seen."""
+        rows = truth.select((truth.tracks.frames == frame) & (truth.pixels > 0))
+        seen = rows.keypoint_states == Seen.VISIBLE
+        return cls(rows.tracks.ids, rows.keypoints, np.asarray(seen, bool))
+
+
+@dataclass(frozen=True)
+class Fitting:
+    """Finds the wireframes of boxes in images: the keypoint network, then shape and pose."""
+
+    fit: ShapeFit = field(default_factory=ShapeFit)
+
+    @cached_property
+    def front_end(self) -> FrontEnd:
+        """The shipped network. Raises BadWeights where it is missing."""
+        return FrontEnd(Hourglass.load())
+
+    def __call__(self, frame: Frame, camera: Camera, boxes: Tracks) -> Wireframes:
+        """The wireframes of the boxes in which a car fits; none without an image."""
+        if frame.image is None or not len(boxes):
+            return Wireframes(np.zeros(0, np.int64), np.zeros((0, 36, 2)), np.zeros((0, 36), bool))
+        asked = replace(frame, detections=Detections(boxes.boxes, np.ones(len(boxes))))
+        keypoints = self.front_end(asked, camera).detections.keypoints
+        assert keypoints is not None
+        sides = boxes.boxes[:, 2:] - boxes.boxes[:, :2]
+        fitted = self.fit(keypoints, camera, self.front_end.keypoint_share * sides)
+        good = np.flatnonzero(fitted.trusted)
+        points = self.project(fitted.select(good), camera)
+        return Wireframes(boxes.ids[good], points, np.isfinite(points).all(axis=2))
+
+    def project(self, cars: FittedCars, camera: Camera) -> Float[Array, "n 36 2"]:
+        """Where the points of fitted cars appear (eq. 1, then the camera)."""
+        shapes = self.fit.model.basis.shape(cars.shape)
+        turned = [points @ rotation_y(float(yaw)).T for points, yaw in zip(shapes, cars.yaw)]  # noqa: B905
+        points_road = np.array(turned).reshape(-1, 36, 3) + cars.base[:, None]
+        return camera.project(transform(camera.T_cam_road, points_road))
+
+
+def draw_wireframes(image: Image, frames: Wireframes, colours: list[Colour]) -> None:
+    """The wires, a colour a car, large ones on a dark rim; those to a hidden point are dim."""
+    for points, shown, colour in zip(frames.points, frames.shown, colours, strict=True):
+        known = np.isfinite(points).all(axis=1)
+        drawn = [(a, b) for a, b in wires() if known[a] and known[b]]
+        height = float(np.ptp(points[known, 1])) if drawn else 0.0
+        if height < WIRES_FROM:
+            continue
+        if height > RIM_FROM:
+            for a, b in drawn:
+                line(image, points[[a, b]], DARK, 3)
+        for a, b in drawn:
+            whole = shown[a] and shown[b]
+            line(image, points[[a, b]], colour if whole else mix(colour, DARK, 0.55))

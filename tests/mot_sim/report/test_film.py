@@ -1,0 +1,105 @@
+"""Whole frames: what stands where, and which layer changes what."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from mot_sim.report import Film, Layers
+from mot_sim.report.colours import SKY, SWITCH, WRONG, colour_of_id
+from tests.mot_sim.report.small import FRAMES, SIZE, drive, exact_tracks
+from tracker.types import Tracks
+
+WIDTH, HEIGHT = SIZE
+TITLE, TOP_VIEW = 32, 313
+BARE = Layers(detections=False, top_view=False)
+
+
+def film(layers: Layers = BARE, tracks: Tracks | None = None, **more: object) -> Film:
+    truth = drive().truth if layers.truth else None
+    return Film(drive(), exact_tracks() if tracks is None else tracks, "exact", layers, truth,
+                **more)  # fmt: skip
+
+
+def view(shown: Film, index: int = 3) -> np.ndarray:
+    """The camera's part of a frame."""
+    ((found, frame),) = shown.frames(index, index + 1)
+    assert found == index
+    return frame[TITLE : TITLE + HEIGHT]
+
+
+def test_a_frame_is_title_view_and_top_view() -> None:
+    frames = list(film(Layers()).frames())
+    assert [index for index, _ in frames] == list(range(FRAMES))
+    assert {frame.shape for _, frame in frames} == {(TITLE + HEIGHT + TOP_VIEW, WIDTH, 3)}
+    ((_, alone),) = film().frames(0, 1)
+    assert alone.shape[0] < TITLE + HEIGHT + 50
+
+
+def test_the_view_is_the_image_with_the_tracks_on_it() -> None:
+    image = drive().images.load(3)
+    changed = (view(film()) != image).any(axis=2)
+    assert 0.02 < changed.mean() < 0.3
+    assert (view(film()) == colour_of_id(10)).all(axis=2).sum() > 50
+    assert (view(film(tracks=Tracks.empty())) == image).all()
+
+
+@pytest.mark.parametrize("layer", ["detections", "truth", "search_areas", "true_wireframes"])
+def test_every_layer_draws_something_near_the_cars_only(layer: str) -> None:
+    plain, more = view(film()), view(film(replace(BARE, **{layer: True})))
+    changed = (plain != more).any(axis=2)
+    assert changed.any()
+    assert not changed[:20].any()
+
+
+def test_missed_false_and_switched_boxes_are_marked() -> None:
+    tracks = exact_tracks()
+    later = (tracks.ids == 10) & (tracks.frames >= 3)
+    anew = replace(tracks, ids=np.where(later, 77, tracks.ids))
+    layers = replace(BARE, truth=True)
+    assert not (view(film(layers, anew), 2) == SWITCH).all(axis=2).any()
+    assert (view(film(layers, anew), 3) == SWITCH).all(axis=2).sum() > 50
+    missed = view(film(layers, tracks.select(tracks.ids != 10)), 2)
+    assert (missed == WRONG).all(axis=2).sum() > 30
+    moved = replace(tracks, boxes=tracks.boxes + np.array([70.0, 0.0, 70.0, 0.0]))
+    assert (view(film(layers, moved), 2) == WRONG).all(axis=2).sum() > 30
+    assert not (view(film(layers), 2) == WRONG).all(axis=2).any()
+
+
+def test_without_images_it_is_drawn_on_plain_ground() -> None:
+    shown = film()
+    blind = replace(shown, drive=replace(drive(), images=None))
+    assert (view(blind)[35:40] == SKY).all(axis=2).any()
+
+
+def test_the_scale_is_that_of_the_finished_frame() -> None:
+    ((_, whole),) = film(Layers()).frames(2, 3)
+    ((_, half),) = film(Layers(), scale=0.5).frames(2, 3)
+    assert half.shape == (round(whole.shape[0] / 2), WIDTH // 2, 3)
+    small = cv2.resize(whole, (half.shape[1], half.shape[0]), interpolation=cv2.INTER_AREA)
+    assert np.abs(half.astype(int) - small).mean() < 3.0  # the height is odd: not quite the same
+
+
+def test_the_top_view_follows_us_or_stays() -> None:
+    def above(follow: bool, index: int) -> np.ndarray:
+        layers = Layers(detections=False, follow=follow)
+        ((_, frame),) = film(layers, Tracks.empty()).frames(index, index + 1)
+        return frame[TITLE + HEIGHT : -30]
+
+    assert (above(True, 0) == above(True, 5)).all()  # rings around us, and nobody drawn
+    assert (above(False, 0) != above(False, 5)).any()
+
+
+def test_trails_grow_as_tracks_go() -> None:
+    shown = film(Layers(detections=False))
+    frames = dict(shown.frames())
+    mine = [(frames[index][TITLE + HEIGHT :] == colour_of_id(10)).all(axis=2).sum()
+            for index in (0, 5)]  # fmt: skip
+    assert mine[1] > mine[0] > 0
+
+
+def test_frames_that_are_not_delivered_are_not_shown() -> None:
+    sparse = replace(film(), drive=drive().subset([0, 2, 5]))
+    assert [index for index, _ in sparse.frames()] == [0, 2, 5]
+    assert [index for index, _ in sparse.frames(1, 5)] == [2]
