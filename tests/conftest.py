@@ -28,7 +28,7 @@ def kitti_root() -> Path:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Skip what needs a data set where there is none."""
     for item in items:
-        for marker in ("kitti", "gl", "slow"):
+        for marker in ("kitti", "gl", "slow", "browser"):
             if item.get_closest_marker(marker):
                 item.user_properties.append(("marker", marker))
     if kitti_root_of_the_environment() is None:
@@ -40,7 +40,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Say aloud how many tests of each marker did not run."""
     skipped = terminalreporter.stats.get("skipped", [])
-    for marker in ("kitti", "gl", "slow"):
+    for marker in ("kitti", "gl", "slow", "browser"):
         count = sum(("marker", marker) in report.user_properties for report in skipped)
         if count:
             terminalreporter.write_line(f"{count} tests marked '{marker}' were skipped")

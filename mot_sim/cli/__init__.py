@@ -17,6 +17,7 @@ from mot_sim.cli.breaking import Break
 from mot_sim.cli.calibrate import Calibrate
 from mot_sim.cli.compare import Compare
 from mot_sim.cli.demo import Demo
+from mot_sim.cli.diagnose import Diagnose
 from mot_sim.cli.doctor import Doctor
 from mot_sim.cli.evaluate import Evaluate
 from mot_sim.cli.export import Export
@@ -25,10 +26,13 @@ from mot_sim.cli.kitti import Kitti
 from mot_sim.cli.learn_appearance import LearnAppearance
 from mot_sim.cli.listing import List
 from mot_sim.cli.record import Record
+from mot_sim.cli.report import Report
 from mot_sim.cli.scenes import Scenes
+from mot_sim.cli.show import Show
 from mot_sim.cli.stress import Stress
 from mot_sim.cli.sweep import Sweep
 from mot_sim.cli.tables import Tables
+from mot_sim.cli.teaser import Teaser
 from mot_sim.cli.terminal import INTERRUPTED, OK, WRONG, Terminal
 from mot_sim.cli.track import Track
 from mot_sim.cli.train_keypoints import TrainKeypoints
@@ -63,6 +67,8 @@ COMMANDS: dict[str, type[Command]] = {
     "kitti": Kitti,
     "compare": Compare,
     "demo": Demo,
+    "show": Show,
+    "teaser": Teaser,
     "doctor": Doctor,
     "scenes": Scenes,
     "record": Record,
@@ -71,8 +77,10 @@ COMMANDS: dict[str, type[Command]] = {
     "sweep": Sweep,
     "stress": Stress,
     "break": Break,
+    "diagnose": Diagnose,
     "tune": Tune,
     "tables": Tables,
+    "report": Report,
     "export": Export,
     "export-car": ExportCar,
     "train-keypoints": TrainKeypoints,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from mot_sim.cli.keeping import keep
 from mot_sim.cli.options import File, Verbose, option
 from mot_sim.cli.sweep import Many
 from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
@@ -68,7 +69,7 @@ class Break:
     jobs: int = 1
     """Processes on this machine; -1: one a core."""
     plot: Annotated[Path | None, option("FILE", "no picture")] = None
-    """The score over the levels that were tried, as PNG, a line a tracker."""
+    """The score over the levels that were tried, as PNG, SVG or PDF, a line a tracker."""
     json: File = None
     """The points and curves as JSON into a file; - prints it instead of the table."""
     verbose: Verbose = 0
@@ -81,8 +82,11 @@ class Break:
 
         require_targets(self.json, None)
         if self.plot is not None:
-            require_picture(self.plot)
+            from mot_sim.report.charts import require_figure
+
+            require_figure(self.plot)
         question = self.question()
+        keep(self.out, "break", self._title(question), finished=False)
 
         def tell(tracker: str, level: Any) -> None:
             if self.verbose:
@@ -95,6 +99,9 @@ class Break:
             terminal.note(f"interrupted{kept}")
             return INTERRUPTED
         return self._show(terminal, question, points)
+
+    def _title(self, question: "Question") -> str:
+        return f"{question.scene}: where {question.metric} breaks over {question.axis}"
 
     def question(self) -> "Question":
         """What the options ask."""
@@ -126,32 +133,23 @@ class Break:
     ) -> int:
         """The table, the JSON, the picture, what failed; the exit code."""
         from mot_sim.experiments.breaking_table import breaking_content, breaking_table
-        from mot_sim.experiments.curves import sweep_picture
-        from mot_sim.report import write_image
+        from mot_sim.experiments.curves import save_curves
+        from mot_sim.experiments.result_tables import breaking_tables
 
+        tables = breaking_tables(self.axis, self.metric, self.drop, points)
+        keep(self.out, "break", self._title(question), tables)
         if self.json is not None:
             content = breaking_content(question, points)
             terminal.save(jsonlib.dumps(content, indent=2) + "\n", self.json)
         if self.json != STDOUT:
             terminal.show(breaking_table(question, points))
         if self.plot is not None:
-            lines = [line for each in points for line in each.lines(self.axis, self.metric)]
-            write_image(self.plot, sweep_picture(lines, (self.metric,)))
+            save_curves(tables[1], self.plot, (self.metric,))
             terminal.note(f"written: {self.plot}")
         failed = [each for each in points if each.failed]
         for each in failed:
             terminal.note(f"{each.tracker}: {each.failed} trials failed: {each.error}")
         return BROKEN if failed else OK
-
-
-def require_picture(path: Path) -> None:
-    """Raise BadConfig for a picture that is no PNG, BadOutput where it cannot be written."""
-    from mot_sim.datasets.writing import require_writable
-    from tracker.errors import BadConfig
-
-    if path.suffix.lower() != ".png":
-        raise BadConfig(f"--plot {path}: give a file that ends in .png")
-    require_writable(path)
 
 
 def setting_of(text: str) -> "tuple[str, Level]":

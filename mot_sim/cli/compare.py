@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from mot_sim.cli.evaluate import deliver, require_targets, say_unlabelled
+from mot_sim.cli.keeping import keep
 from mot_sim.cli.options import (
     DETECTIONS,
     EGO,
@@ -103,6 +104,7 @@ class Compare:
         contest = hold_contest(contestants, drives, truths, self.rules, self._keep(drives))
         title = f"{what}, rules {self.rules}, rates and scores in %"
         deliver(terminal, contest.table(title), contest.as_dict(), self.json, self.csv)
+        self._keep_result(contest, f"{what}, rules {self.rules}")
         say_unlabelled(terminal, unlabelled)
         say_failures(terminal, contest.failures)
         return BROKEN if contest.failures else OK
@@ -126,6 +128,12 @@ class Compare:
                     raise
                 terminal.write(f"{name}: ready in {environment.path}\n")
         return OK
+
+    def _keep_result(self, contest: "mot_sim.guests.Contest", title: str) -> None:
+        """What the report reads."""
+        from mot_sim.experiments.result_tables import contest_tables
+
+        keep(self.out, "compare", title, tuple(contest_tables(contest)))
 
     def _contestants(self) -> "list[mot_sim.guests.Contestant]":
         """The trackers that were named, the guests among them as the options say."""

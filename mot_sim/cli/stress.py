@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from mot_sim.cli.keeping import keep
 from mot_sim.cli.options import File, Flag, Verbose, option
 from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
 
@@ -76,17 +77,29 @@ class Stress:
 
         names = tuple(name.strip() for name in self.trackers.split(","))
         found: list[Verdict] = []
-        for suite in suites:
+        for number, suite in enumerate(suites, 1):
             with progress(terminal) as advance:
                 verdicts = stress(
                     suite, names, self.out, seeds=self.seeds, first_seed=self.first_seed,
                     jobs=self.jobs, progress=advance,
                 )  # fmt: skip
             found += verdicts
+            self._keep(suites, found, number)
             if self.json != STDOUT:
                 for verdict in verdicts:
                     terminal.write(f"{measured_line(verdict) if self.measure else line(verdict)}\n")
         return found
+
+    def _keep(self, suites: "Sequence[Suite]", found: "Sequence[Verdict]", done: int) -> None:
+        """What there is so far, for the report; done: suites."""
+        from mot_sim.experiments.result_tables import suite_table, verdicts
+
+        trials = len(self.trackers.split(",")) * self.seeds
+        title = ", ".join(suite.name for suite in suites[:3]) + ", ..." * (len(suites) > 3)
+        keep(
+            self.out, "stress", f"stress: {title}", (verdicts(found), suite_table(suites)),
+            finished=done == len(suites), trials=(done * trials, len(suites) * trials),
+        )  # fmt: skip
 
     def _conclude(self, terminal: Terminal, verdicts: "Sequence[Verdict]") -> int:
         """The errors, the JSON, the sum; the exit code."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from mot_sim.cli.keeping import begun, keep_sweep
 from mot_sim.cli.options import File, Flag, Verbose, option
 from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
 
@@ -31,7 +32,8 @@ class Sweep:
     Every point and tracker gets the same traffic and the same draws, seed by seed. DIR/trials has
     a file a finished trial: the same command goes on after Ctrl-C, a kill or a crash, and repeats
     nothing. DIR/table.parquet has a row a trial; a tracker that fails has its error there, and
-    the exit code is 1. --list-axes shows what can be an axis.
+    the exit code is 1. mot-sim report DIR shows it as a page. --list-axes shows what can be an
+    axis.
     """
 
     out: Annotated[Path | None, option("DIR", "none: it must be given")] = None
@@ -71,7 +73,7 @@ class Sweep:
     retry: Flag = False
     """Do failed trials again."""
     plot: Annotated[Path | None, option("FILE", "no picture")] = None
-    """Curves as PNG: HOTA and IDF1 over each axis, a line a tracker."""
+    """Curves as PNG, SVG or PDF: HOTA and IDF1 over each axis, a line a tracker."""
     json: File = None
     """The summary as JSON into a file; - prints it instead of the tables."""
     list_axes: Flag = False
@@ -99,14 +101,14 @@ class Sweep:
                 table = sweep(
                     design, self.out, jobs=self.jobs, scheduler=self.scheduler,
                     extend=self.extend, overwrite=self.overwrite, retry=self.retry,
-                    progress=advance,
+                    progress=begun(self.out, design, advance),
                 )  # fmt: skip
         except KeyboardInterrupt:
             terminal.note(
                 f"interrupted: finished trials stand in {self.out}; the same command does the rest"
             )
             return INTERRUPTED
-        return self._show(terminal, table)
+        return self._show(terminal, design, table)
 
     def read(self) -> "mot_sim.experiments.Design":
         """The design that the options spell."""
@@ -148,22 +150,20 @@ class Sweep:
         return found
 
     def _require_picture(self) -> None:
-        from mot_sim.datasets.writing import require_writable
-        from tracker.errors import BadConfig
+        from mot_sim.report.charts import require_figure
 
         if self.plot is not None:
-            if self.plot.suffix.lower() != ".png":
-                raise BadConfig(f"--plot {self.plot}: give a file that ends in .png")
-            require_writable(self.plot)
+            require_figure(self.plot)
 
-    def _show(self, terminal: Terminal, table: Any) -> int:
-        """The tables, the picture, what failed; the exit code."""
-        from mot_sim.experiments.curves import sweep_picture
+    def _show(self, terminal: Terminal, design: "mot_sim.experiments.Design", table: Any) -> int:
+        """The tables, the picture, the result for the report, what failed; the exit code."""
+        from mot_sim.experiments.curves import save_curves
+        from mot_sim.experiments.result_tables import means, sweep_tables
         from mot_sim.experiments.summary import summary
         from mot_sim.experiments.tables import as_content, difference_table, failures, mean_table
-        from mot_sim.report import write_image
 
         lines = summary(table)
+        keep_sweep(self.out, design, sweep_tables(table, lines, design.description()), len(table))
         if self.json is not None:
             terminal.save(jsonlib.dumps(as_content(lines), indent=2) + "\n", self.json)
         if self.json != STDOUT:
@@ -172,7 +172,7 @@ class Sweep:
             if differences is not None:
                 terminal.show(differences)
         if self.plot is not None:
-            write_image(self.plot, sweep_picture(lines))
+            save_curves(means(lines), self.plot)
             terminal.note(f"written: {self.plot}")
         terminal.note(f"{len(table):,} trials: {self.out}/table.parquet")
         failed = failures(table)

@@ -5,13 +5,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from mot_sim.cli.keeping import keep
 from mot_sim.cli.options import SPLIT, Flag, Root, Verbose, option
 from mot_sim.cli.sweep import progress
 from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
 
 if TYPE_CHECKING:
     import mot_sim.experiments.measuring
-    import mot_sim.experiments.paper_tables
+    import mot_sim.experiments.results
+    import mot_sim.experiments.studies
 
 SEEDS, FRAMES, TUNING = 50, 100, 4
 QUICK_SEEDS, QUICK_FRAMES, QUICK_SCENES = 2, 20, ("intersection",)
@@ -52,8 +54,11 @@ class Tables:
         """Measure and show."""
         from mot_sim.datasets.writing import write_lines
         from mot_sim.experiments.paper_tables import TABLES
+        from mot_sim.experiments.shown_tables import result_table
         from tracker.errors import UnknownName
 
+        found: list[mot_sim.experiments.results.ResultTable] = []
+        names = list(dict.fromkeys(self.table))
         for name in self.table:
             if name not in TABLES:
                 raise UnknownName.of("table", name, TABLES)
@@ -62,14 +67,17 @@ class Tables:
                 studies = self._studies(advance)
                 if not studies.kitti:
                     terminal.note("no KITTI tree: its rows are left out; give --root DIR")
-                for name in dict.fromkeys(self.table):
+                for name in names:
                     if name == "II" and studies.kitti:
                         self._write_results(terminal, studies)
                     text = []
                     for table in TABLES[name](studies):
                         terminal.show(table)
                         text += [f"**{table.title}**", "", table.as_markdown()]
+                        found.append(result_table(f"{name}.{len(found) + 1}", table))
                     write_lines(self.out / "tables" / f"{name}.md", "\n".join(text).split("\n"))
+                    title = f"The paper's tables: {', '.join(names)}"
+                    keep(self.out, "tables", title, tuple(found), finished=name == names[-1])
         except KeyboardInterrupt:
             terminal.note(f"interrupted: results stand in {self.out}; the same command goes on")
             return INTERRUPTED
@@ -78,10 +86,10 @@ class Tables:
 
     def _studies(
         self, advance: "mot_sim.experiments.measuring.Progress"
-    ) -> "mot_sim.experiments.paper_tables.Studies":
+    ) -> "mot_sim.experiments.studies.Studies":
         """How much is measured."""
         from mot_sim.datasets import find_root
-        from mot_sim.experiments.paper_tables import JUNCTIONS, Studies
+        from mot_sim.experiments.studies import JUNCTIONS, Studies
         from mot_sim.scene_names import SCENES
         from tracker.errors import BadConfig, UnknownName
 
@@ -107,7 +115,7 @@ class Tables:
         )
 
     def _write_results(
-        self, terminal: Terminal, studies: "mot_sim.experiments.paper_tables.Studies"
+        self, terminal: Terminal, studies: "mot_sim.experiments.studies.Studies"
     ) -> None:
         """Table II: the files that the server wants, of every sequence of the split."""
         from mot_sim.datasets import kitti_sequence

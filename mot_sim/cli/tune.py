@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from mot_sim.cli.keeping import keep
 from mot_sim.cli.options import DETECTIONS, EGO, File, Root, Rules, Verbose, option
 from mot_sim.cli.sweep import progress
 from mot_sim.cli.terminal import INTERRUPTED, OK, STDOUT, Terminal
@@ -96,6 +97,7 @@ class Tune:
                 f"interrupted: what was weighed stands in {self.out}; the same command goes on"
             )
             return INTERRUPTED
+        self._keep(tuned)
         if self.json is not None:
             content = jsonlib.dumps(as_content(tuned, self.objective), indent=2)
             terminal.save(content + "\n", self.json)
@@ -104,6 +106,15 @@ class Tune:
             terminal.write(summary(tuned, self.objective))
         terminal.note(f"{tuned.weighed} weight vectors, {tuned.fresh} of them weighed now")
         return OK
+
+    def _keep(self, tuned: "mot_sim.experiments.cross_validation.Tuned") -> None:
+        """What the report reads."""
+        from mot_sim.experiments.result_tables import tuned_tables
+        from mot_sim.experiments.weighing import WHOLE
+
+        drives = self.scene or f"KITTI, {self.detections} boxes, ego {self.ego}"
+        tables = tuned_tables(tuned, self.objective, float(WHOLE))
+        keep(self.out, "tune", f"Weights of {', '.join(tuned.names)}: {drives}", tables)
 
     def _drives(self) -> "tuple[mot_sim.experiments.labelled.Labelled, ...]":
         from mot_sim.experiments.labelled import kitti_drives, made_drives

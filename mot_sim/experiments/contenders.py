@@ -139,7 +139,7 @@ def _module(made_by: str) -> Any:
     name = made_by.partition(":")[0]
     try:
         return import_module(name)
-    except ImportError as error:
+    except (ImportError, ValueError, TypeError) as error:  # the latter two: no name of a module
         raise BadConfig(
             f"tracker {made_by}: {error}; name a tracker of {', '.join(sorted(TRACKERS))}, or "
             "MODULE:CALLABLE of a module that Python finds (PYTHONPATH)"

@@ -1,161 +1,166 @@
-"""A sweep as curves: a row of panels a metric, a panel an axis, a line a tracker."""
+"""A sweep as curves: a chart an axis, a line a tracker, from the table of its means."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from pathlib import Path
 
-import numpy as np
-from jaxtyping import Float, UInt8
-from numpy import ndarray as Array
-
-from mot_sim.experiments.summary import Interval, Line
-from mot_sim.report.canvas import fill, line, text
-from mot_sim.report.grid import RATES
+from mot_sim.experiments.results import Cell, ResultTable
+from mot_sim.report.charts import Chart, Series, figure_of, save_figure
+from mot_sim.report.grid import COUNTS, RATES
 from tracker.errors import BadConfig
 
-PANEL = (400, 300)  # width, height in pixels
-LEFT, RIGHT, TOP, BOTTOM = 52, 16, 34, 44
-LEGEND = 34
-INK, GRID, PAPER = (60, 60, 60), (225, 225, 225), (255, 255, 255)
-# Okabe and Ito's colours, which most people can tell apart.
-COLOURS = (
-    (0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (230, 159, 0), (86, 180, 233),
-    (90, 90, 90),
-)  # fmt: skip
-PALE = 0.85  # of what is below, that shows through the bands of the intervals
+TRACKER = "tracker"  # the column that stands behind those of the axes
+MOST_LINES = 8  # in one chart
+SHOWN = ("HOTA", "IDF1")  # in a picture, of those that a table has
+
+Row = dict[str, Cell]
 
 
-@dataclass(frozen=True)
-class Curve:
-    """A tracker over an axis: levels, and the mean with the ends of its interval at each."""
-
-    tracker: str
-    levels: Float[Array, " k"]
-    middle: Float[Array, " k"]
-    low: Float[Array, " k"]
-    high: Float[Array, " k"]
+def axes_in(table: ResultTable) -> tuple[str, ...]:
+    """The axes of a table of means: its columns before `tracker`."""
+    return table.columns[: table.columns.index(TRACKER)]
 
 
-def curves_of(lines: Sequence[Line], axis: str, metric: str) -> list[Curve]:
-    """The curves of the points at which this axis alone is set, by tracker.
+def metrics_in(table: ResultTable) -> tuple[str, ...]:
+    """The scores of a table of means: its columns behind `tracker` that have an interval."""
+    there = table.columns[table.columns.index(TRACKER) :]
+    return tuple(name for name in there if f"{name} low" in there)
 
-    Rates in percent; points where every seed failed are left out.
+
+def curve_charts(table: ResultTable, metric: str) -> list[Chart]:
+    """A chart an axis, in the order of the table; axes with one level have none.
+
+    Lines where other axes stay as they are; where they vary, a line a combination of theirs, or
+    points where levels were drawn at random. Words are rows. Rates in percent. All charts share
+    the range of the metric. Points where every seed failed are left out.
     """
-    scale = 100.0 if metric in RATES.values() else 1.0
-    found: dict[str, list[tuple[float, Interval]]] = {}
-    for each in lines:
-        set_here = [name for name, level in each.levels.items() if level is not None]
-        level, interval = each.levels[axis], each.metrics.get(metric)
-        if set_here != [axis] or interval is None or interval.mean is None:
-            continue
-        if isinstance(level, bool) or not isinstance(level, float | int):
-            continue
-        found.setdefault(each.tracker, []).append((float(level), interval))
-    curves = []
-    for tracker, rows in found.items():
-        rows.sort(key=lambda row: row[0])
-        ends = [
-            (each.mean, each.mean if each.low is None else each.low,
-             each.mean if each.high is None else each.high)
-            for _, each in rows
-        ]  # fmt: skip
-        middle, low, high = scale * np.array(ends, float).T
-        curves.append(Curve(tracker, np.array([level for level, _ in rows]), middle, low, high))
-    return curves
+    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+    rows = [row for row in rows if row[metric] is not None]
+    charts = []
+    for axis in axes_in(table):
+        there = [row for row in rows if row[axis] is not None]
+        if len({row[axis] for row in there}) > 1:
+            charts.append(_chart(there, axis, axes_in(table), metric))
+    return _with_one_range(charts, is_rate(metric))
 
 
-def sweep_picture(
-    lines: Sequence[Line], metrics: Sequence[str] = ("HOTA", "IDF1")
-) -> UInt8[Array, "h w 3"]:
-    """The curves of every axis of numbers. Raises BadConfig where there is none.
+def _chart(rows: Sequence[Row], axis: str, axes: Sequence[str], metric: str) -> Chart:
+    """The chart of an axis."""
+    trackers = list(dict.fromkeys(str(row[TRACKER]) for row in rows))
+    others = [name for name in axes if name != axis]
+    groups: dict[tuple[Cell, ...], list[Row]] = {}
+    for row in rows:
+        groups.setdefault((row[TRACKER], *(row[name] for name in others)), []).append(row)
+    is_words = any(isinstance(row[axis], str | bool) for row in rows)
+    is_drawn = all(len(group) == 1 for group in groups.values())
+    told = ""
+    if is_drawn:
+        groups = {(name,): [row for row in rows if row[TRACKER] == name] for name in trackers}
+    elif len(groups) > MOST_LINES:
+        groups = {(name,): _at_first(rows, name, others) for name in trackers}
+        first = _at_first(rows, trackers[0], others)[0]
+        told = f"; {_words(others, [first[name] for name in others])}"
+    kinds = list(dict.fromkeys(key[1:] for key in groups))
+    series = tuple(
+        _series(
+            ", ".join(part for part in (str(key[0]), _words(others, key[1:])) if part),
+            group, axis, metric, trackers.index(str(key[0])), kinds.index(key[1:]),
+        )
+        for key, group in groups.items()
+    )  # fmt: skip
+    return Chart(
+        f"{metric}-over-{axis}", f"{metric} over {axis}{told}", axis, _unit(metric), series,
+        "rows" if is_words else "points" if is_drawn else "lines", _about(series, axis, metric),
+    )  # fmt: skip
 
-    For designs with one axis, or one at a time; shaded: the 95 % intervals of the means.
+
+def _at_first(rows: Sequence[Row], tracker: str, others: Sequence[str]) -> list[Row]:
+    """The rows of a tracker where the other axes are at their first levels."""
+    mine = [row for row in rows if row[TRACKER] == tracker]
+    return [row for row in mine if all(row[name] == mine[0][name] for name in others)]
+
+
+def _words(axes: Sequence[str], levels: Sequence[Cell]) -> str:
+    """Levels of the axes that are set, by the last part of their names."""
+    return ", ".join(
+        f"{axis.rpartition('.')[2]}={level:g}"
+        if isinstance(level, float)
+        else f"{axis.rpartition('.')[2]}={level}"
+        for axis, level in zip(axes, levels, strict=False)
+        if level is not None
+    )
+
+
+def _series(
+    name: str, rows: Sequence[Row], axis: str, metric: str, place: int, dash: int
+) -> Series:
+    """The rows of a line, in the order of their levels."""
+    scale = 100.0 if is_rate(metric) else 1.0
+    levels = [row[axis] for row in rows]
+    if not any(isinstance(level, str | bool) for level in levels):
+        rows = sorted(rows, key=lambda row: float(row[axis] or 0.0))
+
+    def values(column: str) -> tuple[float | None, ...]:
+        found = [row[column] for row in rows]
+        return tuple(None if each is None else scale * float(each) for each in found)
+
+    return Series(
+        name, tuple(_place(row[axis]) for row in rows), values(metric), values(f"{metric} low"),
+        values(f"{metric} high"), place, dash,
+    )  # fmt: skip
+
+
+def _place(level: Cell) -> float | int | str:
+    return str(level) if level is None or isinstance(level, str | bool) else level
+
+
+def _about(series: Sequence[Series], axis: str, metric: str) -> str:
+    """The ends of every line, in words."""
+    said = []
+    for each in series:
+        points = list(each.points())
+        (first, start, *_), (last, end, *_) = points[0], points[-1]
+        said.append(f"{each.name} from {start:.1f} at {first} to {end:.1f} at {last}")
+    return f"{metric} over {axis}: {'; '.join(said)}."
+
+
+def _with_one_range(charts: Sequence[Chart], is_part: bool) -> list[Chart]:
+    """The charts with the range that holds all their intervals, and a little room.
+
+    is_part: percentages, of which those above 100 are no values but ends of wide intervals.
     """
-    axes = [axis for axis in lines[0].levels if curves_of(lines, axis, metrics[0])]
-    if not axes:
-        raise BadConfig("no curves: a design of one axis of numbers, or of one at a time, has some")
-    width, height = PANEL
-    shape = LEGEND + len(metrics) * height, len(axes) * width, 3
-    picture = np.full(shape, PAPER, np.uint8)
-    for row, metric in enumerate(metrics):
-        panels = [curves_of(lines, axis, metric) for axis in axes]
-        every = [each for panel in panels for each in panel]
-        scale = _ends(np.concatenate([np.concatenate((each.low, each.high)) for each in every]))
-        for column, (axis, panel) in enumerate(zip(axes, panels, strict=True)):
-            top, left = LEGEND + row * height, column * width
-            part = picture[top : top + height, left : left + width]
-            part[:] = _panel(part.copy(), axis, metric, panel, scale)
-    picture[:LEGEND] = _legend(picture[:LEGEND].copy(), lines)
-    return picture
-
-
-def _ends(values: Float[Array, " n"]) -> tuple[float, float]:
-    """The ends of an axis that holds all values."""
-    low, high = float(values.min()), float(values.max())
+    points = [point for chart in charts for each in chart.series for point in each.points()]
+    if not points:
+        return list(charts)
+    low, high = min(point[2] for point in points), max(point[3] for point in points)
+    if is_part:
+        high = min(high, max(100.0, *(point[1] for point in points)))
     room = 0.05 * max(high - low, 1e-9)
-    return low - room, high + room
+    given = [vars(chart) for chart in charts]
+    return [Chart(**{**each, "y_range": (low - room, high + room)}) for each in given]
 
 
-def _panel(
-    image: UInt8[Array, "h w 3"],
-    axis: str,
-    metric: str,
-    curves: Sequence[Curve],
-    scale: tuple[float, float],
-) -> UInt8[Array, "h w 3"]:
-    """Axes with numbers, bands, lines."""
-    width, height = PANEL
-    first, last = _ends(np.concatenate([each.levels for each in curves]))
-    low, high = scale
-
-    def place(x: Float[Array, " k"], y: Float[Array, " k"]) -> Float[Array, "k 2"]:
-        u = LEFT + (width - LEFT - RIGHT) * (x - first) / (last - first)
-        v = TOP + (height - TOP - BOTTOM) * (high - y) / (high - low)
-        return np.stack((u, v), axis=1)
-
-    for y in _ticks(low, high):
-        line(image, place(np.array([first, last]), np.array([y, y])), GRID)
-        text(image, f"{y:g}", (8, int(place(np.array([first]), np.array([y]))[0, 1]) + 5), INK, 12)
-    for x in sorted({float(x) for each in curves for x in each.levels}):
-        at = int(place(np.array([x]), np.array([low]))[0, 0])
-        text(image, f"{x:g}", (at - 8, height - BOTTOM + 18), INK, 12)
-    for number, each in enumerate(curves):
-        above, below = place(each.levels, each.high), place(each.levels, each.low)
-        image = _band(image, above, below, COLOURS[number % len(COLOURS)])
-    for number, each in enumerate(curves):
-        line(image, place(each.levels, each.middle), COLOURS[number % len(COLOURS)], 2)
-    line(image, place(np.array([first, first, last]), np.array([high, low, low])), INK)
-    text(image, metric, (LEFT, TOP - 10), INK, 14)
-    text(image, axis, (LEFT, height - 8), INK, 14)
-    return image
+def is_rate(name: str) -> bool:
+    """Whether a score is a fraction that is shown in percent."""
+    return name in RATES or name in RATES.values()
 
 
-def _band(
-    image: UInt8[Array, "h w 3"],
-    above: Float[Array, "k 2"],
-    below: Float[Array, "k 2"],
-    colour: tuple[int, int, int],
-) -> UInt8[Array, "h w 3"]:
-    """The image with what lies between two lines tinted."""
-    tinted = image.copy()
-    for k in range(len(above) - 1):
-        fill(tinted, np.array([above[k], above[k + 1], below[k + 1], below[k]]), colour)
-    return (PALE * image + (1.0 - PALE) * tinted).round().astype(np.uint8)
+def _unit(metric: str) -> str:
+    """What stands beside the values."""
+    if is_rate(metric):
+        return f"{metric}, %"
+    return f"{metric}, mean of a run" if metric in (*COUNTS, *COUNTS.values()) else metric
 
 
-def _legend(image: UInt8[Array, "h w 3"], lines: Sequence[Line]) -> UInt8[Array, "h w 3"]:
-    """The trackers in their colours."""
-    x = LEFT
-    for number, name in enumerate(dict.fromkeys(each.tracker for each in lines)):
-        colour = COLOURS[number % len(COLOURS)]
-        line(image, np.array([[x, 17.0], [x + 22.0, 17.0]]), colour, 2)
-        x = text(image, name, (x + 28, 22), INK, 14) + 24
-    return image
+def save_curves(table: ResultTable, path: Path, metrics: Sequence[str] = SHOWN) -> Path:
+    """The curves of some metrics as one PNG, SVG or PDF, a row a metric.
+
+    Raises BadConfig for a table without a curve and for another ending.
+    """
+    rows = [curve_charts(table, metric) for metric in metrics if metric in metrics_in(table)]
+    rows = [row for row in rows if row]
+    if not rows:
+        raise BadConfig("no curves: a sweep has some over axes of two levels or more")
+    return save_figure(figure_of(rows), path)
 
 
-def _ticks(low: float, high: float) -> list[float]:
-    """Round numbers between the ends, four to nine."""
-    step = 10.0 ** np.floor(np.log10(high - low))
-    while (high - low) / step < 4.0:
-        step /= 2.0
-    first, last = int(np.ceil(low / step)), int(np.floor(high / step))
-    return [float(step * number) for number in range(first, last + 1)]
+__all__ = ["axes_in", "curve_charts", "is_rate", "metrics_in", "save_curves"]

@@ -1,15 +1,17 @@
 """Designs in TOML files, and those that come with the package."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import fields
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
+from mot_sim.datasets.documents import read_toml, require_inside
 from mot_sim.experiments.contenders import Contender
 from mot_sim.experiments.design import Design
+from mot_sim.experiments.paths import Level
 from mot_sim.experiments.points import Levels, Range
-from tracker.errors import BadConfig, BadFile, UnknownName
+from tracker.errors import BadConfig, UnknownName
 
 FOLDER = Path(__file__).parent / "designs"
 DESIGNS = ("noise",)
@@ -26,10 +28,7 @@ def read_design(name: str, **changes: Any) -> Design:
         path = Path(name)
     else:
         raise UnknownName.of("design", name, DESIGNS)
-    try:
-        content = tomllib.loads(path.read_text())
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise BadFile(f"{path}: no design can be read: {error}") from None
+    content = read_toml(path, "no design can be read")
     known = {each.name: each for each in fields(Design)}
     for key in content:
         if key not in known:
@@ -40,6 +39,7 @@ def read_design(name: str, **changes: Any) -> Design:
     }
     content["trackers"] = _trackers(content.get("trackers", ["default", "paper"]), path)
     _require_types(content, path)
+    _require_profiles(content, path)
     return Design(**{**content, **changes})
 
 
@@ -70,8 +70,19 @@ def _trackers(value: Any, path: Path) -> tuple[str | Contender, ...]:
     found = []
     for name, table in _table(value, f"{path}: trackers").items():
         settings = dict(_table(table, f"{path}: tracker {name}"))
+        for key, setting in settings.items():
+            if not isinstance(setting, Level):
+                raise BadConfig(f"{path}: tracker {name}: {key} = {setting!r}: give one value")
         found.append(Contender(name, str(settings.pop("made_by", "default")), settings))
     return tuple(found)
+
+
+def _require_profiles(content: Mapping[str, Any], path: Path) -> None:
+    """Raise BadFile for a profile's file that lies neither beside the design nor where we work."""
+    axes = [levels for levels in content["axes"].values() if isinstance(levels, tuple)]
+    for level in (*chain(*axes), *content.get("fixed", {}).values()):
+        if isinstance(level, str) and level.endswith(".toml"):
+            require_inside(level, f"{path}", path.parent, Path.cwd())
 
 
 def _require_types(content: Mapping[str, Any], path: Path) -> None:
@@ -82,3 +93,6 @@ def _require_types(content: Mapping[str, Any], path: Path) -> None:
     for key, kind in wanted.items():
         if key in content and type(content[key]) is not kind:
             raise BadConfig(f"{path}: {key} = {content[key]!r}: give a {kind.__name__}")
+    for axis, level in content.get("fixed", {}).items():
+        if not isinstance(level, Level):
+            raise BadConfig(f"{path}: fixed {axis} = {level!r}: give one value")

@@ -17,7 +17,7 @@ FORMAT = 1  # of a sweep's folder and of its trials; raised when either changes
 LETTERS = 32  # hexadecimal digits of a digest that are kept: 128 bits
 
 # The parts of mot_sim that decide no number of a trial, and those of this room that do.
-WITHOUT_WEIGHT = {"cli", "report", "training", "environments", "testing"}
+WITHOUT_WEIGHT = {"cli", "report", "training", "environments", "testing", "diagnosis"}
 DECIDING = {"conditions.py", "contenders.py", "drives.py", "paths.py", "trial.py", "__init__.py"}
 CODE = (".py", ".npz", ".toml", ".onnx", ".json")
 

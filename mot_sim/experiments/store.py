@@ -9,7 +9,7 @@ from pathlib import Path
 from shutil import rmtree
 from typing import Any
 
-from mot_sim.datasets.text import read_text
+from mot_sim.datasets.documents import read_json
 from mot_sim.datasets.writing import write_lines
 from mot_sim.experiments.fingerprint import FORMAT, code_digest
 from mot_sim.experiments.trial import Outcome
@@ -70,7 +70,7 @@ class SweepFolder:
         """Raise BadFile for a folder of another format, BadConfig for another design or code."""
         file = self.path / SWEEP_FILE
         try:
-            about = json.loads(read_text(file))
+            about = read_json(file, "no sweep of ours")
             form, code, design = about["format"], str(about["code"]), dict(about["design"])
         except (ValueError, TypeError, KeyError, AttributeError) as error:
             raise BadFile(f"{file}: no sweep of ours: {error!r}; choose another folder") from None
@@ -119,10 +119,10 @@ class SweepFolder:
     def read(self, key: str) -> Outcome | None:
         """A trial; None where there is none, or where a crash of the machine left half of one."""
         try:
-            whole = json.loads(self.trial(key).read_text(encoding="utf-8"))
+            whole = read_json(self.trial(key))
             content = whole["outcome"]
             return Outcome(**content) if whole["sha256"] == _hash(content) else None
-        except (OSError, ValueError, TypeError, KeyError):
+        except (BadFile, ValueError, TypeError, KeyError):
             return None
 
     def sweep_up(self) -> None:

@@ -1,12 +1,12 @@
 """Stress tests: named suites, each a hard situation and the scores that must be reached in it."""
 
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from math import ceil, floor
 from pathlib import Path
 from typing import Any
 
+from mot_sim.datasets.documents import read_toml, require_inside
 from mot_sim.experiments.bounds import Bound, bounds_of
 from mot_sim.experiments.contenders import Contender
 from mot_sim.experiments.design import Design
@@ -74,10 +74,7 @@ class Verdict:
 
 def read_suites(path: Path = SUITES) -> dict[str, Suite]:
     """The suites of a TOML file by name. Raises BadFile, UnknownName and BadConfig."""
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise BadFile(f"{path}: no suites can be read: {error}") from None
+    content = read_toml(path, "no suites can be read")
     return {name: _suite(name, table, path) for name, table in content.items()}
 
 
@@ -94,6 +91,12 @@ def _suite(name: str, table: Any, path: Path) -> Suite:
     for key, kind in known.items():
         if type(given.get(key)) is not kind:
             raise BadFile(f"{where}: {key} = {given.get(key)!r}: give a {kind.__name__}")
+    for key, kinds in {"settings": int | float | str, "bounds": int | float}.items():
+        for name_of, value in given[key].items():
+            if not isinstance(value, kinds):
+                raise BadFile(f"{where}: {key}: {name_of} = {value!r}: give one value")
+            if isinstance(value, str) and value.endswith(".toml"):
+                require_inside(value, where, path.parent, Path.cwd())
     bounds = bounds_of(given.pop("bounds"))
     return Suite(name=name, bounds=bounds, **given)
 

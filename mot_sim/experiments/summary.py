@@ -65,8 +65,12 @@ class Line:
 
 def axes_of(table: pa.Table) -> list[str]:
     """The axes of a sweep's table."""
+    return list(_design(table)["axes"])
+
+
+def _design(table: pa.Table) -> dict[str, Any]:
     about = json.loads((table.schema.metadata or {})[b"mot-sim sweep"])
-    return list(about["design"]["axes"])
+    return about["design"]
 
 
 def summary(table: pa.Table, metrics: Sequence[str] = METRICS) -> list[Line]:
@@ -76,11 +80,12 @@ def summary(table: pa.Table, metrics: Sequence[str] = METRICS) -> list[Line]:
     for row in table.to_pylist():
         rows.setdefault((row["point"], row["tracker"]), []).append(row)
     there = [name for name in metrics if name in table.column_names]
-    first = next(iter(rows))[1]
+    # A half-finished sweep may lack the first tracker at some points.
+    first = next(iter(_design(table).get("trackers", {})), next(iter(rows))[1])
     lines = []
     for (point, tracker), trials in rows.items():
         errors = [row["error"] for row in trials if row["error"] is not None]
-        rivals = rows[point, first]
+        rivals = rows.get((point, first), [])
         less = None
         if tracker != first:
             less = {name: Interval.of(_differences(trials, rivals, name)) for name in there}

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from mot_sim.datasets.documents import read_json
 from mot_sim.datasets.writing import write_lines
 from mot_sim.metrics import Clear, Devkit2018, Hota, Identity, Scores
+from tracker.errors import BadFile
 
 CLEARS = {kind.__name__: kind for kind in (Clear, Devkit2018)}
 
@@ -59,12 +61,12 @@ class Tallies:
     def read(self, key: str) -> dict[str, Scores] | None:
         """Scores by the name of their drive; None where there are none."""
         try:
-            whole = json.loads(self.path(key).read_text(encoding="utf-8"))
+            whole = read_json(self.path(key))
             content = whole["scores"]
             if whole["sha256"] != _hash(content):
                 return None
             return {name: of_plain(each) for name, each in content.items()}
-        except (OSError, ValueError, TypeError, KeyError, AttributeError):
+        except (BadFile, ValueError, TypeError, KeyError, AttributeError):
             return None
 
     def write(self, key: str, scores: Mapping[str, Scores], about: Mapping[str, Any]) -> None:

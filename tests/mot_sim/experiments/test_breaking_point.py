@@ -166,7 +166,7 @@ def test_questions_without_an_answer_are_refused(
     ("options", "told"),
     [
         (["--axis", "detector.jitta"], "Did you mean"),
-        (["--axis", "detector.jitter", "--plot", "x.pdf"], "ends in .png"),
+        (["--axis", "detector.jitter", "--plot", "x.jpg"], "ends in .png"),
         (["--axis", "detector.jitter", "--fix", "scene.cars"], "write NAME=LEVEL"),
     ],
 )

@@ -1,13 +1,10 @@
-"""Means, intervals and paired differences; the tables and curves that show them."""
-
-from pathlib import Path
+"""Means, intervals and paired differences; the tables that show them."""
 
 import numpy as np
 import pyarrow as pa
 import pytest
 from scipy.stats import t as student
 
-from mot_sim.experiments.curves import curves_of, sweep_picture
 from mot_sim.experiments.summary import Interval, summary
 from mot_sim.experiments.tables import (
     as_content,
@@ -17,7 +14,6 @@ from mot_sim.experiments.tables import (
     shown,
     words,
 )
-from tracker.errors import BadConfig
 
 
 def made_table(errors: bool = False) -> pa.Table:
@@ -101,29 +97,3 @@ def test_axes_are_called_by_the_last_part_of_their_names_where_that_is_enough() 
     assert words({"jitter.x.spread": 0.5, "jitter.y.spread": 1}) == (
         "jitter.x.spread=0.5, jitter.y.spread=1"
     )
-
-
-def test_curves_are_in_percent_and_in_the_order_of_levels() -> None:
-    first, second = curves_of(summary(made_table()), "noise", "HOTA")
-    assert (first.tracker, second.tracker) == ("a", "b")
-    np.testing.assert_array_equal(first.levels, [0.0, 2.0])
-    np.testing.assert_allclose(first.middle, [95.0, 75.0])
-    np.testing.assert_allclose(second.middle, first.middle - 10.0)
-    assert (first.low < first.middle).all()
-
-
-def test_a_picture_has_a_panel_an_axis_and_metric(swept: tuple[Path, pa.Table]) -> None:
-    one = sweep_picture(summary(swept[1]), ("HOTA",))
-    two = sweep_picture(summary(swept[1]), ("HOTA", "IDF1"))
-    assert two.shape[0] > one.shape[0]
-    assert two.shape[1] == one.shape[1]
-    coloured = (one.max(axis=2).astype(int) - one.min(axis=2)) > 60
-    assert coloured.sum() > 500
-
-
-def test_a_sweep_over_words_has_no_curves() -> None:
-    table = made_table()
-    number = table.column_names.index("noise")
-    worded = table.set_column(number, "noise", pa.array(["x"] * table.num_rows))
-    with pytest.raises(BadConfig, match="no curves"):
-        sweep_picture(summary(worded), ("HOTA",))

@@ -64,7 +64,7 @@ def test_results_are_kept_for_evaluate(
         "good/exchange/detections/0030.txt", "good/exchange/detections/0031.txt",
         "good/exchange/detections/sequences.json", "good/exchange/results/0030.txt",
         "good/exchange/results/0031.txt", "good/exchange/results/seconds.json",
-        "iou/0030.txt", "iou/0031.txt",
+        "iou/0030.txt", "iou/0031.txt", "result.json",
     ]  # fmt: skip
     told = json.loads(scores.read_text())
     assert told["iou"]["combined"]["MOTA"] == 1.0

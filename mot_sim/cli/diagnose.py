@@ -1,0 +1,226 @@
+"""`mot-sim diagnose`: what happened around each switch, and which noise it hangs on."""
+
+import json as jsonlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from mot_sim.cli.options import File, Flag, KittiOptions, Verbose, option
+from mot_sim.cli.terminal import INTERRUPTED, OK, STDOUT, Terminal
+
+if TYPE_CHECKING:
+    import mot_sim.diagnosis.findings
+    import mot_sim.diagnosis.tasks
+    import mot_sim.experiments.results
+
+SEEDS, FRAMES = 8, 100
+Many = tyro.conf.UseAppendAction[tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Diagnose:
+    """Say why a tracker broke: switches by event, and by the noise that they hang on.
+
+    mot-sim diagnose intersection --seeds 8 --profile rrc --tracker default --attribute
+
+    mot-sim diagnose --suite long-occlusions --attribute --sheet out/moments --out out/why
+
+    mot-sim diagnose --root KITTI --sequences labelled --detections rrc
+
+    A row a kind of event (occlusion by length and depth, crossing, turn, look-alike, gap of the
+    detector): how often it came, and how many switches and fragments there were at it.
+    --attribute runs every drive again with one source of noise off around each switch, all other
+    draws equal. docs/diagnosis.md says how that is decided.
+    """
+
+    scene: tyro.conf.Positional[Annotated[str | None, option("SCENE", "see --suite, --root")]] = (
+        None
+    )
+    """mot-sim scenes."""
+    suite: Annotated[str | None, option("NAME")] = None
+    """Scene, frames and settings of a stress suite: mot-sim stress --list."""
+    tracker: Annotated[str, option("NAME", "default")] = "default"
+    """One tracker, as for mot-sim sweep --trackers."""
+    profile: Annotated[str | None, option("NAME|FILE", "rrc")] = None
+    """The detector's noise."""
+    fix: Annotated[Many, option("NAME=LEVEL")] = ()
+    """Any axis of mot-sim sweep, set to one level; repeatable."""
+    seeds: Annotated[int | None, option("N", f"{SEEDS}")] = None
+    """How many runs."""
+    first_seed: Annotated[int | None, option("N", "0")] = None
+    """The next ones follow."""
+    frames: Annotated[int | None, option("N", f"{FRAMES}, or the suite's")] = None
+    """Of each run, at 10 Hz."""
+    kitti: KittiOptions = field(default_factory=KittiOptions)
+    attribute: Flag = False
+    """Say which source of noise each switch hangs on; not for KITTI, whose noise is as it is."""
+    sheet: Annotated[Path | None, option("DIR", "no pictures")] = None
+    """Draw the worst switches into this folder: a picture each, and sheet.png."""
+    most: Annotated[int, option("N", "12")] = 12
+    """How many switches are drawn."""
+    renderer: Annotated[str, option("NAME|none", "raster")] = "raster"
+    """What draws the images of a scene; none: boxes on a plain ground, which is faster."""
+    out: Annotated[Path | None, option("DIR", "nothing is kept")] = None
+    """Tables (Parquet, CSV), result.json, and finished drives: the same command goes on."""
+    jobs: int = 1
+    """Processes on this machine; -1: one a core."""
+    json: File = None
+    """The tables as JSON into a file; - prints it instead of the tables."""
+    csv: File = None
+    """The table of events as CSV into a file; - prints it instead of the tables."""
+    verbose: Verbose = 0
+    """Say more: -v, -vv."""
+
+    def __call__(self, terminal: Terminal) -> int:
+        """Diagnose, draw, keep and show."""
+        from mot_sim.cli.evaluate import require_targets
+        from mot_sim.cli.sweep import progress
+        from mot_sim.diagnosis.tables import tables_of
+        from mot_sim.diagnosis.work import diagnose
+
+        require_targets(self.json, self.csv)
+        self._require_sense()
+        tasks = self._tasks()
+        try:
+            with progress(terminal) as advance:
+                found = diagnose(tasks, self.out, jobs=self.jobs, progress=advance)
+                pictures = self._draw(found, tasks, advance)
+        except KeyboardInterrupt:
+            kept = "" if self.out is None else f": finished drives stand in {self.out}"
+            terminal.note(f"interrupted{kept}")
+            return INTERRUPTED
+        tables = tables_of(found, self.attribute)
+        self._keep(tables, pictures, len(tasks))
+        self._show(terminal, tables, found)
+        for path in pictures[:1]:
+            terminal.note(f"written: {path} and {len(pictures) - 1} pictures")
+        return OK
+
+    def _require_sense(self) -> None:
+        """Raise BadConfig for options that contradict each other."""
+        from mot_sim.datasets.writing import require_writable
+        from tracker.errors import BadConfig
+
+        of_kitti = self.kitti.named() + (["ego"] if self.kitti.ego is not None else [])
+        given = [self.scene is not None, self.suite is not None, bool(of_kitti)]
+        if sum(given) != 1:
+            raise BadConfig(
+                "what is to be diagnosed? give one of: a SCENE, --suite NAME, --root DIR (KITTI)"
+            )
+        if self.most < 1:
+            raise BadConfig(f"--most {self.most}: give 1 or more")
+        made = ("profile", "seeds", "first_seed", "frames")
+        of_scenes = [name for name in made if getattr(self, name) is not None]
+        of_scenes += [name for name in ("fix", "attribute") if getattr(self, name)]
+        if of_kitti and of_scenes:
+            raise BadConfig(
+                f"--{of_scenes[0].replace('_', '-')} is for scenes: the noise of a recorded drive "
+                "cannot be changed; leave it out, or name a scene"
+            )
+        if self.sheet is not None and self.renderer != "none":
+            from mot_sim.renderers import find_renderer
+
+            find_renderer(self.renderer)
+        for folder in (self.out, self.sheet):
+            if folder is not None:
+                require_writable(folder / "x")
+
+    def _tasks(self) -> "list[mot_sim.diagnosis.tasks.Task]":
+        """The drives, checked."""
+        from mot_sim.diagnosis.replay import require_tracker
+
+        contender = require_tracker(self.tracker)
+        if self.scene is None and self.suite is None:
+            from mot_sim.diagnosis.opening import kitti_tasks
+
+            return list(kitti_tasks(self.kitti.open("labelled"), contender))
+        from mot_sim.diagnosis.opening import scene_tasks, suite_tasks
+
+        count = SEEDS if self.seeds is None else self.seeds
+        seeds = range(self.first_seed or 0, (self.first_seed or 0) + count)
+        settings = self._settings()
+        if self.suite is not None:
+            return list(suite_tasks(self.suite, settings, seeds, contender, self.attribute))
+        assert self.scene is not None
+        settings = {"scene.frames": FRAMES, **settings}
+        return list(scene_tasks(self.scene, settings, seeds, contender, self.attribute))
+
+    def _settings(self) -> "dict[str, float | int | str | bool]":
+        """The axes that were set."""
+        from mot_sim.experiments.paths import parse_level
+        from tracker.errors import BadConfig
+
+        found: dict[str, float | int | str | bool] = {}
+        if self.profile is not None:
+            found["scene.profile"] = self.profile
+        if self.frames is not None:
+            found["scene.frames"] = self.frames
+        for text in self.fix:
+            name, equals, value = text.partition("=")
+            if not (name and equals and value):
+                raise BadConfig(f"--fix {text}: write NAME=LEVEL")
+            found[name] = parse_level(value)
+        return found
+
+    def _draw(
+        self,
+        found: "Sequence[mot_sim.diagnosis.findings.Findings]",
+        tasks: "Sequence[mot_sim.diagnosis.tasks.Task]",
+        advance: object,
+    ) -> list[Path]:
+        """The pictures, if they were asked for."""
+        if self.sheet is None:
+            return []
+        from mot_sim.diagnosis.moments import draw_sheet
+
+        renderer = None if self.renderer == "none" else self.renderer
+        return draw_sheet(
+            self.sheet, found, tasks, most=self.most, renderer=renderer,
+            progress=advance,  # type: ignore[arg-type]
+        )  # fmt: skip
+
+    def _keep(
+        self,
+        tables: "Sequence[mot_sim.experiments.results.ResultTable]",
+        pictures: Sequence[Path],
+        drives: int,
+    ) -> None:
+        """Tables and result, if a folder was named; pictures inside it are named in the result."""
+        if self.out is None:
+            return
+        from mot_sim.diagnosis.outputs import write_tables
+
+        home = self.out.resolve()
+        inside = [path.resolve() for path in pictures if path.resolve().is_relative_to(home)]
+        files = [path.relative_to(home).as_posix() for path in inside]
+        what = self.scene or self.suite or "KITTI"
+        title = f"{what}: why {self.tracker} broke"
+        write_tables(self.out, title, tables, files, drives=(drives, drives))
+
+    def _show(
+        self,
+        terminal: Terminal,
+        tables: "Sequence[mot_sim.experiments.results.ResultTable]",
+        found: "Sequence[mot_sim.diagnosis.findings.Findings]",
+    ) -> None:
+        """The tables, and a word where there is nothing in them."""
+        from mot_sim.diagnosis.tables import csv_of, shown
+
+        if self.json is not None:
+            content = {t.name: [dict(zip(t.columns, row, strict=True)) for row in t.rows]
+                       for t in tables}  # fmt: skip
+            terminal.save(jsonlib.dumps(content, indent=2) + "\n", self.json)
+        if self.csv is not None:
+            terminal.save(csv_of(tables[0]), self.csv)
+        if STDOUT not in (self.json, self.csv):
+            for table in tables[:-1]:
+                terminal.show(shown(table))
+                if table.note:
+                    terminal.show(f"{table.note}\n")
+        if not any(each.cars for each in found):
+            terminal.note("no car that counts in any drive: nothing could break")
+        elif not any(each.switches for each in found):
+            terminal.note("no switches: there is nothing to explain")

@@ -1,0 +1,54 @@
+"""What commands leave in their --out folder for `mot-sim report`."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import mot_sim.experiments
+    import mot_sim.experiments.results
+
+
+def keep(
+    folder: Path | None,
+    kind: str,
+    title: str,
+    tables: "tuple[mot_sim.experiments.results.ResultTable, ...]" = (),
+    *,
+    finished: bool = True,
+    trials: tuple[int, int] | None = None,
+) -> None:
+    """Write `result.json` into the folder, if there is one; see `Result` and `Made`."""
+    from mot_sim.experiments.results import Result, made_here, write_result
+
+    if folder is not None:
+        made = made_here(finished=finished, trials=trials)
+        write_result(folder, Result(kind, title, made, tables))
+
+
+def keep_sweep(
+    folder: Path | None,
+    design: "mot_sim.experiments.Design",
+    tables: "tuple[mot_sim.experiments.results.ResultTable, ...]" = (),
+    done: int = 0,
+) -> None:
+    """The same for a sweep. done: trials that are finished."""
+    title = f"{design.scene}: {', '.join(design.axes)}"
+    trials = done, len(design)
+    keep(folder, "sweep", title, tables, finished=done == len(design), trials=trials)
+
+
+def begun(
+    folder: Path, design: "mot_sim.experiments.Design", advance: Callable[[str, int, int], None]
+) -> Callable[[str, int, int], None]:
+    """The progress of a sweep; before it first advances, the folder says what is under way."""
+    told = False
+
+    def tell(what: str, done: int, total: int) -> None:
+        nonlocal told
+        if not told:
+            keep_sweep(folder, design)
+            told = True
+        advance(what, done, total)
+
+    return tell

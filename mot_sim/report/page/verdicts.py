@@ -1,0 +1,237 @@
+"""What came of a result, in a few sentences: the summary on top of the page."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from mot_sim.experiments.curves import axes_in, metrics_in
+from mot_sim.experiments.results import Cell, Result, ResultTable
+from mot_sim.report.page.cells import is_fraction, point, shown_columns, with_ends, word
+
+Tone = Literal["good", "bad", "plain"]
+MOST_NAMED = 6  # verdicts of one kind that are named one by one
+Row = dict[str, Cell]
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """What is said, and whether that is good or bad news."""
+
+    text: str
+    tone: Tone = "plain"
+
+
+def verdicts_of(result: Result) -> list[Sentence]:
+    """The sentences of a result: how complete it is, then what it says."""
+    said = list(_progress(result))
+    if any(table.rows for table in result.tables):
+        said += VERDICTS.get(result.kind, _counts)(result)
+    failures = result.table("failures")
+    if failures is not None and {"tracker", "trials"} <= set(failures.columns):
+        for tracker, trials in _summed(failures, "tracker", "trials").items():
+            said.append(Sentence(f"{tracker}: {trials:g} trials failed.", "bad"))
+    return said
+
+
+def _progress(result: Result) -> Iterator[Sentence]:
+    """How far it is, where it is not finished."""
+    if result.made.trials is not None:
+        done, wanted = result.made.trials
+        if done < wanted:
+            rest = "what is there is shown" if done else "there is nothing to show yet"
+            yield Sentence(f"{done:,} of {wanted:,} trials are finished; {rest}.", "bad")
+            return
+        yield Sentence(f"All {wanted:,} trials are finished.", "good")
+    elif not result.made.finished:
+        yield Sentence("It was not finished; what is there is shown.", "bad")
+
+
+def _sweep(result: Result) -> Iterator[Sentence]:
+    """The best and the worst of each tracker, and how often it is above or below the first."""
+    table = result.table("means")
+    if table is None or "tracker" not in table.columns or not metrics_in(table):
+        return
+    metric = metrics_in(table)[0]
+    for tracker, rows in _by(table, "tracker").items():
+        there = [row for row in rows if isinstance(row[metric], float | int)]
+        if not there:
+            continue
+        ordered = sorted(there, key=lambda row: float(row[metric] or 0.0))
+        ends = [f"{_mean(table, row, metric)} at {_point(table, row)}" for row in ordered]
+        if len(ends) == 1:
+            yield Sentence(f"{tracker}: {metric} {ends[0]}.")
+        else:
+            yield Sentence(f"{tracker}: {metric} from {ends[0]} to {ends[-1]}.")
+    less = result.table("differences")
+    if less is not None and f"{metric} high" in less.columns:
+        for tracker, rows in _by(less, "tracker").items():
+            below = sum(_number(row[f"{metric} high"], 0.0) < 0.0 for row in rows)
+            above = sum(_number(row[f"{metric} low"], 0.0) > 0.0 for row in rows)
+            yield Sentence(
+                f"{less.title}: {tracker} is below at {below} and above at {above} of "
+                f"{len(rows)} points ({metric}, by 95 % intervals)."
+            )
+
+
+def _stress(result: Result) -> Iterator[Sentence]:
+    """How many bounds are kept, and which are not."""
+    table = result.table("verdicts")
+    if table is None or not {"suite", "tracker", "metric", "verdict"} <= set(table.columns):
+        return
+    rows = _rows(table)
+    bad = [row for row in rows if row["verdict"] != "pass"]
+    told = f"{len(rows) - len(bad)} of {len(rows)} bounds are kept."
+    yield Sentence(told, "bad" if bad else "good")
+    for row in bad[:MOST_NAMED]:
+        part = is_fraction(str(row["metric"]), table)
+        reached = _mean(table, row, "reached", part) or "nothing"
+        bound = f"{row.get('must be') or ''} {word(row.get('bound'), part)}"
+        yield Sentence(
+            f"{row['suite']}, {row['tracker']}: {row['metric']} is {reached}, must be {bound}.",
+            "bad",
+        )
+    if len(bad) > MOST_NAMED:
+        yield Sentence(f"{len(bad) - MOST_NAMED} more are not kept: see the table.", "bad")
+
+
+def _break(result: Result) -> Iterator[Sentence]:
+    """Where each tracker breaks."""
+    table = result.table("points")
+    if table is None or not {"tracker", "level"} <= set(table.columns):
+        return
+    yield Sentence(f"{table.title}:")
+    for row in _rows(table):
+        level = with_ends(row["level"], row.get("level low"), row.get("level high"))
+        told = level or f"none up to {word(row.get('farthest tried'))}"
+        yield Sentence(f"{row['tracker']}: {told}.")
+
+
+def _compare(result: Result) -> Iterator[Sentence]:
+    """The order by HOTA, and who failed."""
+    table = result.table("scores")
+    if table is None or "tracker" not in table.columns:
+        return
+    metric = next((name for name in ("HOTA", "MOTA") if name in table.columns), None)
+    if metric is not None:
+        there = [row for row in _rows(table) if isinstance(row[metric], float | int)]
+        there.sort(key=lambda row: -_number(row[metric], 0.0))
+        said = [f"{row['tracker']} {word(row[metric], is_part=True)}" for row in there]
+        yield Sentence(f"By {metric}: {', '.join(said)}.")
+    failed = result.table("failures")
+    for row in _rows(failed) if failed is not None else ():
+        yield Sentence(f"{row.get('tracker')} failed: {row.get('reason')}", "bad")
+
+
+def _tables(result: Result) -> Iterator[Sentence]:
+    """Which tables there are."""
+    for table in result.tables:
+        metric = next((name for name in ("HOTA", "MOTA") if name in table.columns), None)
+        rows = [row for row in _rows(table) if metric and isinstance(row[metric], float | int)]
+        best = ""
+        if metric and rows:
+            most = max(rows, key=lambda row: _number(row[metric], 0.0))
+            best = f", most {metric}: {most[table.columns[0]]} {_mean(table, most, metric)}"
+        yield Sentence(f"{table.title.partition(';')[0]}: {len(table.rows)} rows{best}.")
+
+
+def _tune(result: Result) -> Iterator[Sentence]:
+    """The weights, and what they are worth."""
+    table, worth = result.table("weights"), result.table("worth")
+    if table is not None and {"cost", "weight"} <= set(table.columns):
+        said = [f"{row['cost']} {word(row['weight'])}" for row in _rows(table)]
+        yield Sentence(f"Weights: {', '.join(said)}.")
+    if worth is not None and len(worth.columns) == 2:
+        for name, value in worth.rows:
+            metric = worth.columns[1]
+            yield Sentence(f"{metric} by {name}: {word(value, is_fraction(metric, worth))}.")
+
+
+def _counts(result: Result) -> Iterator[Sentence]:
+    """Of tables that nobody knows here: the row with the most in every column of whole numbers."""
+    for table in result.tables[:2]:
+        names = [shown.name for shown in shown_columns(table) if not shown.is_number]
+        whole = [
+            name
+            for name in table.columns
+            if any(isinstance(value, int) for value in table.column(name))
+            and all(isinstance(value, int) or value is None for value in table.column(name))
+        ]
+        if not (names and whole and table.rows):
+            continue
+        rows = _rows(table)
+        most = max(rows, key=lambda row: _number(row[whole[-1]], 0.0))
+        where = ", ".join(word(most[name]) for name in names if most[name] is not None)
+        told = f"{table.title}: {len(rows)} rows; most {whole[-1]}: {where}, "
+        yield Sentence(f"{told}{word(most[whole[-1]])}.")
+
+
+def _diagnosis(result: Result) -> Iterator[Sentence]:
+    """What most switches happen around, and what they hang on."""
+    for name, words, value in (("events", "around", "switches"), ("causes", "hangs on", "share")):
+        table = result.table(name)
+        if table is None or not {words, value} <= set(table.columns):
+            continue
+        rows = [row for row in _rows(table) if _number(row[value], 0.0) > 0.0]
+        rows.sort(key=lambda row: -_number(row[value], 0.0))
+        kinds = {str(row[words]) for row in rows}
+        said = [
+            f"{row[words]} {_mean(table, row, value)}"
+            for row in rows
+            if row[words] != "all" and not _is_bin(str(row[words]), kinds)
+        ]
+        unit = ", %" if is_fraction(value, table) else ""
+        told = ", ".join(said[:MOST_NAMED]) or "none"
+        yield Sentence(f"{table.title} ({value}{unit}): {told}.")
+
+
+def _is_bin(name: str, kinds: set[str]) -> bool:
+    """Whether a row divides another one further: `occlusion, up to 0.5 s`."""
+    kind, comma, _ = name.partition(", ")
+    return bool(comma) and kind in kinds
+
+
+VERDICTS: dict[str, Callable[[Result], Iterator[Sentence]]] = {
+    "sweep": _sweep,
+    "stress": _stress,
+    "break": _break,
+    "compare": _compare,
+    "tables": _tables,
+    "tune": _tune,
+    "diagnosis": _diagnosis,
+}
+
+
+def _rows(table: ResultTable) -> list[Row]:
+    return [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+
+
+def _by(table: ResultTable, column: str) -> dict[str, list[Row]]:
+    """The rows by the value of a column, in order."""
+    found: dict[str, list[Row]] = {}
+    for row in _rows(table):
+        found.setdefault(str(row[column]), []).append(row)
+    return found
+
+
+def _summed(table: ResultTable, column: str, number: str) -> dict[str, float]:
+    """The sum of a column of numbers by the value of another."""
+    groups = _by(table, column)
+    return {name: sum(_number(row[number], 0.0) for row in rows) for name, rows in groups.items()}
+
+
+def _number(value: Cell, otherwise: float) -> float:
+    return float(value) if isinstance(value, float | int) else otherwise
+
+
+def _mean(table: ResultTable, row: Row, name: str, part: bool | None = None) -> str:
+    """A value of a row with its interval; part: whether in percent, None: as its name says."""
+    is_part = is_fraction(name, table) if part is None else part
+    return with_ends(row.get(name), row.get(f"{name} low"), row.get(f"{name} high"), is_part)
+
+
+def _point(table: ResultTable, row: Row) -> str:
+    told = point(table, [row[name] for name in table.columns], axes_in(table))
+    return told or "the scene's own levels"
+
+
+__all__ = ["Sentence", "verdicts_of"]
