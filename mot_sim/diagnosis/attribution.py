@@ -1,0 +1,182 @@
+"""Which noise each switch hangs on: the drive again with one source off around the switch.
+
+A source is off from WINDOW before the car's last frame under the old name to WINDOW after its
+first under the new one; before and after that, and in all other draws, nothing changes. Whether
+the switch is gone is seen on the true car: it must be matched on both sides, under one name, and
+stay so for WINDOW more. A switch that only comes a little earlier or later is not gone.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mot_sim.diagnosis.breaks import Breaks, Matches
+from mot_sim.diagnosis.replay import BEGINNING, Replays
+from mot_sim.diagnosis.sources import Bench
+from mot_sim.diagnosis.spans import by_id
+from mot_sim.diagnosis.streams import Stream
+from tracker.types import Tracks
+
+WINDOW = 1.0  # seconds
+# What may come of it. The first two are explained; the others no single source explains.
+ONE, EITHER = "one source", "either of several"
+TOGETHER, EARLIER, NO_NOISE = "several together", "noise long before", "scene or tracker"
+VERDICTS = (ONE, EITHER, TOGETHER, EARLIER, NO_NOISE)
+
+
+@dataclass(frozen=True)
+class Cause:
+    """Of one switch: of a car, between two frames (see `Breaks`).
+
+    sources: each of which, switched off alone, removes it. by_control: whether it also vanishes
+    when the one source is off in a window as long that ends before this one: then its history
+    alone sufficed. None: not asked, since there is not one source, or no frame before.
+    """
+
+    before: int
+    frame: int
+    car: int
+    verdict: str
+    sources: tuple[str, ...] = ()
+    by_control: bool | None = None
+
+
+@dataclass(frozen=True)
+class Incident:
+    """Switches of one car that follow so closely that they are judged as one."""
+
+    car: int
+    before: int
+    frame: int
+    rows: tuple[int, ...]
+
+
+def incidents(switches: Breaks, window: int) -> Iterator[Incident]:
+    """The switches in groups, so that no window holds a switch of another group of that car."""
+    for car, rows in by_id(switches.cars):
+        group: list[int] = []
+        for row in [*rows.tolist(), None]:
+            is_near = bool(
+                group and row is not None
+                and switches.before[row] <= switches.frames[group[-1]] + 2 * window
+            )  # fmt: skip
+            if group and not is_near:
+                first, last = int(switches.before[group[0]]), int(switches.frames[group[-1]])
+                yield Incident(car, first, last, tuple(group))
+                group = []
+            if row is not None:
+                group.append(row)
+
+
+def is_kept(matches: Matches, incident: Incident, window: int) -> bool:
+    """Whether a car has one name over the frames of an incident, and was matched at both ends."""
+    own = matches.of_car(incident.car)
+    first, last = incident.before - window, incident.frame + 2 * window
+    own = own.select((own.frames >= first) & (own.frames <= last))
+    if not len(own) or (own.names != own.names[0]).any():
+        return False
+    return bool(own.frames[0] <= incident.before and own.frames[-1] >= incident.frame)
+
+
+@dataclass(eq=False)
+class Court:
+    """Judges the switches of one drive. labels: of all frames of the recording.
+
+    replays: of the tracker that made them; asked: replays that were needed, by what was off.
+    """
+
+    bench: Bench
+    labels: Tracks
+    replays: Replays
+    asked: dict[tuple[str, int, int, int], Matches] = field(default_factory=dict)
+
+    @property
+    def window(self) -> int:
+        """WINDOW in frames."""
+        return round(WINDOW * self.bench.stream.frame_rate)
+
+    def judge(self, switches: Breaks) -> list[Cause]:
+        """A cause for every switch, in their order."""
+        groups = list(incidents(switches, self.window))
+        starts = {self._bounds(each)[0] - 1 for each in groups}
+        self.replays.run(self.bench.stream, self.bench.stream.frame_count, starts - {BEGINNING})
+        found: dict[int, Cause] = {}
+        for incident in groups:
+            verdict, sources, control = self._verdict(incident)
+            for row in incident.rows:
+                found[row] = Cause(
+                    int(switches.before[row]), int(switches.frames[row]), incident.car,
+                    verdict, sources, control,
+                )  # fmt: skip
+        return [found[row] for row in range(len(switches))]
+
+    def _bounds(self, incident: Incident) -> tuple[int, int, int]:
+        """First and last frame of the window, and the last that is looked at."""
+        end = self.bench.stream.frame_count - 1
+        first, last = incident.before - self.window, incident.frame + self.window
+        until = end if self.replays.is_late else min(last + self.window, end)
+        return max(first, 0), min(last, end), until
+
+    def _verdict(self, incident: Incident) -> tuple[str, tuple[str, ...], bool | None]:
+        """What an incident hangs on."""
+        sources = tuple(name for name in self.bench.off if self._vanishes(incident, name))
+        if len(sources) == 1:
+            return ONE, sources, self._control(incident, sources[0])
+        if sources:
+            return EITHER, sources, None
+        first, last, until = self._bounds(incident)
+        calm = self._matches("all", first, last, until, self.bench.without_any(first, last))
+        if is_kept(calm, incident, self.window):
+            return TOGETHER, (), None
+        end = self.bench.stream.frame_count - 1
+        silent = self._matches("all", 0, end, until, self.bench.silent)
+        return (EARLIER if is_kept(silent, incident, self.window) else NO_NOISE), (), None
+
+    def _vanishes(self, incident: Incident, source: str) -> bool:
+        """Whether an incident is gone when a source is off around it."""
+        first, last, until = self._bounds(incident)
+        stream = self.bench.without(source, first, last)
+        if stream is None:
+            return False
+        matches = self._matches(source, first, last, until, stream)
+        return is_kept(matches, incident, self.window)
+
+    def _control(self, incident: Incident, source: str) -> bool | None:
+        """Whether it is gone, too, when the source is off only before its window."""
+        first, last, until = self._bounds(incident)
+        earlier = max(first - (last - first + 1), 0)
+        if earlier >= first or source in self.bench.whole:
+            return None
+        stream = self.bench.without(source, earlier, first - 1)
+        if stream is None:
+            return False
+        matches = self._matches(source, earlier, first - 1, until, stream)
+        return is_kept(matches, incident, self.window)
+
+    def _matches(self, what: str, first: int, last: int, until: int, stream: Stream) -> Matches:
+        """What the tracker makes of a changed stream, up to a frame."""
+        key = what, first, last, until
+        if key not in self.asked:
+            mine = stream.camera is self.bench.stream.camera
+            run = self.replays.run_from if mine else lambda _, *rest: self.replays.run(*rest)
+            output = run(first - 1, stream, until)
+            came = np.isin(self.labels.frames, stream.frames) & (self.labels.frames <= until)
+            truth = self.labels.select(came)
+            self.asked[key] = Matches.of(truth, output, until + 1)
+        return self.asked[key]
+
+
+def shares(causes: list[Cause]) -> dict[str, float]:
+    """How many switches hang on each source; of several that suffice each gets an equal part."""
+    found: dict[str, float] = {}
+    for cause in causes:
+        for source in cause.sources:
+            found[source] = found.get(source, 0.0) + 1.0 / len(cause.sources)
+    return found
+
+
+__all__ = [
+    "EARLIER", "EITHER", "NO_NOISE", "ONE", "TOGETHER", "VERDICTS", "WINDOW", "Cause", "Court",
+    "Incident", "incidents", "is_kept", "shares",
+]  # fmt: skip

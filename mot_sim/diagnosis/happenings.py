@@ -1,0 +1,97 @@
+"""What happens to cars that may cost them their names: a table of spans of frames."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int, Shaped
+from numpy import ndarray as Array
+
+from tracker.types import Rows
+
+KINDS = (
+    "occlusion", "crossing", "car turns", "camera turns", "look-alike", "detector gap",
+)  # fmt: skip
+NOBODY, SCENERY = -2, -1  # others: no second car; not a car
+# Upper ends of the bins, and how they are called. Seconds of an occlusion or a gap; metres that
+# the occluder is nearer than the car. At 10 Hz a gap of one frame lasts 0.1 s.
+BINS: dict[str, tuple[tuple[float, str], ...]] = {
+    "occlusion": (
+        (0.5, "up to 0.5 s"), (1.0, "0.6 to 1 s"), (2.0, "1.1 to 2 s"), (np.inf, "longer than 2 s"),
+    ),
+    "detector gap": (
+        (0.1, "1 frame"), (0.3, "0.2 to 0.3 s"), (1.0, "0.4 to 1 s"), (np.inf, "longer than 1 s"),
+    ),
+}  # fmt: skip
+DEPTHS = (
+    (2.0, "occluder up to 2 m nearer"), (5.0, "2 to 5 m nearer"), (10.0, "5 to 10 m nearer"),
+    (np.inf, "more than 10 m nearer"),
+)  # fmt: skip
+BY_SCENERY, BY_UNKNOWN = "behind no car", "behind something unknown"
+SLACK = 1e-6  # seconds: lengths are sums of steps
+
+# Kind, first frame, last frame, car, other, metres.
+Row = tuple[str, int, int, int, int, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Happenings(Rows):
+    """A row a happening, by first frame. kinds: of KINDS.
+
+    firsts, lasts: the frames that it lasts. ids: whose it is; others: the second car of a
+    crossing or of two look-alikes, the occluder of an occlusion (-1: no car), else -2. depths:
+    metres that the occluder is nearer, NaN where nobody knows. seconds: how long it lasts.
+    """
+
+    kinds: Shaped[Array, " n"]
+    firsts: Int[Array, " n"]
+    lasts: Int[Array, " n"]
+    ids: Int[Array, " n"]
+    others: Int[Array, " n"]
+    depths: Float[Array, " n"]
+    seconds: Float[Array, " n"]
+
+    @classmethod
+    def of(cls, rows: Iterable[Row], frame_rate: float = 10.0) -> "Happenings":
+        """The table of rows in any order."""
+        ordered = sorted(rows, key=lambda row: (row[1], row[0], row[3], row[4]))
+        kinds, firsts, lasts, ids, others, depths = (
+            zip(*ordered, strict=True) if ordered else ((),) * 6
+        )
+        begin, end = np.array(firsts, np.int64), np.array(lasts, np.int64)
+        return cls(
+            np.array(kinds, "<U12"), begin, end, np.array(ids, np.int64),
+            np.array(others, np.int64), np.array(depths, float), (end - begin + 1) / frame_rate,
+        )  # fmt: skip
+
+    def bins_of(self, row: int) -> tuple[str, ...]:
+        """The names of a happening: its kind, and the kind's bins that it lies in."""
+        kind = str(self.kinds[row])
+        found = [kind]
+        if kind in BINS:
+            found.append(f"{kind}, {_bin(BINS[kind], float(self.seconds[row]) - SLACK)}")
+        if kind == "occlusion":
+            found.append(f"{kind}, {self._depth_bin(row)}")
+        return tuple(found)
+
+    def _depth_bin(self, row: int) -> str:
+        if self.others[row] == SCENERY:
+            return BY_SCENERY
+        depth = float(self.depths[row])
+        return BY_UNKNOWN if np.isnan(depth) else _bin(DEPTHS, depth)
+
+
+def _bin(ends: tuple[tuple[float, str], ...], value: float) -> str:
+    return next(name for end, name in ends if value <= end)
+
+
+def bin_names(kind: str) -> list[str]:
+    """All that a happening of a kind may be called, the kind first."""
+    found = [kind, *(f"{kind}, {name}" for _, name in BINS.get(kind, ()))]
+    if kind == "occlusion":
+        depths = [*(name for _, name in DEPTHS), BY_SCENERY, BY_UNKNOWN]
+        found += [f"{kind}, {name}" for name in depths]
+    return found
+
+
+__all__ = ["KINDS", "NOBODY", "SCENERY", "Happenings", "Row", "bin_names"]

@@ -1,0 +1,189 @@
+"""Findings: kept whole or not at all, resumed, spread over processes, shown as tables."""
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from mot_sim.diagnosis.around import NOTHING, Counts
+from mot_sim.diagnosis.attribution import EITHER, NO_NOISE, ONE
+from mot_sim.diagnosis.findings import Case, Findings, read_findings, write_findings
+from mot_sim.diagnosis.happenings import KINDS
+from mot_sim.diagnosis.outputs import write_tables
+from mot_sim.diagnosis.tables import cause_table, csv_of, event_table, shown, tables_of
+from mot_sim.diagnosis.tasks import SceneTask
+from mot_sim.diagnosis.watched import Watched
+from mot_sim.diagnosis.work import diagnose
+from mot_sim.experiments.results import read_result
+from tests.mot_sim.diagnosis.conftest import Crossing
+from tracker.errors import BadConfig
+from tracker.types import Tracks
+
+
+def case(frame: int, verdict: str, *sources: str, drive: str = "a") -> Case:
+    """A switch, and a fragment."""
+    around = ("occlusion", "occlusion, up to 0.5 s")
+    return Case(drive, frame - 2, frame, 7, 1, 2, True, True, 5, around, verdict, sources)
+
+
+def found(drive: str, *cases: Case) -> Findings:
+    """A drive with two occlusions, at which all its switches are."""
+    n = len(cases)
+    counts = {"occlusion": Counts(2, n, float(n), n, float(n)), NOTHING: Counts()}
+    return Findings(drive, 40, 9, KINDS, counts, cases)
+
+
+ONE_DRIVE = found("a", case(9, ONE, "misses"), case(19, EITHER, "misses", "jitter"))
+OTHER = found("b", case(9, NO_NOISE, drive="b"))
+
+
+@dataclass(frozen=True)
+class Counted:
+    """A task that says how often it was done. log: a file with a line each time."""
+
+    name: str
+    log: Path
+    fails: bool = False
+
+    @property
+    def key(self) -> str:
+        """Its name."""
+        return self.name
+
+    def run(self) -> Findings:
+        """A drive of this name."""
+        if self.fails:
+            raise KeyboardInterrupt
+        with self.log.open("a") as file:
+            file.write(f"{self.name}\n")
+        return found(self.name)
+
+    def look(self) -> tuple[Watched, Tracks]:
+        """Nobody looks."""
+        raise NotImplementedError
+
+
+def test_findings_are_read_back(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    write_findings(path, ONE_DRIVE)
+    assert read_findings(path) == ONE_DRIVE
+    assert (ONE_DRIVE.switches, ONE_DRIVE.fragments) == (2, 2)
+
+
+@pytest.mark.parametrize("spoil", ["cut", "changed", "missing", "other"])
+def test_a_damaged_file_is_no_findings(tmp_path: Path, spoil: str) -> None:
+    path = tmp_path / "a.json"
+    write_findings(path, ONE_DRIVE)
+    text = path.read_text()
+    spoilt = {
+        "cut": text[: len(text) // 2], "changed": text.replace('"cars": 9', '"cars": 8'),
+        "other": "[]", "missing": "",
+    }  # fmt: skip
+    path.write_text(spoilt[spoil])
+    if spoil == "missing":
+        path.unlink()
+    assert read_findings(path) is None
+
+
+def test_finished_drives_are_not_done_again(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    tasks = [Counted("a", log), Counted("b", log)]
+    told: list[tuple[str, int, int]] = []
+    diagnose(tasks[:1], tmp_path / "out")
+    again = diagnose(tasks, tmp_path / "out", progress=lambda *each: told.append(each))
+    assert log.read_text().split() == ["a", "b"]
+    assert [each.drive for each in again] == ["a", "b"]
+    assert told == [("drives", 1, 2), ("drives", 2, 2)]
+
+
+def test_what_was_finished_before_an_interrupt_is_kept(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    with pytest.raises(KeyboardInterrupt):
+        diagnose([Counted("a", log), Counted("b", log, fails=True)], tmp_path / "out")
+    diagnose([Counted("a", log), Counted("b", log)], tmp_path / "out")
+    assert log.read_text().split() == ["a", "b"]
+
+
+def test_a_number_of_jobs_that_cannot_be_is_refused() -> None:
+    with pytest.raises(BadConfig, match="--jobs 0"):
+        diagnose([], jobs=0)
+
+
+@pytest.mark.slow
+def test_processes_find_the_same(crossing: Crossing) -> None:
+    tasks = [crossing.task(), replace(crossing.task(), seed=1)]
+    assert diagnose(tasks, jobs=2) == diagnose(tasks)
+
+
+def test_the_key_of_a_task_hangs_on_what_decides_it(crossing: Crossing) -> None:
+    task = crossing.task()
+    others: list[SceneTask] = [
+        replace(task, seed=1),
+        replace(task, attribute=True),
+        replace(task, conditions=crossing.conditions.with_level("detector.jitter", 2.0)),
+        replace(task, contender=replace(task.contender, settings={})),
+    ]
+    keys = [task.key, *(each.key for each in others)]
+    assert len(set(keys)) == len(keys)
+    assert replace(task, recordings=Path("elsewhere")).key == task.key
+
+
+def test_the_table_of_events_ends_with_all_switches() -> None:
+    table = event_table([ONE_DRIVE, OTHER])
+    names = table.column("around")
+    assert names[-2:] == (NOTHING, "all")
+    assert table.column("switches")[-1] == 3
+    kinds = [row for row, name in enumerate(names) if name in (*KINDS, NOTHING)]
+    shares = [table.column("switch share")[row] for row in kinds]
+    assert sum(shares) == 3  # type: ignore[arg-type]
+    occlusion = names.index("occlusion")
+    assert table.column("events")[occlusion] == 4
+    assert table.column("switches per event")[occlusion] == 0.75
+    assert event_table([]).rows[-1][2] == 0
+
+
+def test_kinds_that_the_data_do_not_tell_of_are_named() -> None:
+    table = event_table([replace(OTHER, known=("occlusion",))])
+    assert "crossing" not in table.column("around")
+    assert "do not tell of: crossing" in table.note
+
+
+def test_the_table_of_causes_divides_what_several_sources_explain() -> None:
+    table = cause_table([ONE_DRIVE, OTHER])
+    rows = {row[0]: row[1:5] for row in table.rows}
+    assert rows["misses"][:3] == (1, 1, 1.5)
+    assert rows["jitter"][:3] == (0, 1, 0.5)
+    assert rows[f"unexplained: {NO_NOISE}"][2] == 1.0
+    assert sum(row[3] for row in table.rows[:-1]) == table.rows[-1][3] == 3.0  # type: ignore[misc]
+    assert cause_table([]).rows[-1][3] == 0.0
+
+
+def test_the_control_is_said_in_the_note() -> None:
+    cases = [replace(case(9, ONE, "misses"), by_control=told) for told in (True, False, None)]
+    assert "Control: 1 of 2 switches" in cause_table([found("a", *cases)]).note
+
+
+def test_tables_are_shown_and_written(tmp_path: Path) -> None:
+    tables = tables_of([ONE_DRIVE, OTHER], attributed=True)
+    assert [table.name for table in tables] == ["events", "causes", "drives", "cases"]
+    events = shown(tables[0])
+    assert events.rows[0][0] == "occlusion"
+    assert str(events.rows[0][3]).startswith("75 [")
+    assert csv_of(tables[0]).splitlines()[0].startswith("around,events,switches,switches per event")
+    write_tables(tmp_path, "why", tables, ["moments/sheet.png"], drives=(2, 2))
+    assert read_result(tmp_path).tables == tables
+    assert read_result(tmp_path).kind == "diagnosis"
+    cases = pq.read_table(tmp_path / "cases.parquet").to_pylist()
+    assert [row["hangs on"] for row in cases] == ["misses", "misses or jitter", ""]
+    assert len((tmp_path / "cases.csv").read_text().splitlines()) == 4
+    assert [table.name for table in tables_of([OTHER], attributed=False)][1] == "drives"
+    for table in tables_of([], attributed=True):  # nothing at all is no error either
+        shown(table)
+        write_tables(tmp_path / "empty", "nothing", [table])
+
+
+def test_findings_files_are_plain_json(tmp_path: Path) -> None:
+    write_findings(tmp_path / "a.json", ONE_DRIVE)
+    assert json.loads((tmp_path / "a.json").read_text())["findings"]["drive"] == "a"
