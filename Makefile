@@ -4,12 +4,14 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all lint format bless clean help
+.PHONY: demo test test-all fuzz docs lint format bless clean help
 
 help:
 	@echo "make demo      track and score a synthetic crossing (no data needed): out/demo"
 	@echo "make test      run the tests (those that need KITTI run when MOT_SIM_KITTI_ROOT is set)"
 	@echo "make test-all  the slow ones too: kills, clusters, training, fresh environments"
+	@echo "make fuzz      every reader with 100,000 bad files (INPUTS=...); hours"
+	@echo "make docs      the documentation as a site: out/site/index.html"
 	@echo "make lint      ruff (lint and format) and mypy"
 	@echo "make format    let ruff mend what it can"
 	@echo "make clean     remove the environment and everything that was made"
@@ -29,6 +31,19 @@ test: $(STAMP)
 
 test-all: $(STAMP)
 	$(BIN)/python -m pytest -n auto --dist loadfile
+
+INPUTS ?= 100000
+# As users run it: without the type checks of the test run, which see 1,000 inputs each.
+fuzz: $(STAMP)
+	MOT_SIM_FUZZ=$(INPUTS) $(BIN)/python -m pytest tests/fuzz -o addopts=--strict-markers
+
+DOCS_STAMP := $(VENV)/.docs-installed
+$(DOCS_STAMP): $(STAMP)
+	$(BIN)/python -m pip install --quiet --editable '.[dev,docs]'
+	@touch $@
+
+docs: $(DOCS_STAMP)
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

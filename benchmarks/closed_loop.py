@@ -114,7 +114,7 @@ def measured(
     """Rows of the labels, rows of what was drawn, and its columns."""
     path = None if cache is None else cache / f"{drive.name}.npz"
     if path is not None and path.exists():
-        with np.load(path) as kept:
+        with np.load(path, allow_pickle=False) as kept:
             columns = dict(kept)
     else:
         recording = kitti_recording(drive, VEHICLES)

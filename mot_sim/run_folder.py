@@ -4,25 +4,27 @@ import json
 import platform
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import TracebackType
+from typing import Any
 
 from jaxtyping import Float
 from numpy import ndarray as Array
 
+from mot_sim.datasets.documents import read_json
 from mot_sim.datasets.kitti.results import write_results
-from mot_sim.datasets.text import read_text
 from mot_sim.datasets.writing import write_lines
 from tracker.errors import BadConfig, BadFile, BadOutput, OutputExists
 from tracker.types import Tracks
 
 RUN_FILE = "run.json"
+LONGEST_NAME = 100  # letters of a sequence; file systems take 255 bytes
 PACKAGES = ("mot-sim", "numpy", "scipy", "shapely", "filterpy", "opencv-python-headless")
 
 # What decides the results, by name; plain values, so that JSON gives back the same.
-Settings = Mapping[str, str | float | bool | None]
+Settings = Mapping[str, str | float | int | bool | None]
 
 
 @dataclass(frozen=True)
@@ -180,14 +182,35 @@ def holds_something(path: Path) -> bool:
 def _read_run(path: Path) -> tuple[Settings, dict[str, Counts]]:
     """The settings and the finished sequences that a `run.json` names."""
     try:
-        described = json.loads(read_text(path))
-        parts = {name: Counts(**part) for name, part in described["sequences"].items()}
-        settings = dict(described["settings"])
+        described = read_json(path, "not a run of ours")
+        parts = {name: _counts(part) for name, part in described["sequences"].items()}
+        settings = plain_settings(described["settings"])
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise BadFile(f"{path}: not a run of ours: {error!r}; choose another folder") from None
-    if any(Path(name).name != name for name in parts):
-        raise BadFile(f"{path}: a sequence is named like a path; choose another folder")
+    for name in parts:
+        if Path(name).name != name or not name.isprintable() or len(name) > LONGEST_NAME:
+            told = f"a sequence is named like a path: {name!r:.80}"
+            raise BadFile(f"{path}: {told}; choose another folder")
     return settings, parts
+
+
+def plain_settings(told: Any) -> Settings:
+    """The settings that a JSON file tells. Raises ValueError for what are none."""
+    for name, value in dict(told).items():
+        if not isinstance(value, str | float | int | None):
+            raise ValueError(f"setting {name} is {value!r:.80}")
+    return dict(told)
+
+
+def _counts(told: Any) -> Counts:
+    """The counts that a JSON file tells. Raises ValueError and TypeError for what are none."""
+    numbers = {**told, **told.get("stages", {})}
+    numbers.pop("stages", None)
+    for name, value in numbers.items():
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < 2**53:
+            raise ValueError(f"{name} is {value!r:.80}")
+    wholes = [each.name for each in fields(Counts) if each.type is int]
+    return Counts(**{**told, **{name: int(told[name]) for name in wholes if name in told}})
 
 
 def require_same(path: Path, before: Settings, now: Settings) -> None:

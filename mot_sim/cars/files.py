@@ -8,6 +8,7 @@ import trimesh
 from jaxtyping import Float
 from numpy import ndarray as Array
 from trimesh.exchange.gltf import export_glb
+from trimesh.resolvers import FilePathResolver
 
 from mot_sim.cars.carshape import CarShape
 from mot_sim.cars.fleet import Fleet, load_fleet
@@ -23,8 +24,29 @@ AXES = {
     for sign, scale in (("+", 1.0), ("-", -1.0))
     for axis, name in enumerate("xyz")
 }
+# Metres, if the file is in metres: no car is thinner, or has a corner farther out.
+THINNEST, FARTHEST = 1e-6, 1e9
 # From our axes (forward, down, left) to glTF's: x left, y up, z forward.
 R_GLTF_OBJECT = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
+
+
+class Beside(FilePathResolver):
+    """Finds the files that a mesh file names (materials, textures, buffers): beside it, or below.
+
+    trimesh's own follows any path that the file spells.
+    """
+
+    def get(self, name: str) -> bytes:
+        """The bytes of a file. Raises BadFile for one in another folder."""
+        home = Path(self.parent).resolve()
+        found = (home / name.strip()).resolve()
+        if not found.is_relative_to(home):
+            raise BadFile(f"{self.file_path}: it names {name}, outside its folder; put it beside")
+        return found.read_bytes()
+
+    def namespaced(self, namespace: str) -> "Beside":
+        """Itself: a mesh file has one folder."""
+        return self
 
 
 def load_car(
@@ -42,9 +64,11 @@ def load_car(
     if length is not None and not 0.0 < length < np.inf:
         raise BadConfig(f"a car {length:g} m long: give a length > 0, or none")
     mesh = _read(Path(path))
+    if not (np.abs(mesh.vertices) <= FARTHEST).all():
+        raise BadFile(f"{path}: a corner that is not within {FARTHEST:g} of the origin")
     vertices = np.asarray(mesh.vertices, dtype=float) @ R_object_file.T
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    if not (np.isfinite(vertices).all() and (high > low).all()):
+    if not (high - low > THINNEST).all():
         raise BadFile(f"{path}: a flat mesh, {(high - low).tolist()} long, high and wide")
     middle = 0.5 * (low + high)
     vertices = vertices - np.array([middle[0], high[1], middle[2]])
@@ -108,10 +132,16 @@ def _read(path: Path) -> trimesh.Trimesh:
     if path.suffix.lower() not in FORMATS:
         raise BadFile(f"{path}: not a format of meshes known here: {', '.join(FORMATS)}")
     try:
-        mesh = trimesh.load_mesh(path)
+        with path.open("rb") as file:
+            resolver = Beside(str(path))
+            mesh = trimesh.load_mesh(file, file_type=path.suffix[1:].lower(), resolver=resolver)
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
     except Exception as error:  # trimesh's readers let through whatever a broken file causes
         raise BadFile(f"{path} is no {path.suffix[1:]} mesh: {error or type(error)}") from error
     if not isinstance(mesh, trimesh.Trimesh) or mesh.is_empty or not len(mesh.faces):
         raise BadFile(f"{path} holds no faces")
+    if np.shape(mesh.vertices)[1:] != (3,) or np.shape(mesh.faces)[1:] != (3,):
+        raise BadFile(f"{path}: corners or faces without three numbers")
+    if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
+        raise BadFile(f"{path}: a face names a corner that is not there")
     return mesh

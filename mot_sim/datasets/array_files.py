@@ -4,7 +4,7 @@ import json
 import zipfile
 import zlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 from numpy import ndarray as Array
 
+from mot_sim.datasets.documents import parse_json
 from mot_sim.datasets.writing import whole_file
 from tracker.errors import BadFile
 
 HEAD = "head"
+WORDS = {"kinds", "bodies", "paints"}  # the columns that hold text
 
 
 @dataclass(frozen=True)
@@ -62,18 +64,19 @@ class ArrayFormat:
                 return {name: archive[name] for name in archive.files}
         except FileNotFoundError:
             raise BadFile(f"{path}: no such file; record first") from None
-        except (OSError, ValueError, EOFError, TypeError, KeyError) as error:
-            raise BadFile(f"{path}: not {self.holds}: {error}; {self.cure}") from None
         except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
             raise BadFile(f"{path}: damaged: {error}; {self.cure}") from None
+        except Exception as error:  # NumPy lets through whatever a broken file causes
+            told = str(error) or type(error).__name__
+            raise BadFile(f"{path}: not {self.holds}: {told}; {self.cure}") from error
 
     def _head(self, head: Array | None, path: Path) -> str:
         """The checksum that the file tells; BadFile for another kind of file or version."""
         try:
-            told = json.loads(str(head))
+            told = parse_json(str(head), f"{path}")
             holds, version = told.get("holds", self.holds), told["version"]
             promised = str(told["sha256"])
-        except (ValueError, KeyError, TypeError, AttributeError):
+        except (BadFile, KeyError, TypeError, AttributeError):
             raise BadFile(f"{path}: not {self.holds}: its head is {head}; {self.cure}") from None
         if holds != self.holds:
             raise BadFile(f"{path}: holds {holds}, not {self.holds}; {self.cure}")
@@ -93,3 +96,22 @@ def checksum(arrays: Mapping[str, Array]) -> str:
         digest.update(f"{name} {array.dtype.str} {array.shape}\n".encode())
         digest.update(np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()
+
+
+def require_columns(kind: type, arrays: Mapping[str, Array | None], where: str) -> None:
+    """Raise BadFile unless every array has the type and shape of its column in a dataclass.
+
+    arrays: by the names of the columns; those of tables inside may be left out. Inside a context
+    of `jaxtyping.jaxtyped` a dimension has one length in all tables, else in this one.
+    """
+    for column in fields(kind):
+        array = arrays.get(column.name)
+        if column.name not in arrays:
+            continue
+        fits = isinstance(array, column.type)  # type: ignore[arg-type]
+        if array is not None and column.name in WORDS:
+            fits = fits and array.dtype.kind == "U"
+        if not fits:
+            found = "nothing" if array is None else f"{array.dtype} of shape {array.shape}"
+            wanted = getattr(column.type, "__name__", column.type)
+            raise BadFile(f"{where}{column.name} is {found}, not {wanted}; record again")

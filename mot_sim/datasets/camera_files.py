@@ -1,6 +1,5 @@
 """camera.toml: the camera of a drive that is given as plain boxes."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,8 +8,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.datasets.text import read_text
-from tracker.errors import BadCalibration, BadConfig, BadFile, DatasetNotFound, UnknownName
+from mot_sim.datasets.documents import read_toml
+from tracker.errors import BadCalibration, BadConfig, DatasetNotFound, UnknownName
 from tracker.types import Camera
 
 PINHOLE = ("fx", "fy", "cx", "cy")
@@ -43,10 +42,7 @@ def read_camera(path: Path) -> CameraFile:
     """
     if not path.is_file():
         raise DatasetNotFound(f"{path}: no camera file; write one with {EXAMPLE}")
-    try:
-        values = tomllib.loads(read_text(path))
-    except tomllib.TOMLDecodeError as error:
-        raise BadFile(f"{path}: not TOML: {error}") from None
+    values = read_toml(path)
     known = ("K", *PINHOLE, *REQUIRED, *OPTIONAL)
     for key in values:
         if key not in known:

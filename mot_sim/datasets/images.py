@@ -7,12 +7,17 @@ from typing import Protocol, runtime_checkable
 
 import cv2
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Shaped, UInt8
 from numpy import ndarray as Array
 
+from mot_sim.datasets.text import MOST_FRAMES
 from tracker.errors import BadFile, DatasetNotFound
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
+
+PNG = b"\x89PNG\r\n\x1a\n"
+DEFLATED = 1032  # bytes that one byte of a PNG can hold at most
+CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}  # of a PNG, by its type of colour
 
 log = logging.getLogger(__name__)
 
@@ -48,6 +53,9 @@ class ImageFolder:
         }
         if not paths:
             return None
+        last = max(paths)
+        if last >= MOST_FRAMES:
+            raise BadFile(f"{paths[last]}: an image of a frame beyond {MOST_FRAMES - 1}; rename it")
         height, width = _decode(paths[min(paths)]).shape[:2]
         return cls(paths, (width, height))
 
@@ -87,9 +95,39 @@ class ImageFolder:
         return image
 
 
+def decoded(path: Path, flags: int) -> Shaped[Array, "h w *c"] | None:
+    """The pixels of an image file; None for what OpenCV cannot decode. Raises BadFile."""
+    try:
+        raw = path.read_bytes()
+        if raw.startswith(PNG) and not _is_whole(raw):
+            return None
+        encoded = np.frombuffer(raw, dtype=np.uint8)
+        return cv2.imdecode(encoded, flags) if len(encoded) else None
+    except OSError as error:
+        raise BadFile(f"{path}: cannot be read: {error.strerror}") from None
+    except cv2.error:  # more pixels than it takes
+        return None
+
+
+def _is_whole(raw: bytes) -> bool:
+    """Whether the bytes of a PNG can hold its pixels, and all of the pieces that it is made of.
+
+    OpenCV makes room for what the file tells before it looks whether that is there.
+    """
+    width, height = (int.from_bytes(raw[at : at + 4], "big") for at in (16, 20))
+    depth, colour = (*raw[24:26], 0, 0)[:2]
+    if height * width * depth * CHANNELS.get(colour, 1) > 8 * DEFLATED * len(raw):
+        return False
+    at = len(PNG)
+    while at + 12 <= len(raw):
+        piece, at = raw[at + 4 : at + 8], at + 12 + int.from_bytes(raw[at : at + 4], "big")
+        if piece == b"IEND":
+            return at <= len(raw)
+    return False
+
+
 def _decode(path: Path) -> UInt8[Array, "h w 3"]:
-    encoded = np.frombuffer(path.read_bytes(), dtype=np.uint8)
-    image = cv2.imdecode(encoded, cv2.IMREAD_COLOR_RGB) if len(encoded) else None
+    image = decoded(path, cv2.IMREAD_COLOR_RGB)
     if image is None:
         raise BadFile(f"{path}: not an image that OpenCV can decode")
     return image

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import inf, isfinite
 
+import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 from scipy.special import expit
@@ -38,4 +39,5 @@ class ScoreMap:
 
     def __call__(self, scores: Float[Array, " n"]) -> Float[Array, " n"]:
         """The probability that a box of that score is right."""
-        return expit((scores - self.midpoint) / self.scale)
+        with np.errstate(over="ignore"):  # far from the midpoint it is 0 or 1
+            return expit((scores - self.midpoint) / self.scale)

@@ -15,6 +15,10 @@ WORD_LENGTH = 32
 
 # Beyond this a float skips whole numbers.
 LARGEST_INTEGER = 2.0**53
+# No number of a file comes near; what is computed from smaller ones does not overflow.
+LARGEST = 1e18
+# 28 hours at 100 Hz; what is laid out by frames stays small.
+MOST_FRAMES = 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +47,7 @@ class Table:
 
     def integers(self, column: str, lowest: int | None = None) -> Int[Array, " n"]:
         """A column of whole numbers; BadFile for fractions and for values below `lowest`."""
-        numbers = self.finite([column])[:, 0]
+        numbers = self.finite([column], most=np.inf)[:, 0]
         broken = (numbers % 1.0 != 0.0) | (np.abs(numbers) > LARGEST_INTEGER)
         self.reject(broken, f"{column} is not a whole number", [column])
         if lowest is not None:
@@ -57,20 +61,23 @@ class Table:
         BadFile for frames before the first and, given frame_count, beyond the last.
         """
         frames = self.integers("frame", first)
+        beyond = frames - first >= MOST_FRAMES
+        self.reject(beyond, "frame beyond any drive", ["frame"], f"write 0..{MOST_FRAMES - 1}")
         if frame_count is not None:
             last = frame_count - 1 + first
             cure = f"the sequence has frames {first}..{last}; is it the right one?"
             self.reject(frames > last, "frame beyond the sequence", ["frame"], cure)
         return frames - first
 
-    def finite(self, columns: Sequence[str]) -> Float[Array, "n c"]:
-        """The named columns side by side; BadFile for NaN and infinity."""
+    def finite(self, columns: Sequence[str], most: float = LARGEST) -> Float[Array, "n c"]:
+        """The named columns side by side; BadFile for NaN, infinity and beyond `most`."""
         block = self.block(columns)
-        bad = ~np.isfinite(block)
+        bad = ~(np.isfinite(block) & (np.abs(block) <= most))
         if bad.any():
-            culprit = columns[int(np.flatnonzero(bad[bad.any(axis=1)][0])[0])]
-            cure = "leave the row out, or write a finite number"
-            self.reject(bad.any(axis=1), f"{culprit} is not finite", [culprit], cure)
+            row, column = np.argwhere(bad)[0].tolist()
+            what = "too large" if np.isfinite(block[row, column]) else "not finite"
+            cure = "leave the row out, or write a finite number below 1e18"
+            self.reject(bad.any(axis=1), f"{columns[column]} is {what}", [columns[column]], cure)
         return block
 
     def reject(

@@ -7,12 +7,15 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
+from jaxtyping import jaxtyped
 from numpy import ndarray as Array
 
 from mot_sim.cars.cast import Cast
-from mot_sim.datasets.array_files import ArrayFormat, checksum
+from mot_sim.datasets.array_files import ArrayFormat, checksum, require_columns
+from mot_sim.datasets.documents import parse_json
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.episode import SimulatedDrive
+from mot_sim.episodes.soundness import ALWAYS, require_metadata, require_sound
 from mot_sim.scene import Knob
 from mot_sim.traffic.recording import RecordedTraffic
 from mot_sim.truth import Annotations, Events, Occlusions, Truth
@@ -53,9 +56,10 @@ class Metadata:
     def parse(cls, text: str, path: Path) -> "Metadata":
         """From JSON. Raises BadFile."""
         try:
-            told = json.loads(text)
+            told = parse_json(text, f"{path}")
+            require_metadata(told)
             return cls(**{**told, "pictures": tuple(told["pictures"])})
-        except (ValueError, TypeError, KeyError) as error:
+        except (BadFile, ValueError, TypeError, KeyError) as error:
             raise BadFile(
                 f"{path}: its metadata are none of ours: {error!r}; record again"
             ) from None
@@ -104,13 +108,17 @@ def write_extra(path: Path, metadata: Metadata, arrays: Mapping[str, Array]) -> 
 
 def read_extra(path: Path) -> Extra:
     """All that the file holds. Raises BadFile for any other file, naming it and the cure."""
-    needed, optional = {METADATA}, set()
+    needed, optional = {METADATA, *ALWAYS}, set()
     for name, kind in TABLES.items():
         must, may = _names(name, kind)
         needed |= must
         optional |= may
     arrays = FORMAT.read(path, needed, optional)
-    metadata = Metadata.parse(str(arrays[METADATA]), path)
+    metadata = Metadata.parse(str(arrays.pop(METADATA)), path)
+    for name, kind in TABLES.items():
+        with jaxtyped("context"):
+            _require_table(name, kind, arrays, path)
+    require_sound(arrays, metadata.frames, path)
     truth = Annotations(_table("truth", Truth, arrays), _table("occlusions", Occlusions, arrays))
     return Extra(
         metadata,
@@ -147,6 +155,30 @@ def _names(name: str, kind: Any) -> tuple[set[str], set[str]]:
         else:
             (must if always else may).add(key)
     return must, may
+
+
+def _require_table(name: str, kind: Any, arrays: Mapping[str, Array], path: Path) -> None:
+    """Raise BadFile unless the columns of a table, and of those inside it, fit together."""
+    if kind is Camera:  # whose image size is no array
+        kinds = {"K": (3, 3), "T_cam_road": (4, 4), "image_size": (2,)}
+        for part, shape in kinds.items():
+            array = arrays[f"camera.{part}"]
+            if array.shape != shape or array.dtype.kind != ("i" if len(shape) == 1 else "f"):
+                raise BadFile(f"{path}: camera.{part} is {array!r:.80}; record again")
+        return
+    there = {
+        column.name: arrays.get(f"{name}.{column.name}")
+        for column in fields(kind)
+        if column.name not in INSIDE
+    }
+    require_columns(kind, there, f"{path}: {name}.")
+    for column in fields(kind):
+        key = f"{name}.{column.name}"
+        if column.name in INSIDE and any(found.startswith(f"{key}.") for found in arrays):
+            must, _ = _names(key, INSIDE[column.name])
+            if not must <= set(arrays):
+                raise BadFile(f"{path}: lacks {sorted(must - set(arrays))}; record again")
+            _require_table(key, INSIDE[column.name], arrays, path)
 
 
 def _table(name: str, kind: Callable[..., Kind], arrays: Mapping[str, Array]) -> Kind:

@@ -1,18 +1,19 @@
 """A folder of episodes: a KITTI tree, and `episodes.json`, how they were made."""
 
 import json
+import re
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
-from mot_sim.datasets.text import read_text
+from mot_sim.datasets.documents import read_json
 from mot_sim.datasets.writing import write_lines
 from mot_sim.episodes.extra import read_extra
 from mot_sim.episodes.places import EPISODES_FILE, Places, stored_episodes
 from mot_sim.episodes.recording import NO_PICTURES, PictureOptions, record_episode
-from mot_sim.run_folder import Settings, holds_something, require_same, versions
+from mot_sim.run_folder import Settings, holds_something, plain_settings, require_same, versions
 from mot_sim.scene import Scene
 from tracker.errors import BadConfig, BadFile, BadOutput, OutputExists
 
@@ -154,10 +155,10 @@ def _is_whole(places: Places, frame_count: int) -> bool:
 def _read_file(path: Path) -> tuple[Settings, tuple[str, ...]]:
     """The settings and the names of the episodes."""
     try:
-        described = json.loads(read_text(path))
-        settings, names = dict(described["settings"]), tuple(described["episodes"])
+        described = read_json(path, "no list of ours")
+        settings, names = plain_settings(described["settings"]), tuple(described["episodes"])
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise BadFile(f"{path}: no list of ours: {error!r}; choose another folder") from None
-    if not all(isinstance(name, str) and name.isdecimal() for name in names):
+    if not all(isinstance(name, str) and re.fullmatch("[0-9]{4}", name) for name in names):
         raise BadFile(f"{path}: its episodes {names} are not numbered; choose another folder")
     return settings, names

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Shaped
 from numpy import ndarray as Array
 
+from mot_sim.datasets.images import decoded
 from mot_sim.datasets.writing import write_bytes
 from mot_sim.episodes.places import PICTURES, Places
 from mot_sim.renderers import Rendered
@@ -59,6 +60,8 @@ def digest_of_folder(places: Places, part: str, count: int) -> str:
 def read_depth(path: Path) -> Shaped[Array, "h w"]:
     """Metres along the optical axis, float32; inf where nothing is, or beyond 255.99 m."""
     steps = _decode(path)
+    if steps.ndim != 2:
+        raise BadFile(f"{path}: colours where a depth of one channel belongs; record again")
     metres = steps.astype(np.float32) / np.float32(DEPTH_STEPS)
     return np.where(steps > 0, metres, np.float32(np.inf))
 
@@ -91,11 +94,9 @@ ENCODERS: dict[str, Callable[[Rendered], Pixels]] = dict(
 
 
 def _decode(path: Path) -> Pixels:
-    try:
-        encoded = np.frombuffer(path.read_bytes(), dtype=np.uint8)
-    except FileNotFoundError:
-        raise BadFile(f"{path}: no such picture; record again") from None
-    pixels = cv2.imdecode(encoded, cv2.IMREAD_UNCHANGED) if len(encoded) else None
+    if not path.exists():
+        raise BadFile(f"{path}: no such picture; record again")
+    pixels = decoded(path, cv2.IMREAD_UNCHANGED)
     if pixels is None:
         raise BadFile(f"{path}: not a picture that OpenCV can decode; record again")
     return pixels

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from mot_sim.datasets.documents import require_inside
 from mot_sim.episodes.extra import Metadata
 from mot_sim.episodes.pictures import digest_of_folder
 from mot_sim.episodes.places import (
@@ -97,6 +98,9 @@ def verify_episode(
     for part, what in _changes(places, metadata, pictures).items():
         parts[part] = what
     try:
+        profile = str(metadata.knobs.get("profile", ""))
+        if profile.endswith(".toml"):
+            require_inside(profile, f"{places.extra}", root, Path.cwd())
         replayed = _replay(find_scene(metadata.scene, **metadata.knobs), metadata, pictures)
     except TrackingError as error:
         return Finding(name, metadata.frames, parts, f"cannot be run again: {error}")

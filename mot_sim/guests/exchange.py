@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from mot_sim.datasets.documents import read_json
 from mot_sim.datasets.kitti.labels import BOX_COLUMNS, in_order, require_boxes, tracks_of_table
 from mot_sim.datasets.kitti.results import VARIANTS
 from mot_sim.datasets.recorded import RecordedSequence
-from mot_sim.datasets.text import Table, read_table, read_text
+from mot_sim.datasets.text import Table, read_table
 from mot_sim.datasets.writing import write_lines
 from tracker.errors import BadFile
 from tracker.types import Tracks
@@ -105,7 +106,7 @@ def read_seconds(drives: Sequence[RecordedSequence], folder: Path) -> dict[str, 
     if not path.is_file():
         return None
     try:
-        told = json.loads(read_text(path))
+        told = read_json(path, "not a number of seconds for every sequence")
         seconds = {drive.name: float(told[drive.name]) for drive in drives}
     except (ValueError, TypeError, KeyError) as error:
         raise BadFile(f"{path}: not a number of seconds for every sequence: {error!r}") from None

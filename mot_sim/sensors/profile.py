@@ -1,12 +1,13 @@
 """A profile: the effects of one detector with their numbers, in a versioned TOML file."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass
+from math import isfinite
 from pathlib import Path
 from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
+from mot_sim.datasets.documents import read_toml
 from mot_sim.sensors.appearance import Appearance
 from mot_sim.sensors.border import Border
 from mot_sim.sensors.clutter import Clutter
@@ -81,10 +82,7 @@ def find_profile(name: str) -> Profile:
 
 def read_profile(path: Path) -> Profile:
     """A profile file, checked. Raises BadFile when it is no TOML or of a newer version."""
-    try:
-        content = tomllib.loads(path.read_text())
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise BadFile(f"{path}: no profile can be read: {error}") from None
+    content = read_toml(path, "no profile can be read")
     version = content.pop("version", None)
     if not isinstance(version, int) or not 1 <= version <= VERSION:
         raise BadFile(
@@ -92,6 +90,9 @@ def read_profile(path: Path) -> Profile:
             "take a newer mot-sim, or fit again with `mot-sim calibrate`"
         )
     given: dict[str, Any] = {key: content.pop(key, "") for key in ("name", "source")}
+    for key, word in given.items():
+        if not isinstance(word, str):
+            raise BadConfig(f"{path}: {key} = {word!r}: give a word")
     for key, table in content.items():
         if key not in EFFECTS:
             raise UnknownName.of(f"effect in {path.name}:", key, EFFECTS)
@@ -126,13 +127,18 @@ def _value(hint: Any, value: Any, where: str) -> Any:
             raise BadConfig(f"{where}: {value!r} is no list of numbers")
         return tuple(_number(each, where) for each in value)
     if hint is int:
-        return int(_number(value, where))
+        number = _number(value, where)
+        if not number.is_integer():
+            raise BadConfig(f"{where}: {value} is no whole number")
+        return int(number)
     return _number(value, where)
 
 
 def _number(value: Any, where: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise BadConfig(f"{where}: {value!r} is no number")
+    if not isfinite(value):
+        raise BadConfig(f"{where}: {value} is not finite")
     return float(value)
 
 

@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float, Int, Shaped
+from jaxtyping import Bool, Float, Int, Shaped, jaxtyped
 from numpy import ndarray as Array
 
-from mot_sim.datasets.array_files import ArrayFormat, checksum
+from mot_sim.datasets.array_files import ArrayFormat, checksum, require_columns
 from mot_sim.traffic.world import STEP, Traffic, World
-from tracker.errors import BadConfig
+from tracker.errors import BadConfig, BadFile
 
 FORMAT = ArrayFormat("recorded traffic", 1)
 OPTIONAL = {"z", "crashed", "kinds"}
@@ -126,7 +126,12 @@ class RecordedTraffic:
     def load(cls, path: Path) -> "RecordedTraffic":
         """Read what `save` wrote. Raises BadFile for any other file, naming it."""
         names = {column.name for column in fields(cls)}
-        return cls(**FORMAT.read(path, names - OPTIONAL, OPTIONAL))
+        arrays = FORMAT.read(path, names - OPTIONAL, OPTIONAL)
+        with jaxtyped("context"):
+            require_columns(cls, {name: arrays.get(name) for name in names}, f"{path}: ")
+        if not len(arrays["present"]):
+            raise BadFile(f"{path}: traffic of no worlds; record again")
+        return cls(**arrays)
 
 
 def record_traffic(traffic: Traffic, rng: np.random.Generator, seconds: float) -> RecordedTraffic:

@@ -6,7 +6,6 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
-from zipfile import BadZipFile
 
 import numpy as np
 from jaxtyping import Float32
@@ -77,14 +76,16 @@ def _read(path: Path) -> tuple[Weights, dict[str, object]]:
             arrays, grid = (file["weights"], file["mean"]), int(file["grid"])
             content = Weights(*arrays, grid, str(file["hourglass"]), float(file["unit"]))
             training, stated, version = str(file["training"]), str(file["sha256"]), file["format"]
-        told = json.loads(training)
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
-        raise BadWeights(f"{path}: damaged weights: {error}; {CURE}") from None
-    if int(version) > FORMAT:
+        told, version = dict(json.loads(training)), int(version)
+    except BadWeights:
+        raise
+    except Exception as error:  # NumPy lets through whatever a broken file causes
+        raise BadWeights(f"{path}: damaged weights: {error}; {CURE}") from error
+    if version > FORMAT:
         raise BadWeights(f"{path}: format {version}, this mot-sim reads up to {FORMAT}; update it")
+    _require_shapes(path, content)
     if digest(content) != stated:
         raise BadWeights(f"{path}: damaged weights, their sha256 is not the stated one; {CURE}")
-    _require_shapes(path, content)
     return content, told
 
 

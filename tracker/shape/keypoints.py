@@ -163,7 +163,7 @@ def _card_of(path: Path) -> dict[str, Any]:
     beside = path.with_suffix(".json")
     try:
         card = json.loads(_bytes_of(beside))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise BadWeights(f"{beside}: {error}; {CURE}") from error
     wanted = {"format": int, "sha256": str, "heatmaps": list, "activations": list}
     for name, kind in wanted.items():

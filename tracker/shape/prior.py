@@ -1,7 +1,7 @@
 """Shape priors from files: ours, which is shipped, and the text files of the paper's authors."""
 
-import zipfile
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -70,17 +70,21 @@ def save_prior(basis: ShapeBasis, path: str | Path) -> None:
 
 def _read_ours(path: Path) -> ShapeBasis:
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with np.load(BytesIO(path.read_bytes()), allow_pickle=False) as file:
             arrays = {name: file[name] for name in ("points", "mean", "vectors", "std")}
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+    except Exception as error:  # NumPy lets through whatever a broken file causes
         raise BadFile(f"{path} is no shape prior: {error}") from error
     mean, vectors, std = (arrays[name] for name in ("mean", "vectors", "std"))
-    count = len(np.atleast_1d(arrays["points"]))
-    if mean.shape != (count, 3) or vectors.shape != (len(std), count, 3):
+    count = arrays["points"].size
+    plain = {mean.dtype.kind, vectors.dtype.kind, std.dtype.kind} == {"f"}
+    flat = std.ndim == arrays["points"].ndim == 1
+    if not (plain and flat and mean.shape == (count, 3) and vectors.shape == (len(std), count, 3)):
         raise BadFile(
             f"{path}: {count} points, a mean of shape {mean.shape}, vectors of shape "
             f"{vectors.shape} and {std.shape} deviations do not belong together"
         )
+    if not (np.isfinite(mean).all() and np.isfinite(vectors).all()):
+        raise BadFile(f"{path}: a mean or vectors that are not finite")
     known = None if np.isnan(std).any() else std
     return ShapeBasis(tuple(str(name) for name in arrays["points"]), mean, vectors, known)
 

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.datasets.text import read_text
+from mot_sim.datasets.text import LARGEST, read_text
 from mot_sim.datasets.writing import write_lines
 from tracker.errors import BadCalibration, BadFile, DatasetNotFound
 from tracker.geometry import homogeneous
@@ -104,10 +104,11 @@ def _rows(path: Path) -> dict[str, Float[Array, " k"]]:
             row = np.array([float(value) for value in values])
         except ValueError as error:
             raise BadFile(f"{path}:{number}: {key}: {error}; mend the number") from None
-        if len(row) != COUNTS[name] or not np.isfinite(row).all():
+        finite = np.abs(row) <= LARGEST
+        if len(row) != COUNTS[name] or not finite.all():
             raise BadFile(
-                f"{path}:{number}: {key} has {len(row)} values, {np.isfinite(row).sum()} of them "
-                f"finite; {COUNTS[name]} finite ones belong here"
+                f"{path}:{number}: {key} has {len(row)} values, {finite.sum()} of them finite; "
+                f"{COUNTS[name]} finite ones belong here, below 1e18"
             )
         rows[name] = row
     return rows

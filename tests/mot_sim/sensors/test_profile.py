@@ -47,7 +47,7 @@ def test_what_is_wrong_in_a_file_is_told(text, error, told, tmp_path: Path) -> N
 
 
 def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
-    with pytest.raises(BadFile, match="no profile can be read"):
+    with pytest.raises(BadFile, match="cannot be read: No such file"):
         find_profile(str(tmp_path / "none.toml"))
     with pytest.raises(UnknownName, match="Did you mean 'permatrack'"):
         find_profile("permatrak")

@@ -14,6 +14,7 @@ from tracker.errors import BadFile
 from tracker.geometry import invert
 
 EARTH_RADIUS = 6_378_137.0  # metres, as in the KITTI devkit
+FURTHEST_NORTH = 89.0  # degrees; the map goes to infinity at the poles
 
 COLUMNS = (
     "lat", "lon", "alt", "roll", "pitch", "yaw", "vn", "ve", "vf", "vl", "vu", "ax", "ay", "az",
@@ -64,7 +65,9 @@ def oxts_path(root: Path, split: str, name: str) -> Path:
 
 def read_oxts(path: Path) -> Float[Array, "n 4 4"]:
     """Ts_world_imu: east, north, up in metres from the first frame (Mercator, KITTI devkit)."""
-    lat, lon, alt, roll, pitch, yaw = read_table(path, COLUMNS).finite(POSE_COLUMNS).T
+    table = read_table(path, COLUMNS)
+    lat, lon, alt, roll, pitch, yaw = table.finite(POSE_COLUMNS).T
+    table.reject(np.abs(lat) > FURTHEST_NORTH, "no latitude", ["lat"], "degrees, -89 to 89")
     Ts_world_imu = np.zeros((len(lat), 4, 4))
     Ts_world_imu[:, 3, 3] = 1.0
     if not len(lat):
