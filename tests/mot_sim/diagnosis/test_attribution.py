@@ -117,8 +117,6 @@ def test_a_planted_switch_hangs_on_its_source(crossing: Crossing, source: str) -
     mine = new.select(new.cars == new.cars[0])  # of one car: the fewer, the fewer replays
     causes = judged(conditions, crossing, mine)
     assert len(causes) == len(mine)
-    if source == "misses":
-        assert judged(conditions, crossing, mine) == causes
     assert {(cause.verdict, cause.sources) for cause in causes} == {(ONE, (source,))}
 
 
