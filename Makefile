@@ -9,7 +9,8 @@ STAMP := $(VENV)/.installed
 help:
 	@echo "make demo      track and score a synthetic crossing (no data needed): out/demo"
 	@echo "make test      run the tests (those that need KITTI run when MOT_SIM_KITTI_ROOT is set)"
-	@echo "make test-all  the slow ones too: kills, clusters, training, fresh environments"
+	@echo "make test-all  the slow ones too (kills, clusters, training, fresh environments), all"
+	@echo "               with the shapes of all arrays checked"
 	@echo "make fuzz      every reader with 100,000 bad files (INPUTS=...); hours"
 	@echo "make docs      the documentation as a site: out/site/index.html"
 	@echo "make lint      ruff (lint and format) and mypy"
@@ -26,16 +27,22 @@ $(STAMP): pyproject.toml
 demo: $(STAMP)
 	$(BIN)/mot-sim demo --out out/demo --overwrite
 
+PYTEST := $(BIN)/python -m pytest -n auto --dist loadfile
+UNCHECKED := -o addopts=--strict-markers
+
+# Checking the shape of every array doubles the time: here where arrays are made, everywhere in
+# test-all.
 test: $(STAMP)
-	$(BIN)/python -m pytest -n auto --dist loadfile -m "not slow" --cov --cov-report=term
+	$(PYTEST) -m "not slow" $(UNCHECKED) --cov --cov-report=term
+	$(PYTEST) -m "not slow" tests/tracker tests/contracts
 
 test-all: $(STAMP)
-	$(BIN)/python -m pytest -n auto --dist loadfile
+	$(PYTEST)
 
 INPUTS ?= 100000
 # As users run it: without the type checks of the test run, which see 1,000 inputs each.
 fuzz: $(STAMP)
-	MOT_SIM_FUZZ=$(INPUTS) $(BIN)/python -m pytest tests/fuzz -o addopts=--strict-markers
+	MOT_SIM_FUZZ=$(INPUTS) $(BIN)/python -m pytest tests/fuzz $(UNCHECKED)
 
 DOCS_STAMP := $(VENV)/.docs-installed
 $(DOCS_STAMP): $(STAMP)
