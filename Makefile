@@ -34,7 +34,7 @@ UNCHECKED := -o addopts=--strict-markers
 # test-all.
 test: $(STAMP)
 	$(PYTEST) -m "not slow" $(UNCHECKED) --cov --cov-report=term
-	$(PYTEST) -m "not slow" tests/tracker tests/contracts
+	$(PYTEST) -m "not slow and not kitti" tests/tracker tests/contracts
 
 test-all: $(STAMP)
 	$(PYTEST)

@@ -11,6 +11,7 @@ from tracker.errors import BadConfig
 TRACKER = "tracker"  # the column that stands behind those of the axes
 MOST_LINES = 8  # in one chart
 SHOWN = ("HOTA", "IDF1")  # in a picture, of those that a table has
+ACROSS = 3  # charts in a row of a picture
 
 Row = dict[str, Cell]
 
@@ -152,12 +153,12 @@ def _unit(metric: str) -> str:
 
 
 def save_curves(table: ResultTable, path: Path, metrics: Sequence[str] = SHOWN) -> Path:
-    """The curves of some metrics as one PNG, SVG or PDF, a row a metric.
+    """The curves of some metrics as one PNG, SVG or PDF, metric by metric, three in a row.
 
     Raises BadConfig for a table without a curve and for another ending.
     """
     rows = [curve_charts(table, metric) for metric in metrics if metric in metrics_in(table)]
-    rows = [row for row in rows if row]
+    rows = [row[at : at + ACROSS] for row in rows for at in range(0, len(row), ACROSS)]
     if not rows:
         raise BadConfig("no curves: a sweep has some over axes of two levels or more")
     return save_figure(figure_of(rows), path)

@@ -154,8 +154,8 @@ def test_without_scripting_tables_and_still_charts_are_there(visit, every: Path)
 @pytest.mark.parametrize("width", [340, 768, 1440])
 def test_the_page_fits_every_width(drawn: Watched, width: int) -> None:
     drawn.page.set_viewport_size({"width": width, "height": 900})
-    drawn.page.wait_for_timeout(300)
-    assert drawn.page.evaluate("document.documentElement.scrollWidth") <= width
+    # charts follow a new width a moment later
+    drawn.page.wait_for_function("w => document.documentElement.scrollWidth <= w", arg=width)
 
 
 @pytest.mark.parametrize("light", ["light", "dark"])
