@@ -41,7 +41,7 @@ class Tables:
     """Few and short synthetic drives: to try it out."""
     seeds: Annotated[int | None, option("N", f"{SEEDS}; {QUICK_SEEDS} with --quick")] = None
     """Synthetic drives of each scene."""
-    scenes: Annotated[str | None, option("NAMES", "intersection,roundabout,t_junction")] = None
+    scenes: Annotated[str | None, option("NAMES", "intersection,roundabout")] = None
     """Of Table IV, with commas."""
     split: Annotated[str, option("NAME", SPLIT)] = SPLIT
     """Of Table II: training or testing."""

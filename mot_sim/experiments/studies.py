@@ -11,7 +11,7 @@ from mot_sim.experiments.made_rows import Stand
 from mot_sim.experiments.measuring import Bench, Progress
 from tracker.front_end import FrontEnd
 
-JUNCTIONS = ("intersection", "roundabout", "t_junction")
+JUNCTIONS = ("intersection", "roundabout")
 
 
 @dataclass(frozen=True)
