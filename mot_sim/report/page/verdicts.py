@@ -78,7 +78,10 @@ def _stress(result: Result) -> Iterator[Sentence]:
     table = result.table("verdicts")
     if table is None or not {"suite", "tracker", "metric", "verdict"} <= set(table.columns):
         return
-    rows = _rows(table)
+    rows = [row for row in _rows(table) if row["verdict"] is not None]
+    if not rows:
+        yield Sentence("Measured only: no bounds were asked for.")
+        return
     bad = [row for row in rows if row["verdict"] != "pass"]
     told = f"{len(rows) - len(bad)} of {len(rows)} bounds are kept."
     yield Sentence(told, "bad" if bad else "good")

@@ -13,6 +13,7 @@ from mot_sim.experiments.results import KINDS, Made, Result, ResultTable, write_
 from mot_sim.report.page import page as page_module
 from mot_sim.report.page import write_report
 from mot_sim.report.page.sections import KINDS as KIND_WORDS
+from mot_sim.report.page.verdicts import verdicts_of
 from tests.mot_sim.report.page.made import (
     EVERY,
     EVIL,
@@ -53,6 +54,16 @@ def test_every_kind_of_result_has_words_and_a_section(every_text: str) -> None:
     targets = {each.attributes["href"][1:] for each in page.every("article")[0].every("a")}
     assert targets == {"result-1"}
     assert {each.attributes["id"] for each in sections} == {f"result-{k + 1}" for k in range(7)}
+
+
+def test_a_stress_test_that_only_measured_keeps_and_breaks_no_bound() -> None:
+    asked = stress_result()
+    (table,) = asked.tables
+    at = table.columns.index("verdict")
+    rows = tuple((*row[:at], None, *row[at + 1 :]) for row in table.rows)
+    said = [each.text for each in verdicts_of(replace(asked, tables=(replace(table, rows=rows),)))]
+    assert "Measured only: no bounds were asked for." in said
+    assert not any("bounds are kept" in text or "must be" in text for text in said)
 
 
 def test_the_summary_says_what_came_of_each(every_text: str) -> None:
