@@ -30,8 +30,8 @@ demo: $(STAMP)
 PYTEST := $(BIN)/python -m pytest -n auto --dist loadfile
 UNCHECKED := -o addopts=--strict-markers
 
-# Checking the shape of every array doubles the time: here where arrays are made, everywhere in
-# test-all.
+# Checking the shape of every array doubles the time: here for the tracker and the contracts,
+# everywhere in test-all.
 test: $(STAMP)
 	$(PYTEST) -m "not slow" $(UNCHECKED) --cov --cov-report=term
 	$(PYTEST) -m "not slow and not kitti" tests/tracker tests/contracts
@@ -40,7 +40,7 @@ test-all: $(STAMP)
 	$(PYTEST)
 
 INPUTS ?= 100000
-# As users run it: without the type checks of the test run, which see 1,000 inputs each.
+# As users run it, without type checks; make test has 1,000 inputs each.
 fuzz: $(STAMP)
 	MOT_SIM_FUZZ=$(INPUTS) $(BIN)/python -m pytest tests/fuzz $(UNCHECKED)
 

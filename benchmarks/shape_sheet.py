@@ -34,6 +34,7 @@ from mot_sim.datasets import kitti_sequence
 from mot_sim.datasets.images import ImageFolder
 from mot_sim.renderers import Mesh, Placed, Semantic, View, find_renderer
 from mot_sim.report import write_image
+from mot_sim.report.wireframes import ACROSS, SIDE
 from tracker.geometry import homogeneous, rotation_y
 from tracker.shape import (
     KEYPOINTS,
@@ -49,16 +50,6 @@ from tracker.types import Camera
 TILE = (360, 250)  # pixels
 COLUMNS = 5
 FITTED, DOUBTED, BEHIND, GIVEN = (60, 255, 90), (255, 70, 60), (30, 120, 60), (255, 225, 40)
-SIDE = (
-    "front_bumper", "headlight", "windscreen_foot", "roof_front", "roof_rear", "rear_window_foot",
-    "taillight", "rear_bumper", "rear_arch_behind", "rear_arch_top_behind", "rear_arch_top_ahead",
-    "rear_arch_ahead", "front_arch_behind", "front_arch_top_behind", "front_arch_top_ahead",
-    "front_arch_ahead", "front_bumper",
-)  # fmt: skip
-ACROSS = (
-    "front_bumper", "headlight", "windscreen_foot", "roof_front", "roof_rear",
-    "rear_window_foot", "taillight", "rear_bumper",
-)  # fmt: skip
 EDGES = [
     *((f"{side}_{a}", f"{side}_{b}") for side in ("left", "right")
       for a, b in pairwise(SIDE)),

@@ -15,6 +15,7 @@ from mot_sim.registry import SCENES, find_scene
 from mot_sim.report import Film, Layers, write_image, write_video
 from mot_sim.report.canvas import Image
 from mot_sim.report.grid import score_grid
+from mot_sim.report.video import put_in_place
 from tracker import Tracker
 from tracker.errors import BadOutput, OutputExists
 from tracker.types import Camera, Tracks
@@ -97,7 +98,7 @@ def run_demo(
             make_tracker,
             scene or find_scene(SCENE, frames=FRAMES),
         )
-        _move(half, out)
+        put_in_place(half, out)
     except OSError as error:
         raise BadOutput(f"{out}: cannot be written: {error.strerror or error}") from None
     finally:
@@ -187,21 +188,6 @@ def _as_json(episode: Episode, scores: dict[str, Scores]) -> dict[str, Any]:
         "frames": episode.frame_count,
         "trackers": {tracker: column.as_dict() for tracker, column in scores.items()},
     }
-
-
-def _move(half: Path, out: Path) -> None:
-    """Put the finished folder in place; an older one leaves only when the new one stands."""
-    if not out.exists():
-        half.rename(out)
-        return
-    old = half.with_suffix(".old")
-    out.rename(old)
-    try:
-        half.rename(out)
-    except OSError:
-        old.rename(out)
-        raise
-    shutil.rmtree(old)
 
 
 def _silence(done: int, total: int) -> None:

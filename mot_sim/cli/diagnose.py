@@ -150,20 +150,14 @@ class Diagnose:
 
     def _settings(self) -> "dict[str, float | int | str | bool]":
         """The axes that were set."""
-        from mot_sim.experiments.paths import parse_level
-        from tracker.errors import BadConfig
+        from mot_sim.experiments.paths import parse_setting
 
         found: dict[str, float | int | str | bool] = {}
         if self.profile is not None:
             found["scene.profile"] = self.profile
         if self.frames is not None:
             found["scene.frames"] = self.frames
-        for text in self.fix:
-            name, equals, value = text.partition("=")
-            if not (name and equals and value):
-                raise BadConfig(f"--fix {text}: write NAME=LEVEL")
-            found[name] = parse_level(value)
-        return found
+        return found | dict(parse_setting(text) for text in self.fix)
 
     def _draw(
         self,

@@ -138,16 +138,10 @@ class Sweep:
 
     def _fixed(self) -> "dict[str, float | int | str | bool]":
         """What is the same everywhere."""
-        from mot_sim.experiments.paths import parse_level
-        from tracker.errors import BadConfig
+        from mot_sim.experiments.paths import parse_level, parse_setting
 
         found = {} if self.profile is None else {"scene.profile": parse_level(self.profile)}
-        for text in self.fix:
-            name, equals, value = text.partition("=")
-            if not (name and equals and value):
-                raise BadConfig(f"--fix {text}: write NAME=LEVEL")
-            found[name] = parse_level(value)
-        return found
+        return found | dict(parse_setting(text) for text in self.fix)
 
     def _require_picture(self) -> None:
         from mot_sim.report.charts import require_figure

@@ -57,6 +57,14 @@ def fitting(value: Level, like: Level, where: str) -> Level:
     return value
 
 
+def parse_setting(text: str) -> tuple[str, Level]:
+    """The axis and the level of NAME=LEVEL, as `--fix` takes it. Raises BadConfig."""
+    name, equals, value = text.partition("=")
+    if not (name and equals and value):
+        raise BadConfig(f"--fix {text}: write NAME=LEVEL")
+    return name, parse_level(value)
+
+
 def parse_level(text: str) -> Level:
     """What a word of the command line means: true, false, a number, or the word itself."""
     switches = {"true": True, "false": False}
