@@ -1,11 +1,11 @@
-"""Where we think objects are: detections lifted through the road, and carried to the next frame.
+"""Where we think objects are: detections lifted through the road.
 
-Sharma et al., ICRA 2018: `Lift` is phi(pi_G^-1(.), s) of eqs. 2-4, `transport` is g(xi, .).
+Sharma et al., ICRA 2018: `Lift` is phi(pi_G^-1(.), s) of eqs. 2-4.
 """
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -14,7 +14,7 @@ from numpy import ndarray as Array
 from tracker.geometry import road_contact, road_contact_jacobian
 from tracker.types import Camera, Cuboids, Detections
 from tracker.types.look import Look
-from tracker.types.rows import Rows
+from tracker.types.rows import RowIndex, Rows
 from tracker.types.shape_pose import ShapePose
 
 # Length, height, width of the median car among KITTI's labels (ten sequences), metres.
@@ -25,8 +25,6 @@ NEAR = 1.0
 FAR = 150.0
 # A box whose lower edge is this near to the image's (pixels) is cut by it: no road contact.
 BORDER = 2.0
-# A box grows at most five times as the camera passes the car.
-MIN_SCALE = 0.2
 # Boxes times this are the pixels of their bottom centres.
 BOTTOM_CENTRE = np.array([[0.5, 0.0], [0.0, 0.0], [0.5, 0.0], [0.0, 1.0]])
 
@@ -53,21 +51,18 @@ class Beliefs(Rows):
         """Nothing is believed to be anywhere."""
         return cls(Cuboids.empty(), np.zeros((0, 2)), np.zeros((0, 4, 4)), np.zeros((0, 4)))
 
+    def updated(self, rows: RowIndex, others: "Beliefs") -> "Beliefs":
+        """These beliefs with others in the given rows; who does not know a cue does not know it."""
+        mine, theirs = alike((self, others))
+        return super(Beliefs, mine).updated(rows, theirs)
+
     @classmethod
     def concatenate(cls, parts: Sequence["Beliefs"]) -> "Beliefs":
         """The rows of all parts; where only some know a cue, the others' is unknown.
 
         A frame without detections has no columns; it takes nothing from those remembered.
         """
-        for cue in ("shape_pose", "look"):
-            measured = [getattr(part, cue) for part in parts]
-            known = [column for column in measured if column is not None]
-            if known and len(known) < len(parts):
-                parts = [
-                    replace(part, **{cue: known[0].unknown(len(part))}) if column is None else part
-                    for part, column in zip(parts, measured, strict=True)
-                ]
-        return super().concatenate(parts)
+        return super().concatenate(alike(parts))
 
     def region(self, sigmas: float) -> Cuboids:
         """The cuboids stretched by `sigmas` standard deviations along and across the car.
@@ -87,6 +82,19 @@ class Beliefs(Rows):
 
 
 NOTHING = Beliefs.empty()
+
+
+def alike(parts: Sequence[Beliefs]) -> Sequence[Beliefs]:
+    """The same beliefs; those that lack a cue which others have say that theirs is unknown."""
+    for cue in ("shape_pose", "look"):
+        measured = [getattr(part, cue) for part in parts]
+        known = [column for column in measured if column is not None]
+        if known and len(known) < len(parts):
+            parts = [
+                part.replaced(**{cue: known[0].unknown(len(part))}) if column is None else part
+                for part, column in zip(parts, measured, strict=True)
+            ]
+    return parts
 
 
 @dataclass(frozen=True)
@@ -125,13 +133,7 @@ class Lift:
         boxes, n = detections.boxes, len(detections)
         if n == 0:
             return NOTHING
-        yaw, size = detections.yaw, detections.size  # a NaN row: not measured
-        yaw = np.full(n, self.yaw) if yaw is None else np.where(np.isnan(yaw), self.yaw, yaw)
-        if size is None:
-            size = np.empty((n, 3))
-            size[:] = self.car_size
-        else:
-            size = np.where(np.isnan(size), self.car_size, size)
+        yaw, size, behind = self._stance(detections)
         rays = camera.rays_road(boxes @ BOTTOM_CENTRE)
         heights = np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
         doubt = self.edge_std * (2.0 - np.minimum(np.maximum(detections.scores, 0.0), 1.0))
@@ -148,27 +150,55 @@ class Lift:
             gain = cov[:, 1] / (cov[:, 1, 1] + var)[:, None]
             near = near + gain[:, 1] * (near_by_height - near)
             cov = cov - gain[:, :, None] * cov[:, None, 1]
-        behind = 0.5 * (size[:, 0] * np.abs(np.sin(yaw)) + size[:, 2] * np.abs(np.cos(yaw)))
-        base = rays * near[:, None]
-        base[:, 1] -= camera.height
-        base[:, ::2] += rays[:, ::2] * behind[:, None]
-        state_cov = np.zeros((n, 4, 4))
+        base = rays * (near + behind)[:, None]
+        base[:, 1] = rays[:, 1] * near - camera.height
+        state_cov = self._speed_cov.repeat(n, 0)
         state_cov[:, :2, :2] = cov
-        state_cov[:, 2, 2], state_cov[:, 3, 3] = self.speed_std[0] ** 2, self.speed_std[1] ** 2
         cuboids, still = Cuboids(base, yaw, size), np.zeros((n, 2))
         cues = ShapePose.of(detections), Look.of(detections)
         return Beliefs(cuboids, still, state_cov, boxes, *cues)
+
+    @cached_property
+    def _speed_cov(self) -> Float[Array, "1 4 4"]:
+        """The covariance of a state of which the place is known and nothing else."""
+        return np.diag(np.square([0.0, 0.0, *self.speed_std]))[None]
+
+    def _stance(
+        self, detections: Detections
+    ) -> tuple[Float[Array, " n"], Float[Array, "n 3"], Float[Array, " #n"]]:
+        """Yaw, size, and how far the centre is behind the near face.
+
+        As measured; where they are not (no column, or a NaN row), those of the mean car.
+        """
+        n, yaw, size = len(detections), detections.yaw, detections.size
+        mean_yaw, mean_size, mean_behind = self._mean_car
+        if yaw is None and size is None:
+            return mean_yaw.repeat(n), mean_size.repeat(n, 0), mean_behind
+        yaw = mean_yaw.repeat(n) if yaw is None else np.where(np.isnan(yaw), mean_yaw, yaw)
+        size = mean_size.repeat(n, 0) if size is None else np.where(np.isnan(size), mean_size, size)
+        return yaw, size, half_extent(yaw, size)
+
+    @cached_property
+    def _mean_car(self) -> tuple[Float[Array, "1"], Float[Array, "1 3"], Float[Array, "1"]]:
+        """The stance of a car of which nothing is measured."""
+        yaw, size = np.array([self.yaw]), np.array([self.car_size])
+        return yaw, size, half_extent(yaw, size)
 
     def _road_contact(
         self, rays: Float[Array, "n 3"], sigma: Float[Array, " n"], camera: Camera
     ) -> tuple[Float[Array, " n"], Float[Array, "n 2 2"]]:
         """Reach along the rays (NaN: none) and covariance on the road's x and z, eq. 2."""
         contact = road_contact(rays, camera.height)
-        deviation = road_contact_jacobian(rays, camera.A_road_pixel[:, :2], camera.height)
-        deviation[:, :, :2] *= sigma[:, None, None]
-        deviation[:, :, 2] *= self.height_std
-        deviation[:, :, 3] *= self.pitch_std
+        std = np.empty((len(sigma), 1, 4))
+        std[:, 0, :2] = sigma[:, None]
+        std[:, 0, 2:] = self.height_std, self.pitch_std
+        deviation = std * road_contact_jacobian(rays, contact, camera.A_road_pixel[:, :2])
         return contact[:, 1] / rays[:, 1], deviation @ deviation.transpose(0, 2, 1)
+
+
+def half_extent(yaw: Float[Array, " n"], size: Float[Array, "n 3"]) -> Float[Array, " n"]:
+    """Half of what upright cuboids measure along the road's z, metres."""
+    return 0.5 * (size[:, 0] * np.abs(np.sin(yaw)) + size[:, 2] * np.abs(np.cos(yaw)))
 
 
 def _place_by_height(
@@ -182,62 +212,3 @@ def _place_by_height(
     near[lost] = np.clip(np.fmin(near[lost], near_by_height[lost]), NEAR, FAR)
     along = rays[lost, ::2] * (0.5 * near[lost])[:, None]
     cov[lost] = along[:, :, None] * along[:, None, :] + np.eye(2)
-
-
-def transport(
-    beliefs: Beliefs,
-    camera: Camera,
-    T_now_before: Float[Array, "4 4"],
-    motion_cov: Float[Array, "6 6"],
-    moved: Float[Array, "n 2"] | None = None,
-) -> Beliefs:
-    """The beliefs in the road frame of now, g(xi, .) of eqs. 3-4, the motion's doubt added.
-
-    `moved` is how far each object itself went meanwhile, in the road frame of before, metres.
-    The expected boxes are the seen ones, carried by the parallax of the car's near half: exact
-    for a turning camera, to first order for a moving one.
-    """
-    n = len(beliefs)
-    if n == 0:
-        return beliefs
-    base = beliefs.cuboids.base
-    if moved is not None:
-        base = base.copy()
-        base[:, ::2] += moved
-    T_road = camera.T_road_cam @ T_now_before @ camera.T_cam_road
-    turn = math.atan2(T_road[0, 2] - T_road[2, 0], T_road[0, 0] + T_road[2, 2])
-    base_now = base @ T_road[:3, :3].T + T_road[:3, 3]
-    cuboids = Cuboids(base_now, beliefs.cuboids.yaw + turn, beliefs.cuboids.size)
-
-    R = T_road[:3:2, :3:2]
-    R_state = np.zeros((4, 4))
-    R_state[:2, :2] = R_state[2:, 2:] = R
-    cov = R_state @ beliefs.cov @ R_state.T
-    shift = (base_now @ camera.road_shift[:3] + camera.road_shift[3]).reshape(n, 2, 6)
-    cov[:, :2, :2] += shift @ motion_cov @ shift.transpose(0, 2, 1)
-    boxes = _carry_boxes(beliefs, camera, T_now_before, moved)
-    pose = beliefs.shape_pose
-    if pose is not None:
-        pose = ShapePose(pose.shape, pose.yaw + turn, pose.cov)
-    return Beliefs(cuboids, beliefs.velocity @ R.T, cov, boxes, pose, beliefs.look)
-
-
-def _carry_boxes(
-    beliefs: Beliefs,
-    camera: Camera,
-    T_now_before: Float[Array, "4 4"],
-    moved: Float[Array, "n 2"] | None,
-) -> Float[Array, "n 4"]:
-    """The boxes as fronto-parallel windows at the car's depth, seen from the camera of now."""
-    cuboids = beliefs.cuboids
-    depth = cuboids.base @ camera.T_cam_road[2, :3] + camera.T_cam_road[2, 3]
-    depth = np.maximum(depth - 0.25 * cuboids.size[:, 0], NEAR)
-    R, t = T_now_before[:3, :3], T_now_before[:3, 3]
-    K_R = camera.K @ R
-    H = K_R @ camera.K_inverse  # carries pixels at infinity
-    shift = camera.K @ t
-    if moved is not None:
-        shift = shift + moved @ (K_R @ camera.T_cam_road[:3, :3:2]).T
-    corners = beliefs.boxes.reshape(-1, 2, 2) @ H[:, :2].T + H[:, 2]
-    corners += (shift / depth[:, None])[:, None]
-    return (corners[:, :, :2] / np.maximum(corners[:, :, 2:], MIN_SCALE)).reshape(-1, 4)

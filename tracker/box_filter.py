@@ -79,14 +79,15 @@ class BoxFilter:
         expected = matched.beliefs.boxes
         off = (boxes - expected) @ TO_CENTRE
         sides = expected[:, 2:] - expected[:, :2]
-        kind = np.searchsorted(self.sizes, np.minimum(sides[:, 0], sides[:, 1]))
-        gain = np.maximum(learned.gains[kind], (1.0 / (matched.sightings + 1.0))[:, None])
+        shorter = np.minimum(sides[:, 0], sides[:, 1])
+        kind = (shorter > self.sizes[0]) + (shorter > self.sizes[1]).astype(np.int64)
+        gain = np.maximum(learned.gains.take(kind, 0), (1.0 / (matched.sightings + 1.0))[:, None])
         unusable = matched.unseen > SKIPPED * dt
         if np.count_nonzero(unusable) and dt > 0.0:
             gain = 1.0 - (1.0 - gain) ** (matched.unseen / dt)[:, None]
-        x_last, y_last = camera.image_size[0] - 1.0, camera.image_size[1] - 1.0
-        cut = (boxes[:, 0] < self.border) | (boxes[:, 2] > x_last - self.border)
-        cut |= (boxes[:, 1] < self.border) | (boxes[:, 3] > y_last - self.border)
+        beyond = boxes[:, :2] < self.border
+        beyond |= boxes[:, 2:] > camera.far_corner[:2] - self.border
+        cut = beyond[:, 0] | beyond[:, 1]
         if np.count_nonzero(cut):
             gain[cut] = 1.0
             unusable |= cut
@@ -106,10 +107,10 @@ class BoxFilter:
         usable = np.isfinite(before[:, 0] + now[:, 0]).nonzero()[0]
         if len(usable) == 0:
             return learned
-        a = before.take(usable, axis=0).clip(-LARGEST, LARGEST)
-        b = now.take(usable, axis=0).clip(-LARGEST, LARGEST)
-        member = (kind[usable] == KINDS).astype(float)
-        pairs = learned.pairs + (member @ np.ones((len(usable), 1)))
+        a = np.minimum(np.maximum(before.take(usable, 0), -LARGEST), LARGEST)
+        b = np.minimum(np.maximum(now.take(usable, 0), -LARGEST), LARGEST)
+        member = (kind.take(usable) == KINDS).astype(float)
+        pairs = learned.pairs + np.add.reduce(member, 1, keepdims=True)
         power = learned.power + member @ (0.5 * (a * a + b * b))
         worth = power * (1.0 + self.prior / np.maximum(pairs, 1.0)) + TINY
         gains = learned.gains + member @ (a * b) / worth

@@ -1,6 +1,6 @@
 """How an unseen car moves: not at all (the paper), or with constant velocity (a Kalman filter)."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Protocol, runtime_checkable
 
@@ -43,14 +43,14 @@ class Still:
         cov = beliefs.cov.copy()
         cov[:, 0, 0] += (self.speed_std[0] * dt) ** 2
         cov[:, 1, 1] += (self.speed_std[1] * dt) ** 2
-        return replace(beliefs, cov=cov, shape_pose=_later(beliefs, dt)), None
+        return beliefs.replaced(cov=cov, shape_pose=_later(beliefs, dt)), None
 
     def update(self, expected: Beliefs, observed: Beliefs) -> Beliefs:
         """What is seen now."""
         pose, look = _latest(expected, observed)
         if pose is observed.shape_pose and look is observed.look:
             return observed
-        return replace(observed, shape_pose=pose, look=look)
+        return observed.replaced(shape_pose=pose, look=look)
 
 
 @dataclass(frozen=True)
@@ -65,8 +65,8 @@ class ConstantVelocity:
 
     def predict(self, beliefs: Beliefs, dt: float) -> tuple[Beliefs, Float[Array, "n 2"] | None]:
         """F x and F P F' + Q; the shift of the position is returned apart."""
-        F, Q = _motion_model(round(dt, 6), self.acceleration_std)
-        cov = F @ beliefs.cov @ F.T + Q
+        FF, Q = _motion_model(round(dt, 6), self.acceleration_std)
+        cov = (beliefs.cov.reshape(-1, 16) @ FF).reshape(-1, 4, 4) + Q
         cues = _later(beliefs, dt), beliefs.look
         moved = Beliefs(beliefs.cuboids, beliefs.velocity, cov, beliefs.boxes, *cues)
         return moved, beliefs.velocity * dt
@@ -78,10 +78,9 @@ class ConstantVelocity:
         """
         cov = expected.cov
         gain = cov[:, :, :2] @ inverse_2x2(cov[:, :2, :2] + observed.cov[:, :2, :2])
-        off = observed.cuboids.base[:, ::2] - expected.cuboids.base[:, ::2]
-        step = (gain @ off[:, :, None])[:, :, 0]
-        base = observed.cuboids.base.copy()
-        base[:, ::2] = expected.cuboids.base[:, ::2] + step[:, :2]
+        before, base = expected.cuboids.base[:, ::2], observed.cuboids.base.copy()
+        step = (gain @ (base[:, ::2] - before)[:, :, None])[:, :, 0]
+        base[:, ::2] = before + step[:, :2]
         cuboids = Cuboids(base, observed.cuboids.yaw, observed.cuboids.size)
         cov = cov - gain @ cov[:, :2]
         velocity, cues = expected.velocity + step[:, 2:], _latest(expected, observed)
@@ -103,11 +102,14 @@ def _latest(expected: Beliefs, observed: Beliefs) -> tuple[ShapePose | None, Loo
 
 @lru_cache(maxsize=64)
 def _motion_model(dt: float, acceleration_std: float) -> tuple[Array, Array]:
-    """F and Q of (x, z, velocity x, velocity z); dt to the microsecond."""
+    """F (x) F and Q of (x, z, velocity x, velocity z); dt to the microsecond.
+
+    Covariances as rows of 16 numbers times the former are F P F'.
+    """
     F = np.eye(4)
     F[0, 2] = F[1, 3] = dt
-    var = acceleration_std**2
-    return F, Q_discrete_white_noise(2, dt, var, block_size=2, order_by_dim=False)
+    Q = Q_discrete_white_noise(2, dt, acceleration_std**2, block_size=2, order_by_dim=False)
+    return np.kron(F, F).T.copy(), Q
 
 
 def inverse_2x2(matrices: Float[Array, "n 2 2"]) -> Float[Array, "n 2 2"]:

@@ -115,6 +115,8 @@ class Evidence:
 
     def newborn(self, scores: Float[Array, " b"], rates: Rates) -> Float[Array, " b"]:
         """That a first sighting is a car: its score, if newborns have kept their word so far."""
+        if len(scores) == 0:
+            return scores
         prior = self.birth_prior
         kept = (rates.confirmed + self.birth * prior) / (rates.newborns + prior)
         worth = min(1.0, kept / max(self.detected(rates), 0.5))

@@ -22,7 +22,8 @@ class Population(Rows):
 
     unseen: seconds since the last sighting. sightings: how many there were. existence: the
     probability that there is an object. surprises: by how much the last box was off the expected
-    one (centre and size, in box heights); NaN: not known.
+    one (centre and size, in box heights); NaN: not known. scores: of the detection in this frame;
+    NaN: not seen in it.
     """
 
     ids: Int[Array, " n"]
@@ -31,26 +32,37 @@ class Population(Rows):
     sightings: Int[Array, " n"]
     existence: Float[Array, " n"]
     surprises: Float[Array, "n 4"]
+    scores: Float[Array, " n"]
 
     @classmethod
     def empty(cls) -> "Population":
         """Nobody."""
-        none = np.zeros(0, np.int64)
-        return cls(none, Beliefs.empty(), np.zeros(0), none, np.zeros(0), np.zeros((0, 4)))
+        none, nothing = np.zeros(0, np.int64), np.zeros(0)
+        return cls(none, Beliefs.empty(), nothing, none, nothing, np.zeros((0, 4)), nothing)
 
     @classmethod
-    def born(cls, observed: Beliefs, existence: Float[Array, " n"], next_id: int) -> "Population":
+    def born(
+        cls,
+        observed: Beliefs,
+        scores: Float[Array, " n"],
+        existence: Float[Array, " n"],
+        next_id: int,
+    ) -> "Population":
         """New tracks, with ids from `next_id` on."""
-        n = len(observed)
+        n = len(scores)
         ids, once = next_id + np.arange(n), np.ones(n, np.int64)
-        return cls(ids, observed, np.zeros(n), once, existence, np.full((n, 4), np.nan))
+        return cls(ids, observed, np.zeros(n), once, existence, np.full((n, 4), np.nan), scores)
 
     def seen_again(
-        self, updated: Beliefs, existence: Float[Array, " n"], surprises: Float[Array, "n 4"]
+        self,
+        updated: Beliefs,
+        scores: Float[Array, " n"],
+        existence: Float[Array, " n"],
+        surprises: Float[Array, "n 4"],
     ) -> "Population":
         """These tracks after one more sighting each."""
-        unseen = np.zeros(len(self))
-        return type(self)(self.ids, updated, unseen, self.sightings + 1, existence, surprises)
+        unseen, sightings = np.zeros(len(scores)), self.sightings + 1
+        return Population(self.ids, updated, unseen, sightings, existence, surprises, scores)
 
 
 NOBODY = Population.empty()
@@ -68,13 +80,12 @@ class Lifecycle:
     birth_score: float = 0.0
     max_gap: float = 0.0
 
-    def remembered(self, lost: Population, camera: Camera) -> Population:
-        """Those of the lost tracks that live on."""
-        if len(lost) == 0:
-            return NOBODY
-        coasting = lost.select((lost.unseen <= self.max_gap + ROUNDING).nonzero()[0])
-        inside = in_view(coasting.beliefs, camera)
-        return coasting if np.count_nonzero(inside) == len(inside) else coasting.select(inside)
+    def living(self, population: Population, camera: Camera) -> Population:
+        """Those seen in this frame, and those who are remembered."""
+        alive = population.unseen <= self.max_gap + ROUNDING
+        alive &= in_view(population.beliefs, camera)
+        alive |= ~np.isnan(population.scores)
+        return population if np.count_nonzero(alive) == len(alive) else population.select(alive)
 
 
 def in_view(beliefs: Beliefs, camera: Camera) -> Bool[Array, " n"]:

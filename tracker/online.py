@@ -1,13 +1,13 @@
 """The online tracker: one frame in, the identities of its detections out."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from tracker.association import Associate, Hungarian, Match, match_in_stages
-from tracker.beliefs import Beliefs, Lift, transport
+from tracker.beliefs import Beliefs, Lift
 from tracker.box_filter import BoxFilter, Gains
 from tracker.costs import ImageOverlap, Pairing, Reprojection, Volume, WeightedCosts, weighted_sum
 from tracker.dynamics import ConstantVelocity, Dynamics, Still
@@ -17,6 +17,7 @@ from tracker.explain import Explanation
 from tracker.lifecycle import NOBODY, Lifecycle, Population
 from tracker.state import Counts, State
 from tracker.suppression import Suppression
+from tracker.transport import transport
 from tracker.types import Camera, Frame, Tracks
 
 # How far an unknown camera motion may be from standing still: 1 m along and 10 cm across the
@@ -109,20 +110,13 @@ class Tracker:
         if self.explain:
             given = (frame.index, expected.ids, pairing, self.costs, costs, match)
             self.explanation = Explanation.of(*given)
-        born = match.new[scores[match.new] >= self.lifecycle.birth_score]
-        seen, unseen, rates, gains = self._renew(
-            frame.time, expected, observed, scores, match, born
-        )
-        self.state = State(
-            Population.concatenate((seen, unseen)) if len(unseen) else seen,
-            self.state.next_id + len(born),
-            frame.time,
-            counts,
-            rates,
-            gains,
-        )
-        scores = scores[np.concatenate((match.pairs[:, 1], born))]
-        return self._written(frame.index, seen, scores, unseen)
+        born = match.new
+        if len(born):
+            born = born[scores[born] >= self.lifecycle.birth_score]
+        population, rates, gains = self._renew(frame.time, expected, observed, scores, match, born)
+        next_id = self.state.next_id + len(born)
+        self.state = State(population, next_id, frame.time, counts, rates, gains)
+        return self._written(frame.index, population)
 
     def reset(self) -> None:
         """Forget everything; ids start at 0 again."""
@@ -140,8 +134,10 @@ class Tracker:
         existence = population.existence
         if self.evidence is not None:
             existence = existence * self.evidence.survival(dt)
-        unseen = population.unseen + dt
-        return replace(population, beliefs=beliefs, unseen=unseen, existence=existence)
+        unseen, scores = population.unseen + dt, np.full(len(existence), np.nan)
+        return population.replaced(
+            beliefs=beliefs, unseen=unseen, existence=existence, scores=scores
+        )
 
     def _renew(
         self,
@@ -151,56 +147,46 @@ class Tracker:
         scores: Float[Array, " m"],
         match: Match,
         born: Int[Array, " b"],
-    ) -> tuple[Population, Population, Rates, Gains | None]:
-        """Those seen (matched, then born), those remembered, and what was learned."""
+    ) -> tuple[Population, Rates, Gains | None]:
+        """The living after this frame, in their old order, then the newborns; what was learned."""
         rows, columns = match.pairs.T
         lost = expected.select(match.lost) if len(match.lost) else NOBODY
         matched = expected if _is_all(rows, len(expected)) else expected.select(rows)
-        updated = self.dynamics.update(matched.beliefs, observed.select(columns))
+        seen = self.dynamics.update(matched.beliefs, observed.select(columns))
+        scores_seen, scores_born = scores.take(columns), scores.take(born)
         surprises, gains, rates = matched.surprises, self.state.gains, self.state.rates
         dt = 0.0 if self.state.time is None else time - self.state.time
         if self.box_filter is not None:
             known = self.box_filter.start() if gains is None else gains
-            given = (known, matched, updated.boxes, dt, self.camera)
-            boxes, surprises, gains = self.box_filter(*given)
-            updated = replace(updated, boxes=boxes)
+            boxes, surprises, gains = self.box_filter(known, matched, seen.boxes, dt, self.camera)
+            seen = seen.replaced(boxes=boxes)
         there, still, new = np.ones(len(rows)), lost.existence, np.ones(len(born))
         if self.evidence is not None:
-            there, still, new, rates = self.evidence(
-                rates,
-                matched,
-                lost,
-                (scores[columns], scores[born]),
-                observed.boxes,
-                dt,
-                self.camera,
-            )
-        seen = matched.seen_again(updated, there, surprises)
-        if len(born):
-            newborn = Population.born(observed.select(born), new, self.state.next_id)
-            seen = Population.concatenate((seen, newborn))
+            judged = rates, matched, lost, (scores_seen, scores_born)
+            there, still, new, rates = self.evidence(*judged, observed.boxes, dt, self.camera)
+        population = matched.seen_again(seen, scores_seen, there, surprises)
         if len(lost):
-            lost = self.lifecycle.remembered(replace(lost, existence=still), self.camera)
-        return seen, lost, rates, gains
+            population = expected.updated(rows, population)
+            population.existence[match.lost] = still
+            population = self.lifecycle.living(population, self.camera)
+        if len(born):
+            newborn = Population.born(observed.select(born), scores_born, new, self.state.next_id)
+            population = Population.concatenate((population, newborn))
+        return population, rates, gains
 
-    def _written(
-        self, index: int, seen: Population, scores: Float[Array, " n"], unseen: Population
-    ) -> Tracks:
+    def _written(self, index: int, population: Population) -> Tracks:
         """The rows of this frame: those seen, with their scores, and those that should be there."""
-        rows = seen
-        if self.evidence is not None:
-            certain = seen.existence >= self.evidence.threshold
-            if np.count_nonzero(certain) < len(seen):
-                rows, scores = seen.select(certain), scores[certain]
-            there = unseen.select(self.evidence.written(unseen)) if len(unseen) else unseen
-            if len(there):
-                inside = self.camera.clip_boxes(there.beliefs.boxes)
-                there = replace(there, beliefs=replace(there.beliefs, boxes=inside))
-                rows = Population.concatenate((rows, there))
-                scores = np.concatenate((scores, there.existence))
-        beliefs = rows.beliefs
-        frames = np.full(len(rows), index)
-        return Tracks(frames, rows.ids, beliefs.boxes, scores, cuboids=beliefs.cuboids)
+        unseen = np.isnan(population.scores)
+        written = ~unseen if self.evidence is None else self.evidence.written(population)
+        if np.count_nonzero(written) < len(population):
+            population, unseen = population.select(written), unseen[written]
+        boxes, scores = population.beliefs.boxes, population.scores
+        if np.count_nonzero(unseen):
+            boxes = np.where(unseen[:, None], self.camera.clip_boxes(boxes), boxes)
+            scores = np.where(unseen, population.existence, scores)
+        frames = np.full(len(scores), index)
+        cuboids = population.beliefs.cuboids
+        return Tracks(frames, population.ids, boxes, scores, cuboids=cuboids)
 
     def _cost_matrix(self, pairing: Pairing) -> tuple[Float[Array, "n m"], Counts]:
         """Rows expected, columns observed; inf outside the search areas. And the new counts."""

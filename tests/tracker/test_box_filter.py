@@ -16,8 +16,8 @@ def tracks(boxes: np.ndarray, surprises: np.ndarray | None = None, sightings: in
     beliefs = beliefs_at(*[(2.0 * i, 20.0) for i in range(n)])
     beliefs.boxes[:] = boxes
     off = np.full((n, 4), np.nan) if surprises is None else surprises
-    ones = np.ones(n)
-    return Population(np.arange(n), beliefs, DT * ones, np.full(n, sightings), ones, off)
+    ones, seen = np.ones(n), np.full(n, sightings)
+    return Population(np.arange(n), beliefs, DT * ones, seen, ones, off, np.nan * ones)
 
 
 def run(noise: float, walk: float, frames: int = 400, n: int = 6) -> tuple[Gains, float, float]:

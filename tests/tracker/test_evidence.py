@@ -24,6 +24,7 @@ def tracks(existence: list[float], sightings: int = 9, unseen: float = DT) -> Po
         np.full(n, sightings),
         np.array(existence),
         surprises,
+        np.full(n, np.nan if unseen else 0.9),
     )
 
 

@@ -12,13 +12,15 @@ def population(*unseen: float) -> Population:
     n = len(unseen)
     beliefs = beliefs_at(*[(2.0 * i, 20.0) for i in range(n)])
     ids, times, surprises = np.arange(10, 10 + n), np.array(unseen), np.full((n, 4), np.nan)
-    return Population(ids, beliefs, times, np.full(n, 3), np.full(n, 0.9), surprises)
+    scores = np.where(times > 0.0, np.nan, 0.9)
+    return Population(ids, beliefs, times, np.full(n, 3), np.full(n, 0.9), surprises, scores)
 
 
 def test_those_seen_again_keep_their_ids_and_count_one_sighting_more() -> None:
     before = population(0.1, 0.4)
     updated = beliefs_at((4.0, 20.0), (0.0, 30.0))
-    seen = before.seen_again(updated, np.array([0.5, 0.7]), np.zeros((2, 4)))
+    scores = np.array([0.8, 0.9])
+    seen = before.seen_again(updated, scores, np.array([0.5, 0.7]), np.zeros((2, 4)))
     assert seen.ids.tolist() == [10, 11]
     assert seen.unseen.tolist() == [0.0, 0.0]
     assert seen.sightings.tolist() == [4, 4]
@@ -28,7 +30,7 @@ def test_those_seen_again_keep_their_ids_and_count_one_sighting_more() -> None:
 
 def test_births_take_consecutive_ids_in_the_order_of_detections() -> None:
     observed = beliefs_at((0.0, 20.0), (3.0, 20.0))
-    born = Population.born(observed, np.array([0.4, 0.8]), next_id=7)
+    born = Population.born(observed, np.array([0.9, 0.95]), np.array([0.4, 0.8]), next_id=7)
     assert born.ids.tolist() == [7, 8]
     assert born.sightings.tolist() == [1, 1]
     assert born.existence.tolist() == [0.4, 0.8]
@@ -37,7 +39,7 @@ def test_births_take_consecutive_ids_in_the_order_of_detections() -> None:
 
 def test_the_unseen_are_remembered_up_to_the_longest_gap() -> None:
     lost = population(0.5, 1.0, 1.1)
-    assert Lifecycle(max_gap=1.0).remembered(lost, LEVEL).ids.tolist() == [10, 11]
+    assert Lifecycle(max_gap=1.0).living(lost, LEVEL).ids.tolist() == [10, 11]
 
 
 def test_a_gap_is_not_shorter_for_the_rounding_of_its_steps() -> None:
@@ -46,20 +48,26 @@ def test_a_gap_is_not_shorter_for_the_rounding_of_its_steps() -> None:
     gaps = np.add.accumulate(np.diff(times), axis=1)[:, -1]
     assert gaps.max() > 3.0
     for gap in {gaps.min(), gaps.max()}:
-        three_seconds = Lifecycle(max_gap=3.0).remembered(population(gap), LEVEL)
+        three_seconds = Lifecycle(max_gap=3.0).living(population(gap), LEVEL)
         assert three_seconds.ids.tolist() == [10]
 
 
+def test_who_is_seen_lives_on_even_outside_the_view() -> None:
+    everyone = population(0.0, 0.1, 0.0)
+    everyone.beliefs.boxes[:] = [-90.0, 100.0, -10.0, 200.0]
+    assert Lifecycle(max_gap=9.0).living(everyone, LEVEL).ids.tolist() == [10, 12]
+
+
 def test_without_memory_every_lost_track_ends() -> None:
-    assert len(Lifecycle(max_gap=0.0).remembered(population(0.1, 0.1), LEVEL)) == 0
+    assert len(Lifecycle(max_gap=0.0).living(population(0.1, 0.1), LEVEL)) == 0
 
 
 def test_nobody_lost_is_nobody() -> None:
-    assert len(Lifecycle(max_gap=9.0).remembered(Population.empty(), LEVEL)) == 0
+    assert len(Lifecycle(max_gap=9.0).living(Population.empty(), LEVEL)) == 0
 
 
 def test_the_coasting_keep_how_long_they_were_unseen() -> None:
-    coasting = Lifecycle(max_gap=9.0).remembered(population(0.4, 0.7), LEVEL)
+    coasting = Lifecycle(max_gap=9.0).living(population(0.4, 0.7), LEVEL)
     assert coasting.unseen.tolist() == [0.4, 0.7]
     assert coasting.sightings.tolist() == [3, 3]
 
@@ -91,7 +99,7 @@ def test_a_track_that_fell_behind_is_out_of_view_whatever_its_box() -> None:
 def test_a_lost_track_out_of_view_ends_at_once() -> None:
     expected = population(0.1, 0.1)
     expected.beliefs.boxes[0] = [-90.0, 100, -10, 150]
-    assert Lifecycle(max_gap=9.0).remembered(expected, LEVEL).ids.tolist() == [11]
+    assert Lifecycle(max_gap=9.0).living(expected, LEVEL).ids.tolist() == [11]
 
 
 def test_nobody_is_in_view_of_nobody() -> None:

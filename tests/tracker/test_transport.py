@@ -15,9 +15,10 @@ from tests.tracker.samples import (
     drive,
     locked,
 )
-from tracker.beliefs import MIN_SCALE, Beliefs, transport
+from tracker.beliefs import Beliefs
 from tracker.geometry import homogeneous, invert, rotation_x, rotation_y, transform, wrap_angle
 from tracker.lifecycle import in_view
+from tracker.transport import MIN_SCALE, transport
 from tracker.types import Camera
 
 NO_DOUBT = np.zeros((6, 6))

@@ -27,7 +27,7 @@ class ImageOverlap:
         rows, columns = pairing.pairs
         expected = widened(pairing.expected.boxes, self.buffer)
         observed = widened(pairing.observed.boxes, self.buffer)
-        return 1.0 - box_iou(expected[rows], observed[columns])
+        return 1.0 - box_iou(expected.take(rows, 0), observed.take(columns, 0))
 
 
 def widened(boxes: Float[Array, "n 4"], fraction: float) -> Float[Array, "n 4"]:

@@ -11,13 +11,15 @@ TINY = np.finfo(float).tiny
 
 def box_area(boxes: Float[Array, "*n 4"]) -> Float[Array, "*n"]:
     """Areas of boxes x_min, y_min, x_max, y_max; 0 for inverted ones."""
-    sides = np.maximum(boxes[..., 2:] - boxes[..., :2], 0.0)
+    sides = boxes[..., 2:] - boxes[..., :2]
+    np.maximum(sides, 0.0, out=sides)
     return sides[..., 0] * sides[..., 1]
 
 
 def box_intersection(a: Float[Array, "*#n 4"], b: Float[Array, "*#n 4"]) -> Float[Array, "..."]:
     """The shared area of boxes, broadcast: a[:, None], b[None] gives every pair."""
-    sides = np.minimum(a[..., 2:], b[..., 2:]) - np.maximum(a[..., :2], b[..., :2])
+    sides = np.minimum(a[..., 2:], b[..., 2:])
+    sides -= np.maximum(a[..., :2], b[..., :2])
     np.maximum(sides, 0.0, out=sides)
     return sides[..., 0] * sides[..., 1]
 
@@ -25,8 +27,10 @@ def box_intersection(a: Float[Array, "*#n 4"], b: Float[Array, "*#n 4"]) -> Floa
 def box_iou(a: Float[Array, "*#n 4"], b: Float[Array, "*#n 4"]) -> Float[Array, "..."]:
     """Intersection over union, broadcast like `box_intersection`; 0 where there is no area."""
     shared = box_intersection(a, b)
-    union = box_area(a) + box_area(b) - shared
-    return shared / np.maximum(union, TINY)
+    union = box_area(a) + box_area(b)
+    union -= shared
+    np.maximum(union, TINY, out=union)
+    return shared / union
 
 
 def polygon_area(polygons: Float[Array, "n k 2"]) -> Float[Array, " n"]:

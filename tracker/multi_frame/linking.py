@@ -10,7 +10,7 @@ from numpy import ndarray as Array
 from scipy.optimize import linear_sum_assignment
 
 from tracker.association.network_flow import Arcs
-from tracker.beliefs import NOTHING, Beliefs, transport
+from tracker.beliefs import NOTHING, Beliefs
 from tracker.costs import Pairing, weighted_sum
 from tracker.errors import BadConfig
 from tracker.geometry import homogeneous, invert, rotation_y
@@ -18,6 +18,7 @@ from tracker.lifecycle import ROUNDING, in_view
 from tracker.multi_frame.flow_costs import FlowCosts
 from tracker.online import Tracker, elapsed, motion_of
 from tracker.state import Counts
+from tracker.transport import transport
 from tracker.types import Camera, Cuboids, Detections, Frame, Tracks
 from tracker.types.rows import Rows
 

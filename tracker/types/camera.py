@@ -99,6 +99,11 @@ class Camera:
         return self.T_road_cam[:3, :3] @ self.K_inverse
 
     @cached_property
+    def pixel_rays_road(self) -> tuple[Float[Array, "2 3"], Float[Array, "3"]]:
+        """The same as columns: what a pixel adds to a ray, and the ray of pixel (0, 0)."""
+        return self.A_road_pixel[:, :2].T.copy(), self.A_road_pixel[:, 2].copy()
+
+    @cached_property
     def road_shift(self) -> Float[Array, "4 12"]:
         """How a small motion of the camera shifts points of the road frame along road x and z.
 
@@ -128,7 +133,8 @@ class Camera:
 
     def rays_road(self, pixels: Float[Array, "*n 2"]) -> Float[Array, "*n 3"]:
         """The same rays in the road's axes (not its origin)."""
-        return pixels @ self.A_road_pixel[:, :2].T + self.A_road_pixel[:, 2]
+        per_pixel, at_origin = self.pixel_rays_road
+        return pixels @ per_pixel + at_origin
 
     def touch_road(self, pixels: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
         """Where the rays through the pixels meet the road, in camera coordinates (eq. 2).

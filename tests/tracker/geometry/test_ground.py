@@ -28,7 +28,7 @@ def test_rays_at_and_above_the_horizon_give_nan() -> None:
     contact = road_contact(rays, 1.5)
     assert np.isnan(contact[:2]).all()
     assert np.isfinite(contact[2]).all()
-    jacobian = road_contact_jacobian(rays, mounted().A_road_pixel[:, :2], 1.5)
+    jacobian = road_contact_jacobian(rays, contact, mounted().A_road_pixel[:, :2])
     assert np.isnan(jacobian[:2]).all()
     assert np.isfinite(jacobian[2]).all()
 
@@ -55,7 +55,8 @@ def test_contacts_lie_on_the_road_and_project_back(pixel, height, pitch, roll) -
 def test_the_jacobian_of_a_point_ahead_is_the_one_of_the_textbook() -> None:
     # Z = f h / v: dZ/dv = -Z^2 / (f h), dX/du = Z / f, dZ/dh = Z / h, dZ/dpitch = (Z^2 + h^2) / h.
     rays = mounted().rays_road(np.array([[600.0, 241.0]]))  # Z = 15, X = 0
-    jacobian = road_contact_jacobian(rays, mounted().A_road_pixel[:, :2], 1.5)
+    contact = road_contact(rays, 1.5)
+    jacobian = road_contact_jacobian(rays, contact, mounted().A_road_pixel[:, :2])
     by_hand = [
         [15 / 700, 0.0, 0.0, 0.0],
         [0.0, -(15.0**2) / (710 * 1.5), 10.0, (15.0**2 + 1.5**2) / 1.5],
@@ -70,7 +71,7 @@ def test_the_jacobian_equals_central_differences(pixel, height, pitch, roll) -> 
     rays = camera.rays_road(pixels)
     contact = road_contact(rays, height)
     assume(np.isfinite(contact).all() and contact[0, 2] < 150)
-    jacobian = road_contact_jacobian(rays, camera.A_road_pixel[:, :2], height)
+    jacobian = road_contact_jacobian(rays, contact, camera.A_road_pixel[:, :2])
 
     def xz(du: float, dv: float, d_height: float, d_pitch: float) -> np.ndarray:
         moved = camera.rays_road(pixels + np.array([du, dv])) @ rotation_x(d_pitch).T
@@ -87,13 +88,15 @@ def test_the_pitch_of_the_jacobian_is_the_pitch_of_a_mounted_camera() -> None:
     ends = [road_contact(mounted(pitch=p).rays_road(pixels), 1.5) for p in (step, -step)]
     numeric = (ends[0] - ends[1])[:, ::2] / (2 * step)
     camera = mounted()
-    jacobian = road_contact_jacobian(camera.rays_road(pixels), camera.A_road_pixel[:, :2], 1.5)
+    rays = camera.rays_road(pixels)
+    jacobian = road_contact_jacobian(rays, road_contact(rays, 1.5), camera.A_road_pixel[:, :2])
     np.testing.assert_allclose(jacobian[:, :, 3], numeric, rtol=1e-6)
 
 
 @pytest.mark.parametrize("height", [0.8, 1.65])
 def test_no_rays_have_no_contacts(height: float) -> None:
     rays = mounted().rays_road(np.zeros((0, 2)))
-    assert road_contact(rays, height).shape == (0, 3)
+    contact = road_contact(rays, height)
+    assert contact.shape == (0, 3)
     d_rays = mounted().A_road_pixel[:, :2]
-    assert road_contact_jacobian(rays, d_rays, height).shape == (0, 2, 4)
+    assert road_contact_jacobian(rays, contact, d_rays).shape == (0, 2, 4)

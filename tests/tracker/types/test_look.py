@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from tests.tracker.samples import LEVEL, beliefs_at
-from tracker.beliefs import Beliefs, Lift, transport
+from tracker.beliefs import Beliefs, Lift
 from tracker.dynamics import ConstantVelocity, Still
+from tracker.transport import transport
 from tracker.types import Detections
 from tracker.types.look import Look
 
@@ -53,3 +54,13 @@ def test_parts_that_know_nothing_get_empty_rows_beside_those_that_know() -> None
     assert both.shape_pose is not None
     assert Beliefs.concatenate((unknown, unknown)).look is None
     assert len(KNOWN.unknown(0)) == 0
+
+
+def test_new_rows_that_know_nothing_leave_what_the_others_know() -> None:
+    known, lookless = beliefs_at((0.0, 20.0), (3.0, 20.0)), beliefs_at((0.0, 20.0))
+    lookless = replace(lookless, look=None)
+    updated = replace(known, look=KNOWN).updated(np.array([1]), lookless)
+    np.testing.assert_array_equal(updated.look.descriptor[0], KNOWN.descriptor[0])
+    assert np.isnan(updated.look.descriptor[1]).all()
+    learned = replace(known, look=None).updated(np.array([0]), beliefs_at((0.0, 20.0)))
+    np.testing.assert_array_equal(np.isnan(learned.look.descriptor[:, 0]), [False, True])

@@ -71,3 +71,27 @@ def test_selecting_copies_so_that_the_table_cannot_be_changed_through_it() -> No
     whole = table(3)
     whole.select(np.array([0, 1])).boxes[:] = -1.0
     np.testing.assert_array_equal(whole.boxes, table(3).boxes)
+
+
+def test_columns_are_replaced_by_name_and_the_old_table_stays() -> None:
+    before = table(3)
+    after = before.replaced(ids=np.array([7, 8, 9]), scores=np.ones(3))
+    assert after.ids.tolist() == [7, 8, 9]
+    assert after.scores is not None
+    assert before.ids.tolist() == [100, 101, 102]
+    assert before.scores is None
+    assert after.boxes is before.boxes
+
+
+def test_rows_of_another_table_take_their_places_and_the_old_table_stays() -> None:
+    before = table(4)
+    after = before.updated(np.array([3, 1]), table(2, first=50))
+    assert after.frames.tolist() == [0, 51, 2, 50]
+    np.testing.assert_array_equal(after.cuboids.base[:, 2], [0.5, 51.5, 2.5, 50.5])
+    assert before.frames.tolist() == [0, 1, 2, 3]
+
+
+def test_a_column_that_one_of_two_tables_lacks_is_lacking_afterwards() -> None:
+    scored = table(2).replaced(scores=np.ones(2))
+    assert table(4).updated(np.array([0, 1]), scored).scores is None
+    assert scored.updated(np.array([0]), table(1)).scores is None
