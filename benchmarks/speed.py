@@ -4,7 +4,9 @@
 
 CPU seconds of one thread. Machines differ and are shared: beside every figure stands its ratio
 to a yardstick measured in the same run, the same frames through a bare IoU matcher (IoU matrix
-and Hungarian assignment of neighbouring frames, nothing else).
+and Hungarian assignment of neighbouring frames, nothing else). `all cues, given`: every cost, on
+columns of shapes, poses and descriptors that were drawn at random before (measuring them in images
+is another benchmark, front_end). `mot-sim compare` has peers in one run with ours.
 """
 
 import argparse
@@ -17,6 +19,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
 from collections.abc import Callable  # noqa: E402
+from dataclasses import replace  # noqa: E402
 from pathlib import Path  # noqa: E402
 from time import perf_counter, process_time  # noqa: E402
 
@@ -24,12 +27,18 @@ import numpy as np  # noqa: E402
 from scipy.optimize import linear_sum_assignment  # noqa: E402
 
 from mot_sim.datasets import available_sequences, kitti_sequence  # noqa: E402
+from mot_sim.experiments.cue_sets import ALL_CUES  # noqa: E402
+from mot_sim.runs import parse_costs  # noqa: E402
 from tracker import Camera, Detections, Frame, Tracker  # noqa: E402
+from tracker.beliefs import MEAN_CAR  # noqa: E402
+from tracker.costs import COSTS  # noqa: E402
 from tracker.geometry import box_iou, homogeneous  # noqa: E402
 
 K = np.array([[721.5, 0.0, 609.6], [0.0, 721.5, 172.9], [0.0, 0.0, 1.0]])
 CAMERA = Camera.mounted(K, (1242, 375), 1.65)
 Drive = tuple[Camera, list[Frame]]
+# Lengths of the shipped shape prior's coefficients and of the learned descriptor.
+SHAPES, DESCRIPTOR = 5, 128
 
 
 def yardstick(drives: list[Drive]) -> float:
@@ -52,6 +61,33 @@ def tracking(build: Callable[[Camera], Tracker], drives: list[Drive]) -> float:
         for frame in frames:
             tracker.step(frame)
     return process_time() - start
+
+
+def with_cues(drives: list[Drive]) -> list[Drive]:
+    """The same frames with a column for every cue, drawn at random."""
+    rng = np.random.default_rng(0)
+
+    def seen(detections: Detections) -> Detections:
+        n = len(detections)
+        return replace(
+            detections,
+            yaw=rng.uniform(-np.pi, np.pi, n),
+            size=rng.normal(MEAN_CAR, 0.1, (n, 3)),
+            shape=rng.normal(0.0, 0.2, (n, SHAPES)),
+            pose_cov=np.tile(0.01 * np.eye(SHAPES + 1), (n, 1, 1)),
+            descriptor=rng.normal(0.0, 0.05, (n, DESCRIPTOR)),
+        )
+
+    return [
+        (camera, [replace(frame, detections=seen(frame.detections)) for frame in frames])
+        for camera, frames in drives
+    ]
+
+
+def every_cost(camera: Camera) -> Tracker:
+    """The default tracker with all costs at once."""
+    weights = parse_costs(ALL_CUES.replace("+", ","))
+    return Tracker.default(camera, tuple((weights[name], COSTS[name]()) for name in weights))
 
 
 def crowd(boxes: int, frames: int = 100) -> Drive:
@@ -111,10 +147,15 @@ def kitti_table(root: Path, repeats: int) -> None:
     print(
         f"bare IoU matcher   {frames / np.median(yard):10.0f} {frames / min(yard):8.0f}        1.0"
     )
-    for name, build in (("default", Tracker.default), ("paper", Tracker.paper)):
+    trackers = {
+        "default": (Tracker.default, drives),
+        "paper": (Tracker.paper, drives),
+        "all cues, given": (every_cost, with_cues(drives)),
+    }
+    for name, (build, seen) in trackers.items():
         times, ratios = [], []
         for _ in range(repeats):
-            times.append(tracking(build, drives))
+            times.append(tracking(build, seen))
             ratios.append(times[-1] / yardstick(drives))
         fast = frames / np.median(times), frames / min(times), np.median(ratios)
         print(f"{name:18s} {fast[0]:10.0f} {fast[1]:8.0f} {fast[2]:10.1f}")
