@@ -152,14 +152,10 @@ class Tracker:
         rows, columns = match.pairs.T
         lost = expected.select(match.lost) if len(match.lost) else NOBODY
         matched = expected if _is_all(rows, len(expected)) else expected.select(rows)
-        seen = self.dynamics.update(matched.beliefs, observed.select(columns))
         scores_seen, scores_born = scores.take(columns), scores.take(born)
-        surprises, gains, rates = matched.surprises, self.state.gains, self.state.rates
         dt = 0.0 if self.state.time is None else time - self.state.time
-        if self.box_filter is not None:
-            known = self.box_filter.start() if gains is None else gains
-            boxes, surprises, gains = self.box_filter(known, matched, seen.boxes, dt, self.camera)
-            seen = seen.replaced(boxes=boxes)
+        rates, gains = self.state.rates, self.state.gains
+        seen, surprises, gains = self.believe(matched, observed.select(columns), dt, gains)
         there, still, new = np.ones(len(rows)), lost.existence, np.ones(len(born))
         if self.evidence is not None:
             judged = rates, matched, lost, (scores_seen, scores_born)
@@ -173,6 +169,20 @@ class Tracker:
             newborn = Population.born(observed.select(born), scores_born, new, self.state.next_id)
             population = Population.concatenate((population, newborn))
         return population, rates, gains
+
+    def believe(
+        self, matched: Population, observed: Beliefs, dt: float, gains: Gains | None
+    ) -> tuple[Beliefs, Float[Array, "k 4"], Gains | None]:
+        """What to believe of tracks (as expected now) that were seen as observed, row by row.
+
+        dt: seconds since the last frame. Also their surprises, and the gains as learned since.
+        """
+        seen = self.dynamics.update(matched.beliefs, observed)
+        if self.box_filter is None:
+            return seen, matched.surprises, gains
+        known = self.box_filter.start() if gains is None else gains
+        boxes, surprises, gains = self.box_filter(known, matched, seen.boxes, dt, self.camera)
+        return seen.replaced(boxes=boxes), surprises, gains
 
     def _written(self, index: int, population: Population) -> Tracks:
         """The rows of this frame: those seen, with their scores, and those that should be there."""

@@ -10,17 +10,17 @@ from numpy import ndarray as Array
 from scipy.optimize import linear_sum_assignment
 
 from tracker.association.network_flow import Arcs
-from tracker.beliefs import NOTHING, Beliefs
+from tracker.beliefs import Beliefs
+from tracker.box_filter import Gains
 from tracker.costs import Pairing, weighted_sum
 from tracker.errors import BadConfig
 from tracker.geometry import homogeneous, invert, rotation_y
-from tracker.lifecycle import ROUNDING, in_view
+from tracker.lifecycle import NOBODY, ROUNDING, Population, in_view
 from tracker.multi_frame.flow_costs import FlowCosts
 from tracker.online import Tracker, elapsed, motion_of
 from tracker.state import Counts
 from tracker.transport import transport
 from tracker.types import Camera, Cuboids, Detections, Frame, Tracks
-from tracker.types.rows import Rows
 
 # What a step without any row gives; it has the columns that the others have.
 NO_ROWS = replace(Tracks.empty(), cuboids=Cuboids.empty())
@@ -50,26 +50,19 @@ class Sighted:
 
 
 @dataclass(frozen=True, eq=False)
-class Recent(Rows):
-    """Sightings by number, where their cars should be by now, and how many seconds ago."""
-
-    sightings: Int[Array, " n"]
-    beliefs: Beliefs
-    unseen: Float[Array, " n"]
-
-
-NONE = Recent(np.zeros(0, np.int64), NOTHING, np.zeros(0))
-
-
-@dataclass(frozen=True, eq=False)
 class Pool:
-    """All that linking remembers: the sightings of the last seconds, and where we are."""
+    """All that linking remembers, and where we are.
 
-    recent: Recent = NONE
+    recent: the sightings of the last seconds, each as a track that ends there; ids: their
+    numbers. gains: what was learned of the noise of boxes.
+    """
+
+    recent: Population = NOBODY
     next_sighting: int = 0
     time: float | None = None
     T_world_road: Float[Array, "4 4"] | None = None
     counts: Counts = Counts()
+    gains: Gains | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +72,7 @@ class Linking:
     tracker: gives the components: what is suppressed, how boxes are lifted, how cars move, the
     costs, the largest cost of a link and the longest memory. Sightings are carried and paired
     as a tracker does it with its tracks; each is filtered along its likeliest links, so that
-    it has a velocity.
+    it has a velocity, and a box with less noise.
     """
 
     tracker: Tracker
@@ -108,35 +101,36 @@ class Linking:
         missed = expected.unseen[rows] - step
         missed[missed < ROUNDING] = 0.0
         links = self.flow_costs.of_links(costs[possible], self.max_cost, missed)
-        arcs = Arcs(expected.sightings[rows], pool.next_sighting + columns, links)
+        arcs = Arcs(expected.ids[rows], pool.next_sighting + columns, links)
 
         gains = np.zeros(pairing.shape)
         gains[rows, columns] = np.minimum(links - self.flow_costs.birth, 0.0)
-        beliefs = self._filtered(expected.beliefs, observed, gains)
+        new = Population.born(
+            observed, detections.scores, np.ones(len(detections)), pool.next_sighting
+        )
+        new, learned = self._filtered(pool.gains, expected, new, gains, step)
         sighted = Sighted(
-            frame.index, frame.time, pool.next_sighting, detections, observed, beliefs, arcs,
+            frame.index, frame.time, pool.next_sighting, detections, observed, new.beliefs, arcs,
             T_world_road,
         )  # fmt: skip
         recent = expected.unseen <= tracker.lifecycle.max_gap + ROUNDING
         recent &= in_view(expected.beliefs, tracker.camera)
-        n = len(detections)
-        new = Recent(sighted.sightings, beliefs, np.zeros(n))
+        kept = Population.concatenate((expected.select(recent), new))
+        next_sighting = pool.next_sighting + len(detections)
         counts = counted(pool.counts, pairing, unmeasured)
-        kept = Recent.concatenate((expected.select(recent), new))
-        pool = Pool(kept, pool.next_sighting + n, frame.time, T_world_road, counts)
-        return pool, sighted
+        return Pool(kept, next_sighting, frame.time, T_world_road, counts, learned), sighted
 
-    def _expect(self, pool: Pool, frame: Frame) -> tuple[Recent, Float[Array, "4 4"]]:
+    def _expect(self, pool: Pool, frame: Frame) -> tuple[Population, Float[Array, "4 4"]]:
         """The recent sightings at this frame, and T_world_road of it."""
         if pool.time is None or pool.T_world_road is None:
-            return NONE, np.eye(4)
+            return NOBODY, np.eye(4)
         dt = elapsed(frame, pool.time)
         T_now_before, motion_cov = motion_of(frame)
         camera, old = self.tracker.camera, pool.recent
         T_world_road = pool.T_world_road @ invert(on_the_road(T_now_before, camera))
         beliefs, moved = self.tracker.dynamics.predict(old.beliefs, dt)
         beliefs = transport(beliefs, camera, T_now_before, motion_cov, moved)
-        return Recent(old.sightings, beliefs, old.unseen + dt), T_world_road
+        return old.replaced(beliefs=beliefs, unseen=old.unseen + dt), T_world_road
 
     def _costs(self, pairing: Pairing) -> tuple[Float[Array, " k"], int]:
         """The cost of every pair of the pairing; how many single costs were NaN."""
@@ -148,18 +142,23 @@ class Linking:
         return total, unmeasured
 
     def _filtered(
-        self, expected: Beliefs, observed: Beliefs, gains: Float[Array, "n m"]
-    ) -> Beliefs:
-        """The observed beliefs, updated with the expected ones that fit best by two frames."""
+        self,
+        learned: Gains | None,
+        expected: Population,
+        new: Population,
+        gains: Float[Array, "n m"],
+        dt: float,
+    ) -> tuple[Population, Gains | None]:
+        """The new sightings, each after those that fit best by two frames; what was learned."""
         rows, columns = linear_sum_assignment(gains)
         made = gains[rows, columns] < 0.0
         rows, columns = rows[made], columns[made]
         if len(rows) == 0:
-            return observed
-        updated = self.tracker.dynamics.update(expected.select(rows), observed.select(columns))
-        others = np.setdiff1d(np.arange(len(observed)), columns)
-        order = np.argsort(np.concatenate((columns, others)))
-        return Beliefs.concatenate((updated, observed.select(others))).select(order)
+            return new, learned
+        before, now = expected.select(rows), new.select(columns)
+        beliefs, surprises, learned = self.tracker.believe(before, now.beliefs, dt, learned)
+        again = before.seen_again(beliefs, now.scores, now.existence, surprises)
+        return new.updated(columns, again.replaced(ids=now.ids)), learned
 
 
 def on_the_road(T_now_before: Float[Array, "4 4"], camera: Camera) -> Float[Array, "4 4"]:

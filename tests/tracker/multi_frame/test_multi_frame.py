@@ -135,6 +135,27 @@ def test_sightings_are_numbered_in_the_order_of_time_and_linked_to_those_before(
     assert len(pool.recent) == 12
 
 
+def test_the_boxes_of_sightings_lose_noise_along_their_likeliest_links() -> None:
+    """As in the online tracker: the gain is learned, and the expected boxes are the better ones."""
+    rng = np.random.default_rng(4)
+    cars = [Car(-9.0, 40.0), Car(-3.0, 30.0), Car(3.0, 35.0), Car(9.0, 45.0)]
+    standing = drive(cars, count=80).frames
+    linking, pool = Linking(Tracker.default(LEVEL)), Pool()
+    raw, filtered = [], []
+    for frame in standing:
+        true = frame.detections.boxes
+        noisy = replace(frame.detections, boxes=true + rng.normal(0.0, 3.0, true.shape))
+        pool, sighted = linking(pool, replace(frame, detections=noisy))
+        raw.append(sighted.detections.boxes - true)
+        filtered.append(sighted.beliefs.boxes - true)
+    assert pool.gains is not None
+    assert pool.gains.gains[0].max() < 0.75  # it began at .8
+    assert np.std(filtered[40:]) < 0.85 * np.std(raw[40:])
+    unfiltered = Linking(replace(Tracker.default(LEVEL), box_filter=None))
+    _, sighted = unfiltered(pool, replace(standing[-1], index=80, time=8.0))
+    np.testing.assert_array_equal(sighted.beliefs.boxes, sighted.detections.boxes)
+
+
 def test_the_path_of_the_ego_car_is_composed_on_the_road() -> None:
     linking, pool = Linking(Tracker.default(LEVEL)), Pool()
     for frame in drive([], forward, 21).frames:
