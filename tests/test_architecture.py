@@ -23,6 +23,7 @@ ROOMS: dict[str, set[str]] = {
     "front_end": {"shape", "ego", "descriptors"},
     "beliefs": {"types"},
     "transport": {"beliefs"},
+    "turn_filter": {"types"},
     "dynamics": {"beliefs"},
     "lifecycle": {"dynamics"},
     "costs": {"beliefs", "shape"},
@@ -32,7 +33,8 @@ ROOMS: dict[str, set[str]] = {
     "state": {"evidence", "box_filter"},
     "suppression": {"types"},
     "explain": {"costs", "association"},
-    "online": {"state", "costs", "association", "suppression", "explain", "transport"},
+    "online": {"state", "costs", "association", "suppression", "explain", "transport"}
+    | {"turn_filter"},
     "smoothing": set(),
     "multi_frame": {"online", "smoothing"},
     "frameworks": {"multi_frame"},

@@ -17,12 +17,9 @@ from tracker.explain import Explanation
 from tracker.lifecycle import NOBODY, Lifecycle, Population
 from tracker.state import Counts, State
 from tracker.suppression import Suppression
-from tracker.transport import transport
-from tracker.types import Camera, Frame, Tracks
-
-# How far an unknown camera motion may be from standing still: 1 m along and 10 cm across the
-# view a frame, 1 degree of yaw; the 10 Hz of KITTI in a town.
-UNKNOWN_MOTION_COV = np.diag(np.square([0.1, 0.03, 1.0, 0.005, 0.02, 0.003]))
+from tracker.transport import motion_of, transport
+from tracker.turn_filter import TurnFilter
+from tracker.types import Camera, Detections, Frame, Tracks
 
 
 @dataclass
@@ -35,6 +32,7 @@ class Tracker:
     decided: a box inside the search area costs 0 in eqs. 3-4, whichever track it belongs to.
     evidence: decides which tracks are written out, seen or not; None: those seen, and no other.
     box_filter: how far a new box is believed; None: it is taken as it is.
+    turn_filter: corrects an uncertain turn of the camera; None: it is taken as it is.
     explain: keep the last step's `explanation`. Scores are taken as probabilities.
     The whole memory is `state`; assign it to go back.
     """
@@ -51,6 +49,7 @@ class Tracker:
     tie_break: float = 1e-3
     evidence: Evidence | None = None
     box_filter: BoxFilter | None = None
+    turn_filter: TurnFilter | None = None
     explain: bool = False
     state: State = State()
     explanation: Explanation | None = None
@@ -92,6 +91,7 @@ class Tracker:
             tie_break=0.0,
             evidence=Evidence(),
             box_filter=BoxFilter(),
+            turn_filter=TurnFilter(),
         )
 
     def step(self, frame: Frame) -> Tracks:
@@ -102,7 +102,7 @@ class Tracker:
         """
         detections = self.suppress(frame.detections, self.camera)
         observed = self.lift(detections, self.camera)
-        expected = self._expect(frame)
+        expected = self._expect(frame, detections)
         pairing = Pairing(expected.beliefs, observed, detections, self.camera, self.sigmas)
         costs, counts = self._cost_matrix(pairing)
         scores = detections.scores
@@ -122,15 +122,13 @@ class Tracker:
         """Forget everything; ids start at 0 again."""
         self.state, self.explanation = State(), None
 
-    def _expect(self, frame: Frame) -> Population:
+    def _expect(self, frame: Frame, detections: Detections) -> Population:
         """The living tracks where they should be at this frame."""
         population, before = self.state.population, self.state.time
         dt = 0.0 if before is None else elapsed(frame, before)
         if len(population) == 0 or before is None:
             return population
-        beliefs, moved = self.dynamics.predict(population.beliefs, dt)
-        T_now_before, motion_cov = motion_of(frame)
-        beliefs = transport(beliefs, self.camera, T_now_before, motion_cov, moved)
+        beliefs, _ = self.carry(population, frame, dt, detections)
         existence = population.existence
         if self.evidence is not None:
             existence = existence * self.evidence.survival(dt)
@@ -138,6 +136,25 @@ class Tracker:
         return population.replaced(
             beliefs=beliefs, unseen=unseen, existence=existence, scores=scores
         )
+
+    def carry(
+        self, population: Population, frame: Frame, dt: float, detections: Detections
+    ) -> tuple[Beliefs, Float[Array, "4 4"]]:
+        """The beliefs where they should be at this frame, dt seconds later; T_now_before.
+
+        detections: of this frame, by which an uncertain turn of the camera is corrected.
+        """
+        beliefs, moved = self.dynamics.predict(population.beliefs, dt)
+        T_now_before, motion_cov = motion_of(frame)
+        carried = transport(beliefs, self.camera, T_now_before, motion_cov, moved)
+        turn_filter = self.turn_filter
+        if turn_filter is None or frame.T_now_before is None:
+            return carried, T_now_before
+        if not turn_filter.is_open(motion_cov, self.camera):
+            return carried, T_now_before
+        boxes = carried.boxes[population.unseen <= 0.0], detections.boxes  # of those just seen
+        T_now_before, motion_cov = turn_filter(*boxes, T_now_before, motion_cov, self.camera)
+        return transport(beliefs, self.camera, T_now_before, motion_cov, moved), T_now_before
 
     def _renew(
         self,
@@ -225,13 +242,6 @@ def elapsed(frame: Frame, before: float) -> float:
             "frames go forward in time; call reset() between sequences"
         )
     return frame.time - before
-
-
-def motion_of(frame: Frame) -> tuple[Float[Array, "4 4"], Float[Array, "6 6"]]:
-    """The camera's motion since the last frame and its covariance, where unknown a wide one."""
-    if frame.T_now_before is None:
-        return np.eye(4), UNKNOWN_MOTION_COV
-    return frame.T_now_before, np.zeros((6, 6)) if frame.motion_cov is None else frame.motion_cov
 
 
 def _is_all(rows: Int[Array, " k"], count: int) -> bool:

@@ -7,9 +7,12 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from tracker.beliefs import NEAR, Beliefs
-from tracker.types import Camera, Cuboids
+from tracker.types import Camera, Cuboids, Frame
 from tracker.types.shape_pose import ShapePose
 
+# How far an unknown camera motion may be from standing still: 1 m along and 10 cm across the
+# view a frame, 1 degree of yaw; the 10 Hz of KITTI in a town.
+UNKNOWN_MOTION_COV = np.diag(np.square([0.1, 0.03, 1.0, 0.005, 0.02, 0.003]))
 # A box grows at most five times as the camera passes the car.
 MIN_SCALE = 0.2
 
@@ -72,3 +75,10 @@ def _carry_boxes(
     corners = (beliefs.boxes.reshape(-1, 2) @ H[:, :2].T + H[:, 2]).reshape(-1, 2, 3)
     corners += (shift / depth[:, None])[:, None]
     return (corners[:, :, :2] / np.maximum(corners[:, :, 2:], MIN_SCALE)).reshape(-1, 4)
+
+
+def motion_of(frame: Frame) -> tuple[Float[Array, "4 4"], Float[Array, "6 6"]]:
+    """The camera's motion since the last frame and its covariance, where unknown a wide one."""
+    if frame.T_now_before is None:
+        return np.eye(4), UNKNOWN_MOTION_COV
+    return frame.T_now_before, np.zeros((6, 6)) if frame.motion_cov is None else frame.motion_cov

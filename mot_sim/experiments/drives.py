@@ -126,6 +126,7 @@ def drive_of(conditions: Conditions, recorded: Extra, seed: int) -> Drive:
         log=DetectionLog(log.frames, replace(log.detections, boxes=boxes)),
         frame_indices=conditions.frames(count),
         Ts_world_cam=conditions.odometry(poses, seed, STEP),
+        motion_cov=conditions.odometry.motion_cov(poses, STEP),
         frame_rate=1.0 / STEP,
     )
     arriving: Timed = conditions.timing(whole, seed)

@@ -52,3 +52,15 @@ class Odometry:
             moved = homogeneous(rotation_y(float(turn)), np.zeros(3)) @ T_before_now
             poses.append(poses[-1] if unknown else poses[-1] @ moved)
         return np.array(poses)
+
+    def motion_cov(self, Ts_world_cam: Float[Array, "m 4 4"], step: float) -> Array | None:
+        """How far off it says that its motions are, over one step: a 6x6 covariance, see `Frame`.
+
+        Honest of drift, slip and scale (by the root mean square of the way of a step); of
+        dropouts it knows nothing. None where nothing is wrong.
+        """
+        if max(self.drift, self.slip, abs(self.scale)) == 0.0 or len(Ts_world_cam) < 2:
+            return None
+        ways = np.diff(Ts_world_cam[:, :3, 3], axis=0)
+        along = np.hypot(self.scale, self.slip) * float(np.sqrt((ways**2).sum(axis=1).mean()))
+        return np.diag(np.square([0.0, 0.0, along, 0.0, self.drift * step, 0.0]))

@@ -17,9 +17,8 @@ from tracker.errors import BadConfig
 from tracker.geometry import homogeneous, invert, rotation_y
 from tracker.lifecycle import NOBODY, ROUNDING, Population, in_view
 from tracker.multi_frame.flow_costs import FlowCosts
-from tracker.online import Tracker, elapsed, motion_of
+from tracker.online import Tracker, elapsed
 from tracker.state import Counts
-from tracker.transport import transport
 from tracker.types import Camera, Cuboids, Detections, Frame, Tracks
 
 # What a step without any row gives; it has the columns that the others have.
@@ -92,7 +91,7 @@ class Linking:
         tracker = self.tracker
         detections = tracker.suppress(frame.detections, tracker.camera)
         observed = tracker.lift(detections, tracker.camera)
-        expected, T_world_road = self._expect(pool, frame)
+        expected, T_world_road = self._expect(pool, frame, detections)
         step = 0.0 if pool.time is None else frame.time - pool.time
         pairing = Pairing(expected.beliefs, observed, detections, tracker.camera, tracker.sigmas)
         costs, unmeasured = self._costs(pairing)
@@ -120,16 +119,15 @@ class Linking:
         counts = counted(pool.counts, pairing, unmeasured)
         return Pool(kept, next_sighting, frame.time, T_world_road, counts, learned), sighted
 
-    def _expect(self, pool: Pool, frame: Frame) -> tuple[Population, Float[Array, "4 4"]]:
+    def _expect(
+        self, pool: Pool, frame: Frame, detections: Detections
+    ) -> tuple[Population, Float[Array, "4 4"]]:
         """The recent sightings at this frame, and T_world_road of it."""
         if pool.time is None or pool.T_world_road is None:
             return NOBODY, np.eye(4)
-        dt = elapsed(frame, pool.time)
-        T_now_before, motion_cov = motion_of(frame)
-        camera, old = self.tracker.camera, pool.recent
-        T_world_road = pool.T_world_road @ invert(on_the_road(T_now_before, camera))
-        beliefs, moved = self.tracker.dynamics.predict(old.beliefs, dt)
-        beliefs = transport(beliefs, camera, T_now_before, motion_cov, moved)
+        dt, old = elapsed(frame, pool.time), pool.recent
+        beliefs, T_now_before = self.tracker.carry(old, frame, dt, detections)
+        T_world_road = pool.T_world_road @ invert(on_the_road(T_now_before, self.tracker.camera))
         return old.replaced(beliefs=beliefs, unseen=old.unseen + dt), T_world_road
 
     def _costs(self, pairing: Pairing) -> tuple[Float[Array, " k"], int]:
