@@ -50,6 +50,21 @@ def test_scale_drift_and_dropouts_do_what_they_say() -> None:
     assert still == pytest.approx(0.3, abs=0.1)
 
 
+def test_odometry_says_honestly_how_far_off_it_is() -> None:
+    poses = straight(3000)
+    noisy = Odometry(drift=0.1, slip=0.03)
+    cov = noisy.motion_cov(poses, STEP)
+    assert cov is not None
+    believed = noisy(poses, 1, STEP)
+    motions, true = (np.linalg.inv(each[1:]) @ each[:-1] for each in (believed, poses))
+    off = motions @ np.linalg.inv(true)
+    assert np.sqrt(cov[4, 4]) == pytest.approx(np.std(off[:, 0, 2]), rel=0.1)
+    assert np.sqrt(cov[2, 2]) == pytest.approx(np.std(off[:, 2, 3]), rel=0.1)
+    assert np.count_nonzero(cov) == 2
+    assert Odometry(dropouts=0.5).motion_cov(poses, STEP) is None  # it does not know
+    assert noisy.motion_cov(poses[:1], STEP) is None
+
+
 def test_the_believed_camera_is_off_by_what_was_asked() -> None:
     assert Miscalibration().believed(CAMERA, 1) is CAMERA
     cameras = [Miscalibration(0.02, 0.01, 0.05).believed(CAMERA, seed) for seed in range(200)]
