@@ -71,13 +71,12 @@ class Beliefs(Rows):
         in the car's own axes, so that the region stays a cuboid.
         """
         c, s = np.cos(self.cuboids.yaw), np.sin(self.cuboids.yaw)
-        axes = np.empty((len(c), 2, 2))  # rows: forward and left of the car, on road x and z
-        axes[:, 0, 0] = axes[:, 1, 1] = c
-        axes[:, 0, 1] = -s
-        axes[:, 1, 0] = s
-        var = axes @ self.cov[:, :2, :2] * axes
+        xx, zz = self.cov[:, 0, 0], self.cov[:, 1, 1]
+        along = c * (c * xx - 2.0 * s * self.cov[:, 0, 1]) + s * s * zz
+        across = xx + zz - along  # a covariance's trace does not turn
         size = self.cuboids.size.copy()
-        size[:, ::2] += 2.0 * sigmas * np.sqrt(var[:, :, 0] + var[:, :, 1])
+        size[:, 0] += 2.0 * sigmas * np.sqrt(np.maximum(along, 0.0))
+        size[:, 2] += 2.0 * sigmas * np.sqrt(np.maximum(across, 0.0))
         return Cuboids(self.cuboids.base, self.cuboids.yaw, size)
 
 
@@ -134,7 +133,7 @@ class Lift:
         if n == 0:
             return NOTHING
         yaw, size, behind = self._stance(detections)
-        rays = camera.rays_road(boxes @ BOTTOM_CENTRE)
+        rays = camera.rays_road(boxes.dot(BOTTOM_CENTRE))
         heights = np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
         doubt = self.edge_std * (2.0 - np.minimum(np.maximum(detections.scores, 0.0), 1.0))
 

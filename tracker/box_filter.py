@@ -36,7 +36,7 @@ class Gains(NamedTuple):
 
 
 class Filtered(NamedTuple):
-    """boxes: new and expected ones mixed. surprises: new minus expected, NaN where unusable."""
+    """boxes: new and expected ones mixed. surprises: new minus expected, see `Population`."""
 
     boxes: Float[Array, "k 4"]
     surprises: Float[Array, "k 4"]
@@ -77,7 +77,7 @@ class BoxFilter:
         if len(boxes) == 0:
             return Filtered(boxes, boxes, learned)
         expected = matched.beliefs.boxes
-        off = (boxes - expected) @ TO_CENTRE
+        off = (boxes - expected).dot(TO_CENTRE)
         sides = expected[:, 2:] - expected[:, :2]
         shorter = np.minimum(sides[:, 0], sides[:, 1])
         kind = (shorter > self.sizes[0]) + (shorter > self.sizes[1]).astype(np.int64)
@@ -92,9 +92,10 @@ class BoxFilter:
             gain[cut] = 1.0
             unusable |= cut
         surprises = off / np.maximum(sides[:, 1:], 1.0)
+        surprises = np.minimum(np.maximum(surprises, -LARGEST), LARGEST)
         surprises[unusable] = np.nan
         learned = self._learn(learned, kind, matched.surprises, surprises)
-        return Filtered(expected + (off * gain) @ FROM_CENTRE, surprises, learned)
+        return Filtered(expected + (off * gain).dot(FROM_CENTRE), surprises, learned)
 
     def _learn(
         self,
@@ -107,11 +108,10 @@ class BoxFilter:
         usable = np.isfinite(before[:, 0] + now[:, 0]).nonzero()[0]
         if len(usable) == 0:
             return learned
-        a = np.minimum(np.maximum(before.take(usable, 0), -LARGEST), LARGEST)
-        b = np.minimum(np.maximum(now.take(usable, 0), -LARGEST), LARGEST)
+        a, b = before.take(usable, 0), now.take(usable, 0)
         member = (kind.take(usable) == KINDS).astype(float)
         pairs = learned.pairs + np.add.reduce(member, 1, keepdims=True)
-        power = learned.power + member @ (0.5 * (a * a + b * b))
+        power = learned.power + member.dot(0.5 * (a * a + b * b))
         worth = power * (1.0 + self.prior / np.maximum(pairs, 1.0)) + TINY
-        gains = learned.gains + member @ (a * b) / worth
+        gains = learned.gains + member.dot(a * b) / worth
         return Gains(np.minimum(np.maximum(gains, LEAST_GAIN), 1.0), pairs, power)

@@ -66,7 +66,7 @@ class ConstantVelocity:
     def predict(self, beliefs: Beliefs, dt: float) -> tuple[Beliefs, Float[Array, "n 2"] | None]:
         """F x and F P F' + Q; the shift of the position is returned apart."""
         FF, Q = _motion_model(round(dt, 6), self.acceleration_std)
-        cov = (beliefs.cov.reshape(-1, 16) @ FF).reshape(-1, 4, 4) + Q
+        cov = beliefs.cov.reshape(-1, 16).dot(FF).reshape(-1, 4, 4) + Q
         cues = _later(beliefs, dt), beliefs.look
         moved = Beliefs(beliefs.cuboids, beliefs.velocity, cov, beliefs.boxes, *cues)
         return moved, beliefs.velocity * dt

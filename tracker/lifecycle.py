@@ -22,8 +22,8 @@ class Population(Rows):
 
     unseen: seconds since the last sighting. sightings: how many there were. existence: the
     probability that there is an object. surprises: by how much the last box was off the expected
-    one (centre and size, in box heights); NaN: not known. scores: of the detection in this frame;
-    NaN: not seen in it.
+    one (centre and size, in box heights, a half at most); NaN: not known. scores: of the
+    detection in this frame; NaN: not seen in it.
     """
 
     ids: Int[Array, " n"]
@@ -92,6 +92,6 @@ def in_view(beliefs: Beliefs, camera: Camera) -> Bool[Array, " n"]:
     """Whose expected box still lies in the image, and whose expected place before the camera."""
     width, height = camera.image_size
     boxes = beliefs.boxes
-    depth = beliefs.cuboids.base @ camera.T_cam_road[2, :3] + camera.T_cam_road[2, 3]
+    depth = beliefs.cuboids.base.dot(camera.T_cam_road[2, :3]) + camera.T_cam_road[2, 3]
     inside = (boxes[:, 2] > 0.0) & (boxes[:, 0] < width - 1.0)
     return inside & (boxes[:, 3] > 0.0) & (boxes[:, 1] < height - 1.0) & (depth > NEAR)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tracker.geometry import box_iou
+from tracker.geometry import box_area, box_intersection
 from tracker.types import Camera, Detections
 
 
@@ -26,7 +26,10 @@ class Suppression:
         kept = (inside[:, 2] > inside[:, 0]) & (inside[:, 3] > inside[:, 1])
         kept &= scores >= self.min_score
         if len(boxes) > 1:
-            close = box_iou(boxes[:, None], boxes[None]) > self.max_iou
+            area = box_area(boxes)
+            shared = box_intersection(boxes[:, None], boxes[None])
+            # IoU > t, that is shared > t (both - shared)
+            close = (1.0 + self.max_iou) * shared > self.max_iou * (area[:, None] + area)
             close.ravel()[:: len(boxes) + 1] = False  # each box with itself
             if np.count_nonzero(close):
                 for row in np.argsort(-scores, kind="stable"):

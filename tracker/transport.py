@@ -7,6 +7,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from tracker.beliefs import NEAR, Beliefs
+from tracker.geometry import spread
 from tracker.types import Camera, Cuboids, Frame
 from tracker.types.shape_pose import ShapePose
 
@@ -37,23 +38,23 @@ def transport(
     if moved is not None:
         base = base.copy()
         base[:, ::2] += moved
-    T_road = camera.T_road_cam @ T_now_before @ camera.T_cam_road
+    T_road = camera.T_road_cam.dot(T_now_before).dot(camera.T_cam_road)
     turn = math.atan2(T_road[0, 2] - T_road[2, 0], T_road[0, 0] + T_road[2, 2])
-    base_now = base @ T_road[:3, :3].T + T_road[:3, 3]
+    base_now = base.dot(T_road[:3, :3].T) + T_road[:3, 3]
     cuboids = Cuboids(base_now, beliefs.cuboids.yaw + turn, beliefs.cuboids.size)
 
     R = T_road[:3:2, :3:2]
     R_state = np.zeros((4, 4))
     R_state[:2, :2] = R_state[2:, 2:] = R
-    cov = R_state @ beliefs.cov @ R_state.T
-    shift = (base_now @ camera.road_shift[:3] + camera.road_shift[3]).reshape(-1, 6)
-    doubt = (shift @ motion_cov).reshape(n, 2, 6)
+    cov = spread(R_state, beliefs.cov)
+    shift = (base_now.dot(camera.road_shift[:3]) + camera.road_shift[3]).reshape(-1, 6)
+    doubt = shift.dot(motion_cov).reshape(n, 2, 6)
     cov[:, :2, :2] += doubt @ shift.reshape(n, 2, 6).transpose(0, 2, 1)
     boxes = _carry_boxes(beliefs, camera, T_now_before, moved)
     pose = beliefs.shape_pose
     if pose is not None:
         pose = ShapePose(pose.shape, pose.yaw + turn, pose.cov)
-    return Beliefs(cuboids, beliefs.velocity @ R.T, cov, boxes, pose, beliefs.look)
+    return Beliefs(cuboids, beliefs.velocity.dot(R.T), cov, boxes, pose, beliefs.look)
 
 
 def _carry_boxes(
@@ -64,15 +65,15 @@ def _carry_boxes(
 ) -> Float[Array, "n 4"]:
     """The boxes as fronto-parallel windows at the car's depth, seen from the camera of now."""
     cuboids = beliefs.cuboids
-    depth = cuboids.base @ camera.T_cam_road[2, :3] + camera.T_cam_road[2, 3]
+    depth = cuboids.base.dot(camera.T_cam_road[2, :3]) + camera.T_cam_road[2, 3]
     depth = np.maximum(depth - 0.25 * cuboids.size[:, 0], NEAR)
     R, t = T_now_before[:3, :3], T_now_before[:3, 3]
-    K_R = camera.K @ R
-    H = K_R @ camera.K_inverse  # carries pixels at infinity
-    shift = camera.K @ t
+    K_R = camera.K.dot(R)
+    H = K_R.dot(camera.K_inverse)  # carries pixels at infinity
+    shift = camera.K.dot(t)
     if moved is not None:
-        shift = shift + moved @ (K_R @ camera.T_cam_road[:3, :3:2]).T
-    corners = (beliefs.boxes.reshape(-1, 2) @ H[:, :2].T + H[:, 2]).reshape(-1, 2, 3)
+        shift = shift + moved.dot(K_R.dot(camera.T_cam_road[:3, :3:2]).T)
+    corners = (beliefs.boxes.reshape(-1, 2).dot(H[:, :2].T) + H[:, 2]).reshape(-1, 2, 3)
     corners += (shift / depth[:, None])[:, None]
     return (corners[:, :, :2] / np.maximum(corners[:, :, 2:], MIN_SCALE)).reshape(-1, 4)
 

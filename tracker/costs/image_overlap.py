@@ -32,7 +32,7 @@ class ImageOverlap:
 
 def widened(boxes: Float[Array, "n 4"], fraction: float) -> Float[Array, "n 4"]:
     """The boxes with every side moved outwards by a fraction of the box's width or height."""
-    return boxes @ _widening(fraction) if fraction else boxes
+    return boxes.dot(_widening(fraction)) if fraction else boxes
 
 
 @cache

@@ -9,6 +9,7 @@ from numpy import ndarray as Array
 
 from tracker.beliefs import NEAR, Beliefs
 from tracker.types import Camera, Cuboids, Detections
+from tracker.types.cuboids import CORNERS
 
 # The corners of a region are projected from this depth at least, metres.
 NEAREST_CORNER = 0.25 * NEAR
@@ -80,12 +81,15 @@ def project_cuboids(cuboids: Cuboids, camera: Camera) -> Float[Array, "n 4"]:
     nearer than NEAR gets a box without area.
     """
     P = camera.P_road_centred
-    corners = cuboids.corners() @ P[:, :3].T + P[:, 3]
+    axes = cuboids.half_axes().reshape(-1, 3).dot(P[:, :3].T).reshape(3, -1)
+    centres = cuboids.base.dot(P[:, :3].T) + P[:, 3]
+    corners = CORNERS.dot(axes).reshape(8, -1, 3) + centres
     depth = corners[:, :, 2:]
     pixels = corners[:, :, :2] / np.maximum(depth, NEAREST_CORNER)
     pixels += camera.K[:2, 2]
-    boxes = camera.clip_boxes(np.concatenate((pixels.min(axis=1), pixels.max(axis=1)), axis=1))
-    behind = depth[:, :, 0].max(axis=1) < NEAR
+    sides = np.minimum.reduce(pixels, 0), np.maximum.reduce(pixels, 0)
+    boxes = camera.clip_boxes(np.concatenate(sides, axis=1))
+    behind = np.maximum.reduce(depth[:, :, 0], 0) < NEAR
     if np.count_nonzero(behind):
         boxes[behind] = 0.0
     return boxes

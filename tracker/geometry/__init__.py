@@ -14,6 +14,7 @@ from tracker.geometry.transforms import (
     rotation_x,
     rotation_y,
     rotation_z,
+    spread,
     transform,
     wrap_angle,
 )
@@ -31,6 +32,7 @@ __all__ = [
     "rotation_x",
     "rotation_y",
     "rotation_z",
+    "spread",
     "transform",
     "wrap_angle",
 ]

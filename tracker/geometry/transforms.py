@@ -1,4 +1,7 @@
-"""Rigid transforms: `T_a_b` moves points from frame b to frame a, `X_a = T_a_b @ X_b`."""
+"""Rigid transforms: `T_a_b` moves points from frame b to frame a, `X_a = T_a_b @ X_b`.
+
+(What runs in every frame writes A.dot(B) for A @ B: for a few rows it takes a third of the time.)
+"""
 
 import numpy as np
 from jaxtyping import Float
@@ -55,3 +58,10 @@ def invert(T: Float[Array, "*n 4 4"]) -> Float[Array, "*n 4 4"]:
 def transform(T: Float[Array, "4 4"], points: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
     """The points of frame b in frame a, by T_a_b."""
     return points @ T[:3, :3].T + T[:3, 3]
+
+
+def spread(A: Float[Array, "k k"], covariances: Float[Array, "n k k"]) -> Float[Array, "n k k"]:
+    """A C A' of symmetric C, for one A: two products of plain matrices, not of n small ones."""
+    k = len(A)
+    half = covariances.reshape(-1, k).dot(A.T).reshape(-1, k, k)
+    return half.transpose(0, 2, 1).reshape(-1, k).dot(A.T).reshape(-1, k, k)

@@ -134,7 +134,7 @@ class Camera:
     def rays_road(self, pixels: Float[Array, "*n 2"]) -> Float[Array, "*n 3"]:
         """The same rays in the road's axes (not its origin)."""
         per_pixel, at_origin = self.pixel_rays_road
-        return pixels @ per_pixel + at_origin
+        return pixels.dot(per_pixel) + at_origin
 
     def touch_road(self, pixels: Float[Array, "n 2"]) -> Float[Array, "n 3"]:
         """Where the rays through the pixels meet the road, in camera coordinates (eq. 2).

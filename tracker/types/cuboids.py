@@ -38,12 +38,16 @@ class Cuboids(Rows):
 
     def corners(self) -> Float[Array, "n 8 3"]:
         """The eight corners in the road frame: the four at the bottom, then those at the roof."""
+        corners = CORNERS.dot(self.half_axes().reshape(3, -1)).reshape(8, -1, 3) + self.base
+        return corners.transpose(1, 0, 2)
+
+    def half_axes(self) -> Float[Array, "3 n 3"]:
+        """Half the length forward, the whole height down, half the width left: see `CORNERS`."""
         c, s = np.cos(self.yaw), np.sin(self.yaw)
-        half_axes = np.zeros((len(c), 3, 3))  # rows: forward, down, left
-        half_axes[:, 0, 0] = c
-        half_axes[:, 0, 2] = -s
-        half_axes[:, 1, 1] = 2.0
-        half_axes[:, 2, 0] = s
-        half_axes[:, 2, 2] = c
-        half_axes *= 0.5 * self.size[:, :, None]
-        return self.base[:, None] + CORNERS @ half_axes
+        axes = np.zeros((3, len(c), 3))
+        axes[0, :, 0] = axes[2, :, 2] = c
+        axes[0, :, 2] = -s
+        axes[1, :, 1] = 2.0
+        axes[2, :, 0] = s
+        axes *= 0.5 * self.size.T[:, :, None]
+        return axes

@@ -12,6 +12,7 @@ from tracker.geometry import (
     rotation_x,
     rotation_y,
     rotation_z,
+    spread,
     transform,
     wrap_angle,
 )
@@ -64,3 +65,11 @@ def test_pi_wraps_to_minus_pi() -> None:
 
 def test_no_points_transform_to_no_points() -> None:
     assert transform(np.eye(4), np.zeros((0, 3))).shape == (0, 3)
+
+
+@pytest.mark.parametrize(("n", "k"), [(0, 4), (1, 4), (5, 4), (3, 2)])
+def test_covariances_are_spread_as_by_products_of_three(n: int, k: int) -> None:
+    rng = np.random.default_rng(n)
+    A, half = rng.normal(size=(k, k)), rng.normal(size=(n, k, k))
+    covariances = half @ half.transpose(0, 2, 1)
+    np.testing.assert_allclose(spread(A, covariances), A @ covariances @ A.T, atol=1e-12)
