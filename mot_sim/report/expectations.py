@@ -104,8 +104,10 @@ def _standing(following: Tracker, pairing: Pairing) -> Standing:
                  seen.beliefs.cuboids, seen.beliefs.cov[:, :2, :2])  # fmt: skip
     before = pairing.expected
     known = _ids(None if before.look is None else before.look.descriptor, len(before))
-    # A box outside its own search area began its track anew: the older belief is out of date.
-    _, latest = np.unique(known, return_index=True)
+    # A box outside its own search area began its track anew, in a later row: the older belief is
+    # out of date.
+    _, from_the_end = np.unique(known[::-1], return_index=True)
+    latest = len(known) - 1 - from_the_end
     expected = Places(known, before.cuboids, before.cov[:, :2, :2]).select(latest)
     regions = pairing.expected_regions.select(latest)
     return Standing(now, expected, regions, pairing.search_areas[latest])

@@ -15,9 +15,8 @@ Table = TypeVar("Table", bound="Rows")
 class Rows:
     """Mixin for frozen dataclasses whose fields are columns with one entry a row, or None.
 
-    The columns are the instance's whole `__dict__`: no `cached_property`, no slots. New tables
-    are made of such a dict, not by the constructor, which costs a frozen dataclass three times
-    as much: a tracker makes dozens of small tables a frame.
+    New tables are made of a dict of columns, not by the constructor, which costs a frozen
+    dataclass three times as much: a tracker makes dozens of small tables a frame.
     """
 
     __match_args__: tuple[str, ...] = ()  # the names of the columns, filled in by @dataclass
@@ -31,8 +30,10 @@ class Rows:
             rows = np.arange(len(self))[rows]
         elif rows.dtype == bool:
             rows = rows.nonzero()[0]
+        mine = self.__dict__
         columns: dict[str, Any] = {}
-        for name, column in self.__dict__.items():
+        for name in self.__match_args__:
+            column = mine[name]
             if isinstance(column, np.ndarray):
                 columns[name] = column.take(rows, 0)  # three times faster than column[rows]
             else:
@@ -41,17 +42,18 @@ class Rows:
 
     def replaced(self: Table, **columns: Any) -> Table:
         """The same table with other columns of these names."""
-        return _table(type(self), self.__dict__ | columns)
+        mine = self.__dict__
+        return _table(type(self), {name: mine[name] for name in self.__match_args__} | columns)
 
     def updated(self: Table, rows: RowIndex, others: Table) -> Table:
         """The same table with the rows of another one in these places.
 
         A column stays only if both have it.
         """
-        theirs = others.__dict__
+        mine, theirs = self.__dict__, others.__dict__
         columns: dict[str, Any] = {}
-        for name, column in self.__dict__.items():
-            other = theirs[name]
+        for name in self.__match_args__:
+            column, other = mine[name], theirs[name]
             if column is None or other is None:
                 columns[name] = None
             elif isinstance(column, np.ndarray):
@@ -66,14 +68,14 @@ class Rows:
         """The rows of all parts, in order; a column stays only if every part has it."""
         tables = [part.__dict__ for part in parts]
         columns: dict[str, Any] = {}
-        for name, first in tables[0].items():
+        for name in cls.__match_args__:
             pieces = [table[name] for table in tables]
             if any(piece is None for piece in pieces):
                 columns[name] = None
-            elif isinstance(first, np.ndarray):
+            elif isinstance(pieces[0], np.ndarray):
                 columns[name] = np.concatenate(pieces)
             else:
-                columns[name] = type(first).concatenate(pieces)
+                columns[name] = type(pieces[0]).concatenate(pieces)
         return _table(cls, columns)
 
 

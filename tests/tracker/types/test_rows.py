@@ -1,9 +1,13 @@
 """Tables of rows: picking rows and putting tables end to end."""
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 import pytest
 
 from tracker.types import Cuboids, Detections, Tracks
+from tracker.types.rows import Rows
 
 
 def table(n: int, first: int = 0) -> Tracks:
@@ -95,3 +99,23 @@ def test_a_column_that_one_of_two_tables_lacks_is_lacking_afterwards() -> None:
     scored = table(2).replaced(scores=np.ones(2))
     assert table(4).updated(np.array([0, 1]), scored).scores is None
     assert scored.updated(np.array([0]), table(1)).scores is None
+
+
+@dataclass(frozen=True, eq=False)
+class Counted(Rows):
+    """A table that remembers what was computed from it."""
+
+    numbers: np.ndarray
+
+    @cached_property
+    def total(self) -> int:
+        return int(self.numbers.sum())
+
+
+def test_what_was_computed_from_a_table_is_no_column_of_the_next() -> None:
+    whole = Counted(np.arange(4))
+    assert whole.total == 6
+    assert whole.select([1, 3]).total == 4
+    assert whole.replaced(numbers=np.ones(2, np.int64)).total == 2
+    assert whole.updated(np.array([0]), Counted(np.array([9]))).total == 15
+    assert Counted.concatenate((whole, Counted(np.array([1])))).total == 7
