@@ -66,7 +66,6 @@ class TurnFilter:
         off, shared = now - before, tried
         if len(rows) > 2:
             shared = np.median(off, axis=0)
-        weights = 1.0 / var
         for _ in range(3):
             weights = 1.0 / (var + (off - shared) ** 2 / HALF)
             shared = (weights * off).sum(axis=0) / weights.sum(axis=0)
@@ -99,17 +98,20 @@ class TurnFilter:
         return best
 
 
+def _slopes(boxes: Float[Array, "n 4"], camera: Camera) -> Float[Array, "n 2"]:
+    """x / z and y / z of the rays through the boxes' centres."""
+    centres = 0.5 * (boxes[:, :2] + boxes[:, 2:]) - camera.K[:2, 2]
+    return centres / np.diag(camera.K)[:2]
+
+
 def _bearings(boxes: Float[Array, "n 4"], camera: Camera) -> Float[Array, "n 2"]:
     """Yaw and pitch of the rays through the boxes' centres; a turn adds to all alike."""
-    centres = 0.5 * (boxes[:, :2] + boxes[:, 2:]) - camera.K[:2, 2]
-    return np.arctan(centres / np.diag(camera.K)[:2]) * (1.0, -1.0)
+    return np.arctan(_slopes(boxes, camera)) * (1.0, -1.0)
 
 
 def _pixels_a_radian(boxes: Float[Array, "n 4"], camera: Camera) -> Float[Array, "n 2"]:
     """How far the boxes' centres move with the camera's yaw and pitch."""
-    focal = np.diag(camera.K)[:2]
-    centres = 0.5 * (boxes[:, :2] + boxes[:, 2:]) - camera.K[:2, 2]
-    return focal * (1.0 + (centres / focal) ** 2)
+    return np.diag(camera.K)[:2] * (1.0 + _slopes(boxes, camera) ** 2)
 
 
 def _turned(
