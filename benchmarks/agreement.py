@@ -8,10 +8,10 @@ from collections.abc import Iterable
 import cv2
 import numpy as np
 
-from mot_sim.imaging import view_of
-from mot_sim.registry import SCENES, find_scene
-from mot_sim.renderers import NOBODY, Rendered, find_renderer, silhouettes
-from mot_sim.scene import Take
+from mot_sim.simulation.imaging import view_of
+from mot_sim.simulation.registry import SCENES, find_scene
+from mot_sim.simulation.renderers import NOBODY, Rendered, find_renderer, silhouettes
+from mot_sim.simulation.scene import Take
 
 FRAMES = (0, 40, 80)
 LARGE, HALF = 60.0, 0.5  # pixels high, and visible: whose masks are compared

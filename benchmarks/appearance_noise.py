@@ -11,10 +11,10 @@ from numpy import ndarray as Array
 
 from benchmarks.appearance_samples import CLIPS, GAPS, Seen, matches
 from mot_sim.datasets import kitti_sequence
-from mot_sim.sensors.appearance import Appearance
-from mot_sim.sensors.memory import Memory
-from mot_sim.sensors.sightings import Sightings
-from mot_sim.traffic.world import STEP
+from mot_sim.simulation.sensors.appearance import Appearance
+from mot_sim.simulation.sensors.correlated_noise import Memory
+from mot_sim.simulation.sensors.sightings import Sightings
+from mot_sim.simulation.traffic.world import STEP
 from mot_sim.training.appearance import Lesson, pair_distances, unit_of
 
 SIZES = (4, 8, 16)  # numbers of a descriptor: the fewer, the more cars look alike by chance

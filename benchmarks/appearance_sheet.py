@@ -4,7 +4,7 @@ import numpy as np
 from numpy import ndarray as Array
 
 from benchmarks.appearance_samples import CROP, Seen, matches
-from mot_sim.report.canvas import text
+from mot_sim.plotting.canvas import text
 
 COLUMNS, ROWS = 4, 4  # of pairs, for each set
 WHITE = (255, 255, 255)

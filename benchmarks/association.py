@@ -13,7 +13,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 from benchmarks.kitti_tables import TRACKEVAL, Drives, cells, drives, head, line, scores
-from mot_sim.runs import track_sequence
+from mot_sim.evaluation.runs import track_sequence
 from tracker import FRAMEWORKS, Camera, Delayed, Tracker, Tracks
 from tracker.multi_frame import FlowCosts, NetworkFlow, Window
 

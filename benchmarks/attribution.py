@@ -21,27 +21,27 @@ import numpy as np
 from numpy import ndarray as Array
 
 from mot_sim.diagnosis.attribution import VERDICTS, Cause, Court, shares
-from mot_sim.diagnosis.breaks import Breaks, Matches
-from mot_sim.diagnosis.opening import suite_tasks
+from mot_sim.diagnosis.loading import suite_tasks
 from mot_sim.diagnosis.replay import Replays
 from mot_sim.diagnosis.sources import Bench, active_sources, without
 from mot_sim.diagnosis.streams import Stream
 from mot_sim.diagnosis.work import diagnose
-from mot_sim.episodes.extra import Extra
-from mot_sim.experiments.conditions import Conditions
-from mot_sim.experiments.contenders import Contender
-from mot_sim.experiments.drives import Recordings, drive_of
-from mot_sim.experiments.fingerprint import code_digest
-from mot_sim.experiments.stress import read_suites
-from mot_sim.experiments.work import one_thread
-from mot_sim.sensors import Miscalibration, Odometry, Sightings, Timing
-from mot_sim.sensors.clutter import Clutter, Ghosts
-from mot_sim.sensors.duplicates import Duplicates
-from mot_sim.sensors.jitter import Jitter
-from mot_sim.sensors.misses import Misses
-from mot_sim.sensors.scores import Scores
-from mot_sim.testing.episodes import default_cache
-from mot_sim.truth import labels
+from mot_sim.experiments.stress.suites import read_suites
+from mot_sim.experiments.sweep.conditions import Conditions
+from mot_sim.experiments.sweep.drives import Recordings, drive_of
+from mot_sim.experiments.sweep.seeded_episodes import default_cache
+from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.work import one_thread
+from mot_sim.files.fingerprint import code_digest
+from mot_sim.metrics.breaks import Breaks, Matches
+from mot_sim.simulation.episodes.extra import Extra
+from mot_sim.simulation.sensors import Miscalibration, Odometry, Sightings, Timing
+from mot_sim.simulation.sensors.clutter import Clutter, Ghosts
+from mot_sim.simulation.sensors.duplicates import Duplicates
+from mot_sim.simulation.sensors.jitter import Jitter
+from mot_sim.simulation.sensors.misses import Misses
+from mot_sim.simulation.sensors.scores import Scores
+from mot_sim.simulation.truth import labels
 from tracker.geometry import homogeneous, rotation_y
 from tracker.types import Camera, Tracks
 

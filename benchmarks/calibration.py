@@ -22,10 +22,10 @@ import numpy as np
 
 from benchmarks.kitti_tables import GIVEN
 from mot_sim.datasets import kitti_sequence
-from mot_sim.sensors.calibrate import fit_profile, simulate
-from mot_sim.sensors.measure import Drive, Measured, measure
-from mot_sim.sensors.profile import Profile
-from mot_sim.sensors.statistics import Distance
+from mot_sim.simulation.sensors.fitting.calibrate import fit_profile, simulate
+from mot_sim.simulation.sensors.fitting.measure import Drive, Measured, measure
+from mot_sim.simulation.sensors.fitting.statistics import Distance
+from mot_sim.simulation.sensors.profile import Profile
 
 NAMES = [field.name for field in fields(Distance)]
 GOALS = {"edges": 0.08, "scores": 0.08, "precision": 0.01, "recall": 0.01}

@@ -25,17 +25,17 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from benchmarks.kitti_tables import GIVEN, IMAGE
-from mot_sim.cars import Casting
 from mot_sim.datasets import KittiSequence, kitti_sequence
+from mot_sim.evaluation.runs import track_sequence
 from mot_sim.metrics import evaluate
-from mot_sim.rig import Rig
-from mot_sim.runs import track_sequence
-from mot_sim.sensors import Detector, Profile, Sightings, find_profile
-from mot_sim.sensors.calibrate import fit_profile
-from mot_sim.sensors.measure import Drive
-from mot_sim.stage import Stage
-from mot_sim.traffic.kitti_replay import kitti_recording
-from mot_sim.truth import annotate
+from mot_sim.simulation.cars import Casting
+from mot_sim.simulation.rig import Rig
+from mot_sim.simulation.sensors import Detector, Profile, Sightings, find_profile
+from mot_sim.simulation.sensors.fitting.calibrate import fit_profile
+from mot_sim.simulation.sensors.fitting.measure import Drive
+from mot_sim.simulation.stage import Stage
+from mot_sim.simulation.traffic.kitti_replay import kitti_recording
+from mot_sim.simulation.truth import annotate
 from tracker import Camera, Tracker, Tracks
 from tracker.association import Greedy
 from tracker.lifecycle import Lifecycle

@@ -14,13 +14,13 @@ from dataclasses import replace
 import numpy as np
 from numpy import ndarray as Array
 
-from mot_sim.episode import record
-from mot_sim.registry import find_scene
-from mot_sim.sensors.memory import Memory
-from mot_sim.sensors.pose import Pose
-from mot_sim.sensors.shape import Shape
-from mot_sim.sensors.sightings import Sightings
-from mot_sim.traffic.world import STEP
+from mot_sim.simulation.episode import record
+from mot_sim.simulation.registry import find_scene
+from mot_sim.simulation.sensors.correlated_noise import Memory
+from mot_sim.simulation.sensors.pose import Pose
+from mot_sim.simulation.sensors.shape import Shape
+from mot_sim.simulation.sensors.sightings import Sightings
+from mot_sim.simulation.traffic.world import STEP
 from tracker.costs.shape_pose import ShapeAndPose
 from tracker.front_end import FrontEnd
 from tracker.geometry import box_iou, wrap_angle

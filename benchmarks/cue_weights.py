@@ -23,17 +23,17 @@ from numpy import ndarray as Array
 
 from mot_sim.cli.sweep import progress
 from mot_sim.cli.terminal import Terminal
-from mot_sim.experiments.contenders import Contender
-from mot_sim.experiments.cue_sets import SINGLE, in_frameworks, with_cues
-from mot_sim.experiments.folds import balanced_folds, traits_of
-from mot_sim.experiments.intersections import TUNING_SEEDS
-from mot_sim.experiments.labelled import Labelled, kitti_drives, made_drives
-from mot_sim.experiments.measuring import Bench
-from mot_sim.experiments.paths import Level
-from mot_sim.experiments.summary import Interval
-from mot_sim.experiments.tables import shown
+from mot_sim.experiments.paper.cue_sets import SINGLE, in_frameworks, with_cues
+from mot_sim.experiments.paper.intersections import TUNING_SEEDS
+from mot_sim.experiments.sweep.paths import Level
+from mot_sim.experiments.sweep.summary import Interval
+from mot_sim.experiments.sweep.summary_tables import shown
+from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.tuning.folds import balanced_folds, traits_of
+from mot_sim.experiments.tuning.labelled import Labelled, kitti_drives, made_drives
+from mot_sim.experiments.tuning.measuring import Bench
 from mot_sim.metrics import Scores, combine
-from mot_sim.report.grid import Column, Table, Value
+from mot_sim.tables.grid import Column, Table, Value
 from tracker import FRAMEWORKS
 from tracker.errors import TrackingError
 

@@ -24,18 +24,18 @@ from benchmarks.appearance_samples import Seen, matches
 from benchmarks.cue_weights import by_drive, show
 from mot_sim.cli.sweep import progress
 from mot_sim.cli.terminal import Terminal
-from mot_sim.experiments.conditions import Conditions
-from mot_sim.experiments.cue_sets import PAPER_ROWS, two_frame, with_cues
-from mot_sim.experiments.drives import Recordings
-from mot_sim.experiments.intersections import TUNING_SEEDS
-from mot_sim.experiments.labelled import Labelled, made_drives
-from mot_sim.experiments.made_rows import Pooled
-from mot_sim.experiments.measuring import Bench
-from mot_sim.experiments.paths import Level
-from mot_sim.experiments.tables import shown
-from mot_sim.report.grid import Value
-from mot_sim.sensors import Sightings
-from mot_sim.traffic.world import STEP
+from mot_sim.experiments.paper.cue_sets import PAPER_ROWS, two_frame, with_cues
+from mot_sim.experiments.paper.intersections import TUNING_SEEDS
+from mot_sim.experiments.paper.made_rows import Pooled
+from mot_sim.experiments.sweep.conditions import Conditions
+from mot_sim.experiments.sweep.drives import Recordings
+from mot_sim.experiments.sweep.paths import Level
+from mot_sim.experiments.sweep.summary_tables import shown
+from mot_sim.experiments.tuning.labelled import Labelled, made_drives
+from mot_sim.experiments.tuning.measuring import Bench
+from mot_sim.simulation.sensors import Sightings
+from mot_sim.simulation.traffic.world import STEP
+from mot_sim.tables.grid import Value
 from tracker.errors import TrackingError
 
 SCENE = "intersection"

@@ -20,8 +20,8 @@ import gymnasium as gym  # noqa: E402
 import numpy as np  # noqa: E402
 
 import mot_sim  # noqa: E402, F401  (registers the ids)
-from mot_sim.association_env import hungarian_policy  # noqa: E402
-from mot_sim.env import SceneEnv, Scored, TrackObservation  # noqa: E402
+from mot_sim.envs.association_env import hungarian_policy  # noqa: E402
+from mot_sim.envs.scene_env import SceneEnv, Scored, TrackObservation  # noqa: E402
 
 ID = "mot_sim/Highway-v0"
 CARS = 30

@@ -19,7 +19,7 @@ from time import process_time  # noqa: E402
 import cv2  # noqa: E402
 import numpy as np  # noqa: E402
 
-from mot_sim.registry import find_scene  # noqa: E402
+from mot_sim.simulation.registry import find_scene  # noqa: E402
 from mot_sim.training.identities import Drive, Sight, sights_of  # noqa: E402
 from tracker import Detections, Frame, Tracker  # noqa: E402
 from tracker.front_end import FrontEnd  # noqa: E402

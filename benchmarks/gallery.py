@@ -11,11 +11,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from mot_sim.registry import SCENES, find_scene
-from mot_sim.renderers import find_renderer
-from mot_sim.report import write_image
-from mot_sim.scene import Take
-from mot_sim.world import WEATHERS, Neighbourhood, find_weather, look
+from mot_sim.plotting import write_image
+from mot_sim.simulation.registry import SCENES, find_scene
+from mot_sim.simulation.renderers import find_renderer
+from mot_sim.simulation.scene import Take
+from mot_sim.simulation.scenery import WEATHERS, Neighbourhood, find_weather, look
 
 SMALL = (414, 125)
 

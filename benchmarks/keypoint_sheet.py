@@ -8,8 +8,8 @@ from numpy import ndarray as Array
 
 from benchmarks.keypoint_real import CLIPS, NEAR, bgr_of, pictures
 from mot_sim.datasets import kitti_sequence
+from mot_sim.simulation.truth import Seen
 from mot_sim.training.augment import Shown
-from mot_sim.truth import Seen
 from tracker.shape import (
     KEYPOINTS_36,
     Hourglass,

@@ -24,7 +24,7 @@ from numpy import ndarray as Array
 
 from benchmarks.keypoint_real import annotated_pck, published_beside_ours, yaw_on_clips
 from benchmarks.keypoint_sheet import real_tiles, rendered_tiles, sheet
-from mot_sim.report import write_image
+from mot_sim.plotting import write_image
 from mot_sim.training.augment import Shown, as_detected
 from mot_sim.training.crops import Crops
 from mot_sim.training.scores import Judged, judge

@@ -14,14 +14,14 @@ from pathlib import Path
 
 from mot_sim.datasets import kitti_sequence, read_results
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
+from mot_sim.evaluation.runs import track_sequence
 from mot_sim.metrics import Scores, evaluate
-from mot_sim.runs import track_sequence
 from tracker import Camera, Detections, Tracker, Tracks
 from tracker.association import Greedy
 from tracker.box_filter import BoxFilter
 from tracker.costs import ImageOverlap, Reprojection, Volume
 from tracker.dynamics import Still
-from tracker.evidence import Evidence
+from tracker.existence import Evidence
 from tracker.lifecycle import Lifecycle
 from tracker.suppression import Suppression
 

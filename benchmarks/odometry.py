@@ -20,8 +20,8 @@ import numpy as np
 from numpy import ndarray as Array
 
 from mot_sim.datasets import KittiSequence, kitti_sequence
+from mot_sim.evaluation.runs import track_sequence
 from mot_sim.metrics import evaluate
-from mot_sim.runs import track_sequence
 from tests.tracker.ego.corridor import CAMERA, NO_BOXES, filmed, misses
 from tracker import TRACKERS
 from tracker.ego import CornerFlow, Features, VisualOdometry

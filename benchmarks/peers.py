@@ -5,7 +5,7 @@
 
 The ten given sequences, TrackEval's rules. Each row is a tracker that is shown boxes from that
 score on (a probability); its best MOTA is marked with *. `--settings` prints the choices of
-memory and births instead, which the guests' commands in `mot_sim/guests/register.py` follow.
+memory and births instead, which the guests' commands in `mot_sim/experiments/guests/register.py` follow.
 """
 
 import argparse
@@ -16,7 +16,7 @@ from pathlib import Path
 
 from benchmarks.kitti_tables import GIVEN
 from mot_sim.datasets import KittiSequence, kitti_sequence
-from mot_sim.guests import GUESTS, Entry, Failure, Guest, GuestTracker, hold_contest
+from mot_sim.experiments.guests import GUESTS, Entry, Failure, Guest, GuestTracker, hold_contest
 from tracker.types import Tracks
 
 SCORES = (0.2, 0.3, 0.5, 0.7)

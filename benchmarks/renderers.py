@@ -16,10 +16,10 @@ from time import perf_counter, process_time
 import cv2
 import numpy as np
 
-from mot_sim.renderers import RENDERERS, View, find_renderer, silhouettes
-from mot_sim.renderers.filling import world2cam
-from mot_sim.report import write_image
-from tests.mot_sim.renderers.shapes import KITTI, street
+from mot_sim.plotting import write_image
+from mot_sim.simulation.renderers import RENDERERS, View, find_renderer, silhouettes
+from mot_sim.simulation.renderers.filling import world2cam
+from tests.mot_sim.simulation.renderers.shapes import KITTI, street
 
 FRAMES = 60
 Task = Callable[[View], object]

@@ -19,9 +19,15 @@ from time import perf_counter, process_time
 
 import numpy as np
 
-from mot_sim.experiments.results import Made, Result, ResultTable, made_here, write_result
-from mot_sim.experiments.summary import METRICS
-from mot_sim.report import write_video
+from mot_sim.experiments.results.result_file import (
+    Made,
+    Result,
+    ResultTable,
+    made_here,
+    write_result,
+)
+from mot_sim.experiments.sweep.summary import METRICS
+from mot_sim.plotting import write_video
 from mot_sim.report.page import MOST_BYTES, write_report
 
 AXES, LEVELS, TRACKERS = 7, 5, ("default", "paper", "greedy", "window")

@@ -18,8 +18,8 @@ from time import process_time  # noqa: E402
 
 import numpy as np  # noqa: E402
 
-from mot_sim.rig import Rig  # noqa: E402
-from mot_sim.sensors import PROFILES, Detector, Sightings  # noqa: E402
+from mot_sim.simulation.rig import Rig  # noqa: E402
+from mot_sim.simulation.sensors import PROFILES, Detector, Sightings  # noqa: E402
 
 FRAMES, OBJECTS, LIFE, LIVE = 2000, 10, 100, 100
 

@@ -28,7 +28,7 @@ from benchmarks.shape_samples import (
     place_cars,
     scattered_clutter,
 )
-from mot_sim.cars import load_fleet
+from mot_sim.simulation.cars import load_fleet
 from tracker.costs import ShapeAndPose
 from tracker.geometry import wrap_angle
 from tracker.shape import (

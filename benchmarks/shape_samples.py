@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy import ndarray as Array
 
-from mot_sim.cars import Fleet, load_fleet
 from mot_sim.datasets import KittiSequence, kitti_sequence
-from mot_sim.rig import Rig
+from mot_sim.simulation.cars import Fleet, load_fleet
+from mot_sim.simulation.rig import Rig
 from tracker.geometry import homogeneous, rotation_y
 from tracker.types import Camera, Cuboids, Tracks
 

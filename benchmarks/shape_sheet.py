@@ -29,12 +29,12 @@ from benchmarks.shape_samples import (
     hidden,
     real_cars,
 )
-from mot_sim.cars import load_fleet, topology
 from mot_sim.datasets import kitti_sequence
 from mot_sim.datasets.images import ImageFolder
-from mot_sim.renderers import Mesh, Placed, Semantic, View, find_renderer
-from mot_sim.report import write_image
+from mot_sim.plotting import write_image
 from mot_sim.report.wireframes import ACROSS, SIDE
+from mot_sim.simulation.cars import load_fleet, topology
+from mot_sim.simulation.renderers import Mesh, Placed, Semantic, View, find_renderer
 from tracker.geometry import homogeneous, rotation_y
 from tracker.shape import (
     KEYPOINTS,

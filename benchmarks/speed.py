@@ -27,8 +27,8 @@ import numpy as np  # noqa: E402
 from scipy.optimize import linear_sum_assignment  # noqa: E402
 
 from mot_sim.datasets import available_sequences, kitti_sequence  # noqa: E402
-from mot_sim.experiments.cue_sets import ALL_CUES  # noqa: E402
-from mot_sim.runs import parse_costs  # noqa: E402
+from mot_sim.evaluation.runs import parse_costs  # noqa: E402
+from mot_sim.experiments.paper.cue_sets import ALL_CUES  # noqa: E402
 from tracker import Camera, Detections, Frame, Tracker  # noqa: E402
 from tracker.beliefs import MEAN_CAR  # noqa: E402
 from tracker.costs import COSTS  # noqa: E402

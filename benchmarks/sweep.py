@@ -27,9 +27,10 @@ from unittest.mock import patch  # noqa: E402
 
 import pyarrow as pa  # noqa: E402
 
-from mot_sim.experiments import Design, sweep, trial, work  # noqa: E402
-from mot_sim.experiments.drives import Recordings  # noqa: E402
-from mot_sim.experiments.store import SweepFolder  # noqa: E402
+from mot_sim.experiments.sweep import Design, trial, work
+from mot_sim.experiments.sweep.drives import Recordings  # noqa: E402
+from mot_sim.experiments.sweep.running import sweep
+from mot_sim.experiments.sweep.store import SweepFolder  # noqa: E402
 
 LEVELS = (0.0, 0.5, 1.0, 2.0, 4.0)
 TRACKERS = (

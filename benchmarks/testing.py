@@ -10,8 +10,9 @@ from collections.abc import Callable
 from statistics import median
 from time import process_time
 
-from mot_sim.experiments import drives
-from mot_sim.testing import assert_tracks, episodes, mot_episode
+from mot_sim.experiments.sweep import drives
+from mot_sim.experiments.sweep import seeded_episodes
+from mot_sim.testing import assert_tracks, mot_episode
 from tracker import Tracker
 
 SCENES = ("intersection", "look_alikes", "gauntlet")
@@ -31,7 +32,7 @@ def timed(work: Callable[[], object], repeats: int = REPEATS) -> float:
 
 def forget() -> None:
     """As a new process would begin, its modules imported."""
-    episodes._drive.cache_clear()
+    seeded_episodes._drive.cache_clear()
     drives._read.cache_clear()
 
 

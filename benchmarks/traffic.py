@@ -23,8 +23,8 @@ import numpy as np  # noqa: E402
 from highway_env.road.road import Road, RoadNetwork  # noqa: E402
 from highway_env.vehicle.behavior import IDMVehicle  # noqa: E402
 
-from mot_sim.traffic import RecordedTraffic, Replay, Traffic, record_traffic  # noqa: E402
-from mot_sim.traffic.highway import ROADS, HighwayTraffic  # noqa: E402
+from mot_sim.simulation.traffic import RecordedTraffic, Replay, Traffic, record_traffic  # noqa: E402
+from mot_sim.simulation.traffic.highway import ROADS, HighwayTraffic  # noqa: E402
 
 CARS, FRAMES = 30, 100
 

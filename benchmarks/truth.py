@@ -26,17 +26,17 @@ import cv2  # noqa: E402
 import numpy as np  # noqa: E402
 
 from benchmarks.agreement import agreement_table  # noqa: E402
-from mot_sim.cars import Casting  # noqa: E402
 from mot_sim.datasets.kitti import kitti_sequence  # noqa: E402
-from mot_sim.episode import record  # noqa: E402
-from mot_sim.episodes import Places, read_episode, record_episode  # noqa: E402
-from mot_sim.registry import SCENES  # noqa: E402
-from mot_sim.renderers import View, find_renderer  # noqa: E402
-from mot_sim.rig import Rig  # noqa: E402
-from mot_sim.scene import Scene  # noqa: E402
-from mot_sim.stage import Stage  # noqa: E402
-from mot_sim.traffic import Replay, Route, Script, Scripted, World, kitti_recording  # noqa: E402
-from mot_sim.truth import (  # noqa: E402
+from mot_sim.simulation.cars import Casting  # noqa: E402
+from mot_sim.simulation.episode import record  # noqa: E402
+from mot_sim.simulation.episodes import Places, read_episode, record_episode  # noqa: E402
+from mot_sim.simulation.registry import SCENES  # noqa: E402
+from mot_sim.simulation.renderers import View, find_renderer  # noqa: E402
+from mot_sim.simulation.rig import Rig  # noqa: E402
+from mot_sim.simulation.scene import Scene  # noqa: E402
+from mot_sim.simulation.stage import Stage  # noqa: E402
+from mot_sim.simulation.traffic import Replay, Route, Script, Scripted, World, kitti_recording  # noqa: E402
+from mot_sim.simulation.truth import (
     annotate,
     annotate_frame,
     boxes_around,

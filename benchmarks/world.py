@@ -17,14 +17,14 @@ import cv2
 import numpy as np
 
 from benchmarks.renderers import bare_opencv
-from mot_sim.registry import SCENES, find_scene
-from mot_sim.renderers import NEAR, Placed, View, find_renderer
-from mot_sim.renderers.triangles import in_sight
-from mot_sim.rig import Rig
-from mot_sim.scene import Take
-from mot_sim.traffic.world import World
-from mot_sim.world import WEATHERS, Neighbourhood, look
-from tests.mot_sim.renderers.shapes import street
+from mot_sim.simulation.registry import SCENES, find_scene
+from mot_sim.simulation.renderers import NEAR, Placed, View, find_renderer
+from mot_sim.simulation.renderers.triangles import in_sight
+from mot_sim.simulation.rig import Rig
+from mot_sim.simulation.scene import Take
+from mot_sim.simulation.scenery import WEATHERS, Neighbourhood, look
+from mot_sim.simulation.traffic.world import World
+from tests.mot_sim.simulation.renderers.shapes import street
 
 CARS, SEED = 20, 3
 

@@ -3,6 +3,6 @@
 Importing it registers the Gymnasium ids, so that `gym.make("mot_sim/Crossing-v0")` finds them.
 """
 
-from mot_sim.registration import register_environments
+from mot_sim.envs.registration import register_environments
 
 register_environments()

@@ -8,14 +8,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from mot_sim.datasets import write_labels, write_lines, write_results
-from mot_sim.episode import Episode, Scene, record
+from mot_sim.datasets import write_labels, write_results
+from mot_sim.files.writing import write_lines
 from mot_sim.metrics import Scores, evaluate_sequence
-from mot_sim.registry import SCENES, find_scene
-from mot_sim.report import Film, Layers, write_image, write_video
-from mot_sim.report.canvas import Image
-from mot_sim.report.grid import score_grid
-from mot_sim.report.video import put_in_place
+from mot_sim.plotting import write_image, write_video
+from mot_sim.plotting.canvas import Image
+from mot_sim.plotting.video import put_in_place
+from mot_sim.report import Film, Layers
+from mot_sim.simulation.episode import Episode, Scene, record
+from mot_sim.simulation.registry import SCENES, find_scene
+from mot_sim.tables.grid import score_grid
 from tracker import Tracker
 from tracker.errors import BadOutput, OutputExists
 from tracker.types import Camera, Tracks

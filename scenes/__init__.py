@@ -1,1 +1,1 @@
-"""One file = one scene: what can be run, found by name through `mot_sim.registry`."""
+"""One file = one scene: what can be run, found by name through `mot_sim.simulation.registry`."""

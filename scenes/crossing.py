@@ -5,10 +5,10 @@ Traffic keeps to the right: x forward, y right, so we drive at y > 0 and cars th
 the left drive at the smaller x. Nobody touches anybody (a test).
 """
 
-from mot_sim.cars import Models
-from mot_sim.scene import Scene
-from mot_sim.traffic import Roads, Route, Script, Scripted
-from mot_sim.traffic.roads import rectangle, stripe, zebra
+from mot_sim.simulation.cars import Models
+from mot_sim.simulation.scene import Scene
+from mot_sim.simulation.traffic import Roads, Route, Script, Scripted
+from mot_sim.simulation.traffic.roads import rectangle, stripe, zebra
 
 LANE = 3.5  # metres
 OURS, ONCOMING = 0.5 * LANE, -0.5 * LANE  # y of the lanes of our road

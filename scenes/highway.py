@@ -1,6 +1,6 @@
 """A highway with three lanes: dense traffic one way, lane changes, long occlusions ahead."""
 
-from mot_sim.scene import Scene
+from mot_sim.simulation.scene import Scene
 from scenes.live import live_scene
 
 

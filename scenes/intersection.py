@@ -1,6 +1,6 @@
 """A four-way intersection: cars cross, turn, wait for one another and hide behind parked vans."""
 
-from mot_sim.scene import Scene
+from mot_sim.simulation.scene import Scene
 from scenes.live import live_scene
 
 

@@ -1,11 +1,11 @@
 """What the scenes of live traffic share: a road, how much drives on it, and its paint."""
 
-from mot_sim.cars import Casting, Models
-from mot_sim.scene import Scene
-from mot_sim.traffic import Traffic
-from mot_sim.traffic.highway import HighwayTraffic
-from mot_sim.traffic.highway.paint import roads_of
-from mot_sim.traffic.world import STEP
+from mot_sim.simulation.cars import Casting, Models
+from mot_sim.simulation.scene import Scene
+from mot_sim.simulation.traffic import Traffic
+from mot_sim.simulation.traffic.highway import HighwayTraffic
+from mot_sim.simulation.traffic.highway.paint import roads_of
+from mot_sim.simulation.traffic.world import STEP
 
 
 def live_scene(
@@ -20,7 +20,7 @@ def live_scene(
     alike: float = 0.0,
     models: int = 24,
 ) -> Scene:
-    """A scene on a road of `mot_sim.traffic.highway`; nobody crashes in it."""
+    """A scene on a road of `mot_sim.simulation.traffic.highway`; nobody crashes in it."""
     casting = Casting(models=models, alike=alike)
 
     def traffic(models: Models) -> Traffic:

@@ -1,6 +1,6 @@
 """A convoy of look-alikes: dense traffic of one shape and one paint, so that only motion tells."""
 
-from mot_sim.scene import Scene
+from mot_sim.simulation.scene import Scene
 from scenes.live import live_scene
 
 

@@ -1,6 +1,6 @@
 """A highway with a ramp that joins it: cars change to the left before their lane ends."""
 
-from mot_sim.scene import Scene
+from mot_sim.simulation.scene import Scene
 from scenes.live import live_scene
 
 

@@ -1,6 +1,6 @@
 """A roundabout with one lane and four arms: curved ways, every heading, rows of parked cars."""
 
-from mot_sim.scene import Scene
+from mot_sim.simulation.scene import Scene
 from scenes.live import live_scene
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from mot_sim.cars import Casting, Models
-from mot_sim.scene import Scene
-from mot_sim.traffic import Improvised, Roads, Route, Script, Scripted
-from mot_sim.traffic.roads import rectangle, stripe
+from mot_sim.simulation.cars import Casting, Models
+from mot_sim.simulation.scene import Scene
+from mot_sim.simulation.traffic import Improvised, Roads, Route, Script, Scripted
+from mot_sim.simulation.traffic.roads import rectangle, stripe
 from tracker.errors import BadConfig
 
 LANE = 3.5  # metres

@@ -1,6 +1,6 @@
 """A two-way street between rows of parked cars: oncoming traffic, standing cars close by."""
 
-from mot_sim.scene import Scene
+from mot_sim.simulation.scene import Scene
 from scenes.live import live_scene
 
 

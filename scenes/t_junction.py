@@ -1,6 +1,6 @@
 """A T-junction at the end of our road: the ego car turns, by more than 30 degrees a second."""
 
-from mot_sim.scene import Scene
+from mot_sim.simulation.scene import Scene
 from scenes.live import live_scene
 
 

@@ -56,7 +56,7 @@ NEIGHBOURS: dict[str, set[str]] = {
     "scenes": {"scenes", "mot_sim", "tracker"},
 }
 SIMULATORS = {"gymnasium", "highway_env", "OpenGL", "pyrender", "pygame"}
-HIGHWAY = "mot_sim/traffic/highway/"
+HIGHWAY = "mot_sim/simulation/traffic/highway/"
 BAD_NAMES = {"utils", "util", "helpers", "helper", "manager", "data", "info", "tmp", "misc"}
 MOST_LINES = 250
 
@@ -175,21 +175,45 @@ def test_nobody_imports_through_a_wall() -> None:
         ("tracker/geometry/__init__.py", "from ..types import Camera", "geometry may not know"),
         (
             "tracker/beliefs.py",
-            "def f():\n    from tracker.online import Tracker",
+            "def f():\n    from tracker.tracker import Tracker",
             "beliefs may not",
         ),
         ("tracker/association/greedy.py", "from tracker.costs import COSTS", "association may not"),
-        ("tracker/costs/volume.py", "from mot_sim.rig import Rig", "tracker knows nothing of mot"),
-        ("tracker/online.py", "import scenes.crossing", "tracker knows nothing of scenes"),
-        ("tracker/online.py", "import gymnasium as gym", "the tracker knows no simulator"),
+        (
+            "tracker/costs/volume.py",
+            "from mot_sim.simulation.rig import Rig",
+            "tracker knows nothing of mot",
+        ),
+        ("tracker/tracker.py", "import scenes.crossing", "tracker knows nothing of scenes"),
+        ("tracker/tracker.py", "import gymnasium as gym", "the tracker knows no simulator"),
         ("tracker/gadgets.py", "from tracker.types import Camera", "gadgets is no room"),
-        ("mot_sim/truth.py", "from tracker.types.rows import Rows", "tracker.types.rows is no"),
-        ("mot_sim/truth.py", "import tracker.online", "tracker.online is no door"),
-        ("mot_sim/truth.py", "from tracker import online", "online is no public name of tracker"),
-        ("mot_sim/truth.py", "from tracker.types import rows", "rows is no public name"),
-        ("mot_sim/registry.py", "from scenes.crossing import SCENE", "mot_sim knows nothing of sc"),
-        ("mot_sim/env.py", "import highway_env.envs", "only mot_sim/traffic/highway/ imports"),
-        ("mot_sim/runs.py", "from mot_sim.scoring import _rates", "_rates is private"),
+        (
+            "mot_sim/simulation/truth.py",
+            "from tracker.types.rows import Rows",
+            "tracker.types.rows is no",
+        ),
+        ("mot_sim/simulation/truth.py", "import tracker.tracker", "tracker.tracker is no door"),
+        (
+            "mot_sim/simulation/truth.py",
+            "from tracker import online",
+            "online is no public name of tracker",
+        ),
+        ("mot_sim/simulation/truth.py", "from tracker.types import rows", "rows is no public name"),
+        (
+            "mot_sim/simulation/registry.py",
+            "from scenes.crossing import SCENE",
+            "mot_sim knows nothing of sc",
+        ),
+        (
+            "mot_sim/envs/scene_env.py",
+            "import highway_env.envs",
+            "only mot_sim/simulation/traffic/highway/ imports",
+        ),
+        (
+            "mot_sim/evaluation/runs.py",
+            "from mot_sim.evaluation.scoring import _rates",
+            "_rates is private",
+        ),
         ("scenes/town.py", "from tracker.costs import COSTS", "tracker.costs is no door for sc"),
     ],
 )
@@ -208,14 +232,14 @@ def test_a_forbidden_import_is_found(tmp_path: Path, file: str, code: str, told:
         ("tracker/types/camera.py", "from tracker.geometry import invert"),
         ("tracker/types/camera.py", "from tracker.types.rows import Rows"),
         ("tracker/lifecycle.py", "from tracker.types import Camera"),
-        ("tracker/online.py", "from tracker.errors import BadConfig"),
+        ("tracker/tracker.py", "from tracker.errors import BadConfig"),
         ("tracker/__init__.py", "from .online import Tracker"),
-        ("mot_sim/runs.py", "from tracker import TRACKERS, Tracker"),
-        ("mot_sim/runs.py", "from tracker.costs import COSTS"),
-        ("mot_sim/traffic/highway/roads.py", "import highway_env"),
+        ("mot_sim/evaluation/runs.py", "from tracker import TRACKERS, Tracker"),
+        ("mot_sim/evaluation/runs.py", "from tracker.costs import COSTS"),
+        ("mot_sim/simulation/traffic/highway/roads.py", "import highway_env"),
         (
             "scenes/town.py",
-            "from mot_sim.traffic import Scripted\nfrom tracker.types import Camera",
+            "from mot_sim.simulation.traffic import Scripted\nfrom tracker.types import Camera",
         ),
     ],
 )

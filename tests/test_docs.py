@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from mot_sim.__main__ import main
-from mot_sim.renderers import RENDERERS
-from mot_sim.scene_names import SCENES
+from mot_sim.simulation.renderers import RENDERERS
+from mot_sim.simulation.scene_names import SCENES
 from tests.pages import (
     DOCS,
     HELD,

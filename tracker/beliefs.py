@@ -13,7 +13,7 @@ from numpy import ndarray as Array
 
 from tracker.geometry import road_contact, road_contact_jacobian
 from tracker.types import Camera, Cuboids, Detections
-from tracker.types.look import Look
+from tracker.types.embedding import Look
 from tracker.types.rows import RowIndex, Rows
 from tracker.types.shape_pose import ShapePose
 

@@ -11,7 +11,7 @@ from numpy import ndarray as Array
 
 from tracker.beliefs import Beliefs
 from tracker.types import Cuboids
-from tracker.types.look import Look
+from tracker.types.embedding import Look
 from tracker.types.shape_pose import ShapePose
 
 

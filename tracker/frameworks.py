@@ -6,8 +6,8 @@ from typing import Protocol, runtime_checkable
 
 from tracker.association import ASSOCIATIONS, Associate
 from tracker.multi_frame import NetworkFlow, Window
-from tracker.online import Tracker
 from tracker.state import Counts
+from tracker.tracker import Tracker
 from tracker.types import Frame, Tracks
 
 

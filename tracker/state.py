@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from tracker.box_filter import Gains
-from tracker.evidence import Rates
+from tracker.existence import Rates
 from tracker.lifecycle import NOBODY, Population
 
 

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Protocol, runtime_checkable
 
 import tyro
 
-from mot_sim.cli.breaking import Break
+from mot_sim.cli.breaking_point import Break
 from mot_sim.cli.calibrate import Calibrate
 from mot_sim.cli.compare import Compare
 from mot_sim.cli.demo import Demo
@@ -23,7 +23,6 @@ from mot_sim.cli.evaluate import Evaluate
 from mot_sim.cli.export import Export
 from mot_sim.cli.export_car import ExportCar
 from mot_sim.cli.kitti import Kitti
-from mot_sim.cli.learn_appearance import LearnAppearance
 from mot_sim.cli.listing import List
 from mot_sim.cli.record import Record
 from mot_sim.cli.report import Report
@@ -35,6 +34,7 @@ from mot_sim.cli.tables import Tables
 from mot_sim.cli.teaser import Teaser
 from mot_sim.cli.terminal import INTERRUPTED, OK, WRONG, Terminal
 from mot_sim.cli.track import Track
+from mot_sim.cli.train_appearance import LearnAppearance
 from mot_sim.cli.train_keypoints import TrainKeypoints
 from mot_sim.cli.tune import Tune
 from mot_sim.cli.verify import Verify

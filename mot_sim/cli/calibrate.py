@@ -10,9 +10,9 @@ from mot_sim.cli.terminal import OK, Terminal
 
 if TYPE_CHECKING:
     import mot_sim.datasets
-    import mot_sim.report.grid
-    import mot_sim.sensors.fit_report
-    import mot_sim.sensors.measure
+    import mot_sim.simulation.sensors.fitting.fit_report
+    import mot_sim.simulation.sensors.fitting.measure
+    import mot_sim.tables.grid
 
 SEEDS = 5  # simulations that stand beside the real detections
 
@@ -43,13 +43,13 @@ class Calibrate:
 
     def __call__(self, terminal: Terminal) -> int:
         """Fit, compare, show and keep."""
-        from mot_sim.datasets.writing import require_writable, write_lines
-        from mot_sim.report import write_image
-        from mot_sim.sensors.calibrate import fit_profile, simulate
-        from mot_sim.sensors.fit_plot import fit_picture
-        from mot_sim.sensors.fit_report import curves, fit_lines
-        from mot_sim.sensors.measure import measure
-        from mot_sim.sensors.profile import profile_lines
+        from mot_sim.files.writing import require_writable, write_lines
+        from mot_sim.plotting import write_image
+        from mot_sim.simulation.sensors.fitting.calibrate import fit_profile, simulate
+        from mot_sim.simulation.sensors.fitting.fit_plot import fit_picture
+        from mot_sim.simulation.sensors.fitting.fit_report import curves, fit_lines
+        from mot_sim.simulation.sensors.fitting.measure import measure
+        from mot_sim.simulation.sensors.profile import profile_lines
 
         require_targets(self.json, self.csv)
         for path in (self.out, self.plot):
@@ -75,9 +75,9 @@ class Calibrate:
                 terminal.note(f"written: {path}")
         return OK
 
-    def _drives(self) -> "list[mot_sim.sensors.measure.Drive]":
+    def _drives(self) -> "list[mot_sim.simulation.sensors.fitting.measure.Drive]":
         """The labelled drives."""
-        from mot_sim.sensors.measure import Drive
+        from mot_sim.simulation.sensors.fitting.measure import Drive
 
         return [
             Drive(drive.truth, drive.log, drive.frame_count, drive.camera)
@@ -86,10 +86,13 @@ class Calibrate:
         ]
 
     def _show(
-        self, terminal: Terminal, lines: "list[mot_sim.sensors.fit_report.Line]", name: str
+        self,
+        terminal: Terminal,
+        lines: "list[mot_sim.simulation.sensors.fitting.fit_report.Line]",
+        name: str,
     ) -> None:
         from mot_sim.cli.evaluate import deliver
-        from mot_sim.report.grid import Column, Table
+        from mot_sim.tables.grid import Column, Table
 
         columns = Column("figure"), Column("real"), Column("made")
         rows = tuple((line.what, f"{line.real:.4f}", f"{line.made:.4f}") for line in lines)

@@ -21,7 +21,7 @@ from mot_sim.cli.terminal import BROKEN, OK, Terminal
 
 if TYPE_CHECKING:
     import mot_sim.datasets
-    import mot_sim.guests
+    import mot_sim.experiments.guests
     import tracker
 
 TRACKERS, SECONDS, SEEDS = "default,paper,iou", 600.0, "0-4"
@@ -87,9 +87,9 @@ class Compare:
 
     def __call__(self, terminal: Terminal) -> int:
         """Compare and show."""
-        from mot_sim.guests import hold_contest
-        from mot_sim.run_folder import require_empty
-        from mot_sim.scoring import require_rules
+        from mot_sim.evaluation.scoring import require_rules
+        from mot_sim.experiments.guests import hold_contest
+        from mot_sim.files.settings import require_empty
 
         if self.setup is not None:
             return self._set_up(terminal)
@@ -111,7 +111,7 @@ class Compare:
 
     def _set_up(self, terminal: Terminal) -> int:
         """Make the environments that were asked for."""
-        from mot_sim.guests import GUESTS, GuestFailed
+        from mot_sim.experiments.guests import GUESTS, GuestFailed
         from tracker.errors import UnknownName
 
         names = list(GUESTS) if self.setup == "all" else _names(str(self.setup))
@@ -129,15 +129,15 @@ class Compare:
                 terminal.write(f"{name}: ready in {environment.path}\n")
         return OK
 
-    def _keep_result(self, contest: "mot_sim.guests.Contest", title: str) -> None:
+    def _keep_result(self, contest: "mot_sim.experiments.guests.Contest", title: str) -> None:
         """What the report reads."""
-        from mot_sim.experiments.result_tables import contest_tables
+        from mot_sim.experiments.results.result_tables import contest_tables
 
         keep(self.out, "compare", title, tuple(contest_tables(contest)))
 
-    def _contestants(self) -> "list[mot_sim.guests.Contestant]":
+    def _contestants(self) -> "list[mot_sim.experiments.guests.Contestant]":
         """The trackers that were named, the guests among them as the options say."""
-        from mot_sim.guests import (
+        from mot_sim.experiments.guests import (
             BASELINES,
             GUESTS,
             Guest,
@@ -185,8 +185,8 @@ class Compare:
         self, scene: str
     ) -> "tuple[list[mot_sim.datasets.RecordedSequence], dict[str, tracker.Tracks], str]":
         """Runs of a scene, named after their seeds."""
-        from mot_sim.episode import record
-        from mot_sim.registry import find_scene
+        from mot_sim.simulation.episode import record
+        from mot_sim.simulation.registry import find_scene
 
         made = find_scene(scene, **parse_knobs(scene, self.scenes.knobs))
         spelled = self.scenes.seeds or SEEDS
@@ -198,7 +198,7 @@ class Compare:
 
     def _keep(
         self, drives: "list[mot_sim.datasets.RecordedSequence]"
-    ) -> "mot_sim.guests.contest.Keep | None":
+    ) -> "mot_sim.experiments.guests.comparison.Keep | None":
         """What writes the tracks into the output folder, where one is given."""
         from mot_sim.datasets import write_results
 
@@ -213,7 +213,9 @@ class Compare:
         return keep
 
 
-def say_failures(terminal: Terminal, failures: "Mapping[str, mot_sim.guests.Failure]") -> None:
+def say_failures(
+    terminal: Terminal, failures: "Mapping[str, mot_sim.experiments.guests.Failure]"
+) -> None:
     """Name the trackers that failed, with what they said on stderr."""
     for name, failure in failures.items():
         terminal.error(failure.reason)

@@ -14,7 +14,7 @@ from mot_sim.cli.terminal import INTERRUPTED, OK, STDOUT, Terminal
 if TYPE_CHECKING:
     import mot_sim.diagnosis.findings
     import mot_sim.diagnosis.tasks
-    import mot_sim.experiments.results
+    import mot_sim.experiments.results.result_file
 
 SEEDS, FRAMES = 8, 100
 Many = tyro.conf.UseAppendAction[tuple[str, ...]]
@@ -101,7 +101,7 @@ class Diagnose:
 
     def _require_sense(self) -> None:
         """Raise BadConfig for options that contradict each other."""
-        from mot_sim.datasets.writing import require_writable
+        from mot_sim.files.writing import require_writable
         from tracker.errors import BadConfig
 
         of_kitti = self.kitti.named() + (["ego"] if self.kitti.ego is not None else [])
@@ -121,7 +121,7 @@ class Diagnose:
                 "cannot be changed; leave it out, or name a scene"
             )
         if self.sheet is not None and self.renderer != "none":
-            from mot_sim.renderers import find_renderer
+            from mot_sim.simulation.renderers import find_renderer
 
             find_renderer(self.renderer)
         for folder in (self.out, self.sheet):
@@ -134,10 +134,10 @@ class Diagnose:
 
         contender = require_tracker(self.tracker)
         if self.scene is None and self.suite is None:
-            from mot_sim.diagnosis.opening import kitti_tasks
+            from mot_sim.diagnosis.loading import kitti_tasks
 
             return list(kitti_tasks(self.kitti.open("labelled"), contender))
-        from mot_sim.diagnosis.opening import scene_tasks, suite_tasks
+        from mot_sim.diagnosis.loading import scene_tasks, suite_tasks
 
         count = SEEDS if self.seeds is None else self.seeds
         seeds = range(self.first_seed or 0, (self.first_seed or 0) + count)
@@ -150,7 +150,7 @@ class Diagnose:
 
     def _settings(self) -> "dict[str, float | int | str | bool]":
         """The axes that were set."""
-        from mot_sim.experiments.paths import parse_setting
+        from mot_sim.experiments.sweep.paths import parse_setting
 
         found: dict[str, float | int | str | bool] = {}
         if self.profile is not None:
@@ -168,7 +168,7 @@ class Diagnose:
         """The pictures, if they were asked for."""
         if self.sheet is None:
             return []
-        from mot_sim.diagnosis.moments import draw_sheet
+        from mot_sim.diagnosis.contact_sheet import draw_sheet
 
         renderer = None if self.renderer == "none" else self.renderer
         return draw_sheet(
@@ -178,7 +178,7 @@ class Diagnose:
 
     def _keep(
         self,
-        tables: "Sequence[mot_sim.experiments.results.ResultTable]",
+        tables: "Sequence[mot_sim.experiments.results.result_file.ResultTable]",
         pictures: Sequence[Path],
         drives: int,
     ) -> None:
@@ -197,7 +197,7 @@ class Diagnose:
     def _show(
         self,
         terminal: Terminal,
-        tables: "Sequence[mot_sim.experiments.results.ResultTable]",
+        tables: "Sequence[mot_sim.experiments.results.result_file.ResultTable]",
         found: "Sequence[mot_sim.diagnosis.findings.Findings]",
     ) -> None:
         """The tables, and a word where there is nothing in them."""

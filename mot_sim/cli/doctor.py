@@ -45,7 +45,7 @@ class Doctor:
 
     def __call__(self, terminal: Terminal) -> int:
         """Look everywhere, and never fail."""
-        from mot_sim.report.grid import Column, Table
+        from mot_sim.tables.grid import Column, Table
 
         findings = [
             find_python(),
@@ -139,7 +139,7 @@ def find_library(name: str) -> Finding:
 
 def find_film() -> Finding:
     """Whether ffmpeg writes H.264 here."""
-    from mot_sim.report.encoder import find_ffmpeg
+    from mot_sim.plotting.encoder import find_ffmpeg
     from tracker.errors import BadConfig
 
     with tempfile.TemporaryDirectory() as folder:
@@ -156,7 +156,7 @@ def find_film() -> Finding:
 def _write_video(path: Path) -> bool:
     import numpy as np
 
-    from mot_sim.report import write_video
+    from mot_sim.plotting import write_video
 
     return write_video(path, [np.zeros((48, 64, 3), np.uint8)] * 3, 10.0).is_file()
 

@@ -12,7 +12,7 @@ from mot_sim.cli.options import File, Root, Rules, Verbose, option
 from mot_sim.cli.terminal import OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
-    import mot_sim.report.grid
+    import mot_sim.tables.grid
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,8 @@ class Evaluate:
 
     def __call__(self, terminal: Terminal) -> int:
         """Score and show."""
-        from mot_sim.report.grid import score_grid
-        from mot_sim.scoring import score_folder
+        from mot_sim.evaluation.scoring import score_folder
+        from mot_sim.tables.grid import score_grid
 
         require_targets(self.json, self.csv)
         scored = score_folder(self.results, self.root, self.sequences, self.rules)
@@ -66,7 +66,7 @@ def say_unlabelled(terminal: Terminal, names: tuple[str, ...]) -> None:
 
 def require_targets(json: str | None, csv: str | None) -> None:
     """BadConfig when both are to be printed, BadOutput for a file that could not be written."""
-    from mot_sim.datasets.writing import require_writable
+    from mot_sim.files.writing import require_writable
     from tracker.errors import BadConfig
 
     for target in (json, csv):
@@ -79,7 +79,7 @@ def require_targets(json: str | None, csv: str | None) -> None:
 
 def deliver(
     terminal: Terminal,
-    table: "mot_sim.report.grid.Table",
+    table: "mot_sim.tables.grid.Table",
     content: Mapping[str, object],
     json: str | None,
     csv: str | None,

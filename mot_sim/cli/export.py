@@ -50,8 +50,8 @@ class Export:
 
     def __call__(self, terminal: Terminal) -> int:
         """Read everything, then write."""
-        from mot_sim.run_folder import require_empty
-        from mot_sim.scoring import pick_results, read_picked
+        from mot_sim.evaluation.scoring import pick_results, read_picked
+        from mot_sim.files.settings import require_empty
         from tracker.errors import UnknownName
 
         if self.to not in FORMATS:

@@ -45,7 +45,7 @@ class ExportCar:
         """Write the car, and say how large it is."""
         import numpy as np
 
-        from mot_sim.cars import export_car, load_fleet
+        from mot_sim.simulation.cars import export_car, load_fleet
 
         shape, paint = self._car()
         path = export_car(shape, self.out, self.paint or paint)
@@ -60,7 +60,7 @@ class ExportCar:
         """Shape coefficients, and the paint that is drawn."""
         import numpy as np
 
-        from mot_sim.cars import load_fleet
+        from mot_sim.simulation.cars import load_fleet
         from tracker.errors import BadConfig
 
         if self.coefficients is not None and (self.size or self.body):

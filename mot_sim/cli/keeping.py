@@ -5,21 +5,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    import mot_sim.experiments
-    import mot_sim.experiments.results
+    import mot_sim.experiments.sweep
+    import mot_sim.experiments.results.result_file
 
 
 def keep(
     folder: Path | None,
     kind: str,
     title: str,
-    tables: "tuple[mot_sim.experiments.results.ResultTable, ...]" = (),
+    tables: "tuple[mot_sim.experiments.results.result_file.ResultTable, ...]" = (),
     *,
     finished: bool = True,
     trials: tuple[int, int] | None = None,
 ) -> None:
     """Write `result.json` into the folder, if there is one; see `Result` and `Made`."""
-    from mot_sim.experiments.results import Result, made_here, write_result
+    from mot_sim.experiments.results.result_file import Result, made_here, write_result
 
     if folder is not None:
         made = made_here(finished=finished, trials=trials)
@@ -28,8 +28,8 @@ def keep(
 
 def keep_sweep(
     folder: Path | None,
-    design: "mot_sim.experiments.Design",
-    tables: "tuple[mot_sim.experiments.results.ResultTable, ...]" = (),
+    design: "mot_sim.experiments.sweep.Design",
+    tables: "tuple[mot_sim.experiments.results.result_file.ResultTable, ...]" = (),
     done: int = 0,
 ) -> None:
     """The same for a sweep. done: trials that are finished."""
@@ -39,7 +39,7 @@ def keep_sweep(
 
 
 def begun(
-    folder: Path, design: "mot_sim.experiments.Design", advance: Callable[[str, int, int], None]
+    folder: Path, design: "mot_sim.experiments.sweep.Design", advance: Callable[[str, int, int], None]
 ) -> Callable[[str, int, int], None]:
     """The progress of a sweep; before it first advances, the folder says what is under way."""
     told = False

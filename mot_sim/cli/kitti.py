@@ -21,9 +21,9 @@ from mot_sim.cli.track import run_tracker, stages_said
 
 if TYPE_CHECKING:
     import mot_sim.datasets
+    import mot_sim.evaluation.run_folder
     import mot_sim.metrics
-    import mot_sim.report.grid
-    import mot_sim.run_folder
+    import mot_sim.tables.grid
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Kitti:
 
     def __call__(self, terminal: Terminal) -> int:
         """Track, score and show."""
-        from mot_sim.scoring import require_rules, score_sequences
+        from mot_sim.evaluation.scoring import require_rules, score_sequences
 
         require_rules(self.rules)
         require_targets(self.json, self.csv)
@@ -83,7 +83,7 @@ class Kitti:
 
     def _folder(
         self, tracker: str, drives: "list[mot_sim.datasets.KittiSequence]"
-    ) -> "mot_sim.run_folder.RunFolder | None":
+    ) -> "mot_sim.evaluation.run_folder.RunFolder | None":
         """Where the results of a tracker are kept, if they are."""
         from tracker.errors import BadConfig
 
@@ -96,9 +96,9 @@ class Kitti:
 
     def _table(
         self, evaluations: "dict[str, mot_sim.metrics.Evaluation]"
-    ) -> "mot_sim.report.grid.Table":
+    ) -> "mot_sim.tables.grid.Table":
         """A row a sequence for one tracker, a row a tracker for several."""
-        from mot_sim.report.grid import score_grid
+        from mot_sim.tables.grid import score_grid
 
         drive = f"{self.kitti.detections or DETECTIONS} boxes, ego {self.kitti.ego or EGO}"
         if len(evaluations) == 1:

@@ -26,7 +26,7 @@ class List:
 
     def __call__(self, terminal: Terminal) -> int:
         """Show the registers."""
-        from mot_sim.report.grid import Column, Table
+        from mot_sim.tables.grid import Column, Table
 
         names = registers()
         if self.json:
@@ -46,8 +46,8 @@ def registers() -> dict[str, dict[str, str]]:
     from mot_sim.cli.export import FORMATS
     from mot_sim.datasets import DETECTORS, EGO
     from mot_sim.metrics import RULES
-    from mot_sim.registry import SCENES
-    from mot_sim.renderers import AUTO, RENDERERS
+    from mot_sim.simulation.registry import SCENES
+    from mot_sim.simulation.renderers import AUTO, RENDERERS
     from tracker import FRAMEWORKS, TRACKERS
     from tracker.costs import COSTS
 

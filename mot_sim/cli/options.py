@@ -9,9 +9,10 @@ import tyro
 
 if TYPE_CHECKING:
     import mot_sim.datasets
-    import mot_sim.run_folder
-    import mot_sim.runs
-    import mot_sim.scene
+    import mot_sim.evaluation.run_folder
+    import mot_sim.evaluation.runs
+    import mot_sim.files.settings
+    import mot_sim.simulation.scene
 
 DETECTIONS, EGO, SPLIT = "rrc", "oxts", "training"
 CAMERA_HEIGHT = 1.65  # metres; KITTI's car, as in mot_sim.datasets.kitti (which imports slowly)
@@ -75,7 +76,7 @@ class KittiOptions:
     ) -> "list[mot_sim.datasets.KittiSequence]":
         """The drives, every file of theirs read and checked. images: they must have some."""
         from mot_sim.datasets import kitti_sequence
-        from mot_sim.scoring import choose_sequences
+        from mot_sim.evaluation.scoring import choose_sequences
 
         split = self.split or SPLIT
         chosen = choose_sequences(self.root, self.sequences or sequences, split)
@@ -96,7 +97,7 @@ class KittiOptions:
             for name in chosen
         ]
 
-    def settings(self) -> "mot_sim.run_folder.Settings":
+    def settings(self) -> "mot_sim.files.settings.Settings":
         """What decides the results, with the defaults filled in."""
         from mot_sim.datasets import find_root
 
@@ -127,9 +128,9 @@ class TrackerOptions:
     or a list of: pose (keypoints, shape and pose, by the shipped network), appearance (its
     descriptor), classical (a descriptor of colours and gradients, no network). Needs images."""
 
-    def recipe(self, tracker: str) -> "mot_sim.runs.Recipe":
+    def recipe(self, tracker: str) -> "mot_sim.evaluation.runs.Recipe":
         """How to build a tracker of this name; all names are checked."""
-        from mot_sim.runs import Recipe, parse_costs
+        from mot_sim.evaluation.runs import Recipe, parse_costs
 
         costs = None if self.costs is None else parse_costs(self.costs)
         return Recipe(tracker, costs, self.associate, self.cues or "none")
@@ -139,9 +140,9 @@ class TrackerOptions:
         """Whether any cue is to be measured."""
         return self.cues not in (None, "none")
 
-    def settings(self, tracker: str) -> "mot_sim.run_folder.Settings":
+    def settings(self, tracker: str) -> "mot_sim.files.settings.Settings":
         """What decides the results."""
-        from mot_sim.runs import parse_costs
+        from mot_sim.evaluation.runs import parse_costs
 
         costs = None if self.costs is None else parse_costs(self.costs)
         weights = [f"{name}={weight!r}" for name, weight in sorted((costs or {}).items())]
@@ -163,17 +164,17 @@ class FolderOptions:
     """Replace the run in the output folder."""
 
     def open(
-        self, path: Path, settings: "mot_sim.run_folder.Settings", names: list[str]
-    ) -> "mot_sim.run_folder.RunFolder":
+        self, path: Path, settings: "mot_sim.files.settings.Settings", names: list[str]
+    ) -> "mot_sim.evaluation.run_folder.RunFolder":
         """The folder, checked; nothing is written yet."""
-        from mot_sim.run_folder import RunFolder
+        from mot_sim.evaluation.run_folder import RunFolder
 
         return RunFolder.open(path, settings, names, resume=self.resume, overwrite=self.overwrite)
 
 
-def parse_knobs(scene: str, text: str | None) -> "dict[str, mot_sim.scene.Knob]":
+def parse_knobs(scene: str, text: str | None) -> "dict[str, mot_sim.simulation.scene.Knob]":
     """The knobs that `NAME=VALUE,...` turns, each of the type that the scene's own value has."""
-    from mot_sim.registry import knobs_of
+    from mot_sim.simulation.registry import knobs_of
     from tracker.errors import BadConfig
 
     known, turned = knobs_of(scene), {}
@@ -185,7 +186,7 @@ def parse_knobs(scene: str, text: str | None) -> "dict[str, mot_sim.scene.Knob]"
     return turned
 
 
-def _of_kind(kind: type, name: str, value: str) -> "mot_sim.scene.Knob":
+def _of_kind(kind: type, name: str, value: str) -> "mot_sim.simulation.scene.Knob":
     """The value that a text spells."""
     from tracker.errors import BadConfig
 

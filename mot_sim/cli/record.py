@@ -10,9 +10,10 @@ from mot_sim.cli.options import Flag, Verbose, option, parse_knobs
 from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
 
 if TYPE_CHECKING:
-    import mot_sim.episodes
-    import mot_sim.run_folder
-    import mot_sim.scene
+    import mot_sim.evaluation.run_folder
+    import mot_sim.files.settings
+    import mot_sim.simulation.episodes
+    import mot_sim.simulation.scene
 
 
 @dataclass(frozen=True)
@@ -66,8 +67,8 @@ class Record:
 
     def __call__(self, terminal: Terminal) -> int:
         """Record, and say what came of it."""
-        from mot_sim.episodes import EpisodeFolder, record_episodes
-        from mot_sim.registry import find_scene
+        from mot_sim.simulation.episodes import EpisodeFolder, record_episodes
+        from mot_sim.simulation.registry import find_scene
 
         knobs = parse_knobs(self.scene, self.knobs)
         if self.frames is not None:
@@ -89,11 +90,11 @@ class Record:
         self._report(terminal, total, kept, pictures)
         return OK
 
-    def _pictures(self) -> "mot_sim.episodes.PictureOptions":
+    def _pictures(self) -> "mot_sim.simulation.episodes.PictureOptions":
         """What is drawn, by what; `auto` becomes what it comes to."""
-        from mot_sim.episodes import PictureOptions
-        from mot_sim.imaging import renderer_name
-        from mot_sim.renderers import find_renderer
+        from mot_sim.simulation.episodes import PictureOptions
+        from mot_sim.simulation.imaging import renderer_name
+        from mot_sim.simulation.renderers import find_renderer
 
         chosen = {
             "images": not self.no_images, "depth": self.depth,
@@ -103,8 +104,10 @@ class Record:
         return PictureOptions(parts, renderer_name(find_renderer(self.renderer)))
 
     def _settings(
-        self, scene: "mot_sim.scene.Scene", pictures: "mot_sim.episodes.PictureOptions"
-    ) -> "mot_sim.run_folder.Settings":
+        self,
+        scene: "mot_sim.simulation.scene.Scene",
+        pictures: "mot_sim.simulation.episodes.PictureOptions",
+    ) -> "mot_sim.files.settings.Settings":
         """What decides the files."""
         return {
             "scene": self.scene,
@@ -118,7 +121,7 @@ class Record:
 
     def _say_interrupted(self, terminal: Terminal) -> None:
         """What stands now, and how to go on."""
-        from mot_sim.episodes import read_episode, stored_episodes
+        from mot_sim.simulation.episodes import read_episode, stored_episodes
 
         there = stored_episodes(self.out)
         if not there:
@@ -132,7 +135,7 @@ class Record:
 
     def _report(
         self, terminal: Terminal, frames: int, kept: int,
-        pictures: "mot_sim.episodes.PictureOptions",
+        pictures: "mot_sim.simulation.episodes.PictureOptions",
     ) -> None:  # fmt: skip
         if self.json:
             summary = {"out": str(self.out), "episodes": self.episodes, "kept": kept}

@@ -10,8 +10,8 @@ from mot_sim.cli.options import Flag, Verbose, option
 from mot_sim.cli.terminal import OK, Terminal
 
 if TYPE_CHECKING:
-    import mot_sim.report.grid
-    import mot_sim.scene_figures
+    import mot_sim.simulation.scene_figures
+    import mot_sim.tables.grid
 
 SEEDS = 2
 
@@ -46,8 +46,8 @@ class Scenes:
             return OK
         from functools import partial
 
-        from mot_sim.registry import SCENES, find_scene
-        from mot_sim.scene_figures import figures_of
+        from mot_sim.simulation.registry import SCENES, find_scene
+        from mot_sim.simulation.scene_figures import figures_of
         from tracker.errors import BadConfig
 
         if self.seeds < 1:
@@ -67,8 +67,8 @@ class Scenes:
 
     def _show_knobs(self, name: str, terminal: Terminal) -> None:
         """The knobs of a scene, and what it says of them."""
-        from mot_sim.registry import knobs_of, scene_maker
-        from mot_sim.report.grid import Column, Table
+        from mot_sim.simulation.registry import knobs_of, scene_maker
+        from mot_sim.tables.grid import Column, Table
 
         knobs, about = knobs_of(name), getdoc(scene_maker(name)) or ""
         if self.json:
@@ -80,10 +80,10 @@ class Scenes:
 
 
 def figure_table(
-    measured: "dict[str, mot_sim.scene_figures.Figures]",
-) -> "mot_sim.report.grid.Table":
+    measured: "dict[str, mot_sim.simulation.scene_figures.Figures]",
+) -> "mot_sim.tables.grid.Table":
     """The figures as a table."""
-    from mot_sim.report.grid import Column, Table
+    from mot_sim.tables.grid import Column, Table
 
     columns = ("scene", "cars a frame", "half occluded", "turned off", "ids a minute", "deg/s")
     rows = tuple(

@@ -11,7 +11,7 @@ from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
 
 if TYPE_CHECKING:
     import mot_sim.datasets
-    import mot_sim.report
+    import mot_sim.plotting
     import mot_sim.report.opening
 
 SMALLEST, LARGEST = 0.1, 4.0  # of --scale
@@ -82,7 +82,8 @@ class Show:
 
     def __call__(self, terminal: Terminal) -> int:
         """Open, track, draw, and say what was written."""
-        from mot_sim.report import Film, FilmWriter
+        from mot_sim.plotting import FilmWriter
+        from mot_sim.report import Film
         from mot_sim.report.opening import open_tracks, track, truth_of
         from mot_sim.report.rerun_file import write_rerun
 
@@ -120,8 +121,8 @@ class Show:
 
     def _check(self) -> None:
         """What can be checked before any work. Raises BadConfig, OutputExists, BadOutput."""
+        from mot_sim.plotting.video import require_target
         from mot_sim.report.rerun_file import require_rerun
-        from mot_sim.report.video import require_target
         from tracker.errors import BadConfig
 
         if self.out is None and self.rerun is None:
@@ -136,7 +137,7 @@ class Show:
 
     def _check_layers(self, drive: "mot_sim.datasets.RecordedSequence") -> None:
         """Wireframes need images, or a drive of which everything is known."""
-        from mot_sim.episode import SimulatedDrive
+        from mot_sim.simulation.episode import SimulatedDrive
         from tracker.errors import BadConfig, DatasetNotFound
 
         if self.layers.true_wireframes and not isinstance(drive, SimulatedDrive):
@@ -149,8 +150,8 @@ class Show:
 
     def _wanted(self, span: tuple[int, int | None]) -> "mot_sim.report.opening.Wanted":
         """The drive that is meant."""
-        from mot_sim.registry import SCENES
         from mot_sim.report.opening import Wanted
+        from mot_sim.simulation.registry import SCENES
         from tracker.errors import BadConfig
 
         is_scene = self.episode in SCENES and not Path(self.episode).is_dir()
@@ -175,7 +176,7 @@ class Show:
             top_view=not chosen.no_top_view,
         )
 
-    def _say_interrupted(self, terminal: Terminal, film: "mot_sim.report.FilmWriter | None") -> int:
+    def _say_interrupted(self, terminal: Terminal, film: "mot_sim.plotting.FilmWriter | None") -> int:
         """What stands now."""
         if film is not None and film.frames:
             terminal.note(f"interrupted: {self.out} stands with {film.frames} frames")

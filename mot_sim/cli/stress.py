@@ -13,7 +13,7 @@ from mot_sim.cli.options import File, Flag, Verbose, option
 from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
-    from mot_sim.experiments.stress import Suite, Verdict
+    from mot_sim.experiments.stress.suites import Suite, Verdict
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Stress:
     def __call__(self, terminal: Terminal) -> int:
         """Run the suites and say what came of them."""
         from mot_sim.cli.evaluate import require_targets
-        from mot_sim.experiments.stress import SUITES, find_suites, measured, read_suites
+        from mot_sim.experiments.stress.suites import SUITES, find_suites, measured, read_suites
 
         require_targets(self.json, None)
         suites = find_suites(self.suites, read_suites(self.file or SUITES))
@@ -73,7 +73,7 @@ class Stress:
     def _run(self, terminal: Terminal, suites: "Sequence[Suite]") -> "list[Verdict]":
         """Run them one after the other; lines come as suites are finished."""
         from mot_sim.cli.sweep import progress
-        from mot_sim.experiments.stress import stress
+        from mot_sim.experiments.stress.suites import stress
 
         names = tuple(name.strip() for name in self.trackers.split(","))
         found: list[Verdict] = []
@@ -92,7 +92,7 @@ class Stress:
 
     def _keep(self, suites: "Sequence[Suite]", found: "Sequence[Verdict]", done: int) -> None:
         """What there is so far, for the report; done: suites."""
-        from mot_sim.experiments.result_tables import suite_table, verdicts
+        from mot_sim.experiments.results.result_tables import suite_table, verdicts
 
         trials = len(self.trackers.split(",")) * self.seeds
         title = ", ".join(suite.name for suite in suites[:3]) + ", ..." * (len(suites) > 3)
@@ -103,7 +103,7 @@ class Stress:
 
     def _conclude(self, terminal: Terminal, verdicts: "Sequence[Verdict]") -> int:
         """The errors, the JSON, the sum; the exit code."""
-        from mot_sim.experiments.stress import as_content
+        from mot_sim.experiments.stress.suites import as_content
 
         if self.json is not None:
             content = list(as_content(verdicts))
@@ -132,7 +132,7 @@ def line(verdict: "Verdict") -> str:
 
 def measured_line(verdict: "Verdict") -> str:
     """What was reached, and the bound that follows from it."""
-    from mot_sim.experiments.stress import bound_from
+    from mot_sim.experiments.stress.suites import bound_from
 
     metric = verdict.bound.metric
     bound = bound_from(metric, verdict.reached)
@@ -152,14 +152,14 @@ def _reached(verdict: "Verdict") -> str:
 
 def _number(metric: str, value: float) -> str:
     """A rate with three digits, a count with one."""
-    from mot_sim.report.grid import COUNTS
+    from mot_sim.tables.grid import COUNTS
 
     return f"{value:.1f}" if metric in COUNTS.values() else f"{value:.3f}"
 
 
 def show_suites(terminal: Terminal, suites: "Sequence[Suite]") -> None:
     """The suites, what is hard in them, and their bounds."""
-    from mot_sim.report.grid import Column, Table
+    from mot_sim.tables.grid import Column, Table
 
     rows = tuple(
         (

@@ -15,7 +15,7 @@ from mot_sim.cli.options import File, Flag, Verbose, option
 from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
-    import mot_sim.experiments
+    import mot_sim.experiments.sweep
 
 SECONDS = 30.0  # between lines about the progress where no bar can be drawn
 Many = tyro.conf.UseAppendAction[tuple[str, ...]]
@@ -84,7 +84,7 @@ class Sweep:
     def __call__(self, terminal: Terminal) -> int:
         """Sweep and show."""
         from mot_sim.cli.evaluate import require_targets
-        from mot_sim.experiments import sweep
+        from mot_sim.experiments.sweep.running import sweep
 
         require_targets(self.json, None)
         self._require_picture()
@@ -110,10 +110,10 @@ class Sweep:
             return INTERRUPTED
         return self._show(terminal, design, table)
 
-    def read(self) -> "mot_sim.experiments.Design":
+    def read(self) -> "mot_sim.experiments.sweep.Design":
         """The design that the options spell."""
-        from mot_sim.experiments import Design, read_design
-        from mot_sim.experiments.points import parse_axis
+        from mot_sim.experiments.sweep import Design, read_design
+        from mot_sim.experiments.sweep.points import parse_axis
 
         changes: dict[str, Any] = {
             name: getattr(self, name)
@@ -138,23 +138,28 @@ class Sweep:
 
     def _fixed(self) -> "dict[str, float | int | str | bool]":
         """What is the same everywhere."""
-        from mot_sim.experiments.paths import parse_level, parse_setting
+        from mot_sim.experiments.sweep.paths import parse_level, parse_setting
 
         found = {} if self.profile is None else {"scene.profile": parse_level(self.profile)}
         return found | dict(parse_setting(text) for text in self.fix)
 
     def _require_picture(self) -> None:
-        from mot_sim.report.charts import require_figure
+        from mot_sim.plotting.charts import require_figure
 
         if self.plot is not None:
             require_figure(self.plot)
 
-    def _show(self, terminal: Terminal, design: "mot_sim.experiments.Design", table: Any) -> int:
+    def _show(self, terminal: Terminal, design: "mot_sim.experiments.sweep.Design", table: Any) -> int:
         """The tables, the picture, the result for the report, what failed; the exit code."""
-        from mot_sim.experiments.curves import save_curves
-        from mot_sim.experiments.result_tables import means, sweep_tables
-        from mot_sim.experiments.summary import summary
-        from mot_sim.experiments.tables import as_content, difference_table, failures, mean_table
+        from mot_sim.experiments.results.result_tables import means, sweep_tables
+        from mot_sim.experiments.sweep.curves import save_curves
+        from mot_sim.experiments.sweep.summary import summary
+        from mot_sim.experiments.sweep.summary_tables import (
+            as_content,
+            difference_table,
+            failures,
+            mean_table,
+        )
 
         lines = summary(table)
         keep_sweep(self.out, design, sweep_tables(table, lines, design.description()), len(table))
@@ -175,9 +180,9 @@ class Sweep:
         return BROKEN if failed else OK
 
 
-def show_axes(terminal: Terminal, design: "mot_sim.experiments.Design") -> None:
+def show_axes(terminal: Terminal, design: "mot_sim.experiments.sweep.Design") -> None:
     """What can be an axis, with its own value."""
-    from mot_sim.report.grid import Column, Table
+    from mot_sim.tables.grid import Column, Table
 
     rows = tuple((axis, str(value)) for axis, value in design.known_axes().items())
     terminal.show(Table((Column("axis"), Column("own value")), rows))

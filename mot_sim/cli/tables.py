@@ -11,9 +11,9 @@ from mot_sim.cli.sweep import progress
 from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
 
 if TYPE_CHECKING:
-    import mot_sim.experiments.measuring
-    import mot_sim.experiments.results
-    import mot_sim.experiments.studies
+    import mot_sim.experiments.paper.studies
+    import mot_sim.experiments.results.result_file
+    import mot_sim.experiments.tuning.measuring
 
 SEEDS, FRAMES, TUNING = 50, 100, 4
 QUICK_SEEDS, QUICK_FRAMES, QUICK_SCENES = 2, 20, ("intersection",)
@@ -52,12 +52,12 @@ class Tables:
 
     def __call__(self, terminal: Terminal) -> int:
         """Measure and show."""
-        from mot_sim.datasets.writing import write_lines
-        from mot_sim.experiments.paper_tables import TABLES
-        from mot_sim.experiments.shown_tables import result_table
+        from mot_sim.experiments.paper.tables import TABLES
+        from mot_sim.experiments.results.shown_tables import result_table
+        from mot_sim.files.writing import write_lines
         from tracker.errors import UnknownName
 
-        found: list[mot_sim.experiments.results.ResultTable] = []
+        found: list[mot_sim.experiments.results.result_file.ResultTable] = []
         names = list(dict.fromkeys(self.table))
         for name in self.table:
             if name not in TABLES:
@@ -85,12 +85,12 @@ class Tables:
         return OK
 
     def _studies(
-        self, advance: "mot_sim.experiments.measuring.Progress"
-    ) -> "mot_sim.experiments.studies.Studies":
+        self, advance: "mot_sim.experiments.tuning.measuring.Progress"
+    ) -> "mot_sim.experiments.paper.studies.Studies":
         """How much is measured."""
         from mot_sim.datasets import find_root
-        from mot_sim.experiments.studies import JUNCTIONS, Studies
-        from mot_sim.scene_names import SCENES
+        from mot_sim.experiments.paper.studies import JUNCTIONS, Studies
+        from mot_sim.simulation.scene_names import SCENES
         from tracker.errors import BadConfig, UnknownName
 
         seeds = self.seeds if self.seeds is not None else QUICK_SEEDS if self.quick else SEEDS
@@ -115,13 +115,13 @@ class Tables:
         )
 
     def _write_results(
-        self, terminal: Terminal, studies: "mot_sim.experiments.studies.Studies"
+        self, terminal: Terminal, studies: "mot_sim.experiments.paper.studies.Studies"
     ) -> None:
         """Table II: the files that the server wants, of every sequence of the split."""
         from mot_sim.datasets import kitti_sequence
-        from mot_sim.run_folder import RUN_FILE, RunFolder
-        from mot_sim.runs import Recipe, track_sequences
-        from mot_sim.scoring import choose_sequences
+        from mot_sim.evaluation.run_folder import RUN_FILE, RunFolder
+        from mot_sim.evaluation.runs import Recipe, track_sequences
+        from mot_sim.evaluation.scoring import choose_sequences
 
         names = choose_sequences(studies.root, split=self.split)
         place = self.out / "server" / self.split

@@ -48,7 +48,7 @@ class Terminal:
 
     def save(self, text: str, target: str) -> None:
         """Text into a file, as a whole or not at all; `-` is stdout."""
-        from mot_sim.datasets.writing import write_lines
+        from mot_sim.files.writing import write_lines
 
         if target == STDOUT:
             self.write(text)

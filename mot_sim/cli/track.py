@@ -11,8 +11,9 @@ from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
 
 if TYPE_CHECKING:
     import mot_sim.datasets
-    import mot_sim.run_folder
-    import mot_sim.runs
+    import mot_sim.evaluation.run_folder
+    import mot_sim.files.settings
+    import mot_sim.evaluation.runs
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,9 @@ class Track:
 
     def _input(
         self,
-    ) -> "tuple[Sequence[mot_sim.datasets.RecordedSequence], mot_sim.run_folder.Settings]":
+    ) -> (
+        "tuple[Sequence[mot_sim.datasets.RecordedSequence], mot_sim.files.settings.Settings]"
+    ):
         """The drives, and the settings that say which they are."""
         from mot_sim.datasets import box_sequence
         from tracker.errors import BadConfig
@@ -101,7 +104,7 @@ class Track:
         settings["ego"] = settings["ego"] or self.kitti.ego
         return [drive], {**settings, "drop_bad_boxes": drop, "score_map": self.kitti.score_map}
 
-    def _report(self, terminal: Terminal, run: "mot_sim.runs.Run") -> None:
+    def _report(self, terminal: Terminal, run: "mot_sim.evaluation.runs.Run") -> None:
         frames = sum(counts.frames for counts in run.counts.values())
         if self.json:
             terminal.write_json(
@@ -129,7 +132,7 @@ class Track:
         )
 
 
-def stages_said(run: "mot_sim.runs.Run") -> str:
+def stages_said(run: "mot_sim.evaluation.runs.Run") -> str:
     """How long the stages of the front end took, if there was one."""
     parts = [f"{stage} {spent:.1f}" for stage, spent in run.stage_ms.items()]
     return f"; ms a frame: {', '.join(parts)}" if parts else ""
@@ -137,12 +140,12 @@ def stages_said(run: "mot_sim.runs.Run") -> str:
 
 def run_tracker(
     terminal: Terminal,
-    recipe: "mot_sim.runs.Recipe",
+    recipe: "mot_sim.evaluation.runs.Recipe",
     drives: "Sequence[mot_sim.datasets.RecordedSequence]",
-    folder: "mot_sim.run_folder.RunFolder | None",
-) -> "mot_sim.runs.Run | None":
+    folder: "mot_sim.evaluation.run_folder.RunFolder | None",
+) -> "mot_sim.evaluation.runs.Run | None":
     """Track under a progress bar; None after Ctrl-C, when it has said how to go on."""
-    from mot_sim.runs import track_sequences
+    from mot_sim.evaluation.runs import track_sequences
 
     finished = folder.finished if folder is not None else {}
     frames = sum(len(drive) for drive in drives if drive.name not in finished)

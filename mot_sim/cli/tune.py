@@ -11,9 +11,9 @@ from mot_sim.cli.sweep import progress
 from mot_sim.cli.terminal import INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
-    import mot_sim.experiments.cross_validation
-    import mot_sim.experiments.labelled
-    import mot_sim.report.grid
+    import mot_sim.experiments.tuning.cross_validation
+    import mot_sim.experiments.tuning.labelled
+    import mot_sim.tables.grid
 
 
 @dataclass(frozen=True)
@@ -75,10 +75,10 @@ class Tune:
     def __call__(self, terminal: Terminal) -> int:
         """Tune and show."""
         from mot_sim.cli.evaluate import require_targets
-        from mot_sim.experiments.contenders import Contender
-        from mot_sim.experiments.cross_validation import Search, tune
-        from mot_sim.experiments.weighing import Method, Scale, weights_of
-        from mot_sim.runs import parse_costs
+        from mot_sim.evaluation.runs import parse_costs
+        from mot_sim.experiments.sweep.tracker_specs import Contender
+        from mot_sim.experiments.tuning.cross_validation import Search, tune
+        from mot_sim.experiments.tuning.weighing import Method, Scale, weights_of
 
         require_targets(self.json, None)
         start = parse_costs(self.costs)
@@ -107,17 +107,17 @@ class Tune:
         terminal.note(f"{tuned.weighed} weight vectors, {tuned.fresh} of them weighed now")
         return OK
 
-    def _keep(self, tuned: "mot_sim.experiments.cross_validation.Tuned") -> None:
+    def _keep(self, tuned: "mot_sim.experiments.tuning.cross_validation.Tuned") -> None:
         """What the report reads."""
-        from mot_sim.experiments.result_tables import tuned_tables
-        from mot_sim.experiments.weighing import WHOLE
+        from mot_sim.experiments.results.result_tables import tuned_tables
+        from mot_sim.experiments.tuning.weighing import WHOLE
 
         drives = self.scene or f"KITTI, {self.detections} boxes, ego {self.ego}"
         tables = tuned_tables(tuned, self.objective, float(WHOLE))
         keep(self.out, "tune", f"Weights of {', '.join(tuned.names)}: {drives}", tables)
 
-    def _drives(self) -> "tuple[mot_sim.experiments.labelled.Labelled, ...]":
-        from mot_sim.experiments.labelled import kitti_drives, made_drives
+    def _drives(self) -> "tuple[mot_sim.experiments.tuning.labelled.Labelled, ...]":
+        from mot_sim.experiments.tuning.labelled import kitti_drives, made_drives
 
         if self.scene is None:
             return kitti_drives(self.root, self.sequences, self.detections, self.ego)
@@ -130,7 +130,7 @@ class Tune:
         return made_drives(self.out / "drives", scenes, seeds, settings)
 
     def _require_rules(self) -> None:
-        from mot_sim.scoring import require_rules
+        from mot_sim.evaluation.scoring import require_rules
         from tracker.errors import BadConfig
 
         require_rules(self.rules)
@@ -139,11 +139,11 @@ class Tune:
 
 
 def fold_table(
-    tuned: "mot_sim.experiments.cross_validation.Tuned", objective: str
-) -> "mot_sim.report.grid.Table":
+    tuned: "mot_sim.experiments.tuning.cross_validation.Tuned", objective: str
+) -> "mot_sim.tables.grid.Table":
     """A row a fold: who is held out, both scores, the weights; then their mean and spread."""
-    from mot_sim.experiments.weighing import WHOLE
-    from mot_sim.report.grid import Column, Table
+    from mot_sim.experiments.tuning.weighing import WHOLE
+    from mot_sim.tables.grid import Column, Table
 
     columns = (
         Column("held out"), Column(f"{objective} train", "rate"), Column("held out", "rate"),
@@ -163,7 +163,7 @@ def fold_table(
     return Table(columns, tuple(rows), "weights by cross-validation; scores in %", sums=1)
 
 
-def summary(tuned: "mot_sim.experiments.cross_validation.Tuned", objective: str) -> str:
+def summary(tuned: "mot_sim.experiments.tuning.cross_validation.Tuned", objective: str) -> str:
     """What came of it, in two lines."""
     return (
         f"{objective} of all drives: {100 * tuned.start:.2f} by the first weights, "
@@ -173,11 +173,11 @@ def summary(tuned: "mot_sim.experiments.cross_validation.Tuned", objective: str)
 
 
 def as_content(
-    tuned: "mot_sim.experiments.cross_validation.Tuned", objective: str
+    tuned: "mot_sim.experiments.tuning.cross_validation.Tuned", objective: str
 ) -> dict[str, object]:
     """The outcome in plain values."""
-    from mot_sim.experiments.folds import TRAITS
-    from mot_sim.experiments.weighing import WHOLE
+    from mot_sim.experiments.tuning.folds import TRAITS
+    from mot_sim.experiments.tuning.weighing import WHOLE
 
     return {
         "objective": objective,

@@ -10,7 +10,7 @@ from mot_sim.cli.options import Flag, Verbose
 from mot_sim.cli.terminal import BROKEN, OK, Terminal
 
 if TYPE_CHECKING:
-    import mot_sim.episodes
+    import mot_sim.simulation.episodes
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ class Verify:
 
     def __call__(self, terminal: Terminal) -> int:
         """Check every episode and show what was found."""
-        from mot_sim.episodes import verify_tree
-        from mot_sim.registry import find_scene
+        from mot_sim.simulation.episodes import verify_tree
+        from mot_sim.simulation.registry import find_scene
 
         with terminal.progress(None) as advance:
             found = verify_tree(self.episodes, find_scene, self.images, advance)
@@ -48,10 +48,10 @@ class Verify:
                 terminal.note(f"{each.name}: {each.trouble}")
         return OK if all(each.is_same for each in found) else BROKEN
 
-    def _show(self, terminal: Terminal, found: "list[mot_sim.episodes.Finding]") -> None:
+    def _show(self, terminal: Terminal, found: "list[mot_sim.simulation.episodes.Finding]") -> None:
         """A row an episode."""
-        from mot_sim.episodes.verification import GROUPS
-        from mot_sim.report.grid import Column, Table
+        from mot_sim.simulation.episodes.verification import GROUPS
+        from mot_sim.tables.grid import Column, Table
 
         shown = [group for group in GROUPS if group != "pictures" or self.images]
         columns = [Column(name) for name in ("episode", "frames", *shown, "verdict")]

@@ -24,8 +24,8 @@ from mot_sim.datasets.kitti import (
 from mot_sim.datasets.poses import read_poses, write_poses
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
 from mot_sim.datasets.score_maps import ScoreMap
-from mot_sim.datasets.text import Table, read_table
-from mot_sim.datasets.writing import write_lines
+from mot_sim.files.text import Table, read_table
+from mot_sim.files.writing import write_lines
 
 __all__ = [
     "DETECTORS",

@@ -14,7 +14,7 @@ from mot_sim.datasets.kitti.ego.visual import ImageMotion
 from mot_sim.datasets.poses import read_poses
 from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.datasets.score_maps import ScoreMap
-from mot_sim.datasets.text import Table, read_table
+from mot_sim.files.text import Table, read_table
 from tracker.errors import BadConfig, BadFile, DatasetNotFound, UnknownName
 
 REQUIRED = ("frame", "x_min", "y_min", "x_max", "y_max")

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.datasets.documents import read_toml
+from mot_sim.files.documents import read_toml
 from tracker.errors import BadCalibration, BadConfig, DatasetNotFound, UnknownName
 from tracker.types import Camera
 

@@ -12,7 +12,7 @@ from numpy import ndarray as Array
 
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.datasets.score_maps import ScoreMap
-from mot_sim.datasets.text import Table, read_table
+from mot_sim.files.text import Table, read_table
 from tracker.types import Detections
 
 BadBoxes = Literal["error", "drop"]

@@ -9,7 +9,7 @@ from numpy import ndarray as Array
 
 from mot_sim.datasets.kitti.labels import write_labels
 from mot_sim.datasets.kitti.results import write_results
-from mot_sim.datasets.writing import write_lines
+from mot_sim.files.writing import write_lines
 from tracker.errors import BadConfig, BadTracks
 from tracker.types import Detections, Sequence, Tracks
 

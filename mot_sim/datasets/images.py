@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Shaped, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.datasets.text import MOST_FRAMES
+from mot_sim.files.text import MOST_FRAMES
 from tracker.errors import BadFile, DatasetNotFound
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")

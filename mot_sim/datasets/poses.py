@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.datasets.text import read_table
-from mot_sim.datasets.writing import write_lines
+from mot_sim.files.text import read_table
+from mot_sim.files.writing import write_lines
 from tracker.errors import BadFile
 
 COLUMNS = tuple(f"{name}{row}" for row in "123" for name in ("r1", "r2", "r3", "t"))

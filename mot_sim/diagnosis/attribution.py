@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mot_sim.diagnosis.breaks import Breaks, Matches
 from mot_sim.diagnosis.replay import BEGINNING, Replays
+from mot_sim.diagnosis.runs_of_frames import by_id
 from mot_sim.diagnosis.sources import Bench
-from mot_sim.diagnosis.spans import by_id
 from mot_sim.diagnosis.streams import Stream
+from mot_sim.metrics.breaks import Breaks, Matches
 from tracker.types import Tracks
 
 WINDOW = 1.0  # seconds

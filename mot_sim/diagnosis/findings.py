@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from mot_sim.datasets.writing import write_lines
-from mot_sim.diagnosis.around import Counts, exposed, happenings_around, tally
 from mot_sim.diagnosis.attribution import Cause
-from mot_sim.diagnosis.breaks import Breaks, Matches, counted_cars
-from mot_sim.diagnosis.watched import Watched
+from mot_sim.diagnosis.diagnosed_sequence import Watched
+from mot_sim.diagnosis.event_matching import Counts, exposed, happenings_around, tally
+from mot_sim.files.writing import write_lines
+from mot_sim.metrics.breaks import Breaks, Matches, counted_cars
 from tracker.types import Tracks
 
 FORMAT = 1  # of the files of finished drives

@@ -7,8 +7,8 @@ from jaxtyping import Int
 from numpy import ndarray as Array
 
 from mot_sim.datasets.recorded import DetectionLog
-from mot_sim.diagnosis.happenings import NOBODY, Row
-from mot_sim.diagnosis.spans import by_id
+from mot_sim.diagnosis.context_events import NOBODY, Row
+from mot_sim.diagnosis.runs_of_frames import by_id
 from mot_sim.metrics.matching import match
 from mot_sim.metrics.overlaps import EPSILON, Overlaps
 from mot_sim.metrics.preprocessing import MIN_OVERLAP

@@ -7,11 +7,11 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.diagnosis.happenings import NOBODY, SCENERY, Row
-from mot_sim.diagnosis.spans import by_id, spans
+from mot_sim.diagnosis.context_events import NOBODY, SCENERY, Row
+from mot_sim.diagnosis.runs_of_frames import by_id, spans
 from mot_sim.metrics.overlaps import same_frame_pairs
-from mot_sim.truth import Occlusions, Truth
-from mot_sim.truth.events import hidings
+from mot_sim.simulation.truth import Occlusions, Truth
+from mot_sim.simulation.truth.events import hidings
 from tracker.geometry import box_area, box_intersection
 from tracker.types import Tracks
 

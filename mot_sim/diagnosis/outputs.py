@@ -7,8 +7,8 @@ import pyarrow as pa
 import pyarrow.csv as pacsv
 import pyarrow.parquet as pq
 
-from mot_sim.datasets.writing import whole_file
-from mot_sim.experiments.results import Result, ResultTable, made_here, write_result
+from mot_sim.experiments.results.result_file import Result, ResultTable, made_here, write_result
+from mot_sim.files.writing import whole_file
 
 
 def write_tables(

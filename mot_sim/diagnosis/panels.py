@@ -9,11 +9,11 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.datasets.images import ImageSource
-from mot_sim.diagnosis.breaks import box_of
+from mot_sim.diagnosis.diagnosed_sequence import Watched, vehicles
 from mot_sim.diagnosis.findings import Case
-from mot_sim.diagnosis.watched import Watched, vehicles
-from mot_sim.report.canvas import Image, box, dashed_box, text, text_width
-from mot_sim.report.colours import (
+from mot_sim.metrics.breaks import box_of
+from mot_sim.plotting.canvas import Image, box, dashed_box, text, text_width
+from mot_sim.plotting.colours import (
     DETECTION,
     NEUTRAL,
     PANEL,
@@ -25,7 +25,7 @@ from mot_sim.report.colours import (
     colour_of_id,
     ink_on,
 )
-from mot_sim.report.drawing import plain_ground, tag
+from mot_sim.plotting.drawing import plain_ground, tag
 from tracker.types import Tracks
 
 PANEL_SIZE = (308, 220)  # pixels

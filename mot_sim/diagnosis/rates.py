@@ -7,7 +7,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 from scipy.special import stdtrit
 
-from mot_sim.experiments.summary import CONFIDENCE, Interval
+from mot_sim.experiments.sweep.summary import CONFIDENCE, Interval
 
 # With no case among n events, a rate of more than this over n would have shown one, 39 times of 40.
 NONE_SEEN = -log(0.5 * (1.0 - CONFIDENCE))

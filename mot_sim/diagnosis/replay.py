@@ -5,9 +5,9 @@ from copy import deepcopy
 from dataclasses import dataclass, field
 
 from mot_sim.diagnosis.streams import Stream
-from mot_sim.experiments.contenders import BadRows, Contender, Steps, contenders_of
-from mot_sim.experiments.trial import require_rows
-from mot_sim.testing.following import TrackerFailed
+from mot_sim.experiments.sweep.following import TrackerFailed
+from mot_sim.experiments.sweep.tracker_specs import BadRows, Contender, Steps, contenders_of
+from mot_sim.experiments.sweep.trial import require_rows
 from tracker import Tracks
 from tracker.errors import BadConfig
 

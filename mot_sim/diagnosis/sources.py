@@ -8,10 +8,10 @@ import numpy as np
 
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.diagnosis.streams import Stream, same_camera
-from mot_sim.episodes.extra import Extra
-from mot_sim.experiments.conditions import Conditions
-from mot_sim.experiments.drives import drive_of
-from mot_sim.sensors import EFFECTS, Miscalibration, Odometry, Timing
+from mot_sim.experiments.sweep.conditions import Conditions
+from mot_sim.experiments.sweep.drives import drive_of
+from mot_sim.simulation.episodes.extra import Extra
+from mot_sim.simulation.sensors import EFFECTS, Miscalibration, Odometry, Timing
 from tracker.errors import UnknownName
 from tracker.types import Detections
 

@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
-from mot_sim.sensors import Timed
+from mot_sim.simulation.sensors import Timed
 from tracker.geometry import invert
 from tracker.types import Camera, Sequence
 

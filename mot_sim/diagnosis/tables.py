@@ -4,14 +4,14 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from mot_sim.diagnosis.around import NOTHING, Counts
 from mot_sim.diagnosis.attribution import EITHER, ONE, VERDICTS
+from mot_sim.diagnosis.context_events import KINDS, bin_names
+from mot_sim.diagnosis.event_matching import NOTHING, Counts
 from mot_sim.diagnosis.findings import Case, Findings
-from mot_sim.diagnosis.happenings import KINDS, bin_names
 from mot_sim.diagnosis.rates import mean_count, rate
-from mot_sim.experiments.results import Cell, ResultTable
-from mot_sim.experiments.summary import Interval
-from mot_sim.report.grid import Column, Table, Value
+from mot_sim.experiments.results.result_file import Cell, ResultTable
+from mot_sim.experiments.sweep.summary import Interval
+from mot_sim.tables.grid import Column, Table, Value
 
 ALL, A_DRIVE = "all", "a drive"
 RATE, BROKEN_RATE = "switches per event", "fragments per event"

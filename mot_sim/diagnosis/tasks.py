@@ -9,16 +9,16 @@ from typing import Protocol, runtime_checkable
 from mot_sim.datasets import KittiSequence
 from mot_sim.datasets.images import ImageSource
 from mot_sim.diagnosis.attribution import Court
+from mot_sim.diagnosis.diagnosed_sequence import Watched, watch_kitti, watch_scene
 from mot_sim.diagnosis.findings import Findings, findings_of
 from mot_sim.diagnosis.replay import Replays
 from mot_sim.diagnosis.sources import Bench
-from mot_sim.diagnosis.watched import Watched, watch_kitti, watch_scene
-from mot_sim.episodes.extra import Extra
-from mot_sim.experiments.conditions import Conditions
-from mot_sim.experiments.contenders import Contender
-from mot_sim.experiments.drives import Recordings
-from mot_sim.experiments.fingerprint import LETTERS, code_digest, digest
-from mot_sim.truth import labels
+from mot_sim.experiments.sweep.conditions import Conditions
+from mot_sim.experiments.sweep.drives import Recordings
+from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.files.fingerprint import LETTERS, code_digest, digest
+from mot_sim.simulation.episodes.extra import Extra
+from mot_sim.simulation.truth import labels
 from tracker.types import Tracks
 
 

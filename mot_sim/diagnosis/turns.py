@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.diagnosis.happenings import NOBODY, Row
-from mot_sim.diagnosis.spans import by_id, spans
+from mot_sim.diagnosis.context_events import NOBODY, Row
+from mot_sim.diagnosis.runs_of_frames import by_id, spans
 from tracker.geometry import invert
 from tracker.types import Tracks
 

@@ -11,8 +11,8 @@ from threadpoolctl import threadpool_limits
 
 from mot_sim.diagnosis.findings import Findings, read_findings, write_findings
 from mot_sim.diagnosis.tasks import Task
-from mot_sim.experiments.crew import Crew, WorkersLost
-from mot_sim.experiments.work import one_thread
+from mot_sim.experiments.sweep.executor import Crew, WorkersLost
+from mot_sim.experiments.sweep.work import one_thread
 
 DRIVES = "drives"  # the folder of finished drives
 # Called with what is under way, how much of it is done, and how much there is.

@@ -1,18 +1,7 @@
-"""What people look at: frames, videos, tables."""
+"""What people look at: pages, films, the map from above, the teaser."""
 
 from mot_sim.report.captions import Layers
-from mot_sim.report.drawing import draw_detections, draw_tracks
 from mot_sim.report.film import Film
 from mot_sim.report.topview import TopView
-from mot_sim.report.video import FilmWriter, write_image, write_video
 
-__all__ = [
-    "Film",
-    "FilmWriter",
-    "Layers",
-    "TopView",
-    "draw_detections",
-    "draw_tracks",
-    "write_image",
-    "write_video",
-]
+__all__ = ["Film", "Layers", "TopView"]

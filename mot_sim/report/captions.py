@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mot_sim.report.canvas import Image, text, text_width
-from mot_sim.report.colours import PANEL, PANEL_FAINT, PANEL_TEXT
+from mot_sim.plotting.canvas import Image, text, text_width
+from mot_sim.plotting.colours import PANEL, PANEL_FAINT, PANEL_TEXT
 
 TITLE, LINE, SMALL, MARGIN = 32, 19, 14, 12  # pixels
 

@@ -9,11 +9,10 @@ import cv2
 import numpy as np
 
 from mot_sim.datasets.recorded import RecordedSequence
-from mot_sim.episode import SimulatedDrive
-from mot_sim.report.canvas import Image
-from mot_sim.report.captions import Layers, legend, marks, title, title_words
-from mot_sim.report.colours import TRUE, colour_of_id
-from mot_sim.report.drawing import (
+from mot_sim.metrics.verdicts import Verdicts
+from mot_sim.plotting.canvas import Image
+from mot_sim.plotting.colours import TRUE, colour_of_id
+from mot_sim.plotting.drawing import (
     FLASH,
     draw_areas,
     draw_detections,
@@ -23,11 +22,12 @@ from mot_sim.report.drawing import (
     draw_true_boxes,
     plain_ground,
 )
+from mot_sim.report.captions import Layers, legend, marks, title, title_words
 from mot_sim.report.expectations import Standing, expectations
 from mot_sim.report.ground import Ground
 from mot_sim.report.topview import TopView
-from mot_sim.report.verdicts import Verdicts
 from mot_sim.report.wireframes import Fitting, Wireframes, draw_wireframes
+from mot_sim.simulation.episode import SimulatedDrive
 from tracker.geometry import box_iou
 from tracker.types import Detections, Frame, Tracks
 

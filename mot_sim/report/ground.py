@@ -8,12 +8,12 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.datasets.recorded import RecordedSequence
-from mot_sim.episode import Episode, SimulatedDrive
-from mot_sim.episodes import StoredEpisode
 from mot_sim.metrics.preprocessing import kind_is
-from mot_sim.registry import find_scene
-from mot_sim.traffic.roads import Roads
-from mot_sim.traffic.world import World, outline
+from mot_sim.simulation.episode import Episode, SimulatedDrive
+from mot_sim.simulation.episodes import StoredEpisode
+from mot_sim.simulation.registry import find_scene
+from mot_sim.simulation.traffic.roads import Roads
+from mot_sim.simulation.traffic.world import World, outline
 from tracker.errors import TrackingError
 from tracker.geometry import homogeneous, invert
 from tracker.types import Camera, Tracks

@@ -18,13 +18,13 @@ from mot_sim.datasets import (
     kitti_sequence,
     read_results,
 )
-from mot_sim.episode import SimulatedDrive, record
-from mot_sim.episodes import Places, read_episode, stored_episodes
+from mot_sim.evaluation.run_folder import RUN_FILE
+from mot_sim.evaluation.runs import Recipe, track_sequence
 from mot_sim.metrics.overlaps import same_frame_pairs
-from mot_sim.registry import SCENES, find_scene
-from mot_sim.run_folder import RUN_FILE
-from mot_sim.runs import Recipe, track_sequence
-from mot_sim.scene import Knob
+from mot_sim.simulation.episode import SimulatedDrive, record
+from mot_sim.simulation.episodes import Places, read_episode, stored_episodes
+from mot_sim.simulation.registry import SCENES, find_scene
+from mot_sim.simulation.scene import Knob
 from tracker.errors import BadConfig, BadTracks, DatasetNotFound, UnknownName
 from tracker.geometry import box_iou
 from tracker.types import Tracks

@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.datasets.writing import require_writable, whole_file
-from mot_sim.report.colours import DETECTION, TRUE, colour_of_id
+from mot_sim.files.writing import require_writable, whole_file
+from mot_sim.plotting.colours import DETECTION, TRUE, colour_of_id
 from mot_sim.report.expectations import Standing, expectations
 from mot_sim.report.film import Film
 from mot_sim.report.ground import Ground

@@ -10,13 +10,13 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.datasets.writing import require_writable, whole_file
-from mot_sim.report.charts import FIGURE_ENDINGS, require_figure, save_figure
-from mot_sim.report.colours import colour_of_id, mix
+from mot_sim.files.writing import require_writable, whole_file
+from mot_sim.plotting.charts import FIGURE_ENDINGS, require_figure, save_figure
+from mot_sim.plotting.colours import colour_of_id, mix
 from mot_sim.report.expectations import Places
 from mot_sim.report.topview import ellipse
 from mot_sim.report.two_frames import TwoFrames
-from mot_sim.truth import project_edges
+from mot_sim.simulation.truth import project_edges
 from tracker.errors import BadConfig
 from tracker.types import Cuboids
 

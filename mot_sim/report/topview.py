@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.report.canvas import Image, fill, line, text, text_width
-from mot_sim.report.colours import (
+from mot_sim.plotting.canvas import Image, fill, line, text, text_width
+from mot_sim.plotting.colours import (
     EGO,
     GRASS,
     PAINT,
@@ -20,7 +20,7 @@ from mot_sim.report.colours import (
     ink_on,
     mix,
 )
-from mot_sim.traffic.roads import Roads
+from mot_sim.simulation.traffic.roads import Roads
 from tracker.types import Camera
 
 DIM = 0.45  # how far the ground's colours go towards the dark panel's

@@ -13,7 +13,7 @@ from scipy.spatial import ConvexHull
 
 from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.report.expectations import Places
-from mot_sim.truth import project_edges
+from mot_sim.simulation.truth import project_edges
 from tracker import Tracker
 from tracker.errors import BadConfig, BadDetections, DatasetNotFound
 from tracker.front_end import FrontEnd

@@ -8,9 +8,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.report.canvas import Image, line
-from mot_sim.report.colours import Colour, mix
-from mot_sim.truth import Seen, Truth
+from mot_sim.plotting.canvas import Image, line
+from mot_sim.plotting.colours import Colour, mix
+from mot_sim.simulation.truth import Seen, Truth
 from tracker.front_end import FrontEnd
 from tracker.geometry import rotation_y, transform
 from tracker.shape import KEYPOINTS_36, FittedCars, Hourglass, ShapeFit

@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from mot_sim.experiments.bounds import Bound, bounds_of
+from mot_sim.experiments.sweep.bounds import Bound, bounds_of
+from mot_sim.experiments.sweep.following import follow, name_of
+from mot_sim.experiments.sweep.seeded_episodes import SeededEpisode
 from mot_sim.metrics import Scores, evaluate_sequence
-from mot_sim.report.grid import COUNTS, RATES
-from mot_sim.testing.episodes import SeededEpisode
-from mot_sim.testing.following import follow, name_of
+from mot_sim.tables.grid import COUNTS, RATES
 from mot_sim.testing.mistakes import KINDS, Kind, Mistakes
 
 MOST_SHOWN = 5  # mistakes of the first bad frame

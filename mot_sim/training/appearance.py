@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 from scipy.linalg import eigh
 
-from mot_sim.run_folder import versions
+from mot_sim.files.settings import versions
 from mot_sim.training.identities import EDGE_STD, Drive, Sight
 from tracker.descriptors import Descriptor, Learned, Weights, features_of
 from tracker.errors import BadConfig

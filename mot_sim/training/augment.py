@@ -10,11 +10,11 @@ import numpy as np
 from jaxtyping import Float, Int, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.draws import named_stream
+from mot_sim.simulation.random_numbers import named_stream
+from mot_sim.simulation.truth import Seen
+from mot_sim.training.camera_effects import through_camera
 from mot_sim.training.crops import OWN, WIDE, Crops
-from mot_sim.training.disguise import background, disguised
-from mot_sim.training.optics import through_camera
-from mot_sim.truth import Seen
+from mot_sim.training.domain_randomization import background, disguised
 from tracker.shape import CROP_SIDE, windows_of
 
 HALF = 18  # keypoints of a side; the mirror image of row i is row i + 18 of 36

@@ -7,10 +7,10 @@ import numpy as np
 from jaxtyping import Float, Int, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.renderers import Rendered, Renderer, find_renderer
-from mot_sim.training.moments import MOMENTS, STAYS, Moment, Place, moment, stand
-from mot_sim.truth import Truth, annotate_frame
-from mot_sim.world import look
+from mot_sim.simulation.renderers import Rendered, Renderer, find_renderer
+from mot_sim.simulation.scenery import look
+from mot_sim.simulation.truth import Truth, annotate_frame
+from mot_sim.training.random_views import MOMENTS, STAYS, Moment, Place, moment, stand
 from tracker.shape import CROP_MARGIN as MARGIN
 from tracker.shape import cut_crops, to_shares, windows_of
 from tracker.types import Rows

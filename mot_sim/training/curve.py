@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import UInt8
 from numpy import ndarray as Array
 
-from mot_sim.report.canvas import line, text
+from mot_sim.plotting.canvas import line, text
 
 PANEL, MARGIN = (420, 260), 44  # pixels
 INK, PAPER, LINE = (60, 60, 60), (255, 255, 255), (31, 90, 180)

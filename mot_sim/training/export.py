@@ -9,7 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from mot_sim.datasets.writing import write_bytes, write_lines
+from mot_sim.files.writing import write_bytes, write_lines
 from mot_sim.training.network import module
 from mot_sim.training.pytorch import load_torch
 from tracker.errors import BadOutput

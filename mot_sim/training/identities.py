@@ -7,12 +7,12 @@ import numpy as np
 from jaxtyping import Float, Int, UInt8
 from numpy import ndarray as Array
 
-from mot_sim import draws
-from mot_sim.imaging import Drawn
-from mot_sim.registry import find_scene
-from mot_sim.scene import Knob, Take
-from mot_sim.truth.annotate import annotate_frame
-from mot_sim.world import find_weather
+from mot_sim.simulation import random_numbers
+from mot_sim.simulation.imaging import Drawn
+from mot_sim.simulation.registry import find_scene
+from mot_sim.simulation.scene import Knob, Take
+from mot_sim.simulation.scenery import find_weather
+from mot_sim.simulation.truth.annotate import annotate_frame
 
 # A car is shown from so much of it visible on (KITTI's occlusion 2), and from so many pixels high.
 LEAST_VISIBLE, LEAST_HEIGHT = 0.2, 25.0
@@ -100,7 +100,7 @@ def sights_of(drive: Drive, edge_std: float = EDGE_STD) -> Iterator[Sight]:
             boxes, ids = truth.tracks.boxes, truth.tracks.ids
             key = np.full(len(ids), frame + 100_000 * number)
             sides = np.tile(boxes[:, 2:] - boxes[:, :2], 2)
-            off = draws.normal(drive.seed, "identities/boxes", ids, key, 4)
+            off = random_numbers.normal(drive.seed, "identities/boxes", ids, key, 4)
             jittered = take.scene.rig.camera.clip_boxes(boxes + edge_std * sides * off)
             heights = jittered[:, 3] - jittered[:, 1]
             kept = (truth.visible >= LEAST_VISIBLE) & (heights >= LEAST_HEIGHT)

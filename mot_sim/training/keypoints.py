@@ -4,8 +4,8 @@ from pathlib import Path
 
 import cv2
 
-from mot_sim.datasets.writing import require_writable, write_lines
-from mot_sim.report import write_image
+from mot_sim.files.writing import require_writable, write_lines
+from mot_sim.plotting import write_image
 from mot_sim.training.curve import curve_picture
 from mot_sim.training.export import export
 from mot_sim.training.learning import CHECKPOINT, Tell, train

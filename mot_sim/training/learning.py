@@ -1,5 +1,7 @@
 """The training itself: steps, checkpoints, the learning curve; stops and goes on as it likes."""
 
+import io
+import pickle
 from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass, field
@@ -8,15 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from mot_sim.draws import named_stream
+from mot_sim.files.writing import write_bytes
+from mot_sim.simulation.random_numbers import named_stream
 from mot_sim.training.augment import as_detected, varied
-from mot_sim.training.checkpoint import load_checkpoint, save_checkpoint
 from mot_sim.training.crops import Crops
 from mot_sim.training.loss import loss_of, wanted
 from mot_sim.training.network import build_network, size_of
 from mot_sim.training.plan import Plan
 from mot_sim.training.pytorch import load_torch
 from mot_sim.training.scores import Judged, judge
+from tracker.errors import BadConfig, BadFile, DatasetNotFound
 from tracker.shape import CROP_MARGIN, decode, network_input
 
 CELLS = 16
@@ -24,6 +27,8 @@ WARM_UP = 150  # steps in which the rate of learning rises, a tenth of all at mo
 STEEPEST = 5.0  # norm of a step's gradient, at most
 FIRST_ODDS = -5.5  # log odds of a cell: seen or not is even at first
 CHECKPOINT = "checkpoint.pt"
+CHECKPOINT_FORMAT = 1
+LATER = "take another --out, or leave out --resume to begin again"
 JUDGED_AT_ONCE = 64
 Tell = Callable[[str, int, int], None]
 
@@ -148,3 +153,44 @@ def _note(learner: Learner, held_out: Crops) -> None:
         }
     )
     learner.lately.clear()
+
+
+def save_checkpoint(learner: Learner, path: Path) -> None:
+    """Everything that the training needs to go on."""
+    held = io.BytesIO()
+    content = {
+        "format": CHECKPOINT_FORMAT, "plan": learner.plan.told(), "step": learner.step,
+        "network": learner.network.state_dict(), "mean": learner.mean.state_dict(),
+        "optimiser": learner.optimiser.state_dict(), "curve": learner.curve,
+        "lately": learner.lately,
+    }  # fmt: skip
+    load_torch().save(content, held)
+    write_bytes(path, held.getvalue())
+
+
+def load_checkpoint(learner: Learner, path: Path) -> None:
+    """Put a learner where the checkpoint was made; the file stays as it is.
+
+    Raises DatasetNotFound without a file, BadFile for one that is damaged, BadConfig for one of
+    another plan.
+    """
+    if not path.is_file():
+        raise DatasetNotFound(f"no checkpoint at {path}: {LATER}")
+    torch = load_torch()
+    try:
+        content = torch.load(path, map_location="cpu", weights_only=True)
+        step, plan = int(content["step"]), dict(content["plan"])
+        states = [content[name] for name in ("network", "mean", "optimiser")]
+        curve, lately = list(content["curve"]), list(content["lately"])
+    except (OSError, RuntimeError, ValueError, KeyError, TypeError, EOFError,
+            pickle.UnpicklingError) as error:  # fmt: skip
+        raise BadFile(f"{path} is no checkpoint ({type(error).__name__}): {LATER}") from error
+    told = learner.plan.told()
+    other = {name: (plan.get(name), told[name]) for name in told if plan.get(name) != told[name]}
+    if content.get("format") != CHECKPOINT_FORMAT or other:
+        changed = ", ".join(f"{name} {was}, now {now}" for name, (was, now) in other.items())
+        raise BadConfig(f"{path} is of another training ({changed or 'format'}): {LATER}")
+    learner.network.load_state_dict(states[0])
+    learner.mean.load_state_dict(states[1])
+    learner.optimiser.load_state_dict(states[2])
+    learner.step, learner.curve, learner.lately = step, curve, lately

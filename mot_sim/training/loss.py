@@ -6,9 +6,9 @@ import numpy as np
 from jaxtyping import Bool, Float32
 from numpy import ndarray as Array
 
+from mot_sim.simulation.truth import Seen
 from mot_sim.training.augment import Shown
 from mot_sim.training.pytorch import load_torch
-from mot_sim.truth import Seen
 
 SPREAD = 0.8  # cells: the standard deviation of the wanted map around a keypoint
 

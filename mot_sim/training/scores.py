@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.truth import Seen
+from mot_sim.simulation.truth import Seen
 
 SHARE = 0.1  # of the longer side of the box: so near is right
 BINS = 10

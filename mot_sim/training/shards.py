@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mot_sim.datasets.writing import write_bytes
+from mot_sim.files.writing import write_bytes
 from mot_sim.training.crops import Crops, make_crops
 from tracker.errors import BadFile, DatasetNotFound
 

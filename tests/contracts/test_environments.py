@@ -13,10 +13,10 @@ from gymnasium import spaces
 from gymnasium.utils.env_checker import check_env
 
 import mot_sim  # noqa: F401  (registers the ids)
-from mot_sim.environments.misuse import BadAction, OutOfTurn
-from mot_sim.registration import environment_id
-from mot_sim.registry import SCENES, knobs_of
-from mot_sim.traffic.driving import COMMANDS
+from mot_sim.envs.errors import BadAction, OutOfTurn
+from mot_sim.envs.registration import environment_id
+from mot_sim.simulation.registry import SCENES, knobs_of
+from mot_sim.simulation.traffic.driving import COMMANDS
 from tracker.errors import BadConfig, UnknownName
 
 ASSOCIATION = "mot_sim/Association-v0"
@@ -247,7 +247,7 @@ def test_ids_are_found_by_the_name_of_the_module_too() -> None:
 
 
 def test_registering_again_changes_nothing(recwarn) -> None:
-    from mot_sim.registration import register_environments
+    from mot_sim.envs.registration import register_environments
 
     before = dict(gym.registry)
     register_environments()

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 from numpy import ndarray as Array
 
-from mot_sim.datasets.array_files import HEAD, checksum
-from mot_sim.episodes import Places, read_episode, record_episode
-from mot_sim.traffic import RecordedTraffic
+from mot_sim.files.array_files import HEAD, checksum
+from mot_sim.simulation.episodes import Places, read_episode, record_episode
+from mot_sim.simulation.traffic import RecordedTraffic
 from tests.fuzz.door import fuzz
 from tests.fuzz.mutations import spoiled_bytes, spoiled_json
-from tests.mot_sim.episodes.small import small
+from tests.mot_sim.simulation.episodes.small import small
 from tracker.descriptors import Learned, Weights, write_weights
 from tracker.errors import TrackingError
 from tracker.shape import load_prior, save_prior

@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mot_sim.cars import load_car
 from mot_sim.datasets import ImageFolder, ScoreMap, box_sequence, read_calibration, read_camera
-from mot_sim.datasets.documents import parse_json, read_json, read_toml
 from mot_sim.datasets.kitti.ego.oxts import read_oxts
 from mot_sim.datasets.poses import read_poses
-from mot_sim.episodes import EpisodeFolder, read_depth
-from mot_sim.experiments.design_files import read_design
-from mot_sim.experiments.results import read_result
-from mot_sim.experiments.stress import read_suites
-from mot_sim.guests.exchange import read_seconds
-from mot_sim.run_folder import RunFolder
-from mot_sim.sensors.profile import read_profile
+from mot_sim.evaluation.run_folder import RunFolder
+from mot_sim.experiments.guests.exchange import read_seconds
+from mot_sim.experiments.results.result_file import read_result
+from mot_sim.experiments.stress.suites import read_suites
+from mot_sim.experiments.sweep.design_files import read_design
+from mot_sim.files.documents import parse_json, read_json, read_toml
+from mot_sim.simulation.cars import load_car
+from mot_sim.simulation.episodes import EpisodeFolder, read_depth
+from mot_sim.simulation.sensors.profile import read_profile
 from tests.fuzz.test_pictures_and_meshes import PIXELS, encoded
 from tests.fuzz.test_text_files import BOXES, CALIBRATION, CAMERA_FILE, OXTS, POSES
 from tests.fuzz.test_toml_files import DESIGN, SUITE

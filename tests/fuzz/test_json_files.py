@@ -9,12 +9,18 @@ import numpy as np
 import pytest
 
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
-from mot_sim.episodes import EpisodeFolder
-from mot_sim.experiments.results import Made, Result, ResultTable, read_result, write_result
-from mot_sim.experiments.store import SWEEP_FILE, SweepFolder
-from mot_sim.experiments.trial import Outcome
-from mot_sim.guests.exchange import read_seconds
-from mot_sim.run_folder import RUN_FILE, Counts, RunFolder
+from mot_sim.evaluation.run_folder import RUN_FILE, Counts, RunFolder
+from mot_sim.experiments.guests.exchange import read_seconds
+from mot_sim.experiments.results.result_file import (
+    Made,
+    Result,
+    ResultTable,
+    read_result,
+    write_result,
+)
+from mot_sim.experiments.sweep.store import SWEEP_FILE, SweepFolder
+from mot_sim.experiments.sweep.trial import Outcome
+from mot_sim.simulation.episodes import EpisodeFolder
 from tests.fuzz.door import fuzz
 from tests.fuzz.mutations import spoiled_json
 from tests.fuzz.test_text_files import CAMERA

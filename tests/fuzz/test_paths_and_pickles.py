@@ -8,24 +8,24 @@ from pathlib import Path
 
 import pytest
 
-from mot_sim.episodes import EpisodeFolder, Places, record_episode, verify_episode
-from mot_sim.episodes.extra import Metadata, arrays_of, read_extra, write_extra
-from mot_sim.episodes.reading import read_episode
-from mot_sim.experiments.design_files import read_design
-from mot_sim.experiments.stress import read_suites
-from mot_sim.registry import find_scene
-from mot_sim.run_folder import RUN_FILE, RunFolder
-from mot_sim.sensors.profile import FOLDER
-from tests.mot_sim.episodes.small import small
+from mot_sim.evaluation.run_folder import RUN_FILE, RunFolder
+from mot_sim.experiments.stress.suites import read_suites
+from mot_sim.experiments.sweep.design_files import read_design
+from mot_sim.simulation.episodes import EpisodeFolder, Places, record_episode, verify_episode
+from mot_sim.simulation.episodes.extra import Metadata, arrays_of, read_extra, write_extra
+from mot_sim.simulation.episodes.reading import read_episode
+from mot_sim.simulation.registry import find_scene
+from mot_sim.simulation.sensors.profile import FOLDER
+from tests.mot_sim.simulation.episodes.small import small
 from tracker.errors import BadFile
 
 ROOT = Path(__file__).parents[2]
 OUTSIDE = ("../../victim", "/victim", "..", "a/b", "a\x00b", "0000/../../victim")
 # Who may unpickle: what our own processes packed a moment ago, and files of torch, weights only.
 UNPICKLERS = {
-    "mot_sim/experiments/crew.py",
+    "mot_sim/experiments/sweep/executor.py",
     "mot_sim/diagnosis/work.py",
-    "mot_sim/training/checkpoint.py",
+    "mot_sim/training/learning.py",
 }
 
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from mot_sim.cars import load_car
 from mot_sim.datasets import ImageFolder
-from mot_sim.episodes import read_depth
+from mot_sim.simulation.cars import load_car
+from mot_sim.simulation.episodes import read_depth
 from tests.fuzz.door import fuzz
 from tests.fuzz.mutations import spoiled_bytes, spoiled_text
 from tracker.errors import BadFile

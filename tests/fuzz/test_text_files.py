@@ -22,7 +22,7 @@ from mot_sim.datasets import (
 from mot_sim.datasets.kitti.calibration import Calibration
 from mot_sim.datasets.kitti.ego.oxts import read_oxts
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
-from mot_sim.guests.exchange import read_guest_results
+from mot_sim.experiments.guests.exchange import read_guest_results
 from tests.fuzz.door import Spoil, fuzz
 from tests.fuzz.mutations import spoiled_text, spoiled_toml
 from tracker.shape import KEYPOINTS_14, load_prior

@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from mot_sim.experiments import Design
-from mot_sim.experiments.design_files import read_design
-from mot_sim.experiments.stress import read_suites
-from mot_sim.sensors import Detector
-from mot_sim.sensors.profile import FOLDER, PROFILES, read_profile
+from mot_sim.experiments.stress.suites import read_suites
+from mot_sim.experiments.sweep import Design
+from mot_sim.experiments.sweep.design_files import read_design
+from mot_sim.simulation.sensors import Detector
+from mot_sim.simulation.sensors.profile import FOLDER, PROFILES, read_profile
 from tests.fuzz.door import fuzz
 from tests.fuzz.mutations import spoiled_toml
 

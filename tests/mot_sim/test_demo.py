@@ -9,11 +9,11 @@ import pytest
 from mot_sim import demo
 from mot_sim.datasets import read_labels, read_results
 from mot_sim.demo import run_demo, track
-from mot_sim.episode import record
 from mot_sim.metrics import evaluate_sequence
-from mot_sim.registry import find_scene
-from mot_sim.report.video import count_frames
-from mot_sim.traffic import Roads
+from mot_sim.plotting.video import count_frames
+from mot_sim.simulation.episode import record
+from mot_sim.simulation.registry import find_scene
+from mot_sim.simulation.traffic import Roads
 from tracker import Tracker
 from tracker.errors import BadOutput, OutputExists
 

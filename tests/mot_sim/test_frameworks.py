@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mot_sim.datasets import kitti_sequence
-from mot_sim.runs import Recipe, track_sequence
-from mot_sim.scoring import score_sequences
+from mot_sim.evaluation.runs import Recipe, track_sequence
+from mot_sim.evaluation.scoring import score_sequences
 from tracker import FRAMEWORKS
 from tracker.association import ASSOCIATIONS
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mot_sim.episode import Episode, record
-from mot_sim.registry import find_scene
+from mot_sim.simulation.episode import Episode, record
+from mot_sim.simulation.registry import find_scene
 from tracker.geometry import convex_intersection, wrap_angle
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from mot_sim.registry import SCENES, find_scene
-from mot_sim.scene import Take, record_scene_traffic
-from mot_sim.traffic import collisions
-from mot_sim.truth import annotate
+from mot_sim.simulation.registry import SCENES, find_scene
+from mot_sim.simulation.scene import Take, record_scene_traffic
+from mot_sim.simulation.traffic import collisions
+from mot_sim.simulation.truth import annotate
 
 FRAMES = 20
 SCRIPTED = ("crossing",)  # the same traffic for every seed

@@ -9,7 +9,7 @@ from tracker.beliefs import Beliefs
 from tracker.costs import Pairing
 from tracker.geometry import box_iou, homogeneous, invert, rotation_y, transform
 from tracker.types import Camera, Cuboids, Detections, Frame
-from tracker.types.look import Look
+from tracker.types.embedding import Look
 from tracker.types.shape_pose import ShapePose
 
 K = np.array([[700.0, 0.0, 620.0], [0.0, 710.0, 187.0], [0.0, 0.0, 1.0]])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.tracker.samples import AWAY, CAR, LEVEL, beliefs_at, cars, drive, outlines
+from tracker.ego_motion import transport
 from tracker.geometry import homogeneous, invert, rotation_y, transform
-from tracker.transport import transport
 from tracker.types import Cuboids
 
 # From `world` (x forward, y right, z down) to `cam` (x right, y down, z forward).

@@ -8,8 +8,8 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from tracker.costs.appearance import Appearance
+from tracker.costs.gating import Pairing
 from tracker.costs.image_overlap import ImageOverlap
-from tracker.costs.pairing import Pairing
 from tracker.costs.reprojection import Reprojection
 from tracker.costs.shape_pose import ShapeAndPose
 from tracker.costs.volume import Volume

@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.costs.pairing import Pairing
+from tracker.costs.gating import Pairing
 from tracker.errors import BadConfig, BadDetections, MissingCue
-from tracker.types.look import Look
+from tracker.types.embedding import Look
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.costs.pairing import Pairing
+from tracker.costs.gating import Pairing
 from tracker.geometry import box_iou
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.costs.pairing import Pairing
+from tracker.costs.gating import Pairing
 from tracker.geometry.overlap import box_area, box_intersection
 
 

@@ -10,7 +10,7 @@ from tracker.ego.features import CornerFlow, Features
 from tracker.ego.filter import Coasting, Measured
 from tracker.ego.odometry import VisualOdometry
 from tracker.ego.road import RoadScale
-from tracker.ego.watched import VisualSequence, watch
+from tracker.ego.visual_sequence import VisualSequence, watch
 
 __all__ = [
     "Coasting",

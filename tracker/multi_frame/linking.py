@@ -9,7 +9,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 from scipy.optimize import linear_sum_assignment
 
-from tracker.association.network_flow import Arcs
+from tracker.association.min_cost_flow import Arcs
 from tracker.beliefs import Beliefs
 from tracker.box_filter import Gains
 from tracker.costs import Pairing, weighted_sum
@@ -17,8 +17,8 @@ from tracker.errors import BadConfig
 from tracker.geometry import homogeneous, invert, rotation_y
 from tracker.lifecycle import NOBODY, ROUNDING, Population, in_view
 from tracker.multi_frame.flow_costs import FlowCosts
-from tracker.online import Tracker, elapsed
 from tracker.state import Counts
+from tracker.tracker import Tracker, elapsed
 from tracker.types import Camera, Cuboids, Detections, Frame, Tracks
 
 # What a step without any row gives; it has the columns that the others have.

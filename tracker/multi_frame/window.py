@@ -6,15 +6,15 @@ import numpy as np
 from jaxtyping import Int
 from numpy import ndarray as Array
 
-from tracker.association.network_flow import Arcs, cheapest_flow
+from tracker.association.min_cost_flow import Arcs, cheapest_flow
 from tracker.dynamics import ConstantVelocity
 from tracker.errors import BadConfig
 from tracker.lifecycle import ROUNDING
 from tracker.multi_frame.flow_costs import MOST, FlowCosts
+from tracker.multi_frame.interpolation import trail
 from tracker.multi_frame.linking import NO_ROWS, Linking, Pool, Sighted, arcs_of
-from tracker.multi_frame.trails import trail
-from tracker.online import Tracker
 from tracker.state import Counts
+from tracker.tracker import Tracker
 from tracker.types import Frame, Tracks
 
 

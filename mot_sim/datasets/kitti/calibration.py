@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.datasets.text import LARGEST, read_text
-from mot_sim.datasets.writing import write_lines
+from mot_sim.files.text import LARGEST, read_text
+from mot_sim.files.writing import write_lines
 from tracker.errors import BadCalibration, BadFile, DatasetNotFound
 from tracker.geometry import homogeneous
 from tracker.types import Camera

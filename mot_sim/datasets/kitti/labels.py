@@ -14,8 +14,8 @@ from mot_sim.datasets.kitti.cuboid_rows import (
     cuboids_of_rows,
     rows_of_cuboids,
 )
-from mot_sim.datasets.text import Table, read_table
-from mot_sim.datasets.writing import write_lines
+from mot_sim.files.text import Table, read_table
+from mot_sim.files.writing import write_lines
 from tracker.errors import BadTracks
 from tracker.types import Tracks
 

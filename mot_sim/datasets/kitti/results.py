@@ -14,8 +14,8 @@ from mot_sim.datasets.kitti.labels import (
     require_boxes,
     tracks_of_table,
 )
-from mot_sim.datasets.text import read_table
-from mot_sim.datasets.writing import write_lines
+from mot_sim.files.text import read_table
+from mot_sim.files.writing import write_lines
 from tracker.errors import BadTracks
 from tracker.types import Tracks
 

@@ -27,7 +27,7 @@ from mot_sim.datasets.kitti.places import (
 )
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
 from mot_sim.datasets.score_maps import ScoreMap
-from mot_sim.datasets.text import read_text
+from mot_sim.files.text import read_text
 from tracker.errors import BadConfig, DatasetNotFound, UnknownName
 from tracker.types import Detections, Tracks
 

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import floor, log10
 
-from mot_sim.experiments.curves import is_rate
-from mot_sim.experiments.results import Cell, ResultTable
-from mot_sim.report.charts.chart import Place
-from mot_sim.report.grid import COUNTS, RATES
+from mot_sim.experiments.results.result_file import Cell, ResultTable
+from mot_sim.experiments.sweep.curves import is_rate
+from mot_sim.plotting.charts.chart import Place
+from mot_sim.tables.grid import COUNTS, RATES
 
 TITLES = {name: title for title, name in (RATES | COUNTS).items()}  # by TrackEval's name
 FRACTIONS = ("MTR", "PTR", "MLR", "MT %", "PT %", "ML %", "score from", "share", "fall")

@@ -3,7 +3,7 @@
 from base64 import b64encode
 from collections.abc import Sequence
 
-from mot_sim.report.charts import Panel, svg_of
+from mot_sim.plotting.charts import Panel, svg_of
 from mot_sim.report.page.markup import Markup, element, joined
 from mot_sim.report.page.media import Medium
 from mot_sim.report.page.sources import Source

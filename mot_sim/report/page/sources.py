@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
-from mot_sim.datasets.text import read_text
-from mot_sim.experiments.result_tables import sweep_tables
-from mot_sim.experiments.results import (
+from mot_sim.evaluation.run_folder import RUN_FILE
+from mot_sim.experiments.results.result_file import (
     FAULTS,
     RESULT_FILE,
     Cell,
@@ -17,10 +16,11 @@ from mot_sim.experiments.results import (
     ResultTable,
     read_result,
 )
-from mot_sim.experiments.store import SWEEP_FILE
-from mot_sim.experiments.summary import summary
-from mot_sim.experiments.unfinished import read_half
-from mot_sim.run_folder import RUN_FILE
+from mot_sim.experiments.results.result_tables import sweep_tables
+from mot_sim.experiments.sweep.store import SWEEP_FILE
+from mot_sim.experiments.sweep.summary import summary
+from mot_sim.experiments.sweep.unfinished import read_half
+from mot_sim.files.text import read_text
 from tracker.errors import BadConfig, BadFile
 
 FILES = (RESULT_FILE, SWEEP_FILE, RUN_FILE)  # any of them makes a folder one of ours

@@ -1,6 +1,6 @@
 """Tables of a result as HTML that needs no script."""
 
-from mot_sim.experiments.results import Cell, ResultTable
+from mot_sim.experiments.results.result_file import Cell, ResultTable
 from mot_sim.report.page.cells import Shown, is_fraction, shown_columns, with_ends, word
 from mot_sim.report.page.markup import Child, Markup, element, joined
 

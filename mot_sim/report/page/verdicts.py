@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from mot_sim.experiments.curves import axes_in, metrics_in
-from mot_sim.experiments.results import Cell, Result, ResultTable
+from mot_sim.experiments.results.result_file import Cell, Result, ResultTable
+from mot_sim.experiments.sweep.curves import axes_in, metrics_in
 from mot_sim.report.page.cells import is_fraction, point, shown_columns, with_ends, word
 
 Tone = Literal["good", "bad", "plain"]

@@ -6,17 +6,17 @@ from pathlib import Path
 
 import pytest
 
-from mot_sim import registry
-from mot_sim.episodes import Places, read_episode
-from mot_sim.episodes import recording as recording_module
+from mot_sim.simulation import registry
+from mot_sim.simulation.episodes import Places, read_episode
+from mot_sim.simulation.episodes import recording as recording_module
 from tests.mot_sim.cli.conftest import CommandLine, files
-from tests.mot_sim.episodes.small import FRAMES
+from tests.mot_sim.simulation.episodes.small import FRAMES
 
 
 @pytest.fixture(autouse=True)
 def small_scene(monkeypatch: pytest.MonkeyPatch) -> None:
     """A scene that is quick to record, by name."""
-    monkeypatch.setitem(registry.SCENES, "small", "tests.mot_sim.episodes.small:small")
+    monkeypatch.setitem(registry.SCENES, "small", "tests.mot_sim.simulation.episodes.small:small")
 
 
 @pytest.fixture

@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from mot_sim import registry
+from mot_sim.plotting.video import count_frames
 from mot_sim.report import film as film_module
-from mot_sim.report.video import count_frames
+from mot_sim.simulation import registry
 from tests.mot_sim.cli.conftest import FRAMES as KITTI_FRAMES
 from tests.mot_sim.cli.conftest import CommandLine
 from tests.mot_sim.report.small import FRAMES

@@ -5,7 +5,7 @@ from pathlib import Path
 import matplotlib.image
 import pytest
 
-from mot_sim import registry
+from mot_sim.simulation import registry
 from tests.mot_sim.cli.conftest import CommandLine
 
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from mot_sim.diagnosis.tasks import SceneTask
-from mot_sim.episodes.extra import Extra
-from mot_sim.experiments.conditions import Conditions
-from mot_sim.experiments.contenders import Contender
+from mot_sim.experiments.sweep.conditions import Conditions
+from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.simulation.episodes.extra import Extra
 
 SETTINGS = {"scene.houses": 0.0, "scene.trees": 0.0, "scene.furniture": 0.0}
 FORGETFUL = Contender.parse("default:lifecycle.max_gap=0.5")

@@ -25,16 +25,16 @@ from mot_sim.diagnosis.attribution import (
     is_kept,
     shares,
 )
-from mot_sim.diagnosis.breaks import Breaks, Matches
 from mot_sim.diagnosis.replay import Replays
 from mot_sim.diagnosis.sources import Bench
-from mot_sim.experiments.conditions import Conditions
-from mot_sim.experiments.contenders import Contender
-from mot_sim.sensors import Profile
-from mot_sim.testing.following import TrackerFailed
-from mot_sim.truth import labels
+from mot_sim.experiments.sweep.conditions import Conditions
+from mot_sim.experiments.sweep.following import TrackerFailed
+from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.metrics.breaks import Breaks, Matches
+from mot_sim.simulation.sensors import Profile
+from mot_sim.simulation.truth import labels
 from tests.mot_sim.diagnosis.conftest import FORGETFUL, Crossing
-from tests.mot_sim.diagnosis.test_around import breaks_at
+from tests.mot_sim.diagnosis.test_event_matching import breaks_at
 
 SPOT = Spot(car=4, first=14, last=22, shift=(2.5, 0.0))
 ON = ("misses", "jitter")  # of the profile; the fewer, the fewer replays

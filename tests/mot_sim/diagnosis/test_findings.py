@@ -7,16 +7,16 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from mot_sim.diagnosis.around import NOTHING, Counts
 from mot_sim.diagnosis.attribution import EITHER, NO_NOISE, ONE
+from mot_sim.diagnosis.context_events import KINDS
+from mot_sim.diagnosis.diagnosed_sequence import Watched
+from mot_sim.diagnosis.event_matching import NOTHING, Counts
 from mot_sim.diagnosis.findings import Case, Findings, read_findings, write_findings
-from mot_sim.diagnosis.happenings import KINDS
 from mot_sim.diagnosis.outputs import write_tables
 from mot_sim.diagnosis.tables import cause_table, csv_of, event_table, shown, tables_of
 from mot_sim.diagnosis.tasks import SceneTask
-from mot_sim.diagnosis.watched import Watched
 from mot_sim.diagnosis.work import diagnose
-from mot_sim.experiments.results import read_result
+from mot_sim.experiments.results.result_file import read_result
 from tests.mot_sim.diagnosis.conftest import Crossing
 from tracker.errors import BadConfig
 from tracker.types import Tracks

@@ -7,9 +7,9 @@ import pytest
 
 from mot_sim.diagnosis.sources import SOURCES, Bench, active_sources, without, without_all
 from mot_sim.diagnosis.streams import Stream
-from mot_sim.experiments.conditions import Conditions
-from mot_sim.experiments.drives import drive_of
-from mot_sim.sensors import (
+from mot_sim.experiments.sweep.conditions import Conditions
+from mot_sim.experiments.sweep.drives import drive_of
+from mot_sim.simulation.sensors import (
     EFFECTS,
     Miscalibration,
     Odometry,
@@ -17,11 +17,11 @@ from mot_sim.sensors import (
     Timing,
     find_profile,
 )
-from mot_sim.sensors.border import Border
-from mot_sim.sensors.confusion import Confusion
-from mot_sim.sensors.merges import Merges
-from mot_sim.sensors.occlusion import VisiblePart
-from mot_sim.sensors.splits import Splits
+from mot_sim.simulation.sensors.border import Border
+from mot_sim.simulation.sensors.confusion import Confusion
+from mot_sim.simulation.sensors.merges import Merges
+from mot_sim.simulation.sensors.occlusion import VisiblePart
+from mot_sim.simulation.sensors.splits import Splits
 from tests.mot_sim.diagnosis.conftest import Crossing
 from tracker.errors import UnknownName
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pyarrow as pa
 import pytest
 
-from mot_sim.experiments import sweep
+from mot_sim.experiments.sweep.running import sweep
 from tests.mot_sim.experiments.small import small_design
 
 

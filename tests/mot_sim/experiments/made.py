@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from mot_sim.experiments.labelled import Labelled, made_drives
+from mot_sim.experiments.tuning.labelled import Labelled, made_drives
 from tests.mot_sim.experiments.small import BARE
 
 CUED = {**BARE, "scene.profile": "cues", "scene.frames": 8}

@@ -5,7 +5,8 @@ from typing import Any
 
 import pyarrow as pa
 
-from mot_sim.experiments import Design, sweep
+from mot_sim.experiments.sweep import Design
+from mot_sim.experiments.sweep.running import sweep
 
 BARE = {"scene.houses": 0.0, "scene.trees": 0.0, "scene.furniture": 0.0}
 

@@ -4,11 +4,11 @@ from functools import cache
 
 import numpy as np
 
-from mot_sim.episode import Episode, record
-from mot_sim.rig import Rig
-from mot_sim.scene import Scene
-from mot_sim.sensors import Detector
-from mot_sim.traffic import Route, Script, Scripted
+from mot_sim.simulation.episode import Episode, record
+from mot_sim.simulation.rig import Rig
+from mot_sim.simulation.scene import Scene
+from mot_sim.simulation.sensors import Detector
+from mot_sim.simulation.traffic import Route, Script, Scripted
 from tracker.types import Camera, Tracks
 
 FRAMES = 6

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mot_sim.report.canvas import text_width
+from mot_sim.plotting.canvas import text_width
 from mot_sim.report.captions import SMALL, Layers, legend, marks, title, title_words, wrap
 
 

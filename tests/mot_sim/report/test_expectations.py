@@ -4,7 +4,7 @@ import numpy as np
 
 from mot_sim.datasets import DetectionLog, RecordedSequence
 from mot_sim.report.expectations import expectations
-from mot_sim.rig import Rig
+from mot_sim.simulation.rig import Rig
 from tests.mot_sim.report.small import drive, exact_tracks, one_track
 from tracker.types import Detections, Tracks
 

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
+from mot_sim.plotting.colours import SKY, SWITCH, WRONG, colour_of_id
 from mot_sim.report import Film, Layers
-from mot_sim.report.colours import SKY, SWITCH, WRONG, colour_of_id
 from tests.mot_sim.report.small import FRAMES, SIZE, drive, exact_tracks
 from tracker.types import Tracks
 

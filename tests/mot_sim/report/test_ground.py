@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mot_sim.datasets import DetectionLog, RecordedSequence
-from mot_sim.episodes import read_episode
 from mot_sim.report.ground import Ground, planar_poses
-from mot_sim.rig import Rig
+from mot_sim.simulation.episodes import read_episode
+from mot_sim.simulation.rig import Rig
 from tests.mot_sim.report.small import drive
 from tracker.geometry import homogeneous, rotation_y
 from tracker.types import Detections
@@ -97,7 +97,7 @@ def test_a_simulated_drive_shows_every_car_and_labels_alone_show_the_same_ones()
 
 
 def test_a_recorded_scene_that_nobody_knows_has_no_roads(tmp_path) -> None:
-    from mot_sim.episodes import Places, record_episode
+    from mot_sim.simulation.episodes import Places, record_episode
 
     record_episode(drive().scene, 0, Places(tmp_path, "0000"))
     stored = read_episode(tmp_path, "0000")

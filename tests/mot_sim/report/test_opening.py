@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mot_sim import registry
 from mot_sim.datasets import write_results
-from mot_sim.episode import Episode
-from mot_sim.episodes import PictureOptions, Places, StoredEpisode, record_episode
+from mot_sim.evaluation.runs import Recipe
 from mot_sim.report.opening import Wanted, open_tracks, track, truth_of
-from mot_sim.runs import Recipe
+from mot_sim.simulation import registry
+from mot_sim.simulation.episode import Episode
+from mot_sim.simulation.episodes import PictureOptions, Places, StoredEpisode, record_episode
 from tests.mot_sim.report.small import FRAMES, drive, exact_tracks, near
 from tracker.errors import BadConfig, BadFile, BadTracks, DatasetNotFound, UnknownName
 

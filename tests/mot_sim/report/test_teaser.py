@@ -9,8 +9,8 @@ import pytest
 from mot_sim.datasets import DetectionLog
 from mot_sim.report.teaser import draw_teaser, save_teaser
 from mot_sim.report.two_frames import look_at, silhouettes
-from mot_sim.rig import Rig
-from mot_sim.truth import boxes_around, project_edges
+from mot_sim.simulation.rig import Rig
+from mot_sim.simulation.truth import boxes_around, project_edges
 from tests.mot_sim.report.small import drive
 from tracker.errors import BadConfig, BadDetections, DatasetNotFound
 from tracker.types import Cuboids, Detections

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mot_sim.report.colours import EGO, colour_of_id
+from mot_sim.plotting.colours import EGO, colour_of_id
 from mot_sim.report.topview import TRUTH, TopView, ellipse
-from mot_sim.rig import Rig
-from mot_sim.traffic import Roads
-from mot_sim.traffic.roads import rectangle
+from mot_sim.simulation.rig import Rig
+from mot_sim.simulation.traffic import Roads
+from mot_sim.simulation.traffic.roads import rectangle
 
 CAMERA = Rig.kitti().camera
 VIEW = TopView(Roads(), (0.0, 0.0), 5.0, (400, 200), (50.0, 100.0))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from mot_sim.report.wireframes import Fitting, Wireframes, draw_wireframes, wires
-from mot_sim.rig import Rig
+from mot_sim.simulation.rig import Rig
 from tests.mot_sim.report.small import drive
 from tracker.shape import KEYPOINTS_36, FittedCars
 from tracker.types import Frame, Tracks

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from mot_sim.renderers import Semantic
+from mot_sim.simulation.renderers import Semantic
+from mot_sim.simulation.truth import Seen
 from mot_sim.training.crops import ANY_CAR, OWN, ROOM, WIDE, Crops
-from mot_sim.truth import Seen
 from tracker.shape import CROP_MARGIN
 
 SHARE = 1.0 / (ROOM * CROP_MARGIN)  # of the stored square, that a box is long

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mot_sim.simulation.truth import Seen
 from mot_sim.training.augment import MIRRORED, as_detected, exactly, varied
-from mot_sim.training.disguise import background, disguised
-from mot_sim.training.optics import through_camera
-from mot_sim.truth import Seen
+from mot_sim.training.camera_effects import through_camera
+from mot_sim.training.domain_randomization import background, disguised
 from tests.mot_sim.training.made_up import made_up
 from tracker.shape import CROP_MARGIN, CROP_SIDE, KEYPOINTS_36
 

@@ -5,17 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mot_sim.draws import named_stream
-from mot_sim.registry import find_scene
-from mot_sim.renderers import Semantic, find_renderer
-from mot_sim.rig import Rig
+from mot_sim.simulation.random_numbers import named_stream
+from mot_sim.simulation.registry import find_scene
+from mot_sim.simulation.renderers import Semantic, find_renderer
+from mot_sim.simulation.rig import Rig
+from mot_sim.simulation.scenery import Knobs, Light, Neighbourhood
+from mot_sim.simulation.truth import Seen
 from mot_sim.training.augment import exactly
 from mot_sim.training.crops import ANY_CAR, LEAST_VISIBLE, OWN, ROOM, WIDE, Crops, crops_of
-from mot_sim.training.moments import PLACES, Place, camera_of, cars_before, moment, stand
+from mot_sim.training.random_views import PLACES, Place, camera_of, cars_before, moment, stand
 from mot_sim.training.scores import judge
 from mot_sim.training.shards import gather, load_crops, save_crops, shard_path
-from mot_sim.truth import Seen
-from mot_sim.world import Knobs, Light, Neighbourhood
 from tests.mot_sim.training.made_up import made_up
 from tracker.errors import BadFile, DatasetNotFound
 from tracker.shape import CROP_MARGIN, Hourglass, decode

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mot_sim.registry import SCENES
+from mot_sim.simulation.registry import SCENES
+from mot_sim.simulation.scenery import WEATHERS
 from mot_sim.training.identities import (
     LEAST_HEIGHT,
     LEAST_VISIBLE,
@@ -14,7 +15,6 @@ from mot_sim.training.identities import (
     lessons,
     sights_of,
 )
-from mot_sim.world import WEATHERS
 
 DRIVE = Drive("gauntlet", 3, ("clear", "dusk"), (0, 4), beside=0.0)
 

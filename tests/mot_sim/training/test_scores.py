@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from mot_sim.simulation.truth import Seen
 from mot_sim.training.augment import Shown, exactly
 from mot_sim.training.curve import curve_picture
 from mot_sim.training.loss import wanted
 from mot_sim.training.plan import Plan
 from mot_sim.training.scores import judge
-from mot_sim.truth import Seen
 from tests.mot_sim.training.made_up import made_up
 from tracker.errors import BadConfig, UnknownName
 from tracker.shape import decode

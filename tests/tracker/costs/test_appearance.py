@@ -10,7 +10,7 @@ from tracker import Detections, Frame, Tracker
 from tracker.beliefs import Beliefs
 from tracker.costs import Appearance, ImageOverlap, weighted_sum
 from tracker.errors import BadConfig, BadDetections, MissingCue
-from tracker.types.look import Look
+from tracker.types.embedding import Look
 
 
 def looking(*descriptors: list[float]) -> Beliefs:

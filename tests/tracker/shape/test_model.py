@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mot_sim.cars import load_fleet
+from mot_sim.simulation.cars import load_fleet
 from tests.tracker.shape.drawn import MODEL
 from tracker.errors import BadConfig
 from tracker.shape import KEYPOINTS_14, CarModel, ShapeBasis, load_prior, metric

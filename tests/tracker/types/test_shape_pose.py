@@ -4,8 +4,8 @@ import numpy as np
 
 from tests.tracker.samples import LEVEL, beliefs_at
 from tracker.beliefs import Beliefs, Lift
+from tracker.ego_motion import transport
 from tracker.geometry import homogeneous, rotation_y
-from tracker.transport import transport
 from tracker.types import Detections
 from tracker.types.shape_pose import TURN_RATE_STD, ShapePose
 

@@ -9,7 +9,7 @@ from numpy import ndarray as Array
 
 from mot_sim.datasets.kitti.calibration import Calibration
 from mot_sim.datasets.kitti.places import require_file, split_folder
-from mot_sim.datasets.text import read_table
+from mot_sim.files.text import read_table
 from tracker.errors import BadFile
 from tracker.geometry import invert
 

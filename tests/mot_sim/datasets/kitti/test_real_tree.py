@@ -18,7 +18,7 @@ from mot_sim.datasets.kitti import (
 from mot_sim.datasets.kitti.cuboid_rows import alpha_of, rows_of_cuboids
 from mot_sim.datasets.kitti.labels import LABEL_COLUMNS
 from mot_sim.datasets.kitti.places import TRAINING_FRAMES
-from mot_sim.datasets.text import read_table
+from mot_sim.files.text import read_table
 from tracker.geometry import box_iou, invert, transform, wrap_angle
 from tracker.types import Tracks
 

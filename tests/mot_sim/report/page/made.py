@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from mot_sim.experiments.results import Cell, Made, Result, ResultTable, write_result
+from mot_sim.experiments.results.result_file import Cell, Made, Result, ResultTable, write_result
 
 EVIL = "<script>alert('x')</script> & \"quotes\""
 MADE = Made("mot-sim sweep --axis 'a b'", {"python": "3.11.9", "numpy": "2.1"}, "ab12" * 8)

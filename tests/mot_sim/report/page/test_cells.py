@@ -2,7 +2,7 @@
 
 import pytest
 
-from mot_sim.experiments.results import Cell, ResultTable
+from mot_sim.experiments.results.result_file import Cell, ResultTable
 from mot_sim.report.page.cells import number, shown_columns, with_ends, word
 from mot_sim.report.page.markup import element, escaped, joined, raw
 

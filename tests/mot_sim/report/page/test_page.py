@@ -9,7 +9,7 @@ from pathlib import Path
 import plotly.graph_objects as go
 import pytest
 
-from mot_sim.experiments.results import KINDS, Made, Result, ResultTable, write_result
+from mot_sim.experiments.results.result_file import KINDS, Made, Result, ResultTable, write_result
 from mot_sim.report.page import page as page_module
 from mot_sim.report.page import write_report
 from mot_sim.report.page.sections import KINDS as KIND_WORDS

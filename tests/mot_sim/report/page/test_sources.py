@@ -6,10 +6,10 @@ from pathlib import Path
 import pyarrow as pa
 import pytest
 
-from mot_sim.experiments import sweep
-from mot_sim.experiments.results import write_result
+from mot_sim.evaluation.run_folder import Counts, RunFolder
+from mot_sim.experiments.results.result_file import write_result
+from mot_sim.experiments.sweep.running import sweep
 from mot_sim.report.page import find_sources
-from mot_sim.run_folder import Counts, RunFolder
 from tests.mot_sim.experiments.small import small_design, trial_files
 from tests.mot_sim.report.page.made import EVERY, stress_result, sweep_result, write_every
 from tracker import Tracks

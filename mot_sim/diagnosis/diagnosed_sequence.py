@@ -1,0 +1,105 @@
+"""A drive with all that is known of what happens in it: of a scene, or of KITTI's labels."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray as Array
+
+from mot_sim.datasets import KittiSequence
+from mot_sim.datasets.recorded import DetectionLog
+from mot_sim.diagnosis.context_events import KINDS, Happenings, Row
+from mot_sim.diagnosis.gaps import detector_gaps
+from mot_sim.diagnosis.occlusions import exact_occlusions, labelled_occlusions
+from mot_sim.diagnosis.pair_events import crossings, look_alikes
+from mot_sim.diagnosis.streams import Stream
+from mot_sim.diagnosis.turns import camera_turns, car_turns, headings_of
+from mot_sim.experiments.sweep.conditions import Conditions
+from mot_sim.experiments.sweep.drives import drive_of
+from mot_sim.simulation.episodes.extra import Extra
+from tracker.errors import DatasetNotFound
+from tracker.types import Tracks
+
+VEHICLES = ("Car", "Van")
+
+
+@dataclass(frozen=True, eq=False)
+class Watched:
+    """What a tracker is given, what it is scored against, and what happens meanwhile.
+
+    truth: labels of the frames that come. known: the kinds of happenings that the data tell of.
+    """
+
+    name: str
+    stream: Stream
+    truth: Tracks
+    happenings: Happenings
+    known: tuple[str, ...]
+
+
+def watch_scene(conditions: Conditions, recorded: Extra, seed: int) -> Watched:
+    """A recorded run of a scene as these conditions show it."""
+    drive = drive_of(conditions, recorded, seed)
+    stream = Stream.of(drive.sequence)
+    cars = vehicles(drive.truth)
+    rig = conditions.rig.rig
+    poses = np.array([rig.T_world_cam(ego) for ego in recorded.traffic.ego])
+    annotated = recorded.annotations
+    rows = [
+        *exact_occlusions(annotated.truth, annotated.occlusions),
+        *look_alikes(cars, recorded.cast.ids, _looks(recorded)),
+        *_seen(cars, stream, headings_of(poses)),
+    ]
+    happenings = Happenings.of(rows, stream.frame_rate)
+    return Watched(f"{conditions.scene}/{seed}", stream, drive.truth, happenings, KINDS)
+
+
+def watch_kitti(drive: KittiSequence) -> Watched:
+    """A labelled KITTI sequence. Raises DatasetNotFound for one without labels or cars."""
+    truth = drive.truth
+    if truth is None:
+        raise DatasetNotFound(
+            f"sequence {drive.name}: no labels (label_02/{drive.name}.txt); choose others: "
+            "--sequences labelled takes those that have some"
+        )
+    stream = Stream.of(replace(drive, images=None))
+    poses = drive.Ts_world_cam
+    headings = None if poses is None else headings_of(poses)
+    rows = [*labelled_occlusions(truth), *_seen(vehicles(truth), stream, headings)]
+    known = [kind for kind in KINDS if kind != "look-alike"]
+    if headings is None:
+        known = [kind for kind in known if not kind.endswith("turns")]
+    if truth.occlusion is None:
+        known.remove("occlusion")
+    return Watched(drive.name, stream, truth, Happenings.of(rows, stream.frame_rate), tuple(known))
+
+
+def vehicles(truth: Tracks) -> Tracks:
+    """The labels of cars and vans, neutral ones too."""
+    is_one = truth.ids >= 0
+    if truth.kinds is not None:
+        is_one = is_one & np.isin(truth.kinds, VEHICLES)
+    return truth.select(is_one)
+
+
+def _seen(cars: Tracks, stream: Stream, headings: Float[Array, " m"] | None) -> list[Row]:
+    """What boxes, detections and headings tell; the same for every kind of drive."""
+    log = DetectionLog(stream.log.frames, stream.log.detections)
+    found = [*crossings(cars), *detector_gaps(cars, log, stream.frames)]
+    if headings is not None:
+        found += camera_turns(cars, headings, stream.frame_rate)
+        found += car_turns(cars, headings, stream.frame_rate)
+    return found
+
+
+def _looks(recorded: Extra) -> Int[Array, " n"]:
+    """A number for each shape and paint; cars of one number cannot be told apart."""
+    cast = recorded.cast
+    if not len(cast):
+        return np.zeros(0, np.int64)
+    paints = np.unique(cast.paints, return_inverse=True)[1]
+    about = np.column_stack((np.round(cast.coefficients, 9), paints))
+    return np.unique(about, axis=0, return_inverse=True)[1].ravel().astype(np.int64)
+
+
+__all__ = ["Watched", "vehicles", "watch_kitti", "watch_scene"]

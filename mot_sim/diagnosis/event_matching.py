@@ -1,0 +1,120 @@
+"""Which breaks were at which happenings, and how many happenings there were to break at."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Int
+from numpy import ndarray as Array
+
+from mot_sim.diagnosis.context_events import Happenings
+from mot_sim.diagnosis.runs_of_frames import by_id
+from mot_sim.metrics.breaks import Breaks
+from tracker.types import Tracks
+
+# Seconds that a happening may be away from a break and still be around it.
+AROUND = 0.5
+WITH_TWO = ("crossing", "look-alike")
+NOTHING = "none of these"
+
+
+@dataclass(frozen=True)
+class Counts:
+    """At one kind of happening in one drive. events: how many there were.
+
+    switches, fragments: around them; one may be around several kinds. Their shares are divided
+    equally among the kinds that each was around, and so add up to IDSW and Frag.
+    """
+
+    events: int = 0
+    switches: int = 0
+    switch_share: float = 0.0
+    fragments: int = 0
+    fragment_share: float = 0.0
+
+    def __add__(self, other: "Counts") -> "Counts":
+        mine, theirs = vars(self), vars(other)
+        return Counts(**{name: mine[name] + theirs[name] for name in mine})
+
+
+Tally = Mapping[str, Counts]  # by `bin_names`, and NOTHING
+
+
+def happenings_around(
+    breaks: Breaks, happenings: Happenings, frame_rate: float
+) -> list[dict[str, int]]:
+    """For each break the happening of each kind that it was around: kind, row.
+
+    Of several of a kind the one that shares most frames with the break, then the latest.
+    """
+    margin = round(AROUND * frame_rate)
+    pairs = np.isin(happenings.kinds, WITH_TWO)
+    found = []
+    for before, now, car in zip(
+        breaks.before.tolist(), breaks.frames.tolist(), breaks.cars.tolist(), strict=True
+    ):
+        mine = (happenings.ids == car) | (pairs & (happenings.others == car))
+        near = (happenings.firsts - margin <= now) & (happenings.lasts + margin >= before)
+        best: dict[str, tuple[int, int, int]] = {}
+        for row in np.flatnonzero(mine & near).tolist():
+            first, last = int(happenings.firsts[row]), int(happenings.lasts[row])
+            shared = min(last, now) - max(first, before)
+            kind = str(happenings.kinds[row])
+            best[kind] = max(best.get(kind, (shared, first, row)), (shared, first, row))
+        found.append({kind: row for kind, (_, _, row) in best.items()})
+    return found
+
+
+def exposed(
+    happenings: Happenings, cars: Tracks, around: list[dict[str, int]]
+) -> Bool[Array, " n"]:
+    """Which happenings could break a name: a label that counts at both ends, or they did break one.
+
+    cars: the labels that count.
+    """
+    spans = {
+        car: (int(cars.frames[rows[0]]), int(cars.frames[rows[-1]]))
+        for car, rows in by_id(cars.ids)
+    }
+
+    def has(car: int, first: int, last: int) -> bool:
+        begins, ends = spans.get(car, (last + 1, last))
+        return begins <= first and ends >= last
+
+    could = np.zeros(len(happenings), bool)
+    rows = zip(
+        happenings.kinds.tolist(), happenings.firsts.tolist(), happenings.lasts.tolist(),
+        happenings.ids.tolist(), happenings.others.tolist(), strict=True,
+    )  # fmt: skip
+    for row, (kind, first, last, car, other) in enumerate(rows):
+        could[row] = has(car, first, last) or (kind in WITH_TWO and has(other, first, last))
+    did: Int[Array, " k"] = np.array([row for each in around for row in each.values()], np.int64)
+    could[did] = True
+    return could
+
+
+def tally(
+    breaks: Breaks, happenings: Happenings, around: list[dict[str, int]], could: Bool[Array, " n"]
+) -> dict[str, Counts]:
+    """The counts of one drive, by the names of kinds and of their bins."""
+    found: dict[str, Counts] = {}
+
+    def add(name: str, counts: Counts) -> None:
+        found[name] = found.get(name, Counts()) + counts
+
+    for row in np.flatnonzero(could).tolist():
+        for name in happenings.bins_of(row):
+            add(name, Counts(events=1))
+    for row, at in enumerate(around):
+        switch, fragment = int(breaks.switched[row]), int(breaks.broken[row])
+        share = 1.0 / max(len(at), 1)
+        counts = Counts(0, switch, switch * share, fragment, fragment * share)
+        for kind in at:
+            for name in happenings.bins_of(at[kind]):
+                add(name, counts)
+        if not at:
+            add(NOTHING, counts)
+    return found
+
+
+__all__ = ["AROUND", "NOTHING", "Counts", "Tally", "exposed", "happenings_around", "tally"]

@@ -1,0 +1,176 @@
+"""One run of a scene while it is watched: frames and truth of a moment, made when asked for."""
+
+from dataclasses import dataclass, field, fields, is_dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.datasets.recorded import DetectionLog
+from mot_sim.simulation import random_numbers
+from mot_sim.simulation.cars.vehicles import Cast
+from mot_sim.simulation.scene import Scene, Take
+from mot_sim.simulation.sensors import Sightings
+from mot_sim.simulation.stage import Stage
+from mot_sim.simulation.traffic.driving import Driven
+from mot_sim.simulation.traffic.recording import RecordedTraffic
+from mot_sim.simulation.traffic.world import STEP, World
+from mot_sim.simulation.truth import Annotations, Occlusions, Truth, annotate_frame, labels
+from tracker.errors import BadConfig
+from tracker.geometry import invert
+from tracker.types import Detections, Frame, Tracks
+
+BLOCK = 16  # frames that are labelled at once where they are known: detectors have long memories
+
+
+@dataclass(frozen=True, eq=False)
+class FrameTruth:
+    """Everything that is true in one frame; equal to another where all arrays are.
+
+    exact: of every car. occlusions: who hides whom. labels: as KITTI writes them, which is what
+    is scored. world: who drives where.
+    """
+
+    exact: Truth
+    occlusions: Occlusions
+    labels: Tracks
+    world: World
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, FrameTruth) and same(self, other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether two tables hold the same numbers in all columns; NaN is like NaN."""
+    if type(one) is not type(other):
+        return False
+    if is_dataclass(one):
+        return all(same(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
+    if isinstance(one, Array):
+        is_float = np.issubdtype(one.dtype, np.floating)
+        return np.array_equal(one, other, equal_nan=bool(is_float))
+    return bool(one == other)
+
+
+@dataclass(frozen=True, eq=False)
+class LiveTake(Take):
+    """A take that is still being made: its ego car obeys, its worlds and cast grow."""
+
+    driver: Driven
+    log: list[World] = field(default_factory=list)
+    stages: list[Stage] = field(default_factory=list)  # one: of all cars that were there so far
+
+    @classmethod
+    def begin(cls, scene: Scene, seed: int) -> "LiveTake":
+        """A new run. Raises BadConfig for a scene whose ego car cannot be driven."""
+        driver = driver_of(scene, seed)
+        world = driver.reset_live(random_numbers.named_stream(seed, "traffic"))
+        take = cls(scene, seed, RecordedTraffic.of([world]), driver)
+        take.log.append(world)
+        take.stages.append(Stage(scene.casting.cast(take.traffic, seed), scene.rig))
+        return take
+
+    def __len__(self) -> int:
+        return len(self.log)
+
+    @property
+    def stage(self) -> Stage:
+        """Who the cars are so far, and the camera."""
+        return self.stages[-1]
+
+    @property
+    def worlds(self) -> tuple[World, ...]:
+        """The worlds so far."""
+        return tuple(self.log)
+
+    def advance(self, command: str) -> None:
+        """0.1 s of traffic under a command."""
+        self.driver.command(command)
+        world = self.driver.step()
+        self.log.append(world)
+        new = ~np.isin(world.ids, self.stage.cast.ids)
+        if new.any():
+            known = self.scene.casting.cast(RecordedTraffic.of([only(world, new)]), self.seed)
+            cast = Cast.concatenate((self.stage.cast, known))
+            cast = cast.select(np.argsort(cast.ids))
+            self.stages[:] = [Stage(cast, self.scene.rig)]
+
+
+def driver_of(scene: Scene, seed: int) -> Driven:
+    """The traffic of a scene, if it is driven live. Raises BadConfig."""
+    traffic = scene.make_traffic(scene.casting.models_of(seed))
+    if not isinstance(traffic, Driven):
+        raise BadConfig(
+            f"scene {scene.name} has no live traffic ({type(traffic).__name__} cannot answer): "
+            "take traffic='recorded'"
+        )
+    return traffic
+
+
+def only(world: World, rows: Array) -> World:
+    """A world with some of its cars."""
+    columns = {f.name: getattr(world, f.name) for f in fields(world)}
+    apart = {"time", "ego", "ego_size"}
+    chosen = {
+        name: column if name in apart or column is None else column[rows]
+        for name, column in columns.items()
+    }
+    return World(**chosen)
+
+
+@dataclass(eq=False)
+class Run:
+    """A take, and what was found out of its frames so far; nothing is found out twice."""
+
+    take: Take
+    annotations: list[Annotations] = field(default_factory=list)
+    detections: list[Detections] = field(default_factory=list)
+
+    def frame(self, index: int, image: Array | None = None) -> Frame:
+        """What a tracker may know of a frame."""
+        self._watch(index)
+        return Frame(
+            index, index * STEP, self.detections[index], self.T_now_before(index), None, image
+        )
+
+    def truth(self, index: int) -> FrameTruth:
+        """What is true in a frame."""
+        self._watch(index)
+        found = self.annotations[index]
+        return FrameTruth(
+            found.truth, found.occlusions, labels(found.truth), self.take.worlds[index]
+        )
+
+    def T_now_before(self, index: int) -> Float[Array, "4 4"] | None:
+        """The motion of the camera since the frame before; None at the first."""
+        if index == 0:
+            return None
+        before, now = (self.take.worlds[at].ego for at in (index - 1, index))
+        rig = self.take.scene.rig
+        return invert(rig.T_world_cam(now)) @ rig.T_world_cam(before)
+
+    def _watch(self, index: int) -> None:
+        """Label and sense the frames up to this one, and some more where they are known."""
+        first = len(self.annotations)
+        if index < first:
+            return
+        last = min(max(first + BLOCK, index + 1), len(self.take))
+        found = [annotation_of(self.take, frame) for frame in range(first, last)]
+        self.annotations += found
+        log = sense(self.take, Annotations.concatenate(found).truth, np.arange(first, last))
+        self.detections += [log.at(frame) for frame in range(first, last)]
+
+
+def annotation_of(take: Take, frame: int) -> Annotations:
+    """The truth of a frame of a take."""
+    world, before = take.worlds[frame], take.worlds[frame - 1] if frame else None
+    return annotate_frame(world, take.stage, frame, before, take.scenery_in(world))
+
+
+def sense(take: Take, truth: Truth, frames: Array) -> DetectionLog:
+    """What the scene's detector says of some frames of a take."""
+    seen, camera = Sightings.from_truth(truth, take.stage.cast), take.scene.rig.camera
+    return take.scene.detector.sense(seen, take.seed, camera, STEP, frames).log

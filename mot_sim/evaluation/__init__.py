@@ -1,0 +1,1 @@
+"""Runs of a tracker over drives, their folders, and their scores."""

@@ -1,0 +1,187 @@
+"""Trackers over whole drives: built by name, run over sequences, results kept as they come."""
+
+import logging
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import isfinite
+from time import perf_counter
+
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.datasets import KittiSequence, read_results
+from mot_sim.evaluation.run_folder import Counts, RunFolder
+from tracker import FRAMEWORKS, TRACKERS, Camera, Delayed, Sequence, Tracker, Tracks
+from tracker.costs import COSTS, WeightedCosts
+from tracker.errors import BadConfig, UnknownName
+from tracker.front_end import STAGES, FrontEnd, Seen, parse_cues
+
+# Called after every frame with the name of its sequence and the number of frames so far.
+Progress = Callable[[str, int], None]
+
+# What a measured cue adds to a tracker's own costs, whose weights sum up to 1: the cost and its
+# weight. See docs/paper.md.
+CUE_COSTS = {
+    "pose": ("shape_pose", 0.1), "appearance": ("appearance", 0.1),
+    "classical": ("appearance", 0.1),
+}  # fmt: skip
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How to build a tracker, all by name; the names are checked here, the camera comes later.
+
+    costs: weights by the cost's name in place of the tracker's own, to which those of CUE_COSTS
+    are added for measured cues. associate: likewise. cues: what is measured in images, see
+    `tracker.front_end.parse_cues`.
+    """
+
+    tracker: str = "default"
+    costs: Mapping[str, float] | None = None
+    associate: str | None = None
+    cues: str = "none"
+
+    def __post_init__(self) -> None:
+        if self.tracker not in TRACKERS:
+            raise UnknownName.of("tracker", self.tracker, TRACKERS)
+        if self.associate is not None and self.associate not in FRAMEWORKS:
+            raise UnknownName.of("association", self.associate, FRAMEWORKS)
+        for name, weight in (self.costs or {}).items():
+            if name not in COSTS:
+                raise UnknownName.of("cost", name, COSTS)
+            if not (isfinite(weight) and weight > 0.0):
+                raise BadConfig(f"the weight of {name} is {weight:g}; weights are above 0")
+        _ = self.front_end
+
+    @cached_property
+    def front_end(self) -> FrontEnd | None:
+        """What measures the cues; None where none are measured. Raises BadWeights."""
+        return FrontEnd.of(self.cues) if parse_cues(self.cues) else None
+
+    def build(self, camera: Camera) -> Tracker | Delayed:
+        """The tracker for a camera; another association keeps the tracker's largest cost."""
+        tracker = TRACKERS[self.tracker](camera)
+        added = {CUE_COSTS[cue][0]: CUE_COSTS[cue][1] for cue in parse_cues(self.cues)}
+        own: WeightedCosts = () if self.costs is not None else tracker.costs
+        named = (added if self.costs is None else self.costs).items()
+        costs = own + tuple((weight, COSTS[name]()) for name, weight in named)
+        tracker = replace(tracker, costs=costs)
+        return tracker if self.associate is None else FRAMEWORKS[self.associate](tracker)
+
+
+def parse_costs(text: str) -> dict[str, float]:
+    """Weights by cost from `volume=0.6,reprojection=0.4`; a name alone weighs 1."""
+    weights: dict[str, float] = {}
+    for part in text.split(","):
+        name, _, weight = (piece.strip() for piece in part.partition("="))
+        try:
+            number = float(weight) if "=" in part else 1.0
+        except ValueError:
+            number = float("nan")
+        if not name or name in weights or not isfinite(number):
+            raise BadConfig(f"costs {text!r}: write volume=0.6,reprojection=0.4, each cost once")
+        weights[name] = number
+    return weights
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What came of tracking some sequences; resumed: those that an earlier run had finished."""
+
+    tracks: dict[str, Tracks]
+    counts: dict[str, Counts]
+    resumed: tuple[str, ...] = ()
+
+    @property
+    def frames_per_second(self) -> float | None:
+        """Of wall time, over the sequences that were tracked now; None when none was."""
+        fresh = [part for name, part in self.counts.items() if name not in self.resumed]
+        seconds = sum(part.seconds for part in fresh)
+        return sum(part.frames for part in fresh) / seconds if seconds > 0.0 else None
+
+    @property
+    def skipped_share(self) -> float | None:
+        """The share of pairs that the search areas spared; None without any pair."""
+        pairs = sum(part.pairs for part in self.counts.values())
+        compared = sum(part.compared for part in self.counts.values())
+        return 1.0 - compared / pairs if pairs else None
+
+    @property
+    def stage_ms(self) -> dict[str, float]:
+        """Milliseconds a frame that each stage of the front end took; empty without cues."""
+        fresh = [part for name, part in self.counts.items() if name not in self.resumed]
+        frames = sum(part.frames for part in fresh if part.stages)
+        sums = {stage: sum(part.stages.get(stage, 0.0) for part in fresh) for stage in STAGES}
+        return {stage: 1e3 * spent / frames for stage, spent in sums.items() if spent}
+
+
+def track_sequence(
+    tracker: Tracker | Delayed,
+    sequence: Sequence,
+    progress: Progress | None = None,
+    front_end: FrontEnd | None = None,
+) -> tuple[Tracks, Counts]:
+    """All rows of one drive, in the order of frames. front_end: measures cues in its images."""
+    start, parts, seen = perf_counter(), [], 0
+    looked = None if front_end is None else Seen(sequence, front_end)
+    for number, frame in enumerate(looked or sequence, 1):
+        parts.append(tracker.step(frame))
+        seen += len(frame.detections)
+        log.debug(
+            "%s frame %d: %d detections, %d rows",
+            sequence.name, frame.index, len(frame.detections), len(parts[-1]),
+        )  # fmt: skip
+        if progress is not None:
+            progress(sequence.name, number)
+    steps = len(parts)
+    if isinstance(tracker, Delayed):
+        parts.append(tracker.finish())
+    tracks = Tracks.concatenate(parts) if parts else Tracks.empty()
+    ids = len(set(tracks.ids.tolist()))
+    done = tracker.counts if isinstance(tracker, Delayed) else tracker.state.counts
+    seconds = perf_counter() - start
+    pairs = done.pairs, done.compared, done.unmeasured
+    stages = {} if looked is None else looked.seconds
+    return tracks, Counts(steps, seen, len(tracks), ids, seconds, *pairs, stages)
+
+
+def _result_frame(sequence: Sequence) -> Float[Array, "4 4"]:
+    """T_road_label: results stand in KITTI's camera 0, or in the camera of any other drive."""
+    if isinstance(sequence, KittiSequence):
+        return sequence.T_road_label
+    return sequence.camera.T_road_cam
+
+
+def track_sequences(
+    sequences: Iterable[Sequence],
+    build: Callable[[Camera], Tracker | Delayed],
+    folder: RunFolder | None = None,
+    progress: Progress | None = None,
+    front_end: FrontEnd | None = None,
+) -> Run:
+    """Track the sequences one after the other, each with a tracker of its own.
+
+    folder: an entered RunFolder that keeps each sequence as soon as it is finished, and gives
+    back those that it holds already. progress: called after every frame. front_end: measures
+    cues in the images.
+    """
+    tracks: dict[str, Tracks] = {}
+    counts: dict[str, Counts] = {}
+    resumed = []
+    for sequence in sequences:
+        name = sequence.name
+        T_road_label = _result_frame(sequence)
+        if folder is not None and name in folder.finished:
+            tracks[name] = read_results(folder.result(name), T_road_label)
+            counts[name] = folder.finished[name]
+            resumed.append(name)
+            continue
+        tracker = build(sequence.camera)
+        tracks[name], counts[name] = track_sequence(tracker, sequence, progress, front_end)
+        if folder is not None:
+            folder.add(name, tracks[name], counts[name], T_road_label)
+        log.info("%s: %d rows of %d ids", name, counts[name].rows, counts[name].ids)
+    return Run(tracks, counts, tuple(resumed))

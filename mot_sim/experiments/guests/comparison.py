@@ -1,0 +1,134 @@
+"""Trackers side by side on the same drives: quality and speed in one run."""
+
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from mot_sim.datasets.recorded import RecordedSequence
+from mot_sim.experiments.guests.contestants import Contestant, Outcome, require_different_names
+from mot_sim.experiments.guests.failure import GuestFailed
+from mot_sim.experiments.guests.processes import one_core
+from mot_sim.metrics import Evaluation, evaluate
+from mot_sim.tables.grid import Column, Table, Value
+from tracker.errors import BadConfig, TrackingError
+from tracker.types import Tracks
+
+RATES = ("MOTA", "HOTA", "AssA", "IDF1")
+COUNTS = {"FP": "CLR_FP", "FN": "CLR_FN", "IDSW": "IDSW", "Frag": "Frag"}
+# What every tracker's tracks are passed on to, with its name.
+Keep = Callable[[str, Mapping[str, Tracks]], None]
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """One tracker that came through."""
+
+    evaluation: Evaluation
+    frames_per_second: float | None  # of CPU time, its calls alone
+    min_score: float
+
+
+@dataclass(frozen=True)
+class Failure:
+    """One tracker that did not: why, and what it said on stderr."""
+
+    reason: str
+    stderr: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Contest:
+    """Entries and failures by tracker, in the order in which they ran."""
+
+    entries: dict[str, Entry | Failure]
+
+    @property
+    def failures(self) -> dict[str, Failure]:
+        """The trackers that failed."""
+        return {name: one for name, one in self.entries.items() if isinstance(one, Failure)}
+
+    def as_dict(self) -> dict[str, object]:
+        """Plain numbers, ready for JSON; a failure has `error` and `stderr`."""
+        return {name: _described(one) for name, one in self.entries.items()}
+
+    def table(self, title: str = "") -> Table:
+        """A row a tracker; the cells of one that failed are empty."""
+        columns = (
+            Column("tracker"),
+            Column("score from", "rate"),
+            *(Column(rate, "rate") for rate in RATES),
+            *(Column(count, "count") for count in COUNTS),
+            Column("frames / CPU s", "count"),
+        )
+        rows = tuple((name, *_cells(one)) for name, one in self.entries.items())
+        return Table(columns, rows, title)
+
+
+def hold_contest(
+    contestants: Sequence[Contestant],
+    drives: Sequence[RecordedSequence],
+    truths: Mapping[str, Tracks],
+    rules: str = "trackeval",
+    keep: Keep | None = None,
+) -> Contest:
+    """Every tracker over all drives, one after the other on one core.
+
+    truths: the labels of each drive. keep: is given the tracks. A tracker that fails with an
+    error of ours is noted down, and the others go on.
+    """
+    require_different_names(drives)
+    if not drives:
+        raise BadConfig("nothing to compare on: give at least one drive with labels")
+    frames = sum(len(drive) for drive in drives)
+    entries: dict[str, Entry | Failure] = {}
+    for contestant in contestants:
+        try:
+            with one_core():
+                outcome = contestant.track(drives)
+            entries[contestant.name] = _entry(outcome, drives, truths, rules, frames)
+        except TrackingError as error:
+            stderr = error.stderr if isinstance(error, GuestFailed) else ""
+            entries[contestant.name] = Failure(str(error), stderr)
+            continue
+        if keep is not None:
+            keep(contestant.name, outcome.tracks)
+        log.info("%s: done", contestant.name)
+    return Contest(entries)
+
+
+def _entry(
+    outcome: Outcome,
+    drives: Sequence[RecordedSequence],
+    truths: Mapping[str, Tracks],
+    rules: str,
+    frames: int,
+) -> Entry:
+    """The scores and the speed of one outcome."""
+    given = {
+        drive.name: (truths[drive.name], outcome.tracks[drive.name], drive.frame_count)
+        for drive in drives
+    }
+    seconds = sum(outcome.seconds.values()) if outcome.seconds is not None else 0.0
+    speed = frames / seconds if seconds > 0.0 else None
+    return Entry(evaluate(given, rules), speed, outcome.min_score)
+
+
+def _cells(one: Entry | Failure) -> tuple[Value, ...]:
+    if isinstance(one, Failure):
+        return (None,) * (2 + len(RATES) + len(COUNTS))
+    numbers = one.evaluation.combined.numbers()
+    rates = [float(numbers[rate]) if rate in numbers else None for rate in RATES]
+    counts = [int(numbers[name]) if name in numbers else None for name in COUNTS.values()]
+    return (one.min_score, *rates, *counts, one.frames_per_second)
+
+
+def _described(one: Entry | Failure) -> dict[str, object]:
+    if isinstance(one, Failure):
+        return {"error": one.reason, "stderr": one.stderr}
+    return {
+        "min_score": one.min_score,
+        "frames_per_cpu_second": one.frames_per_second,
+        **one.evaluation.as_dict(),
+    }

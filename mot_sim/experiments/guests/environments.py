@@ -1,0 +1,109 @@
+"""Environments of the guests' own: a venv for a list of requirements, made once and kept."""
+
+import hashlib
+import json
+import os
+import shutil
+import sys
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+from mot_sim.experiments.guests.failure import GuestFailed
+from mot_sim.experiments.guests.processes import run_command
+from mot_sim.files.writing import write_lines
+from tracker.errors import BadOutput
+
+PLACE = "MOT_SIM_GUESTS"  # the environment variable that names where they are kept
+READY = "ready.json"
+SETUP_SECONDS = 1800.0
+
+
+def environments_folder() -> Path:
+    """Where the environments are kept: $MOT_SIM_GUESTS, else mot-sim/guests of the user's cache."""
+    named = os.environ.get(PLACE)
+    if named:
+        return Path(named).expanduser().resolve()
+    cache = os.environ.get("XDG_CACHE_HOME")
+    return (Path(cache) if cache else Path.home() / ".cache") / "mot-sim" / "guests"
+
+
+@dataclass(frozen=True)
+class Environment:
+    """A Python environment that holds what a guest needs, and nothing of ours.
+
+    name: of its folder. requirements: as pip takes them; exact versions, so that a comparison
+    means the same tomorrow. Its folder is named after them and our Python's version too.
+    """
+
+    name: str
+    requirements: tuple[str, ...]
+
+    @property
+    def path(self) -> Path:
+        """Where it lies, or will."""
+        described = json.dumps([sys.version_info[:2], *self.requirements])
+        digest = hashlib.sha256(described.encode()).hexdigest()[:12]
+        return environments_folder() / f"{self.name}-{digest}"
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether it was set up to the end."""
+        return (self.path / READY).is_file()
+
+    @property
+    def python(self) -> Path:
+        """Its interpreter."""
+        return self.path / "bin" / "python"
+
+    def require(self, guest: str) -> Path:
+        """Its interpreter; GuestFailed, with the cure, when it was not set up."""
+        if not self.is_ready:
+            cure = f"`mot-sim compare --setup {guest}` makes it, once"
+            raise GuestFailed(guest, f"no environment in {self.path}; {cure}")
+        return self.python
+
+    def set_up(self, guest: str) -> Path:
+        """Make it, unless it is there; gives its interpreter.
+
+        Needs a package index that has the requirements (pip's own settings name it). What was
+        left half done is made anew. Raises GuestFailed with pip's stderr when that fails.
+        """
+        if self.is_ready:
+            return self.python
+        self._clear()
+        place = str(self.path)
+        if find_spec("pip") is None:  # uv's environments have none; Python brings one
+            self._run(guest, [sys.executable, "-m", "venv", place])
+            pip = [str(self.python), "-m", "pip"]
+        else:
+            self._run(guest, [sys.executable, "-m", "venv", "--without-pip", place])
+            pip = [sys.executable, "-m", "pip", "--python", str(self.python)]
+        options = ("--disable-pip-version-check", "--quiet", "install")
+        try:
+            self._run(guest, [*pip, *options, *self.requirements])
+        except GuestFailed as failed:
+            self._clear()
+            raise GuestFailed(
+                guest,
+                f"{', '.join(self.requirements)} cannot be installed; that needs a package index "
+                "once: go online, or name a mirror or a folder of wheels (PIP_INDEX_URL, "
+                "PIP_FIND_LINKS)",
+                failed.stderr,
+            ) from None
+        write_lines(self.path / READY, [json.dumps({"requirements": self.requirements})])
+        return self.python
+
+    def _run(self, guest: str, command: list[str]) -> None:
+        run_command(guest, command, SETUP_SECONDS)
+
+    def _clear(self) -> None:
+        """Remove what is left of an earlier attempt, and make sure that there is a place."""
+        try:
+            if self.path.exists():
+                shutil.rmtree(self.path)
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise BadOutput(
+                f"{self.path}: no place for an environment: {error.strerror}; name another: {PLACE}"
+            ) from None

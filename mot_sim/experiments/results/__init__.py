@@ -1,0 +1,1 @@
+"""`result.json`: what a command found."""

@@ -1,0 +1,178 @@
+"""Stress tests: named suites, each a hard situation and the scores that must be reached in it."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from math import ceil, floor
+from pathlib import Path
+from typing import Any
+
+from mot_sim.experiments.sweep.bounds import Bound, bounds_of
+from mot_sim.experiments.sweep.design import Design
+from mot_sim.experiments.sweep.paths import Level
+from mot_sim.experiments.sweep.running import Progress, sweep
+from mot_sim.experiments.sweep.summary import Interval, summary
+from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.files.documents import read_toml, require_inside
+from mot_sim.tables.grid import COUNTS
+from tracker.errors import BadFile, UnknownName
+
+SUITES = Path(__file__).with_name("suites.toml")
+SEEDS = 8  # that the bounds were measured on
+MEASURED = ("HOTA", "IDF1", "MOTA", "IDSW")
+# Least margins between what was measured and its bound, and what bounds are rounded to.
+RATE_MARGIN, RATE_STEP = 0.02, 0.01
+COUNT_MARGIN, COUNT_STEP = 1.0, 0.1
+RUNS = "runs"  # the sweep's folder inside that of the stress test
+
+
+@dataclass(frozen=True)
+class Suite:
+    """A hard situation. settings: axes of a sweep, by name. bounds: of means over the seeds."""
+
+    name: str
+    about: str
+    scene: str
+    frames: int
+    bounds: tuple[Bound, ...]
+    settings: Mapping[str, Level] = field(default_factory=dict)
+
+    def design(
+        self, trackers: Sequence[str | Contender], seeds: int = SEEDS, first_seed: int = 0
+    ) -> Design:
+        """The sweep with one point that runs it."""
+        return Design(
+            axes={"scene.profile": (str(self.settings.get("scene.profile", "rrc")),)},
+            trackers=trackers,
+            scene=self.scene,
+            seeds=seeds,
+            first_seed=first_seed,
+            frames=self.frames,
+            fixed={axis: at for axis, at in self.settings.items() if axis != "scene.profile"},
+        )
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A bound of a suite, and what a tracker reached: the mean over seeds and its interval.
+
+    failed: trials with an error; error: of the first of them. Such a tracker never passes.
+    """
+
+    suite: str
+    tracker: str
+    bound: Bound
+    reached: Interval
+    failed: int = 0
+    error: str | None = None
+
+    @property
+    def passed(self) -> bool:
+        """Whether the mean meets the bound, and every trial was finished."""
+        mean = self.reached.mean
+        return self.failed == 0 and mean is not None and self.bound.holds(mean)
+
+
+def read_suites(path: Path = SUITES) -> dict[str, Suite]:
+    """The suites of a TOML file by name. Raises BadFile, UnknownName and BadConfig."""
+    content = read_toml(path, "no suites can be read")
+    return {name: _suite(name, table, path) for name, table in content.items()}
+
+
+def _suite(name: str, table: Any, path: Path) -> Suite:
+    """A suite from its table."""
+    where = f"{path}: suite {name}"
+    if not isinstance(table, dict):
+        raise BadFile(f"{where}: {table!r} is no table: write [{name}]")
+    known = {"about": str, "scene": str, "frames": int, "settings": dict, "bounds": dict}
+    for key in table:
+        if key not in known:
+            raise UnknownName.of(f"entry of {where}:", key, known)
+    given = {"settings": {}, **table}
+    for key, kind in known.items():
+        if type(given.get(key)) is not kind:
+            raise BadFile(f"{where}: {key} = {given.get(key)!r}: give a {kind.__name__}")
+    for key, kinds in {"settings": int | float | str, "bounds": int | float}.items():
+        for name_of, value in given[key].items():
+            if not isinstance(value, kinds):
+                raise BadFile(f"{where}: {key}: {name_of} = {value!r}: give one value")
+            if isinstance(value, str) and value.endswith(".toml"):
+                require_inside(value, where, path.parent, Path.cwd())
+    bounds = bounds_of(given.pop("bounds"))
+    return Suite(name=name, bounds=bounds, **given)
+
+
+def find_suites(names: Sequence[str], known: Mapping[str, Suite]) -> list[Suite]:
+    """The suites of these names; all of them for no name. Raises UnknownName."""
+    for name in names:
+        if name not in known:
+            raise UnknownName.of("suite", name, known)
+    return [known[name] for name in names or known]
+
+
+def stress(
+    suite: Suite,
+    trackers: Sequence[str | Contender] = ("default",),
+    folder: Path | None = None,
+    *,
+    seeds: int = SEEDS,
+    first_seed: int = 0,
+    jobs: int = 1,
+    progress: Progress | None = None,
+) -> list[Verdict]:
+    """Run a suite: a verdict a tracker and bound, in the order of the trackers.
+
+    folder: where finished trials stay, for many suites together; None: nowhere. Raises as
+    `sweep` does.
+    """
+    design = suite.design(trackers, seeds, first_seed)
+    place = None if folder is None else folder / RUNS
+    table = sweep(design, place, jobs=jobs, extend=place is not None, progress=progress)
+    lines = summary(table, [bound.metric for bound in suite.bounds])
+    return [
+        Verdict(
+            suite.name, line.tracker, bound,
+            line.metrics.get(bound.metric, Interval(None, None, None, 0)),
+            line.failed, line.first_error,
+        )
+        for line in lines
+        for bound in suite.bounds
+    ]  # fmt: skip
+
+
+def measured(suite: Suite, metrics: Sequence[str] = MEASURED) -> Suite:
+    """The suite with other metrics and no real bounds: for what they come to."""
+    bounds = tuple(Bound(name, float("-inf")) for name in metrics)
+    given = {each.name: getattr(suite, each.name) for each in fields(suite)}
+    return Suite(**{**given, "bounds": bounds})
+
+
+def bound_from(metric: str, reached: Interval) -> Bound | None:
+    """The bound that the rule of `suites.toml` takes from a measurement; None: from too few seeds.
+
+    The margin is half of the interval, but never less than the least margin.
+    """
+    if reached.mean is None or reached.high is None:
+        return None
+    half = reached.high - reached.mean
+    is_count = metric in COUNTS.values()
+    least, step = (COUNT_MARGIN, COUNT_STEP) if is_count else (RATE_MARGIN, RATE_STEP)
+    margin = max(half, least)
+    if Bound(metric, 0.0).is_upper:
+        return Bound(metric, round(ceil((reached.mean + margin) / step) * step, 6))
+    return Bound(metric, round(floor((reached.mean - margin) / step) * step, 6))
+
+
+def as_content(verdicts: Sequence[Verdict]) -> Iterator[dict[str, Any]]:
+    """The verdicts in plain values, ready for JSON."""
+    for each in verdicts:
+        yield {
+            "suite": each.suite, "tracker": each.tracker, "passed": each.passed,
+            "metric": each.bound.metric, "bound": each.bound.value, "kind": each.bound.word,
+            **vars(each.reached), "failed": each.failed, "error": each.error,
+        }  # fmt: skip
+
+
+__all__ = [
+    "SEEDS", "Suite", "Verdict", "as_content", "bound_from", "find_suites", "measured",
+    "read_suites", "stress",
+]  # fmt: skip

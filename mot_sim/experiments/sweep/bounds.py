@@ -1,0 +1,79 @@
+"""What a score must reach: at least for what is better when it is more, at most for the others."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from math import isnan
+
+from mot_sim.metrics import evaluate_sequence
+from mot_sim.tables.grid import COUNTS, RATES
+from tracker import Tracks
+from tracker.errors import BadConfig, UnknownName
+
+# Scores that are better when they are less.
+LESS_IS_BETTER = {
+    "CLR_FP", "CLR_FN", "IDSW", "Frag", "ML", "MLR", "FP_per_frame", "IDFP", "IDFN",
+    "HOTA_FP", "HOTA_FN",
+}  # fmt: skip
+# Scores that are neither: one cannot want more or less of them.
+NEITHER = {"PT", "PTR", "CLR_Frames", "MOTP_sum"}
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A score by TrackEval's name, and the value that is still good enough; rates are fractions."""
+
+    metric: str
+    value: float
+
+    @property
+    def is_upper(self) -> bool:
+        """Whether the score may not be larger; otherwise it may not be smaller."""
+        return self.metric in LESS_IS_BETTER
+
+    @property
+    def word(self) -> str:
+        """`at most` or `at least`."""
+        return "at most" if self.is_upper else "at least"
+
+    def holds(self, score: float) -> bool:
+        """Whether a score is good enough."""
+        return score <= self.value if self.is_upper else score >= self.value
+
+
+@lru_cache(maxsize=1)
+def _known() -> dict[str, str]:
+    """TrackEval's name of every score that can be bounded, by name and title in small letters."""
+    scores = evaluate_sequence(Tracks.empty(), Tracks.empty(), 1).numbers()
+    found = {name.lower(): name for name in scores if name not in NEITHER}
+    titles = {title.lower(): name for title, name in (RATES | COUNTS).items()}
+    return found | {title: name for title, name in titles.items() if name not in NEITHER}
+
+
+def bounds_of(wanted: Mapping[str, float | int]) -> tuple[Bound, ...]:
+    """Bounds by the names of scores: mota, idsw, fp, CLR_FP, ... in small letters or large.
+
+    Raises UnknownName, and BadConfig for no bound at all and for a rate above 1.
+    """
+    known = _known()
+    if not wanted:
+        raise BadConfig("no bound: give some, for example mota=0.8, idsw=2")
+    found = []
+    for name, value in wanted.items():
+        if name.lower() not in known:
+            raise UnknownName.of("score", name, _titles(known))
+        if isinstance(value, bool) or not isinstance(value, int | float) or isnan(value):
+            raise BadConfig(f"bound {name} = {value!r}: give a number")
+        bound = Bound(known[name.lower()], float(value))
+        if bound.metric in RATES.values() and value > 1.0:
+            raise BadConfig(f"bound {name} = {value:g}: rates are fractions, {value / 100.0:g}?")
+        found.append(bound)
+    return tuple(found)
+
+
+def _titles(known: Mapping[str, str]) -> Iterable[str]:
+    """The names that people use."""
+    return [title.lower() for title in RATES | COUNTS if title.lower() in known]
+
+
+__all__ = ["LESS_IS_BETTER", "Bound", "bounds_of"]

@@ -1,0 +1,227 @@
+"""What a trial is run under: scene, camera, detector, motion; every value of it can be an axis."""
+
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, field, fields, replace
+from functools import lru_cache
+from math import radians
+from typing import Any
+
+import numpy as np
+from jaxtyping import Int
+from numpy import ndarray as Array
+
+from mot_sim.experiments.sweep.paths import Level, fitting, scalars, unknown, with_value
+from mot_sim.simulation.registry import find_scene, knobs_of
+from mot_sim.simulation.rig import KITTI_HEIGHT, KITTI_IMAGE_SIZE, KITTI_K, Rig
+from mot_sim.simulation.scene import Scene
+from mot_sim.simulation.sensors import (
+    EFFECTS,
+    Detector,
+    Miscalibration,
+    Odometry,
+    Profile,
+    Timing,
+    find_profile,
+    in_weather,
+)
+from mot_sim.simulation.traffic.world import STEP
+from tracker.errors import BadConfig
+from tracker.types import Camera
+
+# Knobs that no box, no label and no motion hangs on, while no pictures are drawn.
+NOT_TRUE = ("profile", "weather")
+# What the names of axes begin with, beside the names of EFFECTS.
+ROOTS = ("scene", "rig", "detector", "odometry", "timing", "miscalibration")
+
+
+@dataclass(frozen=True)
+class Mount:
+    """KITTI's camera: where it is, and how wrong the tracker is told about that.
+
+    height: metres above the road. pitch_deg: > 0 looks up; roll_deg: > 0 leans right; these three
+    are true, and known. height_error, pitch_error_deg: what the tracker is told less the truth.
+    frame_rate: Hz; 10, or 10 divided by a whole number: every second, third, ... frame comes.
+    """
+
+    height: float = KITTI_HEIGHT
+    pitch_deg: float = 0.0
+    roll_deg: float = 0.0
+    height_error: float = 0.0
+    pitch_error_deg: float = 0.0
+    frame_rate: float = 10.0
+
+    def __post_init__(self) -> None:
+        every = 1.0 / (STEP * self.frame_rate) if self.frame_rate > 0.0 else 0.0
+        if every < 0.99 or abs(every - round(every)) > 0.02 * every:
+            raise BadConfig(
+                f"rig.frame_rate = {self.frame_rate:g}: give 10 Hz over a whole number: "
+                "10, 5, 3.333, 2.5, 2, ..."
+            )
+
+    @property
+    def every(self) -> int:
+        """How many frames are recorded for each that comes."""
+        return round(1.0 / (STEP * self.frame_rate))
+
+    @property
+    def rig(self) -> Rig:
+        """The true camera."""
+        return Rig.kitti(self.height, radians(self.pitch_deg), radians(self.roll_deg))
+
+    @property
+    def believed(self) -> Camera:
+        """The camera that the tracker is told of."""
+        height, pitch = self.height + self.height_error, self.pitch_deg + self.pitch_error_deg
+        K, size = np.array(KITTI_K), KITTI_IMAGE_SIZE
+        return Camera.mounted(K, size, height, radians(pitch), radians(self.roll_deg))
+
+
+@dataclass(frozen=True)
+class NoiseLevels:
+    """How much of each kind of the profile's noise there is, see `Detector`; 1 = the profile's.
+
+    weather: of `mot_sim.simulation.sensors.WEATHERS`; what the profile becomes in it.
+    """
+
+    jitter: float = 1.0
+    misses: float = 1.0
+    doubt: float = 1.0
+    clutter: float = 1.0
+    cues: float = 1.0
+    weather: str = "clear"
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """Everything but the seed and the tracker that decides a trial.
+
+    knobs: all of the scene's. effects: the profile, parameter by parameter.
+    """
+
+    scene: str
+    knobs: Mapping[str, Level]
+    effects: Profile
+    rig: Mount = field(default_factory=Mount)
+    detector: NoiseLevels = field(default_factory=NoiseLevels)
+    odometry: Odometry = field(default_factory=Odometry)
+    timing: Timing = field(default_factory=Timing)
+    miscalibration: Miscalibration = field(default_factory=Miscalibration)
+
+    @classmethod
+    def of(cls, scene: str, settings: Mapping[str, Level]) -> "Conditions":
+        """A scene's own conditions with some axes set; `scene.*` first, for its profile.
+
+        Raises UnknownName for axes that are not there, BadConfig for values that cannot be.
+        """
+        knobs = knobs_of(scene)
+        found = cls(scene, knobs, _profile_of(str(knobs["profile"])))
+        in_order = sorted(settings.items(), key=lambda each: not each[0].startswith("scene."))
+        for axis, level in in_order:
+            found = found.with_level(axis, level)
+        found.check()
+        return found
+
+    def axes(self) -> dict[str, Level]:
+        """Every axis with its value here."""
+        parts = {root: self._part(root) for root in (*ROOTS, *EFFECTS)}
+        return scalars({name: part for name, part in parts.items() if part is not None})
+
+    def _part(self, root: str) -> Any:
+        """What an axis whose name begins like this belongs to; None: nothing."""
+        if root == "scene":
+            return self.knobs
+        if root in EFFECTS:
+            return _effect(self.effects, root)
+        return getattr(self, root) if root in ROOTS else None
+
+    def with_level(self, axis: str, level: Level) -> "Conditions":
+        """The same with one axis set. Raises UnknownName and BadConfig."""
+        root, _, path = axis.partition(".")
+        part = self._part(root)
+        known = scalars(part, root) if part is not None else {}
+        if axis not in known:
+            if root in EFFECTS and part is None:
+                raise BadConfig(
+                    f"axis {axis}: profile {self.effects.name} has no {root}; take a profile that "
+                    "has: --profile rrc"
+                )
+            raise unknown("axis", axis, self.axes())
+        value = fitting(level, known[axis], axis)
+        if axis == "scene.weather" and value != known[axis]:
+            raise BadConfig(
+                f"scene.weather = {value} changes only pictures, and none are drawn here: "
+                f"detector.weather = {value} makes the detector see as badly as that"
+            )
+        if root == "scene":
+            effects = _profile_of(str(value)) if path == "profile" else self.effects
+            return replace(self, knobs={**self.knobs, path: value}, effects=effects)
+        if root in EFFECTS:
+            effects = replace(self.effects, **{root: with_value(part, path, value)})
+            return replace(self, effects=effects)
+        return replace(self, **{root: with_value(part, path, value)})
+
+    def check(self) -> None:
+        """Raise what is wrong with the scene's knobs, the camera and the detector."""
+        self.make_scene()
+        _ = self.make_detector(), self.rig.believed
+
+    def make_scene(self) -> Scene:
+        """The scene, with the true camera."""
+        scene = _scene_of(self.scene, tuple(sorted(self.knobs.items())))
+        return replace(scene, rig=self.rig.rig)
+
+    def make_detector(self) -> Detector:
+        """The detector, in its weather."""
+        told = self.detector
+        return Detector(
+            in_weather(self.effects, told.weather), told.jitter, told.misses, told.doubt,
+            told.clutter, told.cues,
+        )  # fmt: skip
+
+    def frames(self, count: int) -> Int[Array, " k"]:
+        """The frames of so many that come at the frame rate, before any is lost."""
+        return np.arange(0, count, self.rig.every)
+
+    def traffic(self) -> dict[str, Any]:
+        """What decides who is where."""
+        return {"scene": self.scene, "knobs": _without(self.knobs, NOT_TRUE)}
+
+    def truth(self) -> dict[str, Any]:
+        """What decides what is true of every car in the image."""
+        camera = (self.rig.height, self.rig.pitch_deg, self.rig.roll_deg)
+        return self.traffic() | {"camera": camera}
+
+    def description(self) -> dict[str, Any]:
+        """What decides what trackers are given, and what they are scored against."""
+        told = {each.name: getattr(self, each.name) for each in fields(self)}
+        return told | {"knobs": _without(self.knobs, NOT_TRUE)}
+
+
+@lru_cache(maxsize=256)
+def _scene_of(name: str, knobs: tuple[tuple[str, Level], ...]) -> Scene:
+    """A scene; to be made once, since some look at their whole road when they are made."""
+    return find_scene(name, **dict(knobs))
+
+
+@lru_cache(maxsize=64)
+def _profile_of(name: str) -> Profile:
+    return find_profile(name)
+
+
+def _without(knobs: Mapping[str, Level], names: tuple[str, ...]) -> dict[str, Level]:
+    return {name: value for name, value in knobs.items() if name not in names}
+
+
+def _effect(profile: Profile, name: str) -> Any:
+    """An effect of the profile; one that does nothing where it has none; None: there is none."""
+    effect = getattr(profile, name)
+    if effect is not None:
+        return effect
+    kind = EFFECTS[name]
+    required = [
+        each for each in fields(kind) if each.default is MISSING and each.default_factory is MISSING
+    ]
+    return None if required else kind()
+
+
+__all__ = ["Conditions", "Mount", "NoiseLevels"]

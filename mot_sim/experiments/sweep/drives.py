@@ -1,0 +1,135 @@
+"""What trackers are given: truth recorded once a scene and seed, then seen under conditions."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
+from mot_sim.experiments.sweep.conditions import Conditions
+from mot_sim.files.fingerprint import code_digest, digest
+from mot_sim.files.settings import versions
+from mot_sim.simulation.episode import episode_of
+from mot_sim.simulation.episodes.extra import Extra, Metadata, arrays_of, read_extra, write_extra
+from mot_sim.simulation.scene import Take, record_scene_traffic
+from mot_sim.simulation.sensors import Detector, Timed
+from mot_sim.simulation.traffic.recording import RecordedTraffic
+from mot_sim.simulation.traffic.world import STEP
+from mot_sim.simulation.truth import annotate, labels
+from tracker.errors import BadFile
+from tracker.types import Sequence, Tracks
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """What a tracker is given, and what it is scored against; truth: of the frames that come."""
+
+    sequence: Sequence
+    truth: Tracks
+    frame_count: int
+
+
+def traffic_key(conditions: Conditions, seed: int) -> str:
+    """The name of the recorded traffic: equal for all conditions that share it."""
+    return digest([code_digest(), "traffic", conditions.traffic(), seed])
+
+
+def truth_key(conditions: Conditions, seed: int) -> str:
+    """The name of the recorded truth."""
+    return digest([code_digest(), "truth", conditions.truth(), seed])
+
+
+@dataclass(frozen=True)
+class Recordings:
+    """Recorded traffic and truth in a folder, each made when it is first asked for.
+
+    Files appear whole; one that is damaged is made again. Two processes that make the same one
+    write the same bytes.
+    """
+
+    folder: Path
+
+    def truth_path(self, conditions: Conditions, seed: int) -> Path:
+        """Where the truth lies, or will lie."""
+        return self.folder / "truth" / f"{truth_key(conditions, seed)}.npz"
+
+    def traffic_path(self, conditions: Conditions, seed: int) -> Path:
+        """Where the traffic lies, or will lie."""
+        return self.folder / "traffic" / f"{traffic_key(conditions, seed)}.npz"
+
+    def truth(self, conditions: Conditions, seed: int) -> Extra:
+        """Traffic, cast and truth; those read last are kept in memory."""
+        path = self.truth_path(conditions, seed)
+        make = lambda: self._annotate(conditions, seed, path)  # noqa: E731
+        return _kept(path, make)
+
+    def traffic(self, conditions: Conditions, seed: int) -> RecordedTraffic:
+        """Who is where."""
+        path = self.traffic_path(conditions, seed)
+        try:
+            return RecordedTraffic.load(path)
+        except BadFile:
+            traffic = record_scene_traffic(conditions.make_scene(), seed)
+            traffic.save(path)
+            return traffic
+
+    def _annotate(self, conditions: Conditions, seed: int, path: Path) -> None:
+        """Write the truth of a run."""
+        scene = replace(conditions.make_scene(), detector=Detector("perfect"))
+        take = Take.of(scene, seed, self.traffic(conditions, seed))
+        episode = episode_of(take, annotate(take.worlds, take.stage, take.scenery_in))
+        metadata = Metadata(
+            scene.name,
+            dict(conditions.traffic()["knobs"]),
+            seed,
+            len(take),
+            None,
+            (),
+            versions(),
+            {},
+        )
+        write_extra(path, metadata, arrays_of(episode))
+
+
+def _kept(path: Path, make: Callable[[], None]) -> Extra:
+    """The truth in a file, which is made where there is none that is whole."""
+    try:
+        return _read(path)
+    except BadFile:
+        make()
+        return _read(path)
+
+
+@lru_cache(maxsize=4)
+def _read(path: Path) -> Extra:
+    return read_extra(path)
+
+
+def drive_of(conditions: Conditions, recorded: Extra, seed: int) -> Drive:
+    """A recorded run as detector, odometry, clock and calibration of these conditions show it.
+
+    All draws hang on (seed, effect, object, frame): levels that differ share them.
+    """
+    count, camera = recorded.metadata.frames, recorded.camera
+    truth = recorded.annotations.truth
+    log = conditions.make_detector()(truth, seed, camera, count, recorded.cast)
+    wrong = conditions.miscalibration
+    boxes = wrong.shake(log.detections.boxes, log.frames, camera, seed, STEP)
+    rig = conditions.rig.rig
+    poses = np.array([rig.T_world_cam(ego) for ego in recorded.traffic.ego])
+    whole = RecordedSequence(
+        name=f"{conditions.scene}/{seed}",
+        camera=wrong.believed(conditions.rig.believed, seed),
+        frame_count=count,
+        log=DetectionLog(log.frames, replace(log.detections, boxes=boxes)),
+        frame_indices=conditions.frames(count),
+        Ts_world_cam=conditions.odometry(poses, seed, STEP),
+        motion_cov=conditions.odometry.motion_cov(poses, STEP),
+        frame_rate=1.0 / STEP,
+    )
+    arriving: Timed = conditions.timing(whole, seed)
+    labelled = labels(truth)
+    came = np.isin(labelled.frames, arriving.sequence.frame_indices)
+    return Drive(arriving, labelled.select(came), count)

@@ -1,0 +1,127 @@
+"""Any tracker over an episode: its rows, checked; whatever goes wrong has a name."""
+
+import inspect
+from typing import Any
+
+import numpy as np
+from numpy import ndarray as Array
+
+from mot_sim.experiments.sweep.seeded_episodes import SeededEpisode
+from mot_sim.experiments.sweep.tracker_specs import BadRows, Contender, Steps, Updated
+from mot_sim.experiments.sweep.trial import require_rows
+from tracker import Camera, Tracks
+from tracker.errors import BadConfig, TrackingError
+
+
+class TrackerFailed(TrackingError):
+    """A tracker that raised, or gave what cannot be scored; frame: which, None: not in one."""
+
+    def __init__(self, tracker: str, where: str, reason: str, frame: int | None) -> None:
+        super().__init__(f"tracker {tracker} failed {where}: {reason}")
+        self.frame = frame
+
+
+class PairsOrRows:
+    """A tracker with `update(boxes, scores)` that may also answer with (ids, boxes)."""
+
+    def __init__(self, inner: Any) -> None:
+        self.inner = inner
+
+    def update(self, boxes: Array, scores: Array) -> Any:
+        """Rows x_min, y_min, x_max, y_max, id; or Tracks."""
+        answer = self.inner.update(boxes, scores)
+        if not (isinstance(answer, tuple) and len(answer) == 2):
+            return answer
+        ids, found = np.asarray(answer[0]), np.asarray(answer[1], dtype=float)
+        if found.size == 0:
+            found = found.reshape(0, 4)
+        if ids.ndim != 1 or found.ndim != 2 or len(ids) != len(found):
+            raise BadRows(f"update gave ids of shape {ids.shape} and boxes of shape {found.shape}")
+        return np.column_stack((found[:, :4], ids))
+
+
+def follow(tracker: Any, episode: SeededEpisode) -> Tracks:
+    """All rows that a tracker gives for an episode; it is given frames and nothing else.
+
+    tracker: an object with `step(frame)`, or with `update(boxes, scores)` that answers with rows
+    x_min, y_min, x_max, y_max, id or with (ids, boxes); a class or function that makes one, and
+    is given the camera if it takes a `camera`; or words as for `mot-sim sweep --trackers`. One
+    that has `reset()` is reset first, one that has `finish()` decides later. Raises BadConfig for
+    what is no tracker, TrackerFailed when it raises, or gives NaN, an id twice or a wrong shape.
+    """
+    name = name_of(tracker)
+    stepping = stepping_of(tracker, episode.camera)
+    is_late = callable(getattr(stepping, "finish", None))
+    came: list[int] = []
+    parts: list[Tracks] = []
+    where, frame = "before the first frame", None
+    try:
+        for given in episode.frames:
+            frame, where = given.index, f"in frame {given.index}"
+            came.append(given.index)
+            parts.append(_checked(stepping.step(given), came if is_late else came[-1:]))
+        if is_late:
+            frame, where = None, "after the last frame"
+            parts.append(_checked(stepping.finish(), came))  # type: ignore[attr-defined]
+        return _checked(Tracks.concatenate(parts) if parts else Tracks.empty(), came)
+    except BadRows as error:
+        raise TrackerFailed(name, where, str(error), frame) from None
+    except (Exception, SystemExit) as error:
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise TrackerFailed(name, where, reason, frame) from error
+
+
+def stepping_of(tracker: Any, camera: Camera) -> Steps:
+    """The tracker as something with `step`, reset where it can be; see `follow`."""
+    if isinstance(tracker, str):
+        return Contender.parse(tracker).build(camera)
+    if isinstance(tracker, type) or not (_has(tracker, "step") or _has(tracker, "update")):
+        tracker = _made(tracker, camera)
+    elif _has(tracker, "reset"):
+        tracker.reset()
+    if _has(tracker, "step"):
+        return tracker
+    if _has(tracker, "update"):
+        return Updated(PairsOrRows(tracker))
+    raise BadConfig(
+        f"{tracker!r} of type {type(tracker).__name__} is no tracker: it has neither step(frame) "
+        "nor update(boxes, scores)"
+    )
+
+
+def _made(make: Any, camera: Camera) -> Any:
+    """What a class or function makes; the thing itself where it cannot be called."""
+    if not callable(make):
+        return make
+    try:
+        takes_camera = "camera" in inspect.signature(make).parameters
+    except ValueError:  # of a builtin
+        takes_camera = False
+    try:
+        return make(camera) if takes_camera else make()
+    except TypeError as error:
+        raise BadConfig(
+            f"tracker {name_of(make)} cannot be built: {error}; give a ready tracker, or what "
+            "makes one from nothing or from a `camera`"
+        ) from None
+
+
+def name_of(tracker: Any) -> str:
+    """What messages call a tracker."""
+    if isinstance(tracker, str):
+        return tracker
+    return getattr(tracker, "__qualname__", None) or type(tracker).__qualname__
+
+
+def _has(tracker: Any, method: str) -> bool:
+    return callable(getattr(tracker, method, None))
+
+
+def _checked(rows: Any, allowed: list[int]) -> Tracks:
+    """The rows; BadRows where they cannot be scored."""
+    require_rows(rows, allowed)
+    found: Tracks = rows
+    return found
+
+
+__all__ = ["TrackerFailed", "follow"]

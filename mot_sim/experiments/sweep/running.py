@@ -1,0 +1,187 @@
+"""A sweep: a design becomes jobs, the jobs become trials, the trials one tidy table."""
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import nullcontext
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from mot_sim.experiments.sweep.design import Design, Point
+from mot_sim.experiments.sweep.drives import Recordings, truth_key
+from mot_sim.experiments.sweep.executor import Crew, Shift, WorkersLost
+from mot_sim.experiments.sweep.store import TABLE_FILE, SweepFolder
+from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.trial import Outcome
+from mot_sim.experiments.sweep.work import Job
+from mot_sim.files.fingerprint import code_digest, digest
+from mot_sim.files.settings import versions
+from mot_sim.files.writing import whole_file
+
+# Called with what is under way, how much of it is done, and how much there is.
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A row of the table: a point, a seed, a tracker; key: the hash of all that decides it."""
+
+    number: int
+    point: Point
+    seed: int
+    contender: Contender
+    key: str
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The trials of a design, in the order of the table."""
+
+    design: Design
+    folder: Path
+    trials: tuple[Trial, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "trials", tuple(self._trials()))
+
+    def _trials(self) -> Iterator[Trial]:
+        """Points, seeds, trackers; the key of each."""
+        same = [code_digest(), self.design.rules]
+        for number, point in enumerate(self.design.points):
+            seen = digest(self.design.conditions[number].description())
+            rivals = [(each, digest(each.description())) for each in self.design.rivals(point)]
+            for seed in self.design.seed_numbers:
+                for rival, does in rivals:
+                    yield Trial(number, point, seed, rival, digest([same, seen, does, seed]))
+
+    @cached_property
+    def keys(self) -> list[str]:
+        """Of all trials; points that come to the same share them."""
+        return list(dict.fromkeys(trial.key for trial in self.trials))
+
+    def jobs(self, done: Mapping[str, Any]) -> list[Job]:
+        """What is left to do: a job a condition and seed, those of one truth together."""
+        wanted: dict[tuple[int, str], Job] = {}
+        planned = set(done)
+        for trial in self.trials:
+            if trial.key in planned:
+                continue
+            planned.add(trial.key)
+            place = trial.seed, repr(trial.point)
+            job = wanted.get(place) or self._job(trial)
+            wanted[place] = Job(
+                job.folder, job.code, job.rules, job.conditions, job.seed,
+                (*job.trials, (trial.key, trial.contender)),
+            )  # fmt: skip
+        return sorted(
+            wanted.values(), key=lambda job: (job.seed, truth_key(job.conditions, job.seed))
+        )
+
+    def _job(self, trial: Trial) -> Job:
+        conditions = self.design.conditions[trial.number]
+        return Job(self.folder, code_digest(), self.design.rules, conditions, trial.seed)
+
+
+def truth_jobs(jobs: list[Job]) -> list[Job]:
+    """A job for each truth that is not recorded yet."""
+    found: dict[Path, Job] = {}
+    for job in jobs:
+        path = Recordings(job.folder).truth_path(job.conditions, job.seed)
+        if path not in found and not path.is_file():
+            found[path] = Job(job.folder, job.code, job.rules, job.conditions, job.seed)
+    return list(found.values())
+
+
+def sweep(
+    design: Design,
+    folder: Path | str | None = None,
+    *,
+    jobs: int = 1,
+    scheduler: str | None = None,
+    extend: bool = False,
+    overwrite: bool = False,
+    retry: bool = False,
+    progress: Progress | None = None,
+) -> pa.Table:
+    """Run what is missing of a design, and give its table, which `table.parquet` keeps as well.
+
+    A row a point, seed and tracker, in that order: the axes' levels (null: its own value), seed,
+    tracker, TrackEval's scores, frames, detections, error (null: none; then there are no scores)
+    and cpu_seconds. All but the last are equal to the last bit however the work was spread.
+    folder: of this sweep, where it goes on; None: one that is thrown away. jobs, scheduler: see
+    `Crew`. extend, overwrite: see `SweepFolder.open`. retry: do failed trials again. progress:
+    called as trials are finished. Raises as `SweepFolder.open` and WorkersLost; all that was
+    finished by then is kept.
+    """
+    crew = Crew(jobs, scheduler)
+    if folder is None and scheduler is not None:
+        raise WorkersLost("a cluster needs a folder that all its workers can write to: give one")
+    place = TemporaryDirectory() if folder is None else nullcontext(str(folder))
+    with place as name:
+        path = Path(name).absolute()
+        plan = Plan(design, path)
+        kept = SweepFolder.open(path, design.description(), extend=extend, overwrite=overwrite)
+        done = kept.finished(plan.keys, failed_too=not retry)
+        todo = plan.jobs(done)
+        if todo:
+            with crew.at_work() as shift:
+                _run(shift, todo, len(done), len(plan.keys), progress)
+            done = kept.finished(plan.keys)
+            _require_all(plan, done, path)
+            kept.sweep_up()
+        table = table_of(plan, done)
+        write_table(path / TABLE_FILE, table)
+    return table
+
+
+def _run(shift: Shift, todo: list[Job], before: int, total: int, progress: Progress | None) -> None:
+    """First the truths that several jobs share, then the trials."""
+    tell = progress or (lambda what, done, of: None)
+    truths = truth_jobs(todo)
+    for number, _ in enumerate(shift.run(truths), 1):
+        tell("truth", number, len(truths))
+    done = before
+    tell("trials", done, total)
+    for count in shift.run(todo):
+        done += count
+        tell("trials", done, total)
+
+
+def _require_all(plan: Plan, done: Mapping[str, Outcome], folder: Path) -> None:
+    """Raise WorkersLost for trials that workers wrote where we cannot see them."""
+    lacking = sum(key not in done for key in plan.keys)
+    if lacking:
+        raise WorkersLost(
+            f"{lacking} of {len(plan.keys)} trials are not in {folder}: all workers must see that "
+            "folder under the same path (a shared disk)"
+        )
+
+
+def table_of(plan: Plan, done: Mapping[str, Outcome]) -> pa.Table:
+    """The table of a sweep; done: the outcomes by key."""
+    outcomes = [done[trial.key] for trial in plan.trials]
+    columns: dict[str, pa.Array] = {"point": pa.array([trial.number for trial in plan.trials])}
+    for axis in plan.design.axes:
+        columns[axis] = pa.array([trial.point.get(axis) for trial in plan.trials])
+    columns["seed"] = pa.array([trial.seed for trial in plan.trials])
+    columns["tracker"] = pa.array([trial.contender.name for trial in plan.trials])
+    names = list(dict.fromkeys(name for outcome in outcomes for name in outcome.scores))
+    for name in names:
+        columns[name] = pa.array([outcome.scores.get(name) for outcome in outcomes])
+    columns["frames"] = pa.array([outcome.frames for outcome in outcomes])
+    columns["detections"] = pa.array([outcome.detections for outcome in outcomes])
+    columns["error"] = pa.array([outcome.error for outcome in outcomes], pa.string())
+    columns["cpu_seconds"] = pa.array([outcome.cpu_seconds for outcome in outcomes])
+    about = {"design": plan.design.description(), "code": code_digest(), "versions": versions()}
+    return pa.table(columns).replace_schema_metadata({"mot-sim sweep": json.dumps(about)})
+
+
+def write_table(path: Path, table: pa.Table) -> None:
+    """The table as Parquet, as a whole or not at all."""
+    with whole_file(path) as half:
+        pq.write_table(table, half)

@@ -1,0 +1,139 @@
+"""Episodes for tests: made once from scene, seed and knobs, then kept in memory and on disk."""
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+from mot_sim.experiments.sweep.conditions import Conditions
+from mot_sim.experiments.sweep.drives import Drive, Recordings, drive_of
+from mot_sim.experiments.sweep.paths import Level
+from mot_sim.experiments.sweep.work import one_thread
+from mot_sim.files.fingerprint import code_digest
+from tracker import Camera, Frame, Sequence, Tracks
+from tracker.errors import BadConfig
+from tracker.types import Detections
+
+FRAMES = 50  # of an episode, where a test does not say; 5 s
+IN_MEMORY = 16  # episodes
+
+
+@dataclass(frozen=True, eq=False)
+class Handed:
+    """A sequence whose every frame is a copy, so that no tracker spoils it for the next."""
+
+    inner: Sequence
+
+    @property
+    def name(self) -> str:
+        """The sequence's own name."""
+        return self.inner.name
+
+    @property
+    def camera(self) -> Camera:
+        """The camera, as the tracker is told of it."""
+        return self.inner.camera
+
+    def __len__(self) -> int:
+        return len(self.inner)
+
+    def __iter__(self) -> Iterator[Frame]:
+        for frame in self.inner:
+            seen = frame.detections
+            columns = {
+                name: column.copy() for name, column in vars(seen).items() if column is not None
+            }
+            yield replace(frame, detections=Detections(**columns))
+
+
+@dataclass(frozen=True, eq=False)
+class SeededEpisode:
+    """One run of a scene. `frames` is all that a tracker is given; `truth` stays apart.
+
+    settings: the axes that were set, by name. frame_count: of the recording; with a low frame
+    rate or lost frames fewer come.
+    """
+
+    scene: str
+    seed: int
+    settings: dict[str, Level]
+    drive: Drive
+
+    @property
+    def name(self) -> str:
+        """Scene, seed and settings in one line."""
+        told = ", ".join(
+            f"{axis.removeprefix('scene.')}={at}" for axis, at in self.settings.items()
+        )
+        return f"{self.scene}, seed {self.seed}, {told}"
+
+    @property
+    def frames(self) -> Sequence:
+        """The frames in the order of time, copied for whoever asks."""
+        return Handed(self.drive.sequence)
+
+    @property
+    def truth(self) -> Tracks:
+        """The labels of the frames that come, as KITTI writes them."""
+        return self.drive.truth
+
+    @property
+    def camera(self) -> Camera:
+        """The camera, as the tracker is told of it."""
+        return self.drive.sequence.camera
+
+    @property
+    def frame_count(self) -> int:
+        """Of the recording."""
+        return self.drive.frame_count
+
+    def __len__(self) -> int:
+        return len(self.drive.sequence)
+
+
+def mot_episode(
+    scene: str,
+    seed: int = 0,
+    *,
+    profile: str = "rrc",
+    frames: int = FRAMES,
+    cache: Path | str | None = None,
+    **knobs: Level,
+) -> SeededEpisode:
+    """The episode of a scene and seed, bit by bit the same in every run.
+
+    profile: of the detector's noise. knobs: the scene's own by name (cars=10), and any axis of
+    `mot-sim sweep` by its whole name (**{"detector.jitter": 2.0, "timing.drops": 0.1}).
+    cache: the folder of recorded truths; None: $MOT_SIM_CACHE, else mot-sim/episodes in the
+    user's cache. Files that are damaged, or of other code, are made anew. Raises UnknownName
+    and BadConfig.
+    """
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise BadConfig(f"seed {seed!r} of an episode: give a whole number, 0 or more")
+    axes: dict[str, Level] = {"scene.profile": profile, "scene.frames": frames}
+    for name, value in knobs.items():
+        axes[name if "." in name else f"scene.{name}"] = value
+    place = default_cache() if cache is None else Path(cache)
+    return SeededEpisode(scene, seed, axes, _drive(scene, seed, tuple(axes.items()), place))
+
+
+@lru_cache(maxsize=IN_MEMORY)
+def _drive(scene: str, seed: int, axes: tuple[tuple[str, Level], ...], cache: Path) -> Drive:
+    """The run under these conditions."""
+    conditions = Conditions.of(scene, dict(axes))
+    with one_thread():
+        recorded = Recordings(cache / code_digest()[:16]).truth(conditions, seed)
+        return drive_of(conditions, recorded, seed)
+
+
+def default_cache() -> Path:
+    """Where truths lie when nobody says where."""
+    named = os.environ.get("MOT_SIM_CACHE")
+    if named:
+        return Path(named)
+    home = os.environ.get("XDG_CACHE_HOME")
+    return (Path(home) if home else Path.home() / ".cache") / "mot-sim" / "episodes"
+
+
+__all__ = ["SeededEpisode", "mot_episode"]

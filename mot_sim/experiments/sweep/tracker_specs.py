@@ -1,0 +1,225 @@
+"""Trackers side by side: ours with parameters changed, or any object with `step` or `update`."""
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from importlib import import_module
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from mot_sim.evaluation.runs import Recipe, parse_costs
+from mot_sim.experiments.sweep.paths import (
+    Level,
+    fitting,
+    parse_level,
+    scalars,
+    unknown,
+    with_value,
+)
+from mot_sim.files.fingerprint import source_digest
+from mot_sim.simulation.rig import Rig
+from tracker import TRACKERS, Camera, Frame, Tracks
+from tracker.errors import BadConfig, TrackingError, UnknownName
+
+NOT_SETTINGS = ("camera", "state", "explanation", "explain", "tracker")  # fields
+BY_NAME = ("costs", "associate")  # settings that name a component
+
+
+@runtime_checkable
+class Steps(Protocol):
+    """A tracker: one frame in, the rows of that frame out.
+
+    One that also has `finish()` decides later: `step` may give rows of earlier frames, and
+    `finish` the rest.
+    """
+
+    def step(self, frame: Frame) -> Tracks:
+        """The identities of this frame."""
+        ...
+
+
+@dataclass(frozen=True)
+class Contender:
+    """One tracker of a sweep.
+
+    name: in tables. made_by: a name of TRACKERS, or MODULE:CALLABLE, which is given the camera
+    if it takes an argument of that name. settings: for a tracker of ours, its fields by dotted
+    names (lifecycle.max_gap), costs (volume=0.6+reprojection=0.4) and associate; for another
+    tracker, arguments of the callable.
+    """
+
+    name: str
+    made_by: str = "default"
+    settings: Mapping[str, Level] = field(default_factory=dict)
+
+    @classmethod
+    def parse(cls, text: str) -> "Contender":
+        """From [NAME=]TRACKER[:SETTING=VALUE]..., TRACKER as in `made_by`."""
+        head, *parts = text.split(":")
+        name, equals, made_by = head.partition("=")
+        if not equals:
+            name, made_by = text, head
+        if parts and "=" not in parts[0]:
+            made_by, parts = f"{made_by}:{parts[0]}", parts[1:]
+        settings: dict[str, Level] = {}
+        for part in parts:
+            key, equals, value = part.partition("=")
+            if not (key and equals and value) or key in settings:
+                raise BadConfig(
+                    f"tracker {text!r}: write default:lifecycle.max_gap=1:associate=greedy, "
+                    "each setting once"
+                )
+            settings[key] = value if key in BY_NAME else parse_level(value)
+        return cls(name, made_by, settings)
+
+    @property
+    def is_ours(self) -> bool:
+        """Whether it is a tracker of TRACKERS."""
+        return ":" not in self.made_by
+
+    def with_settings(self, more: Mapping[str, Level]) -> "Contender":
+        """The same with more set."""
+        return replace(self, settings={**self.settings, **more}) if more else self
+
+    def check(self) -> None:
+        """Build it once. Raises UnknownName and BadConfig for what cannot be built."""
+        self.description()
+        if not self.is_ours:
+            self.build(Rig.kitti().camera)
+
+    def description(self) -> dict[str, Any]:
+        """What decides what it does."""
+        if not self.is_ours:
+            source = source_digest(_module(self.made_by).__name__)
+            return {"made_by": self.made_by, "source": source, "settings": self.settings}
+        return _described(self._ours(Rig.kitti().camera))
+
+    def build(self, camera: Camera) -> Steps:
+        """A fresh tracker for this camera."""
+        made = self._ours(camera) if self.is_ours else self._foreign(camera)
+        if callable(getattr(made, "step", None)):
+            return made
+        if callable(getattr(made, "update", None)):
+            return Updated(made)
+        raise BadConfig(
+            f"tracker {self.name}: {self.made_by} makes a {type(made).__name__}, which has "
+            "neither step(frame) nor update(boxes, scores)"
+        )
+
+    def _ours(self, camera: Camera) -> Any:
+        """A tracker of TRACKERS with its settings, in its framework."""
+        named = {key: str(self.settings[key]) for key in BY_NAME if key in self.settings}
+        costs = parse_costs(named["costs"].replace("+", ",")) if "costs" in named else None
+        built: Any = Recipe(self.made_by, costs, named.get("associate")).build(camera)
+        for path, value in self.settings.items():
+            if path in BY_NAME:
+                continue
+            known = tracker_settings(built)
+            if path not in known:
+                raise unknown(f"setting of tracker {self.made_by}:", path, known)
+            level = fitting(value, known[path], f"tracker.{path}")
+            if path in _own_settings(built):
+                built = with_value(built, path, level)
+            else:
+                built = replace(built, tracker=with_value(built.tracker, path, level))
+        return built
+
+    def _foreign(self, camera: Camera) -> Any:
+        """What the callable makes. Raises BadConfig where it is not there or refuses."""
+        make = getattr(_module(self.made_by), self.made_by.partition(":")[2], None)
+        if not callable(make):
+            raise BadConfig(f"tracker {self.name}: there is no callable {self.made_by}")
+        given: dict[str, Any] = dict(self.settings)
+        if "camera" in inspect.signature(make).parameters:
+            given["camera"] = camera
+        try:
+            return make(**given)
+        except TypeError as error:
+            raise BadConfig(
+                f"tracker {self.name}: {self.made_by} cannot be built: {error}"
+            ) from None
+
+
+def _module(made_by: str) -> Any:
+    """The module of MODULE:CALLABLE."""
+    name = made_by.partition(":")[0]
+    try:
+        return import_module(name)
+    except (ImportError, ValueError, TypeError) as error:  # the latter two: no name of a module
+        raise BadConfig(
+            f"tracker {made_by}: {error}; name a tracker of {', '.join(sorted(TRACKERS))}, or "
+            "MODULE:CALLABLE of a module that Python finds (PYTHONPATH)"
+        ) from None
+
+
+def tracker_settings(built: Any) -> dict[str, Level]:
+    """The values of one of our trackers that can be set, by their dotted names.
+
+    A framework around a tracker (a window of frames) has its own, and the tracker's.
+    """
+    inner = getattr(built, "tracker", None)
+    return _own_settings(built) | ({} if inner is None else tracker_settings(inner))
+
+
+def _own_settings(built: Any) -> dict[str, Level]:
+    return scalars(_parts(built))
+
+
+def _parts(built: Any) -> dict[str, Any]:
+    """The components of a tracker or framework."""
+    names = [each.name for each in fields(built) if each.name not in NOT_SETTINGS]
+    return {name: getattr(built, name) for name in names}
+
+
+def _described(built: Any) -> dict[str, Any]:
+    """What decides what a tracker or framework of ours does."""
+    inner = getattr(built, "tracker", None)
+    own = {"kind": type(built).__qualname__, **_parts(built)}
+    return own if inner is None else {**own, "tracker": _described(inner)}
+
+
+def contenders_of(trackers: Sequence[str | Contender]) -> tuple[Contender, ...]:
+    """The trackers of a design. Raises BadConfig for none, and for two of one name."""
+    found = [Contender.parse(each) if isinstance(each, str) else each for each in trackers]
+    names = [each.name for each in found]
+    if not found:
+        raise BadConfig("no trackers: give --trackers default,paper")
+    for each in found:
+        if names.count(each.name) > 1:
+            raise BadConfig(f"two trackers are named {each.name}: write OTHER={each.name}")
+        if each.is_ours and each.made_by not in TRACKERS:
+            raise UnknownName.of("tracker", each.made_by, TRACKERS)
+    return tuple(found)
+
+
+@dataclass(eq=False)
+class Updated:
+    """A tracker with `update(boxes, scores)`, which gives rows x_min, y_min, x_max, y_max, id."""
+
+    inner: Any
+
+    def step(self, frame: Frame) -> Tracks:
+        """The rows of this frame; the tracker gets copies."""
+        seen = frame.detections
+        update: Callable[..., Any] = self.inner.update
+        rows = update(seen.boxes.copy(), seen.scores.copy())
+        if isinstance(rows, Tracks):
+            return rows
+        rows = np.asarray(rows, dtype=float)
+        if rows.size == 0:
+            return Tracks.empty()
+        if rows.ndim != 2 or rows.shape[1] < 5:
+            raise BadRows(f"update gave an array of shape {rows.shape}, not n rows of box and id")
+        ids = rows[:, 4]
+        if not (np.isfinite(ids).all() and (ids == np.round(ids)).all()):
+            raise BadRows(f"ids that are no whole numbers: {ids.tolist()}")
+        frames = np.full(len(rows), frame.index)
+        return Tracks(frames, ids.astype(np.int64), rows[:, :4], np.ones(len(rows)))
+
+
+class BadRows(TrackingError):
+    """A tracker's output that cannot be scored."""
+
+
+__all__ = ["BadRows", "Contender", "Steps", "Updated", "contenders_of", "tracker_settings"]

@@ -1,0 +1,1 @@
+"""Weights of costs by cross-validation over labelled drives."""

@@ -1,0 +1,77 @@
+"""Trackers on labelled drives: each pair tracked once, scored by both sets of rules, and kept."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from joblib import Parallel, delayed, parallel_config
+
+from mot_sim.evaluation.runs import track_sequence
+from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.work import one_thread
+from mot_sim.experiments.tuning.labelled import Labelled
+from mot_sim.experiments.tuning.score_cache import Tallies
+from mot_sim.files.fingerprint import code_digest, digest
+from mot_sim.metrics import RULES, Scores, combine, evaluate_sequence
+
+# Called with what is under way, how much of it is done, and how much there is.
+Progress = Callable[[str, int, int], None]
+# Scores by the tracker's name, then by the rules.
+Measured = dict[str, dict[str, Scores]]
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Where measurements are kept, how many processes measure, and who is told."""
+
+    folder: Path
+    jobs: int = 1
+    tell: Progress = lambda what, done, total: None
+
+    def measure(
+        self, what: str, drives: Sequence[Labelled], contenders: Sequence[Contender]
+    ) -> Measured:
+        """The scores of trackers of ours on all drives together. Raises as the trackers do."""
+        kept = Tallies(self.folder / "measured")
+        keys = {
+            (drive.name, each.name): digest([code_digest(), drive.content, each.description()])
+            for drive in drives
+            for each in contenders
+        }
+        found = {pair: kept.read(key) for pair, key in keys.items()}
+        lacking = [
+            (drive, each)
+            for drive in drives
+            for each in contenders
+            if found[drive.name, each.name] is None
+        ]
+        done = len(keys) - len(lacking)
+        self.tell(what, done, len(keys))
+        with parallel_config("loky", inner_max_num_threads=1), one_thread():
+            crew = Parallel(n_jobs=self.jobs, batch_size=1, return_as="generator_unordered")
+            for place, scores in crew(
+                delayed(_measured)(place, drive, each)
+                for place, (drive, each) in enumerate(lacking)
+            ):
+                drive, each = lacking[place]
+                found[drive.name, each.name] = scores
+                about = {"drive": drive.name, "tracker": each.name}
+                kept.write(keys[drive.name, each.name], scores, about)
+                done += 1
+                self.tell(what, done, len(keys))
+        return {
+            each.name: {
+                rules: combine([(found[drive.name, each.name] or {})[rules] for drive in drives])
+                for rules in RULES
+            }
+            for each in contenders
+        }
+
+
+def _measured(place: int, drive: Labelled, contender: Contender) -> tuple[int, dict[str, Scores]]:
+    """A worker's task; place: of the task."""
+    tracker = contender.build(drive.sequence.camera)
+    rows, _ = track_sequence(tracker, drive.sequence)  # type: ignore[arg-type]
+    return place, {
+        rules: evaluate_sequence(drive.truth, rows, drive.frame_count, rules) for rules in RULES
+    }

@@ -1,0 +1,206 @@
+"""What weight vectors are worth on each drive: tracked and scored in parallel, and kept."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from joblib import Parallel, delayed, parallel_config
+
+from mot_sim.evaluation.runs import track_sequence
+from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.work import one_thread
+from mot_sim.experiments.tuning.labelled import Labelled
+from mot_sim.experiments.tuning.pair_costs import Checked, PairCosts
+from mot_sim.experiments.tuning.score_cache import Tallies
+from mot_sim.files.fingerprint import code_digest, digest
+from mot_sim.metrics import Scores, evaluate_sequence
+from tracker import Delayed, Tracker
+from tracker.costs import COSTS
+from tracker.errors import BadConfig, UnknownName
+
+# Called with how many weight vectors are done, and of how many.
+Progress = Callable[[int, int], None]
+
+# One weight a cost, in thousandths: whole numbers, so that equal vectors are equal.
+Weights = tuple[int, ...]
+WHOLE = 1000
+
+
+def weights_of(values: Sequence[float]) -> Weights:
+    """The nearest weights in thousandths that sum up to 1000.
+
+    Raises BadConfig for weights that are negative, not finite, or all zero.
+    """
+    given = np.array(values, float)
+    if not np.isfinite(given).all() or (given < 0.0).any() or not given.sum() > 0.0:
+        raise BadConfig(
+            f"weights {[float(f'{each:g}') for each in values]}: give finite numbers, none below "
+            "0 and not all of them 0"
+        )
+    exact = WHOLE * given / given.sum()
+    rounded = np.floor(exact).astype(np.int64)
+    most_cut = np.argsort(rounded - exact, kind="stable")[: WHOLE - int(rounded.sum())]
+    rounded[most_cut] += 1
+    return tuple(rounded.tolist())
+
+
+@dataclass(frozen=True)
+class Method:
+    """The tracker whose costs are weighed. names: of COSTS. contender: all but its costs."""
+
+    names: tuple[str, ...]
+    contender: Contender = Contender("default")
+
+    def __post_init__(self) -> None:
+        for name in self.names:
+            if name not in COSTS:
+                raise UnknownName.of("cost", name, COSTS)
+        if not self.names or len(set(self.names)) < len(self.names):
+            raise BadConfig(f"costs {', '.join(self.names) or '(none)'}: name each once")
+        if not self.contender.is_ours:
+            raise BadConfig(
+                f"tracker {self.contender.made_by}: only ours have weights: default, paper"
+            )
+
+    def build(self, drive: Labelled, weights: Weights) -> Tracker | Delayed:
+        """The tracker for a drive, its costs checked as they come."""
+        made: Any = self.contender.build(drive.sequence.camera)
+        costs = tuple(
+            (weight / WHOLE, Checked(name, COSTS[name]()))
+            for name, weight in zip(self.names, weights, strict=True)
+            if weight > 0
+        )
+        if isinstance(made, Tracker):
+            return replace(made, costs=costs)
+        return replace(made, tracker=replace(made.tracker, costs=costs))
+
+    def pair_costs(self, drive: Labelled) -> PairCosts | None:
+        """The costs of all pairs, where they do not hang on the weights."""
+        tracker = self.build(drive, tuple(1 for _ in self.names))
+        if not isinstance(tracker, Tracker):
+            return None
+        return PairCosts.of(tracker, drive.sequence)
+
+
+def score(
+    method: Method, drive: Labelled, cached: PairCosts | None, weights: Weights, rules: str
+) -> Scores:
+    """The scores of one drive by these weights."""
+    if cached is not None:
+        rows = cached.track(tuple(each / WHOLE for each in weights))
+    else:
+        rows, _ = track_sequence(method.build(drive, weights), drive.sequence)
+    return evaluate_sequence(drive.truth, rows, drive.frame_count, rules)
+
+
+def _score_many(
+    method: Method,
+    drive: Labelled,
+    cached: PairCosts | None,
+    batch: Sequence[Weights],
+    rules: str,
+) -> list[Scores]:
+    """A worker's task: several weight vectors on one drive."""
+    return [score(method, drive, cached, weights, rules) for weights in batch]
+
+
+@dataclass(eq=False)
+class Scale:
+    """Weighs vectors on all drives; what was weighed before is read from `kept`.
+
+    jobs: processes; 1: this one. Drives are spread over them.
+    """
+
+    method: Method
+    drives: tuple[Labelled, ...]
+    rules: str = "trackeval"
+    kept: Tallies | None = None
+    jobs: int = 1
+    known: dict[Weights, dict[str, Scores]] = field(default_factory=dict)
+    fresh: int = 0
+    cached: dict[str, PairCosts | None] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.jobs == 0 or self.jobs < -1:
+            raise BadConfig(f"--jobs {self.jobs}: give 1 or more, or -1 for all cores")
+
+    @classmethod
+    def of(
+        cls,
+        method: Method,
+        drives: Sequence[Labelled],
+        rules: str = "trackeval",
+        folder: Path | None = None,
+        jobs: int = 1,
+    ) -> "Scale":
+        """A scale whose log lies in a folder. Raises MissingCue for a cost without its cue."""
+        kept = None if folder is None else Tallies(folder / "weights")
+        return cls(method, tuple(drives), rules, kept, jobs)
+
+    def key(self, weights: Weights) -> str:
+        """The hash of all that decides what these weights are worth."""
+        costs = dict(zip(self.method.names, weights, strict=True))
+        does = self.method.contender.description()
+        return digest([code_digest(), self.rules, self._content, does, costs])
+
+    def weigh(self, wanted: Sequence[Weights], tell: Progress | None = None) -> None:
+        """Make sure that all of these are known; each is kept as soon as it is."""
+        lacking = [each for each in dict.fromkeys(wanted) if not self._find(each)]
+        say = tell or (lambda done, total: None)
+        done = len(wanted) - len(lacking)
+        say(done, len(wanted))
+        for batch, columns in self._in_batches(lacking):
+            for place, weights in enumerate(batch):
+                scores = {
+                    drive.name: column[place]
+                    for drive, column in zip(self.drives, columns, strict=True)
+                }
+                self.known[weights] = scores
+                if self.kept is not None:
+                    about = dict(zip(self.method.names, weights, strict=True))
+                    self.kept.write(self.key(weights), scores, about)
+            self.fresh += len(batch)
+            done += len(batch)
+            say(done, len(wanted))
+
+    def _find(self, weights: Weights) -> bool:
+        """Whether these are known, or stand in the log."""
+        if weights not in self.known and self.kept is not None:
+            found = self.kept.read(self.key(weights))
+            if found is not None and found.keys() == {drive.name for drive in self.drives}:
+                self.known[weights] = found
+        return weights in self.known
+
+    def _in_batches(
+        self, lacking: Sequence[Weights]
+    ) -> Iterator[tuple[Sequence[Weights], list[list[Scores]]]]:
+        """A few vectors at a time, on all drives."""
+        if not lacking:
+            return
+        self._prepare()
+        size = 1 if self.jobs == 1 else 8
+        with parallel_config("loky", inner_max_num_threads=1), one_thread():
+            crew = Parallel(n_jobs=self.jobs, batch_size=1)
+            for first in range(0, len(lacking), size):
+                batch = lacking[first : first + size]
+                yield (
+                    batch,
+                    crew(
+                        delayed(_score_many)(
+                            self.method, drive, self.cached[drive.name], batch, self.rules
+                        )
+                        for drive in self.drives
+                    ),
+                )
+
+    def _prepare(self) -> None:
+        """The pair costs of every drive, once."""
+        for drive in self.drives:
+            if drive.name not in self.cached:
+                self.cached[drive.name] = self.method.pair_costs(drive)
+
+    @property
+    def _content(self) -> list[str]:
+        return [drive.content for drive in self.drives]

@@ -1,0 +1,117 @@
+"""Named arrays in one file: written whole, with version and SHA-256, and read with suspicion."""
+
+import json
+import zipfile
+import zlib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
+from hashlib import sha256
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy import ndarray as Array
+
+from mot_sim.files.documents import parse_json
+from mot_sim.files.writing import whole_file
+from tracker.errors import BadFile
+
+HEAD = "head"
+WORDS = {"kinds", "bodies", "paints"}  # the columns that hold text
+
+
+@dataclass(frozen=True)
+class ArrayFormat:
+    """A kind of npz file. holds: what is in it. cure: what to do about a file that is bad."""
+
+    holds: str
+    version: int
+    cure: str = "record again"
+
+    def write(self, path: Path, arrays: Mapping[str, Array]) -> None:
+        """Write the arrays, their checksum and the version, as a whole or not at all.
+
+        The same arrays give the same bytes. Raises BadOutput.
+        """
+        head = {"holds": self.holds, "version": self.version, "sha256": checksum(arrays)}
+        with whole_file(path) as half, half.open("wb") as file:
+            named: dict[str, Any] = {HEAD: np.array(json.dumps(head)), **arrays}
+            np.savez_compressed(file, **named)
+
+    def read(
+        self, path: Path, needed: Iterable[str], optional: Iterable[str] = ()
+    ) -> dict[str, Array]:
+        """The arrays that `write` wrote; BadFile for any other file, naming it and the cure.
+
+        needed: names that the file must have. optional: others that it may have.
+        """
+        arrays = self._load(path)
+        told = self._head(arrays.pop(HEAD, None), path)
+        needed = set(needed)
+        lacks, strange = needed - set(arrays), set(arrays) - needed - set(optional)
+        if lacks or strange:
+            wrong = f"lacks {sorted(lacks)}" if lacks else f"has {sorted(strange)}"
+            raise BadFile(f"{path}: not {self.holds}: it {wrong}; {self.cure}")
+        if checksum(arrays) != told:
+            raise BadFile(f"{path}: its arrays do not have the SHA-256 {told}; {self.cure}")
+        return arrays
+
+    def _load(self, path: Path) -> dict[str, Array]:
+        """All arrays of an npz file; BadFile if it is none."""
+        try:
+            with np.load(BytesIO(path.read_bytes()), allow_pickle=False) as archive:
+                return {name: archive[name] for name in archive.files}
+        except FileNotFoundError:
+            raise BadFile(f"{path}: no such file; record first") from None
+        except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
+            raise BadFile(f"{path}: damaged: {error}; {self.cure}") from None
+        except Exception as error:  # NumPy lets through whatever a broken file causes
+            told = str(error) or type(error).__name__
+            raise BadFile(f"{path}: not {self.holds}: {told}; {self.cure}") from error
+
+    def _head(self, head: Array | None, path: Path) -> str:
+        """The checksum that the file tells; BadFile for another kind of file or version."""
+        try:
+            told = parse_json(str(head), f"{path}")
+            holds, version = told.get("holds", self.holds), told["version"]
+            promised = str(told["sha256"])
+        except (BadFile, KeyError, TypeError, AttributeError):
+            raise BadFile(f"{path}: not {self.holds}: its head is {head}; {self.cure}") from None
+        if holds != self.holds:
+            raise BadFile(f"{path}: holds {holds}, not {self.holds}; {self.cure}")
+        if version != self.version:
+            newer = isinstance(version, int) and version > self.version
+            cure = f"install a newer mot-sim, or {self.cure}" if newer else self.cure
+            raise BadFile(
+                f"{path}: {self.holds} of version {version}, this is {self.version}: {cure}"
+            )
+        return promised
+
+
+def checksum(arrays: Mapping[str, Array]) -> str:
+    """SHA-256 of arrays: names, types, shapes and bytes, in their order."""
+    digest = sha256()
+    for name, array in arrays.items():
+        digest.update(f"{name} {array.dtype.str} {array.shape}\n".encode())
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+def require_columns(kind: type, arrays: Mapping[str, Array | None], where: str) -> None:
+    """Raise BadFile unless every array has the type and shape of its column in a dataclass.
+
+    arrays: by the names of the columns; those of tables inside may be left out. Inside a context
+    of `jaxtyping.jaxtyped` a dimension has one length in all tables, else in this one.
+    """
+    for column in fields(kind):
+        array = arrays.get(column.name)
+        if column.name not in arrays:
+            continue
+        fits = isinstance(array, column.type)  # type: ignore[arg-type]
+        if array is not None and column.name in WORDS:
+            fits = fits and array.dtype.kind == "U"
+        if not fits:
+            found = "nothing" if array is None else f"{array.dtype} of shape {array.shape}"
+            wanted = getattr(column.type, "__name__", column.type)
+            raise BadFile(f"{where}{column.name} is {found}, not {wanted}; record again")

@@ -1,0 +1,86 @@
+"""What a result hangs on, as one short word: settings, the code, and the libraries it runs on."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from functools import lru_cache
+from hashlib import sha256
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mot_sim.files.settings import versions
+
+FORMAT = 1  # of a sweep's folder and of its trials; raised when either changes
+LETTERS = 32  # hexadecimal digits of a digest that are kept: 128 bits
+
+# The rooms of mot_sim that decide no number of a trial, and what of the experiments does.
+WITHOUT_WEIGHT = {"cli", "report", "plotting", "tables", "training", "envs", "testing", "diagnosis"}
+DECIDING = {
+    f"sweep/{name}.py" for name in ("conditions", "tracker_specs", "drives", "paths", "trial")
+}
+CODE = (".py", ".npz", ".toml", ".onnx", ".json")
+
+
+def digest(content: Any) -> str:
+    """A hash of plain values, dataclasses and arrays; equal content gives equal words."""
+    text = json.dumps(canonical(content), sort_keys=True)
+    return sha256(text.encode()).hexdigest()[:LETTERS]
+
+
+def canonical(content: Any) -> Any:
+    """The content as JSON can hold it: classes by name, arrays by the hash of their bytes."""
+    if content is None or isinstance(content, bool | int | float | str):
+        return content
+    if isinstance(content, Mapping):
+        return {str(name): canonical(value) for name, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [canonical(value) for value in content]
+    if isinstance(content, np.ndarray):
+        held = sha256(np.ascontiguousarray(content).tobytes()).hexdigest()
+        return [str(content.dtype), list(content.shape), held]
+    if is_dataclass(content):
+        kind = type(content)
+        values = {
+            each.name: canonical(getattr(content, each.name))
+            for each in fields(content)
+            if each.init
+        }
+        return {f"{kind.__module__}:{kind.__qualname__}": values}
+    return f"{type(content).__module__}:{type(content).__qualname__}"
+
+
+@lru_cache(maxsize=1)
+def code_digest() -> str:
+    """Of the source of everything that computes a trial, and of the versions it runs on."""
+    total = sha256()
+    for package in ("tracker", "mot_sim", "scenes"):
+        home = _home(package)
+        for path in sorted(path for path in home.rglob("*") if path.suffix in CODE):
+            name = path.relative_to(home.parent)
+            if _has_weight(name):
+                total.update(f"{name.as_posix()}\n".encode() + path.read_bytes())
+    return digest([FORMAT, total.hexdigest(), versions()])
+
+
+def _has_weight(name: Path) -> bool:
+    """Whether a file of our packages can change a trial."""
+    if name.parts[0] != "mot_sim":
+        return True
+    if name.parts[1] == "experiments":
+        return name.parts[2] == "guests" or "/".join(name.parts[2:]) in DECIDING
+    return name.parts[1] not in WITHOUT_WEIGHT
+
+
+def _home(package: str) -> Path:
+    """The folder of a package; found by name, since mot_sim imports no scenes."""
+    found = import_module(package).__path__
+    return Path(next(iter(found)))
+
+
+def source_digest(module: str) -> str:
+    """Of the source of a module that is not ours; of its name where it has no file."""
+    file = getattr(import_module(module), "__file__", None)
+    return module if file is None else sha256(Path(file).read_bytes()).hexdigest()[:LETTERS]

@@ -1,0 +1,79 @@
+"""Strokes on an RGB image: smooth polygons and lines, text."""
+
+from functools import cache
+from itertools import pairwise
+
+import cv2
+import numpy as np
+from jaxtyping import Float, UInt8
+from numpy import ndarray as Array
+
+from mot_sim.plotting.colours import Colour
+
+SHIFT = 4  # fractional bits: corners are placed to a sixteenth of a pixel
+FAR_OUT = 8000.0  # pixels; OpenCV's fixed-point corners overflow beyond 16 bits
+BOLD = 600
+
+Image = UInt8[Array, "h w 3"]
+
+
+def fixed_point(points: Float[Array, "n 2"]) -> Array:
+    """The points as OpenCV's fixed-point integers."""
+    return np.round(points.clip(-FAR_OUT, FAR_OUT) * (1 << SHIFT)).astype(np.int32)
+
+
+def fill(image: Image, corners: Float[Array, "n 2"], colour: Colour) -> None:
+    """Fill a convex polygon; nothing for fewer than three corners."""
+    if len(corners) >= 3:
+        cv2.fillConvexPoly(image, fixed_point(corners), colour, cv2.LINE_AA, SHIFT)
+
+
+def line(
+    image: Image, points: Float[Array, "n 2"], colour: Colour, width: int = 1, closed: bool = False
+) -> None:
+    """A line through the points."""
+    if len(points) >= 2:
+        cv2.polylines(image, [fixed_point(points)], closed, colour, width, cv2.LINE_AA, SHIFT)
+
+
+def box(image: Image, corners: Float[Array, "4"], colour: Colour, width: int = 1) -> None:
+    """The outline of a box x_min, y_min, x_max, y_max."""
+    left, top, right, bottom = np.round(corners).astype(int).tolist()
+    cv2.rectangle(image, (left, top), (right, bottom), colour, width)
+
+
+def dashed_box(
+    image: Image, corners: Float[Array, "4"], colour: Colour, width: int = 1, dash: float = 7.0
+) -> None:
+    """The outline of a box x_min, y_min, x_max, y_max in dashes of so many pixels."""
+    left, top, right, bottom = corners.tolist()
+    ring = np.array([(left, top), (right, top), (right, bottom), (left, bottom), (left, top)])
+    for start, end in pairwise(ring):
+        count = max(1, round(float(np.abs(end - start).sum()) / (2.0 * dash)))
+        marks = start + np.linspace(0.0, 1.0, 2 * count + 1)[:, None] * (end - start)
+        for first in range(0, 2 * count + 1, 2):
+            line(image, marks[first : first + 2], colour, width)
+
+
+def tint(image: Image, corners: Float[Array, "4"], colour: Colour, share: float) -> None:
+    """Mix a share of a colour into the pixels of a box."""
+    left, top, right, bottom = np.round(corners).astype(int).tolist()
+    part = image[max(top, 0) : max(bottom + 1, 0), max(left, 0) : max(right + 1, 0)]
+    part[:] = np.rint(part + share * (np.array(colour, float) - part)).astype(np.uint8)
+
+
+def text(image: Image, words: str, place: tuple[int, int], colour: Colour, size: int = 16) -> int:
+    """Write words with their base line at place; gives the x where they end."""
+    end, _ = cv2.putText(image, words, place, colour, _font(), size, BOLD)
+    return int(end[0])
+
+
+def text_width(words: str, size: int = 16) -> int:
+    """How many pixels wide the words will be."""
+    _, _, width, _ = cv2.getTextSize((4096, 4096), words, (0, 2048), _font(), size, BOLD)
+    return int(width)
+
+
+@cache
+def _font() -> cv2.FontFace:
+    return cv2.FontFace("sans")

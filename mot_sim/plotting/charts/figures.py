@@ -1,0 +1,177 @@
+"""Charts as figures for papers and for print: PNG, SVG, PDF; drawn by matplotlib."""
+
+import io
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from mot_sim.files.writing import require_writable, whole_file
+from mot_sim.plotting.charts.chart import COLOURS, SPREAD, Chart, Series
+from tracker.errors import BadConfig
+
+if TYPE_CHECKING:
+    import matplotlib.figure
+
+FIGURE_ENDINGS = (".png", ".svg", ".pdf")
+SIZE = (4.6, 3.1)  # inches of a chart
+ROW = 0.28  # inches of a row of words and series
+DOTS = 200  # an inch, of a PNG
+MARKERS = ("o", "s", "D", "^", "X", "v", "P")
+STYLES = ("-", "--", ":", "-.")
+# What a figure needs no matter how matplotlib is set up here; the salt and the missing dates
+# make the same chart the same bytes.
+STYLE = {
+    "font.family": "sans-serif", "font.size": 9.0, "axes.titlesize": 10.0,
+    "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
+    "axes.axisbelow": True, "grid.color": "#dddddd", "grid.linewidth": 0.6,
+    "legend.frameon": False, "svg.hashsalt": "mot-sim", "pdf.fonttype": 42,
+}  # fmt: skip
+DATELESS = {
+    ".png": {"Software": "mot-sim"}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None},
+}  # fmt: skip
+
+
+def require_figure(path: Path) -> None:
+    """Raise BadConfig for another ending than PNG, SVG, PDF, BadOutput where nobody can write."""
+    if path.suffix.lower() not in FIGURE_ENDINGS:
+        raise BadConfig(f"{path}: give a file that ends in {', '.join(FIGURE_ENDINGS)}")
+    require_writable(path)
+
+
+def figure_of(rows: Sequence[Sequence[Chart]]) -> "matplotlib.figure.Figure":
+    """A figure with a row of panels a row of charts, and one legend for all of them."""
+    from matplotlib.figure import Figure  # noqa: PLC0415, importing mot_sim waits for no plots
+
+    with _style():
+        across = max(len(row) for row in rows)
+        heights = [max(_height(chart) for chart in row) for row in rows]
+        figure = Figure(figsize=(SIZE[0] * across, sum(heights)), layout="constrained")
+        grid = figure.subplots(
+            len(rows), across, squeeze=False, gridspec_kw={"height_ratios": heights}
+        )
+        named: dict[str, Any] = {}
+        for places, row in zip(grid, rows, strict=True):
+            for axes in places[len(row) :]:
+                axes.set_visible(False)
+            for axes, chart in zip(places, row, strict=False):
+                named = {**named, **_draw(axes, chart)}
+        if len(named) > 1:
+            figure.legend(
+                named.values(), named.keys(), loc="outside upper left", ncols=min(len(named), 4)
+            )
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")  # laid out once, for all that it is saved as
+        return figure
+
+
+def save_figure(figure: "matplotlib.figure.Figure", path: Path) -> Path:
+    """Write a figure by the file's ending, as a whole or not at all; see `require_figure`."""
+    require_figure(path)
+    ending = path.suffix.lower()
+    with _style(), whole_file(path) as half:
+        figure.savefig(half, format=ending[1:], dpi=DOTS, metadata=DATELESS[ending])
+    return path
+
+
+def svg_of(chart: Chart) -> bytes:
+    """A chart as SVG whose text is text: small, for a page."""
+    held = io.BytesIO()
+    figure = figure_of([[chart]])
+    with _style({"svg.fonttype": "none"}):
+        figure.savefig(held, format="svg", metadata=DATELESS[".svg"])
+    return held.getvalue()
+
+
+@contextmanager
+def _style(more: dict[str, Any] | None = None) -> Iterator[None]:
+    """While it lasts, matplotlib is set up as here, whatever the user's own style."""
+    import matplotlib as mpl  # noqa: PLC0415
+
+    settings: Any = {**STYLE, **(more or {})}
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(settings)
+        yield
+
+
+def _height(chart: Chart) -> float:
+    """Inches; of rows of words as many as they need."""
+    if not chart.is_sideways:
+        return SIZE[1]
+    return max(1.4, 1.0 + ROW * len(chart.words) * max(1.0, 0.6 * len(chart.series)))
+
+
+def _draw(axes: Any, chart: Chart) -> dict[str, Any]:
+    """Draw a chart; what the legend shows, by name."""
+    axes.set_title(chart.title, loc="left")
+    if chart.is_sideways:
+        named = _draw_rows(axes, chart)
+    else:
+        named = {each.name: _draw_levels(axes, each, chart) for each in chart.series}
+        axes.set_xlabel(chart.x_title)
+        axes.set_ylabel(chart.y_title)
+        if chart.is_logarithmic:
+            axes.set_xscale("log")
+        if chart.y_range is not None:
+            axes.set_ylim(*chart.y_range)
+    if chart.mark is not None:
+        line = axes.axvline if chart.is_sideways else axes.axhline
+        line(chart.mark, color="#555555", linewidth=1.0)
+    return named
+
+
+def _draw_levels(axes: Any, series: Series, chart: Chart) -> Any:
+    """A line with its band, or points with their bars."""
+    x = [point[0] for point in series.points()]
+    y, low, high = _values(series)
+    width = 0.7 * chart.width(series)
+    look = {"color": COLOURS[series.place % len(COLOURS)], "markersize": 3.0 + width}
+    marker, style = MARKERS[series.place % len(MARKERS)], STYLES[series.dash % len(STYLES)]
+    if chart.kind == "points":
+        spans = [_below(y, low), _below(high, y)]
+        return axes.errorbar(x, y, spans, fmt=marker, elinewidth=0.8, **look)
+    axes.fill_between(x, low, high, color=look["color"], alpha=0.15, linewidth=0)
+    return axes.plot(x, y, marker=marker, linestyle=style, linewidth=width, **look)[0]
+
+
+def _draw_rows(axes: Any, chart: Chart) -> dict[str, Any]:
+    """A line a word; series of a word lie below one another."""
+    words, count = chart.words, len(chart.series)
+    named = {}
+    for each in chart.series:
+        shift = chart.shift(each)
+        place = [words.index(str(point[0])) + shift for point in each.points()]
+        y, low, high = _values(each)
+        spans = [_below(y, low), _below(high, y)]
+        colour = COLOURS[each.place % len(COLOURS)]
+        if chart.kind == "bars":
+            named[each.name] = axes.barh(place, y, SPREAD / count, color=colour)
+            if any(low != high for low, high in zip(*spans, strict=True)):
+                axes.errorbar(y, place, xerr=spans, fmt="none", ecolor="#333333", elinewidth=0.8)
+        else:
+            marker = "|" if each.is_limit else MARKERS[each.place % len(MARKERS)]
+            look: dict[str, Any] = {"color": colour, "markersize": 4.5, "elinewidth": 1.2}
+            if each.is_limit:
+                look |= {"markersize": 16.0, "markeredgewidth": 2.0}
+            named[each.name] = axes.errorbar(y, place, xerr=spans, fmt=marker, **look)
+    axes.set_yticks(range(len(words)), words)
+    axes.set_ylim(len(words) - 0.5, -0.5)
+    axes.set_xlabel(chart.y_title)
+    if chart.kind == "rows" and chart.span is not None:
+        axes.set_xlim(*chart.span)
+    return named
+
+
+def _values(series: Series) -> tuple[list[float], list[float], list[float]]:
+    """The values and the ends of their intervals."""
+    points = list(series.points())
+    return [each[1] for each in points], [each[2] for each in points], [each[3] for each in points]
+
+
+def _below(upper: Sequence[float], lower: Sequence[float]) -> list[float]:
+    """Lengths of the halves of intervals; never negative, as rounding can make them."""
+    return [max(a - b, 0.0) for a, b in zip(upper, lower, strict=True)]
+
+
+__all__ = ["FIGURE_ENDINGS", "figure_of", "require_figure", "save_figure", "svg_of"]

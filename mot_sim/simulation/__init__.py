@@ -1,0 +1,1 @@
+"""The simulation: traffic, cars, scenery, renderers, ground truth, sensors, episodes."""

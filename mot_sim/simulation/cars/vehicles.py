@@ -1,0 +1,209 @@
+"""Who the cars of a run are: which shape, paint and class stands behind each id."""
+
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int, Shaped
+from numpy import ndarray as Array
+from trimesh.triangles import closest_point
+
+from mot_sim.simulation.cars.carshape import CarShape
+from mot_sim.simulation.cars.design import BODIES
+from mot_sim.simulation.cars.fleet import Cars, Fleet, load_fleet, look_alikes
+from mot_sim.simulation.cars.paint import paint_colour
+from mot_sim.simulation.traffic.recording import RecordedTraffic
+from tracker.errors import BadConfig, UnknownName
+from tracker.types import Rows
+
+VAN = "van"
+ON_FACE = 1e-4  # metres
+VAN_MODEL = 1 << 40  # the id that parked vans are drawn with; no car has it
+
+
+@dataclass(frozen=True, eq=False)
+class Cast(Rows):
+    """A row for each car of a run, by ascending id.
+
+    kinds: KITTI's class, 'Car' or 'Van'. bodies: of BODIES. paints: of PAINTS. coefficients: of
+    eq. 1. size: length, height, width in metres; the shape of the coefficients is stretched to
+    it, by nothing where the traffic took its sizes from the shapes.
+    """
+
+    ids: Int[Array, " n"]
+    kinds: Shaped[Array, " n"]
+    bodies: Shaped[Array, " n"]
+    paints: Shaped[Array, " n"]
+    coefficients: Float[Array, "n b"]
+    size: Float[Array, "n 3"]
+
+    @classmethod
+    def empty(cls, coefficients: int = 5) -> "Cast":
+        """Nobody."""
+        words = np.zeros(0, "<U9")
+        return cls(
+            np.zeros(0, np.int64), words, words, words, np.zeros((0, coefficients)),
+            np.zeros((0, 3)),
+        )  # fmt: skip
+
+    def rows(self, ids: Int[Array, " m"]) -> Int[Array, " m"]:
+        """The rows of some ids."""
+        return np.searchsorted(self.ids, ids)
+
+    @cached_property
+    def shapes(self) -> tuple[CarShape, ...]:
+        """The car of each row."""
+        fleet = load_fleet(self.coefficients.shape[1])
+        return tuple(
+            fleet.car(row).scaled_to(size)
+            for row, size in zip(self.coefficients, self.size, strict=True)
+        )
+
+    @cached_property
+    def skins(self) -> Float[Array, "n p 4"]:
+        """Around each keypoint, the planes of the faces it lies on: unit normals away from the
+        car, and how far along them from the origin; see `keypoint_faces`."""
+        faces = np.concatenate(keypoint_faces())
+        planes = np.zeros((len(self), len(faces), 4))
+        for row, shape in enumerate(self.shapes):
+            a, b, c = shape.vertices[shape.faces[faces]].swapaxes(0, 1)
+            planes[row, :, :3] = np.cross(b - a, c - a)
+            planes[row, :, :3] /= np.linalg.norm(planes[row, :, :3], axis=1, keepdims=True)
+            planes[row, :, 3] = (planes[row, :, :3] * a).sum(axis=1)
+        return planes
+
+    def faces_eye(self, rows: Int[Array, " m"], eyes: Float[Array, "m 3"]) -> Bool[Array, "m 36"]:
+        """Which keypoints of some cars lie on a face that looks at a point of the object frame."""
+        planes = self.skins[rows]
+        facing = (planes[..., :3] @ eyes[:, :, None])[..., 0] > planes[..., 3]
+        starts = np.cumsum([0, *(len(faces) for faces in keypoint_faces()[:-1])])
+        return np.logical_or.reduceat(facing, starts, axis=1)
+
+    @cached_property
+    def keypoints(self) -> Float[Array, "n 36 3"]:
+        """The keypoints of each car in its object frame, metres."""
+        points = [shape.keypoints for shape in self.shapes if shape.keypoints is not None]
+        return np.array(points).reshape(-1, 36, 3)
+
+
+@cache
+def keypoint_faces() -> tuple[Int[Array, " f"], ...]:
+    """For each keypoint the faces of the fleet's mesh that it lies on, or is a corner of."""
+    fleet = load_fleet(1)
+    mean = fleet.car(np.zeros(1))
+    corners = mean.vertices[mean.faces]
+    assert mean.keypoints is not None
+    found = []
+    for point in mean.keypoints:
+        nearest = closest_point(corners, np.tile(point, (len(corners), 1)))  # type: ignore[no-untyped-call]
+        found.append(np.flatnonzero(np.linalg.norm(nearest - point, axis=1) < ON_FACE))
+    return tuple(found)
+
+
+@dataclass(frozen=True, eq=False)
+class Models:
+    """The shapes that a run's cars are taken from. size, van_size: length, height, width."""
+
+    cars: Cars
+    groups: Int[Array, " m"]
+    size: Float[Array, "m 3"]
+    van: Cars
+    van_size: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Casting:
+    """How cars are chosen: so many models (shapes) are drawn, and every car is one of them.
+
+    body: all cars have this one; None: as on European streets. paint: all cars have this one;
+    None: drawn. alike: share of the models that look the same (same shape, same paint), in so
+    many groups. coefficients: of eq. 1, 1 to 20.
+    """
+
+    models: int = 24
+    body: str | None = None
+    paint: str | None = None
+    alike: float = 0.0
+    groups: int = 1
+    coefficients: int = 5
+
+    def __post_init__(self) -> None:
+        if self.models < 1:
+            raise BadConfig(f"{self.models} models of cars: give 1 or more")
+        if self.body is not None and self.body not in BODIES:
+            raise UnknownName.of("body", self.body, BODIES)
+        if self.paint is not None:
+            paint_colour(self.paint)
+        load_fleet(self.coefficients)
+        look_alikes(0, np.zeros(0, np.int64), self.alike, self.groups)
+
+    @property
+    def fleet(self) -> Fleet:
+        """The cars that can be chosen from."""
+        return load_fleet(self.coefficients)
+
+    def models_of(self, seed: int) -> Models:
+        """The models of a run."""
+        own = np.arange(self.models)
+        drawn = look_alikes(seed, own, self.alike, self.groups)
+        cars = self.fleet.sample(seed, drawn, self.body)
+        van = self.fleet.sample(seed, np.array([VAN_MODEL]), VAN)
+        length, height, width = self.fleet.size(van.coefficients)[0].tolist()
+        sizes = self.fleet.size(cars.coefficients)
+        return Models(cars, np.where(drawn == own, own, drawn), sizes, van, (length, height, width))
+
+    def cast(self, traffic: RecordedTraffic, seed: int) -> Cast:
+        """Everybody who appears in the traffic. A car's look hangs on (seed, id, size) alone."""
+        ids, (sizes, kinds) = traffic.ids, _everybody(traffic)
+        if not len(ids):
+            return Cast.empty(self.coefficients)
+        models = self.models_of(seed)
+        known = np.concatenate((models.size, [models.van_size]))
+        coefficients = np.concatenate((models.cars.coefficients, models.van.coefficients))
+        bodies = np.concatenate((models.cars.bodies, models.van.bodies))
+        same = (sizes[:, None] == known).all(axis=2)
+        model, is_model = same.argmax(axis=1), same.any(axis=1)
+        lambdas, body = coefficients[model], bodies[model]
+        for row in np.flatnonzero(~is_model).tolist():
+            lambdas[row], body[row] = self._like(sizes[row], str(kinds[row]))
+        names = np.array(list(BODIES))[body]
+        by_body = np.where(names == VAN, "Van", "Car")
+        return Cast(
+            ids, np.where(kinds == "", by_body, kinds), names,
+            self._paints(models, model, is_model, ids, seed), lambdas, sizes,
+        )  # fmt: skip
+
+    def _like(self, size: Float[Array, "3"], kind: str) -> tuple[Float[Array, " b"], int]:
+        """Coefficients and body of a car of this size: a 'Van' is a van, a 'Car' is none."""
+        names = list(BODIES)
+        others = [name for name in names if name != VAN]
+        body = self.fleet.body_of(size, {"Van": [VAN], "Car": others}.get(kind, names))
+        found = self.fleet.nearest(size, body).coefficients
+        assert found is not None
+        return found, names.index(body)
+
+    def _paints(
+        self,
+        models: Models,
+        model: Int[Array, " n"],
+        is_model: Bool[Array, " n"],
+        ids: Int[Array, " n"],
+        seed: int,
+    ) -> Shaped[Array, " n"]:
+        """A paint each: the one that is asked for, the group's, or the car's own."""
+        if self.paint is not None:
+            return np.full(len(ids), self.paint)
+        own = np.array(self.fleet.sample(seed, ids).paints)
+        groups = np.append(models.groups, 0)  # the van is in no group
+        paints = np.array((*models.cars.paints, "white"))
+        return np.where(is_model & (groups[model] < 0), paints[model], own)
+
+
+def _everybody(
+    traffic: RecordedTraffic,
+) -> tuple[Float[Array, "n 3"], Shaped[Array, " n"]]:
+    """The sizes of the first sight of each id, and the kinds ('' where nobody says)."""
+    first = traffic.present.argmax(axis=0)
+    count = len(traffic.ids)
+    kinds = np.zeros(count, "<U16") if traffic.kinds is None else traffic.kinds
+    return traffic.size[first, np.arange(count)], kinds

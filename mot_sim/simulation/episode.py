@@ -1,0 +1,118 @@
+"""One recorded run of a scene: to a tracker the same thing as a recorded drive."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from mot_sim.datasets.images import ImageSource
+from mot_sim.datasets.recorded import RecordedSequence
+from mot_sim.simulation.cars.vehicles import Cast
+from mot_sim.simulation.imaging import Drawn
+from mot_sim.simulation.scene import Scene, Take, record_scene_traffic
+from mot_sim.simulation.stage import Stage
+from mot_sim.simulation.traffic.recording import RecordedTraffic
+from mot_sim.simulation.traffic.world import STEP, World
+from mot_sim.simulation.truth import (
+    Annotations,
+    Events,
+    Occlusions,
+    Truth,
+    annotate,
+    find_events,
+    labels,
+)
+from tracker.types import Tracks
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SimulatedDrive(RecordedSequence):
+    """A drive of which everything is known, whether it was run just now or read from a file.
+
+    seed: all of it follows from that. traffic: who was where; world i is frame i. stage: who they
+    are, and the camera. annotations: the ground truth of all frames, apart from the frames.
+    """
+
+    seed: int
+    traffic: RecordedTraffic
+    stage: Stage
+    annotations: Annotations
+
+    @property
+    def cast(self) -> Cast:
+        """Who the cars are."""
+        return self.stage.cast
+
+    @property
+    def exact(self) -> Truth:
+        """Everything that is true of every car in every frame of the run."""
+        return self.annotations.truth
+
+    @property
+    def occlusions(self) -> Occlusions:
+        """Who hides whom."""
+        return self.annotations.occlusions
+
+    @cached_property
+    def worlds(self) -> tuple[World, ...]:
+        """The world of each frame of the run."""
+        return self.traffic.worlds
+
+    @cached_property
+    def events(self) -> Events:
+        """What happens in the run."""
+        return find_events(self.exact, self.worlds)
+
+    @cached_property
+    def truth(self) -> Tracks:
+        """The labels of the frames that are delivered, as KITTI writes them."""
+        labelled = labels(self.exact)
+        return labelled.select(np.isin(labelled.frames, self.frame_indices))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Episode(SimulatedDrive):
+    """One run of a scene."""
+
+    scene: Scene
+
+
+def record(
+    scene: Scene,
+    seed: int = 0,
+    traffic: RecordedTraffic | None = None,
+    renderer: str | None = None,
+) -> Episode:
+    """Run a scene. The same seed gives the same episode, bit by bit.
+
+    traffic: of this scene and seed, where it was recorded before. renderer: a name of RENDERERS
+    or `auto`: frames carry images, each drawn when it is its turn. None: they carry none.
+    """
+    take = Take.of(scene, seed, traffic)
+    images = None if renderer is None else Drawn(take, renderer)
+    return episode_of(take, annotate(take.worlds, take.stage, take.scenery_in), images)
+
+
+def episode_of(take: Take, annotations: Annotations, images: ImageSource | None = None) -> Episode:
+    """The episode of a take and the truth of all its frames."""
+    scene = take.scene
+    return Episode(
+        name=scene.name,
+        camera=scene.rig.camera,
+        frame_count=len(take),
+        log=scene.detector(
+            annotations.truth, take.seed, scene.rig.camera, len(take), take.stage.cast
+        ),
+        frame_indices=np.arange(len(take)),
+        Ts_world_cam=np.array([scene.rig.T_world_cam(ego) for ego in take.traffic.ego]),
+        images=images,
+        frame_rate=1.0 / STEP,
+        scene=scene,
+        seed=take.seed,
+        traffic=take.traffic,
+        stage=take.stage,
+        annotations=annotations,
+    )
+
+
+__all__ = ["Episode", "Scene", "SimulatedDrive", "episode_of", "record", "record_scene_traffic"]

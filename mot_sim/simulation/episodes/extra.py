@@ -1,0 +1,204 @@
+"""The one file with what KITTI's cannot hold: traffic, cast, all of the truth, the exact camera."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, asdict, dataclass, fields
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from jaxtyping import jaxtyped
+from numpy import ndarray as Array
+
+from mot_sim.datasets.recorded import DetectionLog
+from mot_sim.files.array_files import ArrayFormat, checksum, require_columns
+from mot_sim.files.documents import parse_json
+from mot_sim.simulation.cars.vehicles import Cast
+from mot_sim.simulation.episode import SimulatedDrive
+from mot_sim.simulation.episodes.soundness import ALWAYS, require_metadata, require_sound
+from mot_sim.simulation.scene import Knob
+from mot_sim.simulation.traffic.recording import RecordedTraffic
+from mot_sim.simulation.truth import Annotations, Events, Occlusions, Truth
+from tracker.errors import BadCalibration, BadFile
+from tracker.types import Camera, Cuboids, Detections, Tracks
+
+FORMAT = ArrayFormat("an episode", 1)
+Kind = TypeVar("Kind")
+
+# The tables of the file, and the tables that stand in their columns.
+TABLES: dict[str, type] = {
+    "traffic": RecordedTraffic, "cast": Cast, "truth": Truth, "occlusions": Occlusions,
+    "events": Events, "log": DetectionLog, "camera": Camera,
+}  # fmt: skip
+INSIDE: dict[str, type] = {"tracks": Tracks, "cuboids": Cuboids, "detections": Detections}
+TRUE = ("cast", "truth", "occlusions", "events", "camera")  # the tables of the truth's checksum
+METADATA = "metadata"
+
+
+@dataclass(frozen=True)
+class Metadata:
+    """How an episode was made. knobs: of the scene. frames: that were recorded.
+
+    pictures: the kinds that were drawn. renderer: None: nothing was.
+    sha256: by part of the tree; `trajectories` of the traffic's arrays, `truth` of the truth's.
+    """
+
+    scene: str
+    knobs: Mapping[str, Knob]
+    seed: int
+    frames: int
+    renderer: str | None
+    pictures: tuple[str, ...]
+    versions: Mapping[str, str]
+    sha256: Mapping[str, str]
+
+    @classmethod
+    def parse(cls, text: str, path: Path) -> "Metadata":
+        """From JSON. Raises BadFile."""
+        try:
+            told = parse_json(text, f"{path}")
+            require_metadata(told)
+            return cls(**{**told, "pictures": tuple(told["pictures"])})
+        except (BadFile, ValueError, TypeError, KeyError) as error:
+            raise BadFile(
+                f"{path}: its metadata are none of ours: {error!r}; record again"
+            ) from None
+
+
+@dataclass(frozen=True, eq=False)
+class Extra:
+    """All that the file holds."""
+
+    metadata: Metadata
+    traffic: RecordedTraffic
+    cast: Cast
+    annotations: Annotations
+    events: Events
+    log: DetectionLog
+    camera: Camera
+
+
+def arrays_of(drive: SimulatedDrive) -> dict[str, Array]:
+    """The arrays of an episode, by `table.column`."""
+    tables = {
+        "traffic": drive.traffic, "cast": drive.cast, "truth": drive.exact,
+        "occlusions": drive.occlusions, "events": drive.events, "log": drive.log,
+        "camera": drive.camera,
+    }  # fmt: skip
+    found: dict[str, Array] = {}
+    for name, table in tables.items():
+        found |= _columns(name, table)
+    return found
+
+
+def array_digests(arrays: Mapping[str, Array]) -> dict[str, str]:
+    """SHA-256 of the trajectories and of the truth."""
+
+    def digest(*names: str) -> str:
+        return checksum({key: arrays[key] for key in arrays if key.split(".")[0] in names})
+
+    return {"trajectories": digest("traffic"), "truth": digest(*TRUE)}
+
+
+def write_extra(path: Path, metadata: Metadata, arrays: Mapping[str, Array]) -> None:
+    """Write the file, as a whole or not at all. Raises BadOutput."""
+    told = np.array(json.dumps(asdict(metadata)))
+    FORMAT.write(path, {METADATA: told, **arrays})
+
+
+def read_extra(path: Path) -> Extra:
+    """All that the file holds. Raises BadFile for any other file, naming it and the cure."""
+    needed, optional = {METADATA, *ALWAYS}, set()
+    for name, kind in TABLES.items():
+        must, may = _names(name, kind)
+        needed |= must
+        optional |= may
+    arrays = FORMAT.read(path, needed, optional)
+    metadata = Metadata.parse(str(arrays.pop(METADATA)), path)
+    for name, kind in TABLES.items():
+        with jaxtyped("context"):
+            _require_table(name, kind, arrays, path)
+    require_sound(arrays, metadata.frames, path)
+    truth = Annotations(_table("truth", Truth, arrays), _table("occlusions", Occlusions, arrays))
+    return Extra(
+        metadata,
+        _table("traffic", RecordedTraffic, arrays),
+        _table("cast", Cast, arrays),
+        truth,
+        _table("events", Events, arrays),
+        _table("log", DetectionLog, arrays),
+        _camera(arrays, path),
+    )
+
+
+def _columns(name: str, table: object) -> dict[str, Array]:
+    """The arrays of a table and of the tables in its columns; absent columns are left out."""
+    found: dict[str, Array] = {}
+    for column in fields(table):  # type: ignore[arg-type]
+        value = getattr(table, column.name)
+        if column.name in INSIDE and value is not None:
+            found |= _columns(f"{name}.{column.name}", value)
+        elif value is not None:
+            found[f"{name}.{column.name}"] = np.asarray(value)
+    return found
+
+
+def _names(name: str, kind: Any) -> tuple[set[str], set[str]]:
+    """The arrays that a table must have, and those that it may have."""
+    must: set[str] = set()
+    may: set[str] = set()
+    for column in fields(kind):
+        key, always = f"{name}.{column.name}", column.default is MISSING
+        if column.name in INSIDE:
+            inner, more = _names(key, INSIDE[column.name])
+            must, may = (must | inner, may | more) if always else (must, may | inner | more)
+        else:
+            (must if always else may).add(key)
+    return must, may
+
+
+def _require_table(name: str, kind: Any, arrays: Mapping[str, Array], path: Path) -> None:
+    """Raise BadFile unless the columns of a table, and of those inside it, fit together."""
+    if kind is Camera:  # whose image size is no array
+        kinds = {"K": (3, 3), "T_cam_road": (4, 4), "image_size": (2,)}
+        for part, shape in kinds.items():
+            array = arrays[f"camera.{part}"]
+            if array.shape != shape or array.dtype.kind != ("i" if len(shape) == 1 else "f"):
+                raise BadFile(f"{path}: camera.{part} is {array!r:.80}; record again")
+        return
+    there = {
+        column.name: arrays.get(f"{name}.{column.name}")
+        for column in fields(kind)
+        if column.name not in INSIDE
+    }
+    require_columns(kind, there, f"{path}: {name}.")
+    for column in fields(kind):
+        key = f"{name}.{column.name}"
+        if column.name in INSIDE and any(found.startswith(f"{key}.") for found in arrays):
+            must, _ = _names(key, INSIDE[column.name])
+            if not must <= set(arrays):
+                raise BadFile(f"{path}: lacks {sorted(must - set(arrays))}; record again")
+            _require_table(key, INSIDE[column.name], arrays, path)
+
+
+def _table(name: str, kind: Callable[..., Kind], arrays: Mapping[str, Array]) -> Kind:
+    """The table of that kind, which may stand in a column of another."""
+    values: dict[str, Any] = {}
+    for column in fields(kind):  # type: ignore[arg-type]
+        key = f"{name}.{column.name}"
+        if column.name not in INSIDE:
+            values[column.name] = arrays.get(key)
+        elif any(found.startswith(f"{key}.") for found in arrays):
+            values[column.name] = _table(key, INSIDE[column.name], arrays)
+        else:
+            values[column.name] = None
+    return kind(**values)
+
+
+def _camera(arrays: Mapping[str, Array], path: Path) -> Camera:
+    """The exact camera. Raises BadFile for one that cannot be."""
+    width, height = arrays["camera.image_size"].tolist()
+    try:
+        return Camera(arrays["camera.K"], (width, height), arrays["camera.T_cam_road"])
+    except BadCalibration as error:
+        raise BadFile(f"{path}: {error}; record again") from None

@@ -1,0 +1,111 @@
+"""The pictures of an episode as PNG: images, depth, instances, semantics."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from hashlib import sha256
+from pathlib import Path
+
+import cv2
+import numpy as np
+from jaxtyping import Shaped
+from numpy import ndarray as Array
+
+from mot_sim.datasets.images import decoded
+from mot_sim.files.writing import write_bytes
+from mot_sim.simulation.episodes.places import PICTURES, Places
+from mot_sim.simulation.renderers import Rendered
+from tracker.errors import BadConfig, BadFile
+
+DEPTH_STEPS = 256.0  # a metre, as in KITTI's depth maps
+LARGEST = 2**16 - 1
+FAST = [cv2.IMWRITE_PNG_COMPRESSION, 1]  # half the time of level 6, files a third larger
+
+Pixels = Shaped[Array, "h w *c"]
+
+
+@dataclass(eq=False)
+class Pictures:
+    """Keeps the pictures of frames, in order, and what they hash to.
+
+    parts: of PICTURES. places: None keeps the hashes alone.
+    """
+
+    parts: Sequence[str]
+    places: Places | None = None
+    hashes: dict[str, list[bytes]] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.hashes = {part: [] for part in self.parts}
+
+    def add(self, frame: int, rendered: Rendered) -> None:
+        """Write the pictures of a frame, each as a whole. Raises BadOutput."""
+        for part in self.parts:
+            pixels = ENCODERS[part](rendered)
+            if self.places is not None:
+                done, png = cv2.imencode(".png", pixels, FAST)
+                assert done
+                write_bytes(self.places.picture(part, frame), png.tobytes())
+            self.hashes[part].append(_hash(pixels))
+
+    def digests(self, count: int) -> dict[str, str]:
+        """SHA-256 of the pixels of the first frames, a part each."""
+        return {part: _together(hashes[:count]) for part, hashes in self.hashes.items()}
+
+
+def digest_of_folder(places: Places, part: str, count: int) -> str:
+    """The same hash of the pictures on disk. Raises BadFile for a missing or broken one."""
+    return _together([_hash(_decode(places.picture(part, frame))) for frame in range(count)])
+
+
+def read_depth(path: Path) -> Shaped[Array, "h w"]:
+    """Metres along the optical axis, float32; inf where nothing is, or beyond 255.99 m."""
+    steps = _decode(path)
+    if steps.ndim != 2:
+        raise BadFile(f"{path}: colours where a depth of one channel belongs; record again")
+    metres = steps.astype(np.float32) / np.float32(DEPTH_STEPS)
+    return np.where(steps > 0, metres, np.float32(np.inf))
+
+
+def _image(rendered: Rendered) -> Pixels:
+    return cv2.cvtColor(rendered.image, cv2.COLOR_RGB2BGR)
+
+
+def _depth(rendered: Rendered) -> Pixels:
+    """Steps of 1/256 m; 0: nothing there, or farther than the steps reach."""
+    steps = np.rint(rendered.depth * np.float32(DEPTH_STEPS))
+    return np.where(steps <= LARGEST, np.maximum(steps, 1.0), 0.0).astype(np.uint16)
+
+
+def _instances(rendered: Rendered) -> Pixels:
+    """The id of the car, plus 1; 0: no car."""
+    highest = int(rendered.instances.max(initial=0))
+    if highest >= LARGEST:
+        raise BadConfig(f"a car has the id {highest}: masks hold ids up to {LARGEST - 1}")
+    return (rendered.instances + 1).astype(np.uint16)
+
+
+def _semantics(rendered: Rendered) -> Pixels:
+    return rendered.semantics
+
+
+ENCODERS: dict[str, Callable[[Rendered], Pixels]] = dict(
+    zip(PICTURES, (_image, _depth, _instances, _semantics), strict=True)
+)
+
+
+def _decode(path: Path) -> Pixels:
+    if not path.exists():
+        raise BadFile(f"{path}: no such picture; record again")
+    pixels = decoded(path, cv2.IMREAD_UNCHANGED)
+    if pixels is None:
+        raise BadFile(f"{path}: not a picture that OpenCV can decode; record again")
+    return pixels
+
+
+def _hash(pixels: Pixels) -> bytes:
+    head = f"{pixels.dtype.str} {pixels.shape}\n".encode()
+    return sha256(head + np.ascontiguousarray(pixels).tobytes()).digest()
+
+
+def _together(hashes: Sequence[bytes]) -> str:
+    return sha256(b"".join(hashes)).hexdigest()

@@ -1,0 +1,125 @@
+"""Records an episode of a scene, frame by frame, into the files of a KITTI tree."""
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+
+from mot_sim.files.settings import versions
+from mot_sim.simulation.episode import episode_of
+from mot_sim.simulation.episodes.extra import Metadata, array_digests, arrays_of, write_extra
+from mot_sim.simulation.episodes.pictures import Pictures
+from mot_sim.simulation.episodes.places import PICTURES, Places
+from mot_sim.simulation.episodes.texts import write_texts
+from mot_sim.simulation.imaging import Drawn
+from mot_sim.simulation.scene import Scene, Take
+from mot_sim.simulation.truth import Annotations, annotate_frame
+from tracker.errors import BadConfig, UnknownName
+
+
+@dataclass(frozen=True)
+class PictureOptions:
+    """Which pictures are drawn. parts: of PICTURES. renderer: of RENDERERS, or `auto`."""
+
+    parts: tuple[str, ...] = ("images",)
+    renderer: str = "raster"
+
+    def __post_init__(self) -> None:
+        for part in self.parts:
+            if part not in PICTURES:
+                raise UnknownName.of("kind of picture", part, PICTURES)
+        if len(set(self.parts)) < len(self.parts):
+            raise BadConfig(f"pictures {', '.join(self.parts)}: name each kind once")
+
+
+NO_PICTURES = PictureOptions(())
+
+
+def record_episode(
+    scene: Scene,
+    seed: int,
+    places: Places,
+    options: PictureOptions = NO_PICTURES,
+    progress: Callable[[], None] | None = None,
+) -> Metadata:
+    """Run a scene and write the episode; an older one of that name is replaced.
+
+    progress: called after every frame. The extra file comes last and makes the episode whole. A
+    KeyboardInterrupt leaves a valid episode of the frames that were finished, as if the scene
+    had so many, and goes on; without any finished frame, and after any other error, such as
+    BadOutput on a full disk, nothing of the episode is left.
+    """
+    places.remove()
+    try:
+        take = Take.of(scene, seed)
+        drawn = Drawn(take, options.renderer) if options.parts else None
+        parts, pictures, interrupt = _look(take, drawn, Pictures(options.parts, places), progress)
+        if interrupt is not None and not parts:
+            raise interrupt
+        metadata = _finish(take, parts, pictures, drawn, places)
+    except BaseException:
+        with suppress(OSError):
+            places.remove()
+        raise
+    if interrupt is not None:
+        raise interrupt
+    return metadata
+
+
+def replay_digests(
+    scene: Scene, seed: int, scratch: Places, options: PictureOptions
+) -> dict[str, str]:
+    """What every part hashes to when the scene is run again; text files go to `scratch`."""
+    take = Take.of(scene, seed)
+    drawn = Drawn(take, options.renderer) if options.parts else None
+    parts, pictures, interrupt = _look(take, drawn, Pictures(options.parts), None)
+    if interrupt is not None:
+        raise interrupt
+    return dict(_finish(take, parts, pictures, drawn, scratch).sha256)
+
+
+def _look(
+    take: Take,
+    drawn: Drawn | None,
+    pictures: Pictures,
+    progress: Callable[[], None] | None,
+) -> tuple[list[Annotations], Pictures, KeyboardInterrupt | None]:
+    """The truth of frame after frame, its pictures written; until the end or an interruption."""
+    parts: list[Annotations] = []
+    try:
+        for frame, world in enumerate(take.worlds):
+            before = take.worlds[frame - 1] if frame else None
+            part = annotate_frame(world, take.stage, frame, before, take.scenery_in(world))
+            if drawn is not None:
+                pictures.add(frame, drawn.render(frame))
+            parts.append(part)
+            if progress is not None:
+                progress()
+    except KeyboardInterrupt as interrupt:
+        return parts, pictures, interrupt
+    return parts, pictures, None
+
+
+def _finish(
+    take: Take,
+    parts: Sequence[Annotations],
+    pictures: Pictures,
+    drawn: Drawn | None,
+    places: Places,
+) -> Metadata:
+    """Cut everything to the finished frames, and write all but the pictures; extra file last."""
+    places.trim(len(parts))
+    episode = episode_of(take.until(len(parts)), Annotations.concatenate(list(parts)))
+    arrays = arrays_of(episode)
+    digests = write_texts(episode, places) | array_digests(arrays) | pictures.digests(len(parts))
+    metadata = Metadata(
+        scene=take.scene.name,
+        knobs=dict(take.scene.knobs),
+        seed=take.seed,
+        frames=len(parts),
+        renderer=None if drawn is None else drawn.renderer_name,
+        pictures=tuple(pictures.parts),
+        versions=versions(),
+        sha256=digests,
+    )
+    write_extra(places.extra, metadata, arrays)
+    return metadata

@@ -1,0 +1,137 @@
+"""Whether episodes are what they say: their files are hashed, their scenes run again."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from mot_sim.files.documents import require_inside
+from mot_sim.simulation.episodes.extra import Metadata
+from mot_sim.simulation.episodes.pictures import digest_of_folder
+from mot_sim.simulation.episodes.places import (
+    EPISODES_FILE,
+    PICTURES,
+    TEXTS,
+    Places,
+    begun_episodes,
+    file_digest,
+    stored_episodes,
+)
+from mot_sim.simulation.episodes.reading import read_episode
+from mot_sim.simulation.episodes.recording import PictureOptions, replay_digests
+from mot_sim.simulation.scene import Scene
+from tracker.errors import BadFile, DatasetNotFound, TrackingError
+
+SAME = "same"
+# What the columns of a table of verdicts put together.
+GROUPS: dict[str, tuple[str, ...]] = {
+    "labels": ("labels", "truth"),
+    "detections": ("detections", "exact detections"),
+    "trajectories": ("trajectories", "oxts", "odometry", "calibration"),
+    "pictures": tuple(PICTURES),
+}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What was found of one episode. parts: `same`, or what differs, a part each.
+
+    trouble: why nothing could be compared; None where all could be.
+    """
+
+    name: str
+    frames: int
+    parts: Mapping[str, str]
+    trouble: str | None = None
+
+    @property
+    def is_same(self) -> bool:
+        """Whether nothing differs."""
+        return self.trouble is None and set(self.parts.values()) <= {SAME}
+
+    def verdict(self, group: str) -> str:
+        """Of a group of GROUPS: `same`, what differs, or `-` where nothing was compared."""
+        found = {part: self.parts[part] for part in GROUPS[group] if part in self.parts}
+        differing = [f"{part}: {what}" for part, what in found.items() if what != SAME]
+        return "; ".join(differing) or (SAME if found else "-")
+
+
+def verify_tree(
+    root: Path,
+    find_scene: Callable[..., Scene],
+    pictures: bool = False,
+    progress: Callable[[str, int], None] | None = None,
+) -> list[Finding]:
+    """What is found of every episode of a tree; a bad one does not keep the others from it.
+
+    progress: called after every episode with its name and how many there are. Raises
+    DatasetNotFound for a tree without episodes.
+    """
+    ours = (root / EPISODES_FILE).is_file()
+    names = begun_episodes(root) if ours else stored_episodes(root)
+    if not names:
+        raise DatasetNotFound(f"{root}: no episodes in it; mot-sim record makes some")
+    found = []
+    for name in names:
+        found.append(verify_episode(root, name, find_scene, pictures))
+        if progress is not None:
+            progress(name, len(names))
+    return found
+
+
+def verify_episode(
+    root: Path, name: str, find_scene: Callable[..., Scene], pictures: bool = False
+) -> Finding:
+    """Compare the hashes of an episode's metadata with its files, and with a new run.
+
+    find_scene: gives the scene of a name and its knobs. pictures: decode and draw them too.
+    """
+    places = Places(root, name)
+    if not places.extra.is_file():
+        trouble = "half-made: it has no extra file; mot-sim record --resume does it again"
+        return Finding(name, 0, {}, trouble)
+    try:
+        metadata = read_episode(root, name).metadata
+    except TrackingError as error:
+        return Finding(name, 0, {}, str(error))
+    parts = {part: SAME for part in metadata.sha256 if pictures or part not in PICTURES}
+    for part, what in _changes(places, metadata, pictures).items():
+        parts[part] = what
+    try:
+        profile = str(metadata.knobs.get("profile", ""))
+        if profile.endswith(".toml"):
+            require_inside(profile, f"{places.extra}", root, Path.cwd())
+        replayed = _replay(find_scene(metadata.scene, **metadata.knobs), metadata, pictures)
+    except TrackingError as error:
+        return Finding(name, metadata.frames, parts, f"cannot be run again: {error}")
+    for part, told in metadata.sha256.items():
+        if parts.get(part) == SAME and replayed.get(part) != told:
+            parts[part] = "a new run differs"
+    return Finding(name, metadata.frames, parts)
+
+
+def _changes(places: Places, metadata: Metadata, pictures: bool) -> dict[str, str]:
+    """What the files on disk have become since they were written."""
+    changed = {}
+    for part in TEXTS:
+        digest = file_digest(places.text(part))
+        if digest != metadata.sha256.get(part):
+            changed[part] = "file missing" if digest is None else "file changed"
+    for part in metadata.pictures if pictures else ():
+        try:
+            digest = digest_of_folder(places, part, metadata.frames)
+        except BadFile as error:
+            changed[part] = str(error)
+            continue
+        if digest != metadata.sha256.get(part):
+            changed[part] = "files changed"
+    return changed
+
+
+def _replay(scene: Scene, metadata: Metadata, pictures: bool) -> dict[str, str]:
+    """What every part hashes to in a new run of the same scene, seed and length."""
+    drawn = metadata.pictures if pictures else ()
+    options = PictureOptions(drawn, metadata.renderer or "raster")
+    with TemporaryDirectory() as folder:
+        short = replace(scene, frame_count=metadata.frames)
+        return replay_digests(short, metadata.seed, Places(Path(folder), "0000"), options)

@@ -1,0 +1,72 @@
+"""From a frame of a take to what a renderer draws, and its pictures when somebody asks."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import UInt8
+from numpy import ndarray as Array
+
+from mot_sim.simulation.renderers import RENDERERS, Rendered, Renderer, View, find_renderer
+from mot_sim.simulation.scene import Take
+from mot_sim.simulation.scenery import look
+
+
+def view_of(take: Take, frame: int) -> View:
+    """All that stands before the camera in a frame; without roads the cars stand on a plain."""
+    world, camera = take.worlds[frame], take.scene.rig.camera
+    cars = take.stage.placed(world)
+    if take.neighbourhood is None:
+        return View(camera, cars)
+    return take.neighbourhood.view(camera, world.ego, cars)
+
+
+def motion_at(take: Take, frame: int) -> tuple[float, float]:
+    """Metres ahead and radians to the right that the camera moves up to a frame, at first 0."""
+    before, now = take.traffic.ego[max(frame - 1, 0)], take.traffic.ego[frame]
+    x, y, turned = (now - before).tolist()
+    return x * float(np.cos(now[2])) + y * float(np.sin(now[2])), turned
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """The frames of a take, drawn one by one when somebody asks; satisfies `ImageSource`.
+
+    renderer: a name of RENDERERS, or `auto`. Raises UnknownName and NoOpenGL at once.
+    """
+
+    take: Take
+    renderer: str = "raster"
+
+    def __post_init__(self) -> None:
+        _ = self.drawing
+
+    @cached_property
+    def drawing(self) -> Renderer:
+        """What draws."""
+        return find_renderer(self.renderer)
+
+    @property
+    def renderer_name(self) -> str:
+        """The name of what draws: what `auto` came to."""
+        return renderer_name(self.drawing)
+
+    def render(self, frame: int) -> Rendered:
+        """Image, depth, instances and semantics of a frame, in the scene's weather."""
+        take = self.take
+        view = view_of(take, frame)
+        drawn = self.drawing.render(view)
+        motion = motion_at(take, frame)
+        image = look(take.scene.weather, view, drawn, take.seed, frame, motion)
+        return replace(drawn, image=image)
+
+    def load(self, frame: int) -> UInt8[Array, "h w 3"] | None:
+        """The RGB image of a frame; None beyond the take."""
+        return self.render(frame).image if 0 <= frame < len(self.take) else None
+
+
+def renderer_name(renderer: Renderer) -> str:
+    """The name in RENDERERS of what draws; for one that is not registered, its class's."""
+    kind = type(renderer)
+    place = f"{kind.__module__}:{kind.__qualname__}"
+    return next((name for name, where in RENDERERS.items() if where == place), kind.__qualname__)

@@ -1,0 +1,77 @@
+"""Renderers: image, depth, instance and semantic ids of a view, all from one pass."""
+
+from importlib import import_module
+from logging import getLogger
+from typing import Protocol, runtime_checkable
+
+from mot_sim.simulation.renderers.silhouettes import (
+    Hidden,
+    Layer,
+    Scan,
+    Silhouettes,
+    scan,
+    silhouettes,
+)
+from mot_sim.simulation.renderers.surroundings import Road, Sky, Sun, Texture
+from mot_sim.simulation.renderers.triangles import NEAR
+from mot_sim.simulation.renderers.view import NOBODY, Mesh, Placed, Rendered, Semantic, View
+from tracker.errors import TrackingError, UnknownName
+
+__all__ = [
+    "AUTO",
+    "NEAR",
+    "NOBODY",
+    "RENDERERS",
+    "Hidden",
+    "Layer",
+    "Mesh",
+    "Placed",
+    "Rendered",
+    "Renderer",
+    "Road",
+    "Scan",
+    "Semantic",
+    "Silhouettes",
+    "Sky",
+    "Sun",
+    "Texture",
+    "View",
+    "find_renderer",
+    "scan",
+    "silhouettes",
+]
+
+
+@runtime_checkable
+class Renderer(Protocol):
+    """What draws views. Objects stand on the road; nothing is kept between two frames."""
+
+    def render(self, view: View) -> Rendered:
+        """The frame of a view; its arrays are the caller's own."""
+        ...
+
+
+# The name of a renderer: the module and the class that hold it, imported when asked for.
+RENDERERS: dict[str, str] = {
+    "raster": "mot_sim.simulation.renderers.raster:RasterRenderer",
+    "mesh": "mot_sim.simulation.renderers.mesh:MeshRenderer",
+}
+AUTO = "auto"  # mesh where there is OpenGL, else raster
+
+
+def find_renderer(name: str = "raster") -> Renderer:
+    """The renderer of a name; `auto` takes what works, and says so where that is not `mesh`.
+
+    Raises UnknownName, and for `mesh` without OpenGL a TrackingError that says what to install.
+    """
+    if name == AUTO:
+        try:
+            return find_renderer("mesh")
+        except TrackingError as error:
+            getLogger(__name__).warning("drawing with 'raster': %s", error)
+            return find_renderer("raster")
+    if name not in RENDERERS:
+        raise UnknownName.of("renderer", name, [*RENDERERS, AUTO])
+    module, _, attribute = RENDERERS[name].partition(":")
+    renderer: Renderer = getattr(import_module(module), attribute)()
+    return renderer

@@ -1,0 +1,230 @@
+"""The backdrop of a view: the sky, and the road as a perspective warp with exact depth."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+
+import cv2
+import numpy as np
+from jaxtyping import Bool, Float, Float32, UInt8
+from numpy import ndarray as Array
+
+from mot_sim.simulation.renderers.surroundings import Colour, Level, Panorama, Road, Sky
+from mot_sim.simulation.renderers.view import Semantic
+from tracker.types import Camera
+
+# Rows near the horizon see many texels at once: they are warped so many times higher, and then
+# averaged; that many times at most.
+MOST = 4
+TEXELS = 3.0  # that a drawn row may skip
+SHARP = 0.33  # texels that a pixel is wide, at least, where a finer picture is to be had
+SKY_RANGE = 0.35  # slope above the horizon from which on the sky has its top colour
+
+
+@dataclass(frozen=True, eq=False)
+class Horizon:
+    """Where a camera sees the road plane, and how far it is; fixed for a camera.
+
+    depth: metres along the optical axis, inf above the horizon. below: 255 where the road
+    is, else 0. first: the first row with road. slope: of the rays, up from the horizon.
+    """
+
+    depth: Float32[Array, "h w"]
+    below: UInt8[Array, "h w"]
+    first: int
+    slope: Float32[Array, "h w"]
+
+
+@lru_cache(maxsize=8)
+def horizon(camera: Camera) -> Horizon:
+    """The horizon of a camera: its road is `road_normal . X = height`."""
+    width, height = camera.image_size
+    down_u, down_v, down = camera.A_road_pixel[1]  # how steeply a pixel's ray goes down
+    u, v = np.arange(width), np.arange(height)[:, None]
+    falling = down_u * u + down_v * v + down
+    below = falling > 1e-9
+    depth = np.where(below, camera.height / np.where(below, falling, 1.0), np.inf)
+    rows = np.flatnonzero(below.any(axis=1))
+    first = int(rows[0]) if len(rows) else height
+    mask = np.where(below, 255, 0).astype(np.uint8)
+    return Horizon(depth.astype(np.float32), mask, first, (-falling).astype(np.float32))
+
+
+def sky_image(camera: Camera, sky: Sky) -> UInt8[Array, "h w 3"]:
+    """The sky alone, all over the image; the caller's own."""
+    image = _faded(camera, sky.top, sky.low).copy()
+    if sky.panorama is not None:
+        around = panorama_image(camera, sky.panorama, sky.heading)
+        image[: len(around)] = around
+    return image
+
+
+@lru_cache(maxsize=8)
+def _faded(camera: Camera, top: Colour, low: Colour) -> UInt8[Array, "h w 3"]:
+    share = (horizon(camera).slope / SKY_RANGE).clip(0.0, 1.0)[..., None]
+    first, last = np.array(low, np.float32), np.array(top, np.float32)
+    return np.round(first + share * (last - first)).astype(np.uint8)
+
+
+def panorama_image(camera: Camera, panorama: Panorama, heading: float) -> UInt8[Array, "r w 3"]:
+    """The rows of the image that see anything above the horizon."""
+    height, width = panorama.rgba.shape[:2]
+    columns, rows = _panorama_map(camera, (width, height), panorama.top, panorama.bottom)
+    if not len(rows):
+        return np.zeros((0, camera.image_size[0], 3), np.uint8)
+    leftmost = float(columns.min())
+    start = (leftmost + heading * width / (2.0 * np.pi)) % width
+    whole = int(start)
+    shift = start - whole - leftmost
+    piece = panorama.twice[:, whole : whole + width]
+    seen = cv2.remap(
+        piece, cv2.add(columns, shift), rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
+    return cv2.cvtColor(seen, cv2.COLOR_RGBA2RGB)
+
+
+@lru_cache(maxsize=8)
+def _panorama_map(
+    camera: Camera, size: tuple[int, int], top: float, bottom: float
+) -> tuple[Float32[Array, "r w"], Float32[Array, "r w"]]:
+    """Columns (from straight ahead) and rows of a panorama at the image's pixels."""
+    width, _height = camera.image_size
+    count = int((horizon(camera).below == 0).any(axis=1).sum())
+    v, u = np.mgrid[:count, :width].astype(float)
+    rays = camera.rays_road(np.stack((u, v), axis=-1).reshape(-1, 2)).reshape(count, width, 3)
+    azimuth = np.arctan2(rays[..., 0], rays[..., 2])
+    elevation = np.arctan2(-rays[..., 1], np.hypot(rays[..., 0], rays[..., 2]))
+    columns = azimuth * (size[0] / (2.0 * np.pi))
+    rows = (top - elevation) / (top - bottom) * (size[1] - 1.0)
+    return columns.astype(np.float32), rows.astype(np.float32)
+
+
+def road_warp(camera: Camera, road: Road | Level) -> Float[Array, "3 3"]:
+    """From the texture's homogeneous pixels to the image's."""
+    A_image_road = camera.K @ camera.T_cam_road[:3][:, [0, 2, 3]]
+    return A_image_road @ np.linalg.inv(road.A_texture_road)
+
+
+def road_image(camera: Camera, road: Road) -> UInt8[Array, "r w 3"]:
+    """The road from the horizon's first row down; what is above the horizon means nothing."""
+    rgba = road_rgba(camera, road)
+    return cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB) if len(rgba) else rgba[..., :3]
+
+
+def road_rgba(camera: Camera, road: Road) -> UInt8[Array, "r w 4"]:
+    """The road from the horizon's first row down; alpha is 255 on the road, 0 beside it."""
+    first, (width, height) = horizon(camera).first, camera.image_size
+    warps = [road_warp(camera, level) for level in road.levels]
+    image = np.empty((height - first, width, 4), np.uint8)
+    for top, bottom, finer, number in cuts(camera, road):
+        A_band_image = np.array([
+            [1.0, 0.0, 0.0], [0.0, finer, 0.5 * (finer - 1.0) - finer * top], [0.0, 0.0, 1.0],
+        ])  # fmt: skip
+        band = cv2.warpPerspective(
+            road.levels[number].texture.rgba,
+            A_band_image @ warps[number],
+            (width, (bottom - top) * finer),
+            flags=cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_CONSTANT,
+            borderValue=(*road.around, 0),
+        )
+        while len(band) > bottom - top:  # (OpenCV's own INTER_AREA is several times slower)
+            band = cv2.addWeighted(band[::2], 0.5, band[1::2], 0.5, 0.0)
+        image[top - first : bottom - first] = band
+    return image
+
+
+def bands(camera: Camera, road: Road) -> tuple[tuple[int, int, int], ...]:
+    """First row, last row plus one, and how many times higher the band is drawn."""
+    return tuple(cut[:3] for cut in cuts(camera, road))
+
+
+def cuts(camera: Camera, road: Road) -> tuple[tuple[int, int, int, int], ...]:
+    """The bands, and which of the road's levels each one shows."""
+    first, (_width, height) = horizon(camera).first, camera.image_size
+    if first >= height:
+        return ()
+    levels = road.levels
+    rows = np.arange(first, height)
+    chosen = np.full(len(rows), len(levels) - 1)
+    finer = np.ones(len(rows), int)
+    sharp = np.zeros(len(rows), bool)
+    for number in reversed(range(len(levels))):
+        along, across, inside = _footprints(camera, levels[number])
+        takes = inside & ~sharp if number < len(levels) - 1 else np.ones(len(rows), bool)
+        steps = np.ceil(np.log2(np.maximum(along, 1e-9) / TEXELS)).clip(0, np.log2(MOST))
+        smooth = 2 ** np.maximum.accumulate(steps[::-1])[::-1]
+        chosen[takes], finer[takes] = number, smooth[takes].astype(int)
+        sharp |= takes & (across >= SHARP)
+    changes = (np.diff(finer) != 0) | (np.diff(chosen) != 0)
+    edges = [0, *(np.flatnonzero(changes) + 1).tolist(), len(rows)]
+    return tuple(
+        (first + top, first + bottom, int(finer[top]), int(chosen[top]))
+        for top, bottom in pairwise(edges)
+    )
+
+
+def _footprints(
+    camera: Camera, level: Level
+) -> tuple[Float[Array, " r"], Float[Array, " r"], Bool[Array, " r"]]:
+    """For each row with road: a pixel's texels down and across; whether the level covers it."""
+    first, (width, height) = horizon(camera).first, camera.image_size
+    A_texture_image = np.linalg.inv(road_warp(camera, level))
+    rows = np.arange(first, height + 1, dtype=float)
+    middle = 0.5 * width
+    u = np.array([middle, middle + 1.0, -0.5, width - 0.5])[:, None] + np.zeros_like(rows)
+    seen = np.tensordot(A_texture_image, np.stack((u, u * 0.0 + rows, u * 0.0 + 1.0)), axes=1)
+    points = seen[:2] / seen[2]
+    along = np.hypot(*np.diff(points[:, 0], axis=1))
+    across = np.hypot(*(points[:, 1] - points[:, 0]))[:-1]
+    size = np.array(level.texture.size)[:, None, None] - 1.0
+    inside = ((points[:, 2:] >= 0.0) & (points[:, 2:] <= size)).all(axis=(0, 1))
+    inside = inside[:-1] & inside[1:]
+    if np.isfinite(level.reach):
+        inside &= horizon(camera).depth[first:].max(axis=1) <= level.reach
+    return along, across, inside
+
+
+def road_semantics(
+    camera: Camera, road: Road, rgba: UInt8[Array, "r w 4"] | None = None
+) -> UInt8[Array, "h w"]:
+    """Sky, road or ground at each pixel, without any object.
+
+    rgba: what `road_rgba` gave; taken where the road has levels, whose alpha tells.
+    """
+    if road.finer:
+        seen, (width, height) = horizon(camera), camera.image_size
+        kinds = np.full((height, width), Semantic.SKY, np.uint8)
+        if seen.first >= height:
+            return kinds
+        alpha = cv2.extractChannel(road_rgba(camera, road) if rgba is None else rgba, 3)
+        below = cv2.LUT(alpha, _KINDS)
+        cv2.copyTo(below, seen.below[seen.first :], kinds[seen.first :])
+        return kinds
+    return _plain_semantics(camera, road)
+
+
+_KINDS = np.where(np.arange(256) > 127, Semantic.ROAD, Semantic.GROUND).astype(np.uint8)
+
+
+def _plain_semantics(camera: Camera, road: Road) -> UInt8[Array, "h w"]:
+    """Road inside the texture, exactly; ground around it."""
+    seen, (width, height) = horizon(camera), camera.image_size
+    kinds = np.full((height, width), Semantic.SKY, np.uint8)
+    columns, rows = road.texture.size
+    one_texel = np.full((1, 1), Semantic.ROAD, np.uint8)  # as large as the whole texture
+    A_texture_texel = np.diag((float(columns), float(rows), 1.0))
+    A_texture_texel[:2, 2] = 0.5 * columns - 0.5, 0.5 * rows - 0.5
+    A_rows_image = np.eye(3)
+    A_rows_image[1, 2] = -seen.first
+    if seen.first < height:
+        below = cv2.warpPerspective(
+            one_texel,
+            A_rows_image @ road_warp(camera, road) @ A_texture_texel,
+            (width, height - seen.first),
+            flags=cv2.INTER_NEAREST,
+            borderMode=cv2.BORDER_CONSTANT,
+            borderValue=(float(Semantic.GROUND),),
+        )
+        cv2.copyTo(below, seen.below[seen.first :], kinds[seen.first :])
+    return kinds

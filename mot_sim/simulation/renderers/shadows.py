@@ -1,0 +1,154 @@
+"""Soft shadows on the road: the cast one of the sun, and the dark beneath each object."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+from jaxtyping import Float, Int, Int32, UInt8
+from numpy import ndarray as Array
+
+from mot_sim.simulation.renderers.clipping import clip_polygon
+from mot_sim.simulation.renderers.surroundings import Sun
+from mot_sim.simulation.renderers.triangles import side_planes
+from mot_sim.simulation.renderers.view import Mesh, View
+from tracker.geometry import transform
+from tracker.types import Camera
+
+SHIFT = 4  # fractional bits of the polygons' corners
+FAR_OUT = 8000.0  # pixels; OpenCV's fixed-point corners overflow beyond 16 bits
+FAINT = 150.0  # metres: a shadow farther away is a quarter of a pixel high
+# Layers, from light to dark: how far the outline is moved out in metres, and how much of the
+# full darkness it has. Below the body no sky is seen: the last ones are the footprint's own.
+CAST = ((0.10, 0.25), (0.03, 0.55), (-0.05, 0.8))
+BENEATH = ((0.05, 0.9), (-0.12, 1.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Outlines:
+    """Convex outlines on the road, one after the other: corners (x, z), and each one's end."""
+
+    corners: Float[Array, "k 2"]
+    ends: Int[Array, " n"]
+
+    @classmethod
+    def around(cls, groups: list[Float[Array, "_ 2"]]) -> "Outlines":
+        """The convex hulls of groups of points on the road."""
+        hulls = [cv2.convexHull(points.astype(np.float32))[:, 0] for points in groups]
+        ends = np.cumsum([len(hull) for hull in hulls])
+        return cls(np.concatenate(hulls).astype(np.float64), ends)
+
+    @cached_property
+    def middle_and_half(self) -> tuple[Float[Array, "k 2"], Float[Array, "k 1"]]:
+        """For each corner its outline's middle, and half its outline's shorter side."""
+        starts = np.concatenate(([0], self.ends[:-1]))
+        low = np.minimum.reduceat(self.corners, starts)
+        high = np.maximum.reduceat(self.corners, starts)
+        middle, half = 0.5 * (low + high), 0.5 * (high - low).min(axis=1, keepdims=True)
+        length = self.ends - starts
+        return np.repeat(middle, length, axis=0), np.repeat(half, length, axis=0)
+
+    def grown(self, distance: float) -> Float[Array, "k 2"]:
+        """All corners, moved out from their outlines' middles by about a distance, metres."""
+        middle, half = self.middle_and_half
+        scale = np.maximum(1.0 + distance / np.maximum(half, 1e-9), 0.0)
+        return middle + (self.corners - middle) * scale
+
+
+def shadow_mask(view: View, near: float) -> UInt8[Array, "h w"]:
+    """How dark the road is at each pixel, 0 = not at all, 255 = as dark as a shadow gets."""
+    width, height = view.camera.image_size
+    mask = np.zeros((height, width), np.uint8)
+    rows = casters(view, near)
+    if not len(rows):
+        return mask
+    for outlines, layers in zip(outlines_of(view, rows), (CAST, BENEATH), strict=True):
+        for distance, darkness in layers:
+            corners = outlines.grown(distance)
+            for polygon in drawn(view.camera, corners, outlines.ends, near):
+                cv2.fillConvexPoly(mask, polygon, 255.0 * darkness, cv2.LINE_8, SHIFT)
+    return cv2.blur(mask, (3, 3))
+
+
+def casters(view: View, near: float) -> Int[Array, " k"]:
+    """The objects whose shadows may lie in the image; a few more, never fewer."""
+    placed = view.placed
+    rows = np.array([row for row, mesh in enumerate(placed.meshes) if has_shadow(mesh)], np.int64)
+    if not len(rows):
+        return rows
+    spheres = [placed.meshes[row].sphere for row in rows.tolist()]
+    T_road_object = view.camera.T_road_cam @ placed.T_cam_object[rows]
+    centres = transforms(T_road_object, np.stack([centre for centre, _ in spheres])[:, None])[:, 0]
+    radii = np.array([radius for _, radius in spheres])
+    x, y, z = view.sun.direction
+    highest = np.maximum(radii - centres[:, 1], 0.0)
+    half = 0.5 * highest[:, None] * np.array([x, z]) / y  # the shadow's middle lies so far aside
+    centres[:, [0, 2]] += half
+    around = transform(view.camera.T_cam_road, centres)
+    reach = radii + np.hypot(*half.T) + 0.5
+    inside = around @ side_planes(view.camera).T >= -reach[:, None]
+    depth = around[:, 2]
+    return rows[(depth + reach > near) & (depth - reach < FAINT) & inside.all(axis=1)]
+
+
+def outlines_of(view: View, rows: Int[Array, " k"]) -> tuple[Outlines, Outlines]:
+    """The outlines on the road of the shadows that some objects cast, and of their footprints."""
+    extremes = [view.placed.meshes[row].extremes for row in rows.tolist()]
+    lengths = [len(points) for points in extremes]
+    T_road_object = view.camera.T_road_cam @ view.placed.T_cam_object[rows]
+    points = transforms(
+        np.repeat(T_road_object, lengths, axis=0), np.concatenate(extremes)[:, None]
+    )
+    cuts = np.cumsum(lengths)[:-1]
+    cast = np.split(fall(points[:, 0], view.sun), cuts)
+    return Outlines.around(cast), Outlines.around(np.split(points[:, 0, [0, 2]], cuts))
+
+
+def transforms(Ts: Float[Array, "n 4 4"], points: Float[Array, "n k 3"]) -> Float[Array, "n k 3"]:
+    """Each group of points, moved by its own transform."""
+    return points @ Ts[:, :3, :3].swapaxes(1, 2) + Ts[:, None, :3, 3]
+
+
+def has_shadow(mesh: Mesh) -> bool:
+    """Whether a mesh darkens the road."""
+    return mesh.casts and len(mesh.vertices) >= 3
+
+
+def fall(points_road: Float[Array, "k 3"], sun: Sun) -> Float[Array, "k 2"]:
+    """Where the sun's light through the points meets the road, (x, z)."""
+    x, y, z = sun.direction
+    return points_road[:, [0, 2]] - points_road[:, 1:2] * np.array([x, z]) / y
+
+
+def drawn(
+    camera: Camera, corners: Float[Array, "k 2"], ends: Int[Array, " n"], near: float
+) -> list[Int32[Array, "_ 2"]]:
+    """Outlines on the road in OpenCV's fixed-point pixels, their parts behind `near` cut off."""
+    T = camera.T_cam_road
+    points_cam = corners @ T[:3, [0, 2]].T + T[:3, 3]
+    starts = np.concatenate(([0], ends[:-1]))
+    whole = np.minimum.reduceat(points_cam[:, 2], starts) >= near
+    pixels = camera.project(points_cam)
+    whole[whole] &= np.maximum.reduceat(np.abs(pixels).max(axis=1), starts)[whole] < FAR_OUT
+    fixed, polygons = _fixed(np.nan_to_num(pixels)), []
+    for start, end, is_whole in zip(starts.tolist(), ends.tolist(), whole.tolist(), strict=True):
+        if is_whole:
+            polygons.append(fixed[start:end])
+            continue
+        polygon = _cut(camera, points_cam[start:end], near)
+        if len(polygon) >= 3:
+            polygons.append(_fixed(polygon))
+    return polygons
+
+
+def _cut(camera: Camera, points_cam: Float[Array, "k 3"], near: float) -> Float[Array, "q 2"]:
+    """The pixels of an outline's part before `near`, not farther out than OpenCV can count."""
+    polygon = camera.project(clip_polygon(points_cam, points_cam[:, 2], near))
+    for axis in (0, 1):
+        for side in (1.0, -1.0):
+            polygon = clip_polygon(polygon, FAR_OUT + side * polygon[:, axis])
+    return polygon
+
+
+def _fixed(pixels: Float[Array, "n 2"]) -> Int32[Array, "n 2"]:
+    return np.round(pixels * (1 << SHIFT)).astype(np.int32)

@@ -1,0 +1,142 @@
+"""The triangles of a view that face the camera and lie before its near plane."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray as Array
+
+from mot_sim.simulation.renderers.view import Placed
+from tracker.types import Camera
+
+NEAR = 0.3  # metres before the camera; nothing nearer is in its view
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """A soup of triangles in the camera's frame, grouped by object.
+
+    corners: metres. objects: rows of `Placed`, ascending. faces: rows of that object's mesh;
+    a face that the near plane cuts into two triangles stands here twice.
+    """
+
+    corners: Float[Array, "t 3 3"]
+    objects: Int[Array, " t"]
+    faces: Int[Array, " t"]
+
+    def __len__(self) -> int:
+        return len(self.corners)
+
+    @classmethod
+    def of(cls, placed: Placed, camera: Camera, near: float) -> "Triangles":
+        """What may appear in the image: back faces culled, cut at the near plane, metres."""
+        corners, objects, faces = [np.zeros((0, 3, 3))], [], [np.zeros(0, np.int64)]
+        for row in np.flatnonzero(in_sight(placed, camera, near)).tolist():
+            mesh, T_cam_object = placed.meshes[row], placed.T_cam_object[row]
+            eye = -T_cam_object[:3, :3].T @ T_cam_object[:3, 3]  # the camera, seen by the object
+            facing = np.flatnonzero(mesh.normals @ eye > mesh.offsets)
+            vertices_cam = mesh.vertices @ T_cam_object[:3, :3].T + T_cam_object[:3, 3]
+            shown = vertices_cam.take(mesh.faces.take(facing, axis=0), axis=0)
+            if shown.size and vertices_cam[:, 2].min() < near:
+                shown, kept = cut_near(shown, near)
+                facing = facing[kept]
+            corners.append(shown)
+            objects.append(np.full(len(shown), row))
+            faces.append(facing)
+        rows = np.concatenate(objects) if objects else np.zeros(0, np.int64)
+        return cls(np.concatenate(corners), rows, np.concatenate(faces))
+
+    def select(self, keep: Bool[Array, " t"]) -> "Triangles":
+        """The chosen ones."""
+        return Triangles(self.corners[keep], self.objects[keep], self.faces[keep])
+
+    def at(self, rows: Int[Array, " k"]) -> "Triangles":
+        """Those of some rows."""
+        return Triangles(self.corners[rows], self.objects[rows], self.faces[rows])
+
+    @cached_property
+    def normals(self) -> Float[Array, "t 3"]:
+        """Unit normals away from the objects; zero for triangles without area."""
+        a, b, c = self.corners.swapaxes(0, 1)
+        across = np.cross(b - a, c - a)
+        length = np.sqrt(np.einsum("ti,ti->t", across, across))[:, None]
+        return across / np.where(length > 0.0, length, 1.0)
+
+    def of_objects(self, rows: Int[Array, " k"]) -> "Triangles":
+        """Those of some objects, in ascending order."""
+        bounds = np.searchsorted(self.objects, np.stack((rows, rows + 1), axis=1)).tolist()
+        if len(bounds) == 1:
+            part = slice(*bounds[0])
+            return Triangles(self.corners[part], self.objects[part], self.faces[part])
+        return self.select(np.isin(self.objects, rows))
+
+    def slices(self, count: int) -> Int[Array, "count 2"]:
+        """Where each of `count` objects' triangles begin and end."""
+        ends = np.searchsorted(self.objects, np.arange(count + 1))
+        return np.stack((ends[:-1], ends[1:]), axis=1)
+
+    @cached_property
+    def depths(self) -> tuple[float, float]:
+        """The smallest and the largest depth; 1, 1 for no triangle."""
+        if not len(self):
+            return 1.0, 1.0
+        return float(self.corners[..., 2].min()), float(self.corners[..., 2].max())
+
+
+def in_sight(placed: Placed, camera: Camera, near: float) -> Bool[Array, " n"]:
+    """Whether any of an object's bounding sphere lies in the camera's view, past the near plane."""
+    if not len(placed):
+        return np.zeros(0, bool)
+    centres = np.stack([mesh.sphere[0] for mesh in placed.meshes])
+    radii = np.array([mesh.sphere[1] for mesh in placed.meshes])
+    T = placed.T_cam_object
+    centres_cam = np.einsum("nij,nj->ni", T[:, :3, :3], centres) + T[:, :3, 3]
+    distances = centres_cam @ side_planes(camera).T
+    return (centres_cam[:, 2] + radii > near) & (distances >= -radii[:, None]).all(axis=1)
+
+
+def side_planes(camera: Camera) -> Float[Array, "4 3"]:
+    """Unit normals, inwards, of the view's four sides, through the outer edges of its pixels."""
+    width, height = camera.image_size
+    outer = np.array([(0, 0), (width, 0), (width, height), (0, height)]) - 0.5
+    rays = camera.rays(outer)
+    normals = np.cross(rays, np.roll(rays, -1, axis=0))
+    return normals / np.linalg.norm(normals, axis=1, keepdims=True)
+
+
+def cut_near(
+    corners: Float[Array, "t 3 3"], near: float
+) -> tuple[Float[Array, "s 3 3"], Int[Array, " s"]]:
+    """The triangles' parts from the near plane on, and which triangle each comes from.
+
+    A triangle with one corner behind the plane leaves a quadrilateral, that is two triangles.
+    """
+    behind = corners[..., 2] < near
+    count = behind.sum(axis=1)
+    whole, one, two = (np.flatnonzero(count == number) for number in (0, 1, 2))
+    # Turn each triangle so that its odd corner comes first; its sense of rotation stays.
+    a, b, c = _turned(corners[one], behind[one].argmax(axis=1))
+    ab, ac = _meet(a, b, near), _meet(a, c, near)
+    p, q, r = _turned(corners[two], (~behind[two]).argmax(axis=1))
+    pieces = (
+        corners[whole],
+        np.stack((ab, b, c), axis=1),
+        np.stack((ab, c, ac), axis=1),
+        np.stack((p, _meet(p, q, near), _meet(p, r, near)), axis=1),
+    )
+    return np.concatenate(pieces), np.concatenate((whole, one, one, two))
+
+
+def _turned(corners: Float[Array, "t 3 3"], first: Int[Array, " t"]) -> Float[Array, "3 t 3"]:
+    """The corners, each triangle's begun with the named one; corner by corner."""
+    order = (first[:, None] + np.arange(3)) % 3
+    return np.take_along_axis(corners, order[..., None], axis=1).swapaxes(0, 1)
+
+
+def _meet(a: Float[Array, "t 3"], b: Float[Array, "t 3"], near: float) -> Float[Array, "t 3"]:
+    """Where the edges from a to b meet the near plane; a and b lie on different sides."""
+    share = (near - a[:, 2:]) / (b[:, 2:] - a[:, 2:])
+    met = a + share * (b - a)
+    met[:, 2] = near
+    return met

@@ -1,0 +1,169 @@
+"""What a renderer is given and what it gives: meshes, a view of them, and the rendered frame."""
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, Float32, Int, Int32, UInt8
+from numpy import ndarray as Array
+
+from mot_sim.simulation.renderers.surroundings import Road, Sky, Sun
+from tracker.errors import BadConfig
+from tracker.types import Camera
+
+NOBODY = -1  # the instance id of scenery, road and sky
+
+
+class Semantic(IntEnum):
+    """What a pixel or a face is made of; the ids of the semantic image."""
+
+    SKY = 0
+    ROAD = 1  # the drawn part of the road plane
+    GROUND = 2  # the rest of it
+    CAR = 3  # bodywork
+    GLASS = 4
+    TYRE = 5
+    LIGHT = 6
+    PLATE = 7
+    TRIM = 8  # sills, grilles, bumpers
+    BUILDING = 9
+    VEGETATION = 10
+    POLE = 11
+    WALL = 12
+    OTHER = 13
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Coloured triangles in the object's frame: x forward, y down, z to the left, metres.
+
+    faces: rows of vertices, anticlockwise seen from outside; only that side is drawn.
+    colours: RGB of each face. semantics: a `Semantic` of each face. casts: whether it casts a
+    shadow on the road; of what stands still, the road's picture may hold that already.
+    """
+
+    vertices: Float[Array, "v 3"]
+    faces: Int[Array, "f 3"]
+    colours: UInt8[Array, "f 3"]
+    semantics: UInt8[Array, " f"]
+    casts: bool = True
+
+    def __post_init__(self) -> None:
+        if not np.isfinite(self.vertices).all():
+            raise BadConfig("a mesh has vertices that are not finite")
+        if self.faces.size and not 0 <= self.faces.min() <= self.faces.max() < len(self.vertices):
+            raise BadConfig(
+                f"faces name vertices {self.faces.min()} to {self.faces.max()}; "
+                f"there are {len(self.vertices)}, counted from 0"
+            )
+
+    @cached_property
+    def corners(self) -> Float[Array, "f 3 3"]:
+        """The three corners of each face."""
+        return self.vertices[self.faces]
+
+    @cached_property
+    def normals(self) -> Float[Array, "f 3"]:
+        """Unit normals away from the object; zero for faces without area."""
+        a, b, c = self.corners.swapaxes(0, 1)
+        across = np.cross(b - a, c - a)
+        length = np.linalg.norm(across, axis=1, keepdims=True)
+        return across / np.where(length > 0.0, length, 1.0)
+
+    @cached_property
+    def codes(self) -> UInt8[Array, "f 4"]:
+        """Colour and semantic id of each face."""
+        return np.column_stack((self.colours, self.semantics))
+
+    @cached_property
+    def offsets(self) -> Float[Array, " f"]:
+        """How far the faces' planes lie from the origin, along their normals."""
+        return (self.normals * self.corners[:, 0]).sum(axis=1)
+
+    @cached_property
+    def sphere(self) -> tuple[Float[Array, "3"], float]:
+        """Centre and radius of a sphere around all vertices."""
+        if not len(self.vertices):
+            return np.zeros(3), 0.0
+        centre = 0.5 * (self.vertices.min(axis=0) + self.vertices.max(axis=0))
+        return centre, float(np.linalg.norm(self.vertices - centre, axis=1).max())
+
+    @cached_property
+    def extremes(self) -> Float[Array, "k 3"]:
+        """The vertices that shape its shadow: the outermost in each of many directions."""
+        if len(self.vertices) < 64:
+            return self.vertices
+        turn = np.arange(32) * (np.pi / 16.0)
+        level = np.stack((np.cos(turn), np.zeros(32), np.sin(turn)), axis=1)
+        tilted = [level + (0.0, tilt, 0.0) for tilt in (-2.0, -0.6, 0.0, 0.6)]
+        directions = np.concatenate([[(0.0, -1.0, 0.0), (0.0, 1.0, 0.0)], *tilted])
+        return self.vertices[np.unique((self.vertices @ directions.T).argmax(axis=0))]
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """Objects before the camera: a mesh each (the same one may stand in many places).
+
+    T_cam_object: from the objects' frames to the camera's, rigid. instances: an id each, NOBODY
+    for scenery; rows with the same id are parts of one thing.
+    """
+
+    meshes: tuple[Mesh, ...]
+    T_cam_object: Float[Array, "n 4 4"]
+    instances: Int[Array, " n"]
+
+    def __post_init__(self) -> None:
+        if not len(self.meshes) == len(self.T_cam_object) == len(self.instances):
+            raise BadConfig(
+                f"{len(self.meshes)} meshes, {len(self.T_cam_object)} places and "
+                f"{len(self.instances)} instance ids: give one of each per object"
+            )
+        if not np.isfinite(self.T_cam_object).all():
+            raise BadConfig("an object's place T_cam_object is not finite")
+        if self.instances.size and self.instances.min() < NOBODY:
+            raise BadConfig(f"instance id {self.instances.min()}: ids are 0 or more, -1 is nobody")
+
+    @classmethod
+    def empty(cls) -> "Placed":
+        """No object at all."""
+        return cls((), np.zeros((0, 4, 4)), np.zeros(0, np.int64))
+
+    def beside(self, others: "Placed") -> "Placed":
+        """These objects, and then the others."""
+        return Placed(
+            self.meshes + others.meshes,
+            np.concatenate((self.T_cam_object, others.T_cam_object)),
+            np.concatenate((self.instances, others.instances)),
+        )
+
+    def __len__(self) -> int:
+        return len(self.meshes)
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Everything in front of a camera. road: None = no ground, the sky goes on below.
+
+    Objects stand on or above the road; what is below it is drawn over it.
+    """
+
+    camera: Camera
+    placed: Placed
+    road: Road | None = field(default_factory=Road)
+    sky: Sky = field(default_factory=Sky)
+    sun: Sun = field(default_factory=Sun)
+
+
+@dataclass(frozen=True, eq=False)
+class Rendered:
+    """A frame, all of it from one pass; row v, column u.
+
+    image: RGB. depth: metres along the optical axis, inf = sky. instances: ids, NOBODY = none.
+    semantics: `Semantic`.
+    """
+
+    image: UInt8[Array, "h w 3"]
+    depth: Float32[Array, "h w"]
+    instances: Int32[Array, "h w"]
+    semantics: UInt8[Array, "h w"]

@@ -1,0 +1,75 @@
+"""The camera on the ego car: from the world to the road and camera frames."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.simulation.traffic.world import World
+from tracker.errors import BadCalibration
+from tracker.geometry import homogeneous, transform, wrap_angle
+from tracker.types import Camera, Cuboids
+
+# KITTI's camera 2 on the tracking benchmark, and where it stands.
+KITTI_K = ((721.5377, 0.0, 609.5593), (0.0, 721.5377, 172.854), (0.0, 0.0, 1.0))
+KITTI_IMAGE_SIZE = (1242, 375)
+KITTI_HEIGHT = 1.65
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """A camera above the reference point (x, y) of the ego car, looking along its heading."""
+
+    camera: Camera
+
+    def __post_init__(self) -> None:
+        R_road_cam = self.camera.T_road_cam[:3, :3]
+        if not np.isfinite(R_road_cam).all() or min(R_road_cam[1, 1], R_road_cam[2, 2]) <= 0.0:
+            ahead, down = np.round(R_road_cam[:, 2], 3).tolist(), np.round(R_road_cam[:, 1], 3)
+            raise BadCalibration(
+                f"the camera looks along {ahead} of the road (right, down, forward), its lower "
+                f"edge is towards {down.tolist()}: it must look ahead and stand upright; pitch "
+                "and roll are radians, within +-1.57"
+            )
+        if min(self.camera.K[0, 0], self.camera.K[1, 1]) <= 0.0:
+            raise BadCalibration(f"focal lengths of K {self.camera.K.tolist()}: give some above 0")
+
+    @classmethod
+    def kitti(cls, height: float = KITTI_HEIGHT, pitch: float = 0.0, roll: float = 0.0) -> "Rig":
+        """KITTI's camera; pitch > 0 looks up, roll > 0 leans right, radians."""
+        return cls(Camera.mounted(np.array(KITTI_K), KITTI_IMAGE_SIZE, height, pitch, roll))
+
+    def T_world_road(self, ego: Float[Array, "3"]) -> Float[Array, "4 4"]:
+        """From the road frame under the camera to the world, for an ego pose x, y, heading.
+
+        The road's x is the ego's right, its y is down, its z is forward.
+        """
+        x, y, heading = ego
+        c, s = np.cos(heading), np.sin(heading)
+        R_world_road = np.array([[-s, 0.0, c], [c, 0.0, s], [0.0, 1.0, 0.0]])
+        return homogeneous(R_world_road, np.array([x, y, 0.0]))
+
+    def T_world_cam(self, ego: Float[Array, "3"]) -> Float[Array, "4 4"]:
+        """From the camera to the world, for an ego pose x, y, heading."""
+        return self.T_world_road(ego) @ self.camera.T_road_cam
+
+    def cuboids(self, world: World) -> Cuboids:
+        """The cars of a world in the road frame: yaw = heading - ego heading - pi/2."""
+        x, y, heading = world.ego
+        c, s = np.cos(heading), np.sin(heading)
+        dx, dy = world.x - x, world.y - y
+        down = np.zeros(len(world)) if world.z is None else world.z
+        base = np.stack((c * dy - s * dx, down, c * dx + s * dy), axis=1)
+        yaw = np.asarray(wrap_angle(world.heading - heading - 0.5 * np.pi))
+        return Cuboids(base, yaw, world.size)
+
+    def ground_cam(
+        self, ego: Float[Array, "3"], points: Float[Array, "n 2"]
+    ) -> Float[Array, "n 3"]:
+        """Points (x, y) on the world's ground, in camera coordinates."""
+        x, y, heading = ego
+        c, s = np.cos(heading), np.sin(heading)
+        dx, dy = (points - (x, y)).T
+        points_road = np.stack((c * dy - s * dx, np.zeros(len(points)), c * dx + s * dy), axis=1)
+        return transform(self.camera.T_cam_road, points_road)

@@ -1,0 +1,109 @@
+"""What can be run (a scene), and who drives where when it is run (a take)."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from mot_sim.simulation import random_numbers
+from mot_sim.simulation.cars.vehicles import Casting, Models
+from mot_sim.simulation.renderers import Placed
+from mot_sim.simulation.rig import Rig
+from mot_sim.simulation.scenery import Knobs as Surroundings
+from mot_sim.simulation.scenery import Neighbourhood, Scenery, Weather, find_weather
+from mot_sim.simulation.sensors import Detector
+from mot_sim.simulation.stage import Stage
+from mot_sim.simulation.traffic.recording import RecordedTraffic
+from mot_sim.simulation.traffic.roads import Roads
+from mot_sim.simulation.traffic.world import Traffic, World
+from tracker.errors import BadConfig
+
+Knob = int | float | str | bool  # the value of a knob
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What can be run: who drives on which roads, and what watches them, for how many frames.
+
+    make_traffic: is given the shapes that cars are chosen from, whose sizes the traffic takes.
+    weather: light and air of the pictures. surroundings: how much stands beside the roads.
+    knobs: what `mot_sim.simulation.registry.find_scene` made it from, together with its name.
+    """
+
+    name: str
+    make_traffic: Callable[[Models], Traffic]
+    frame_count: int
+    roads: Roads = field(default_factory=Roads)
+    rig: Rig = field(default_factory=Rig.kitti)
+    detector: Detector = field(default_factory=Detector)
+    casting: Casting = field(default_factory=Casting)
+    weather: Weather = field(default_factory=lambda: find_weather("noon"))
+    surroundings: Surroundings = field(default_factory=Surroundings)
+    knobs: Mapping[str, Knob] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.frame_count < 1:
+            raise BadConfig(f"scene {self.name}: {self.frame_count} frames; give 1 or more")
+
+
+@dataclass(frozen=True, eq=False)
+class Take:
+    """One run of a scene that nobody has looked at yet; world i of the traffic is frame i."""
+
+    scene: Scene
+    seed: int
+    traffic: RecordedTraffic
+
+    @classmethod
+    def of(cls, scene: Scene, seed: int, traffic: RecordedTraffic | None = None) -> "Take":
+        """The run of a seed; traffic: of this scene and seed, where it was recorded before."""
+        return cls(scene, seed, traffic or record_scene_traffic(scene, seed))
+
+    def __len__(self) -> int:
+        return len(self.traffic)
+
+    def until(self, count: int) -> "Take":
+        """The first frames of it: what a scene of so many frames would have given."""
+        if count == len(self):
+            return self
+        return Take(self.scene, self.seed, self.traffic.until(count))
+
+    @cached_property
+    def stage(self) -> Stage:
+        """Who the cars are, and the camera."""
+        return Stage(self.scene.casting.cast(self.traffic, self.seed), self.scene.rig)
+
+    @cached_property
+    def scenery(self) -> Scenery | None:
+        """What stands beside the roads, and may hide cars; None where nothing does."""
+        amounts = self.scene.surroundings
+        is_empty = not any((amounts.houses, amounts.trees, amounts.furniture))
+        if is_empty or not self.scene.roads.surfaces:
+            return None
+        return Scenery.around(self.scene.roads, self.seed, self.scene.surroundings)
+
+    @cached_property
+    def neighbourhood(self) -> Neighbourhood | None:
+        """The drawn world around the cars, made for the first picture; None without roads."""
+        scene = self.scene
+        if not scene.roads.surfaces:
+            return None
+        return Neighbourhood.build(scene.roads, self.seed, scene.weather.light, scene.surroundings)
+
+    def scenery_in(self, world: World) -> Placed | None:
+        """The scenery that the camera may see in one of the worlds."""
+        if self.scenery is None:
+            return None
+        return self.scenery.seen_from(world.ego, self.scene.rig.camera)
+
+    @cached_property
+    def worlds(self) -> tuple[World, ...]:
+        """The world of each frame."""
+        return self.traffic.worlds
+
+
+def record_scene_traffic(scene: Scene, seed: int) -> RecordedTraffic:
+    """Who is where in a run of a scene; to be recorded once and used many times."""
+    traffic = scene.make_traffic(scene.casting.models_of(seed))
+    worlds = [traffic.reset(random_numbers.named_stream(seed, "traffic"))]
+    worlds += [traffic.step() for _ in range(scene.frame_count - 1)]
+    return RecordedTraffic.of(worlds)

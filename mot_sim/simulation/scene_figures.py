@@ -1,0 +1,85 @@
+"""What a camera sees of a scene, in figures: how dense, how hidden, how turned, how many."""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from mot_sim.simulation.scene import Scene, Take
+from mot_sim.simulation.traffic.world import STEP, World
+from mot_sim.simulation.truth import Truth, annotate
+from tracker.geometry import wrap_angle
+
+# Cars that count: as high as KITTI's evaluation asks for, as near as its labels reach, in sight.
+MIN_HEIGHT = 25.0  # pixels
+MAX_DISTANCE = 80.0  # metres
+MIN_VISIBLE = 0.2
+HALF = 0.5
+TURNED = np.radians(30.0)
+MINUTE = 60.0
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Means over runs of a scene.
+
+    cars: visible ones a frame, at least MIN_VISIBLE of them. occluded: share of the cars in sight
+    of which less than half is visible. turned: share of the visible ones that head more than 30
+    degrees off the ego's heading. ids: different visible cars a minute. yaw_rate: the largest of
+    the ego car, degrees a second.
+    """
+
+    cars: float
+    occluded: float
+    turned: float
+    ids: float
+    yaw_rate: float
+
+
+def figures_of_take(take: Take, progress: Callable[[], None] | None = None) -> Figures:
+    """The figures of one run; progress: called after each frame."""
+    truth = annotate(_told(take.worlds, progress), take.stage, take.scenery_in).truth
+    near = truth.select(np.flatnonzero(in_sight(truth)))
+    visible = near.select(near.visible >= MIN_VISIBLE)
+    assert visible.tracks.cuboids is not None
+    heading = np.abs(np.asarray(wrap_angle(visible.tracks.cuboids.yaw + 0.5 * np.pi)))
+    frames, ego = len(take), np.unwrap(take.traffic.ego[:, 2])
+    turns = np.abs(np.diff(ego, n=1)) / STEP
+    return Figures(
+        cars=len(visible) / frames,
+        occluded=_share(near.visible < HALF),
+        turned=_share(heading > TURNED),
+        ids=len(np.unique(visible.tracks.ids)) / (frames * STEP / MINUTE),
+        yaw_rate=float(np.degrees(turns.max(initial=0.0))),
+    )
+
+
+def figures_of(
+    scene: Scene, seeds: Iterable[int], progress: Callable[[], None] | None = None
+) -> Figures:
+    """The mean figures of the runs of some seeds; progress: called after each frame."""
+    found = [figures_of_take(Take.of(scene, seed), progress) for seed in seeds]
+    return Figures(
+        *(float(np.mean([getattr(one, each.name) for one in found])) for each in fields(Figures))
+    )
+
+
+def in_sight(truth: Truth) -> np.ndarray:
+    """Which cars are large and near enough, with a pixel to be seen; bool, one a row."""
+    cuboids = truth.tracks.cuboids
+    assert cuboids is not None
+    height = truth.full_boxes[:, 3] - truth.full_boxes[:, 1]
+    distance = np.hypot(cuboids.base[:, 0], cuboids.base[:, 2])
+    return (height >= MIN_HEIGHT) & (distance <= MAX_DISTANCE) & (truth.pixels > 0)
+
+
+def _told(worlds: Iterable[World], progress: Callable[[], None] | None) -> Iterator[World]:
+    for world in worlds:
+        yield world
+        if progress is not None:
+            progress()
+
+
+def _share(which: np.ndarray) -> float:
+    """The share of True; 0 of nothing."""
+    return float(which.mean()) if len(which) else 0.0

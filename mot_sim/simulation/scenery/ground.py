@@ -1,0 +1,184 @@
+"""The ground from above, tile by tile: every tile is a function of roads, seed and place."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from jaxtyping import Float32, UInt8
+from numpy import ndarray as Array
+
+from mot_sim.simulation.scenery.grain import TEXEL, TILE, Grain, grain_of
+from mot_sim.simulation.scenery.patches import Patches
+from mot_sim.simulation.scenery.road_damage import damage_of, tracks_of
+from mot_sim.simulation.traffic.roads import PAINTS, Roads
+
+FINER = 2  # patches are filled on a grid so many times finer, then averaged: smooth edges
+CHANNELS = {paint: channel for channel, paint in enumerate(("asphalt", "pavement", "kerb", "line"))}
+assert set(CHANNELS) == set(PAINTS)
+ASPHALT, PAVEMENT, KERB, LINE = (104, 104, 106), (158, 154, 147), (178, 176, 170), (228, 228, 222)
+GRASS, DRY = np.array([86, 101, 56], np.float32), np.array([124, 116, 78], np.float32)
+SLAB = 0.5  # metres
+CRACKED = 2  # cracks are drawn up to this level of detail: they are finer than coarser texels
+
+
+Colour = tuple[int, int, int]
+Place = tuple[int, int, int]  # of a tile: its level, column and row
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """What tiles are painted from.
+
+    tracks, marks: how bright the asphalt is there. cracks: polylines. wear: of the paint, 0 to 1.
+    shadows: of things that stand still, and how dark each.
+    """
+
+    surfaces: Patches
+    tracks: Patches
+    marks: Patches
+    cracks: Patches
+    shadows: Patches
+    grain: Grain
+    wear: float
+
+    @classmethod
+    def of(cls, roads: Roads, seed: int, wear: float, shadows: Patches) -> "Ground":
+        """The ground of roads."""
+        values = [tuple(255 * (np.arange(4) == CHANNELS[s.paint])) for s in roads.surfaces]
+        surfaces = Patches(
+            tuple(s.corners for s in roads.surfaces),
+            tuple(tuple(int(one) for one in value) for value in values),
+        )
+        tracks = tracks_of(roads)
+        marks, cracks = damage_of(roads, seed, wear)
+        return cls(
+            surfaces,
+            Patches(tuple(t.corners for t in tracks), tuple((t.tone,) for t in tracks)),
+            Patches(tuple(m.corners for m in marks), tuple((m.tone,) for m in marks)),
+            Patches(tuple(c.points for c in cracks), ()),
+            shadows,
+            grain_of(seed),
+            wear,
+        )
+
+    def tile(self, level: int, column: int, row: int) -> UInt8[Array, "t t 4"]:
+        """A tile's picture; alpha is 255 on what cars drive on."""
+        texel = TEXEL * 2**level
+        low = TILE * texel * np.array([column, row], dtype=float)
+        weights = self._weights(low, texel)
+        slow = self.grain.slow_at(level, column, row)
+        planes = [np.zeros((TILE, TILE), np.float32) for _ in range(3)]
+        alpha = np.zeros((TILE, TILE), np.uint8)
+        bare: Float32[Array, "t t"] | None = None
+        if weights is not None:
+            alpha = np.maximum(weights[0], weights[3])
+            shares = self._shares(weights, slow, (level, column, row))
+            for share, colour in shares:
+                for channel, tone in enumerate(colour):
+                    planes[channel] += share * np.float32(tone)
+            bare = _rest(weights)
+        if weights is None or bare is not None:
+            self._add_grass(planes, slow, bare, (level, column, row))
+        light = self._light(low, texel)
+        if light is not None:
+            planes = [plane * light for plane in planes]
+        return cv2.merge((*(cv2.convertScaleAbs(plane) for plane in planes), alpha))
+
+    def _shares(
+        self, weights: list[UInt8[Array, "t t"]], slow: Float32[Array, "t t"], place: Place
+    ) -> list[tuple[Float32[Array, "t t"], Colour]]:
+        """How bright each paint is in each texel, 0 where it is not, and its colour."""
+        level, column, row = place
+        low, texel = TILE * TEXEL * 2**level * np.array([column, row], float), TEXEL * 2**level
+        share = [one * np.float32(1.0 / 255.0) if one.any() else None for one in weights]
+        stones = self.grain.at("stones", level, column, row)
+        asphalt, pavement, kerb, line = share
+        if line is not None:
+            worn = (stones + 0.9 * slow + (1.6 * self.wear - 2.6)) * 0.8
+            lost = line * np.clip(worn, 0.0, 0.85)
+            line, asphalt = line - lost, lost if asphalt is None else asphalt + lost
+        found = []
+        if asphalt is not None:
+            asphalt *= self._tone(level, low, texel) * (1.0 + 0.085 * stones + 0.05 * slow)
+            found.append((asphalt, ASPHALT))
+        if pavement is not None:
+            pavement *= self._slabs(level, column, row) * (1.0 + 0.05 * stones + 0.04 * slow)
+            found.append((pavement, PAVEMENT))
+        found += [
+            (one * (np.float32(1.0) + np.float32(0.05) * stones), colour)
+            for one, colour in ((kerb, KERB), (line, LINE)) if one is not None
+        ]  # fmt: skip
+        return found
+
+    def _weights(self, low: Array, texel: float) -> list[UInt8[Array, "t t"]] | None:
+        """How much asphalt, pavement, kerb and line is in each texel; None where there is none."""
+        if not len(self.surfaces.within(low, low + TILE * texel)):
+            return None
+        size = FINER * TILE
+        weights = self.surfaces.fill(np.zeros((size, size, 4), np.uint8), low, texel / FINER)
+        return list(cv2.split(cv2.resize(weights, (TILE, TILE), interpolation=cv2.INTER_AREA)))
+
+    def _add_grass(
+        self,
+        planes: list[Float32[Array, "t t"]],
+        slow: Float32[Array, "t t"],
+        bare: Float32[Array, "t t"] | None,
+        place: Place,
+    ) -> None:
+        """Add what grows on the bare share of each texel (None: on all of it), in place."""
+        blades = 1.0 + 0.16 * self.grain.at("blades", *place)
+        if bare is not None:
+            blades *= bare
+        dry = np.clip(0.3 + 0.35 * slow, 0.0, 1.0) * blades
+        for channel in range(3):
+            planes[channel] += blades * GRASS[channel]
+            planes[channel] += dry * (DRY - GRASS)[channel]
+
+    def _tone(self, level: int, low: Array, texel: float) -> Float32[Array, "t t"]:
+        """How bright the asphalt is: tracks of wheels, patches, covers, cracks; 1 = its own."""
+        tone = np.full((TILE, TILE), 128, np.uint8)
+        self.tracks.fill(tone, low, texel)
+        soft = round(0.2 / texel)
+        if soft > 1:
+            tone = np.asarray(cv2.blur(tone, (soft, soft)))
+        if level <= CRACKED + 1:
+            self.marks.fill(tone, low, texel)
+        if level <= CRACKED:
+            found = self.cracks.within(low, low + TILE * texel).tolist()
+            points = [(self.cracks.corners[row] - low) / texel - 0.5 for row in found]
+            lines = [np.round(one * 16.0).astype(np.int32) for one in points]
+            cv2.polylines(tone, lines, False, (62 + 22 * level,), 1, cv2.LINE_AA, 4)
+        return tone * np.float32(1.0 / 128.0)
+
+    def _slabs(self, level: int, column: int, row: int) -> Float32[Array, "t t"]:
+        """How bright slabs of the pavement are, and the dark joints between them."""
+        side = SLAB / (TEXEL * 2**level)  # texels
+        if side < 4.0:
+            return np.ones((TILE, TILE), np.float32)
+        u, v = column * TILE + np.arange(TILE), row * TILE + np.arange(TILE)
+        slow = self.grain.slow
+        rows, columns = (v // side).astype(int) * 37, (u // side).astype(int) * 53
+        own = slow[np.ix_(rows % len(slow), columns % len(slow))]
+        tone = (1.0 + 0.05 * own).astype(np.float32)
+        joint = 0.72 if level == 0 else 1.0 - 0.28 / 2**level
+        tone[v % side < 1.0] *= joint
+        tone[:, u % side < 1.0] *= joint
+        return tone
+
+    def _light(self, low: Array, texel: float) -> Float32[Array, "t t"] | None:
+        """What the shadows of trees and houses leave of the light; None where there are none."""
+        if not len(self.shadows.within(low, low + TILE * texel)):
+            return None
+        margin = 8  # around, so that the blur knows of what lies beside the tile
+        wide = np.zeros((TILE + 2 * margin, TILE + 2 * margin), np.uint8)
+        self.shadows.fill(wide, low - margin * texel, texel)
+        soft = max(2 * round(0.15 / texel / 2) + 1, 1)
+        shade = cv2.blur(wide, (soft, soft))[margin:-margin, margin:-margin]
+        return np.float32(1.0) - shade * np.float32(1.0 / 255.0)
+
+
+def _rest(weights: list[UInt8[Array, "t t"]]) -> Float32[Array, "t t"] | None:
+    """The share of each texel that nothing is painted on; None where there is no such texel."""
+    total = cv2.add(cv2.add(weights[0], weights[1]), cv2.add(weights[2], weights[3]))
+    left: UInt8[Array, "t t"] = cv2.bitwise_not(total)
+    return left * np.float32(1.0 / 255.0) if left.any() else None

@@ -1,0 +1,161 @@
+"""Houses: walls in storeys, windows with frames, doors, roofs."""
+
+import itertools
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.simulation.random_numbers import named_stream
+from mot_sim.simulation.renderers import Semantic
+from mot_sim.simulation.scenery.solids import Colour, Solid, box, facing, join, shaded
+
+WALLS: tuple[Colour, ...] = (
+    (206, 198, 178), (188, 172, 148), (172, 120, 96), (214, 208, 198), (158, 150, 138),
+    (196, 178, 128), (148, 104, 84), (222, 214, 190),
+)  # fmt: skip
+ROOFS: tuple[Colour, ...] = ((128, 68, 52), (96, 60, 52), (74, 74, 78), (110, 84, 66))
+FRAME, PANE, PLINTH = (224, 222, 214), (52, 62, 72), (112, 108, 102)
+DOORS: tuple[Colour, ...] = ((84, 56, 38), (44, 62, 52), (70, 30, 28), (52, 54, 60))
+STOREY, WINDOW = 2.9, (1.05, 1.4)  # metres; a window's width and height
+LIT = 0.35  # of the windows have a light behind them at night
+
+
+def house(seed: int, number: int, width: float, depth: float, detail: int) -> Solid:
+    """A house of a seed: its front lies along x (0 to width) at y = 0, it reaches back to y > 0.
+
+    detail: 0 = seen from near, 2 = from far.
+    """
+    rng = named_stream(seed, f"house {number}")
+    storeys = int(rng.integers(2, 5))
+    high = 0.5 + STOREY * storeys
+    wall = WALLS[int(rng.integers(len(WALLS)))]
+    middle = np.array([0.5 * width, 0.5 * depth, 0.5 * high])
+    ends = np.array([(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)])
+    parts = [_roof(rng, width, depth, high, middle, wall, detail)]
+    for side in range(4):
+        start, end = ends[side], ends[(side + 1) % 4]
+        parts.append(_wall(rng, start, end, storeys, wall, middle, detail))
+        if side != 2 or detail == 0:  # the back is hardly ever seen
+            parts.append(_windows(seed * 4 + side, number, start, end, storeys, middle, detail))
+    return join(parts)
+
+
+def _wall(
+    rng: np.random.Generator,
+    start: Array,
+    end: Array,
+    storeys: int,
+    colour: Colour,
+    middle: Array,
+    detail: int,
+) -> Solid:
+    """A wall in panels that differ a little: rain and sun are not the same everywhere."""
+    panels = 1 if detail else max(round(float(np.hypot(*(end - start))) / 3.0), 1)
+    u = np.linspace(0.0, 1.0, panels + 1)
+    h = np.array([0.0, 0.5, *(0.5 + STOREY * (1 + np.arange(storeys)))])
+    if detail:
+        h = h[[0, -1]] if detail > 1 else h[[0, 1, -1]]
+    line = start + u[:, None] * (end - start)
+    quads, tones = [], []
+    for low, high in itertools.pairwise(h):
+        for a, b in itertools.pairwise(line):
+            quads.append([(*a, low), (*b, low), (*b, high), (*a, high)])
+            tone = rng.uniform(0.95, 1.04)
+            tones.append(np.array(PLINTH if high == 0.5 else colour) * tone)
+    return facing(np.array(quads), np.array(tones), Semantic.BUILDING, middle)
+
+
+def _windows(
+    seed: int, number: int, start: Array, end: Array, storeys: int, middle: Array, detail: int
+) -> Solid:
+    """Frames and panes, a little before the wall; a door in the front."""
+    rng, door = named_stream(seed, f"windows {number}"), seed % 4 == 0
+    length = float(np.hypot(*(end - start)))
+    count = max(int(length / 2.5), 1)
+    at = (np.arange(count) + 0.5) * (length / count)
+    low = np.array([0.5 + STOREY * storey + 0.85 for storey in range(storeys)])
+    along = np.tile(at, storeys)
+    base = np.repeat(low, count)
+    width = np.full(len(along), WINDOW[0])
+    height = np.full(len(along), WINDOW[1])
+    if door:
+        base[count // 2], height[count // 2] = 0.1, 2.3
+    lit = rng.uniform(0.0, 1.0, len(along)) < LIT
+    if door:
+        lit[count // 2] = False
+    ahead = (end - start) / length
+    out = np.array([ahead[1], -ahead[0]])
+    out *= np.sign(out @ (0.5 * (start + end) - middle[:2]))
+    frames = _rectangles(start + 0.03 * out, ahead, along, base - 0.08, width + 0.2, height + 0.16)
+    panes = _rectangles(start + 0.06 * out, ahead, along, base, width, height)
+    sky = rng.uniform(0.75, 1.5, len(along))
+    colours = shaded(PANE, sky)
+    if door:
+        colours[count // 2] = DOORS[int(rng.integers(len(DOORS)))]
+    bars = _rectangles(start + 0.08 * out, ahead, along, base, 0.07 + 0.0 * width, height)
+    upper = _rectangles(
+        start + 0.07 * out, ahead, along, base + 0.62 * height, width, 0.38 * height
+    )
+    parts = [
+        facing(panes[~lit], colours[~lit], Semantic.BUILDING, middle),
+        facing(panes[lit], colours[lit], Semantic.LIGHT, middle),
+    ]
+    if detail < 2:
+        parts.append(facing(frames, FRAME, Semantic.BUILDING, middle))
+    if detail:
+        return join(parts)
+    parts += [
+        facing(upper[~lit], colours[~lit] * 1.25, Semantic.BUILDING, middle),
+        facing(bars, FRAME, Semantic.BUILDING, middle),
+    ]
+    return join(parts)
+
+
+def _rectangles(
+    start: Array, ahead: Array, along: Array, low: Array, width: Array, height: Array
+) -> Float[Array, "n 4 3"]:
+    """Upright rectangles on a wall, by the middle of their lower edges."""
+    left = start + (along - 0.5 * width)[:, None] * ahead
+    right = start + (along + 0.5 * width)[:, None] * ahead
+    a, b = np.column_stack((left, low)), np.column_stack((right, low))
+    c, d = np.column_stack((right, low + height)), np.column_stack((left, low + height))
+    return np.stack((a, b, c, d), axis=1)
+
+
+def _roof(
+    rng: np.random.Generator,
+    width: float,
+    depth: float,
+    high: float,
+    middle: Array,
+    wall: Colour,
+    detail: int,
+) -> Solid:
+    """A gable roof with its ridge along the front, in strips of tiles."""
+    colour = ROOFS[int(rng.integers(len(ROOFS)))]
+    over, rise = 0.4, rng.uniform(0.28, 0.42) * depth
+    strips, quads = (5, 2, 1)[detail], []
+    for side in (0.0, 1.0):
+        eave, ridge = (-over if side == 0.0 else depth + over), 0.5 * depth
+        y = np.linspace(eave, ridge, strips + 1)
+        h = high - 0.15 + (rise + 0.15) * np.linspace(0.0, 1.0, strips + 1)
+        x = np.linspace(-over, width + over, (5, 3, 2)[detail])
+        for k in range(strips):
+            for a, b in itertools.pairwise(x):
+                quads.append([(a, y[k], h[k]), (b, y[k], h[k]), (b, y[k + 1], h[k + 1]),
+                              (a, y[k + 1], h[k + 1])])  # fmt: skip
+    tones = shaded(colour, rng.uniform(0.86, 1.08, len(quads)))
+    gables = np.array([
+        [(x, 0.0, high), (x, depth, high), (x, 0.5 * depth, high + rise)] for x in (0.0, width)
+    ])  # fmt: skip
+    inside = middle + (0.0, 0.0, 0.4 * high)
+    chimney = _chimney(0.3 * width, 0.42 * depth, high + 0.7 * rise)
+    return join([
+        facing(np.array(quads), tones, Semantic.BUILDING, inside),
+        facing(gables, wall, Semantic.BUILDING, inside), chimney,
+    ])  # fmt: skip
+
+
+def _chimney(x: float, y: float, low: float) -> Solid:
+    return box((x, y, low), (x + 0.7, y + 0.6, low + 1.5), (120, 84, 70), Semantic.BUILDING)

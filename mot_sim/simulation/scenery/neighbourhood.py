@@ -1,0 +1,65 @@
+"""A world around roads, built once: ground, scenery, sky and sun for every pose of the camera."""
+
+from dataclasses import dataclass
+
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.simulation.renderers import Placed, Road, Sky, Sun, View
+from mot_sim.simulation.renderers.triangles import NEAR
+from mot_sim.simulation.rig import Rig
+from mot_sim.simulation.scenery.ground import Ground
+from mot_sim.simulation.scenery.knobs import Knobs
+from mot_sim.simulation.scenery.light import Light
+from mot_sim.simulation.scenery.panorama import panorama_of
+from mot_sim.simulation.scenery.scenery import Scenery, checked, shadows_of
+from mot_sim.simulation.scenery.window import Windows
+from mot_sim.simulation.traffic.roads import Roads
+from tracker.types import Camera
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbourhood:
+    """What is drawn around the cars. A place looks the same whenever and however one gets there."""
+
+    windows: Windows
+    scenery: Scenery
+    seed: int
+    light: Light
+
+    @classmethod
+    def build(
+        cls, roads: Roads, seed: int, light: Light | None = None, knobs: Knobs | None = None
+    ) -> "Neighbourhood":
+        """The neighbourhood of roads; light: of a `Weather`, by default a clear noon's."""
+        light, knobs = light or Light(), knobs or Knobs()
+        scenery = Scenery.around(roads, seed, knobs)
+        shadows = shadows_of(scenery.items, light.towards_world, light.shade)
+        ground = Ground.of(roads, seed, knobs.wear, shadows)
+        return cls(Windows(ground), scenery, seed, light)
+
+    def road_at(self, ego: Float[Array, "3"], camera: Camera) -> Road:
+        """The painted road plane before the camera, for an ego pose x, y, heading."""
+        return self.windows.road(checked(ego), Rig(camera).T_world_road(ego), camera)
+
+    def scenery_at(self, ego: Float[Array, "3"], camera: Camera, near: float = NEAR) -> Placed:
+        """The houses, trees and other things that the camera may see; all of them NOBODY's."""
+        return self.scenery.seen_from(ego, camera, near)
+
+    def sky_at(self, ego: Float[Array, "3"]) -> Sky:
+        """The sky along the ego's heading."""
+        return Sky(panorama=panorama_of(self.seed, self.light.clouds), heading=float(ego[2]))
+
+    def sun_at(self, ego: Float[Array, "3"]) -> Sun:
+        """The sun as the ego sees it."""
+        return self.light.sun(float(ego[2]))
+
+    def view(self, camera: Camera, ego: Float[Array, "3"], cars: Placed) -> View:
+        """Everything before the camera: the cars, and the world around them."""
+        return View(
+            camera,
+            cars.beside(self.scenery_at(ego, camera)),
+            self.road_at(ego, camera),
+            self.sky_at(ego),
+            self.sun_at(ego),
+        )

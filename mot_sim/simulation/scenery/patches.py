@@ -1,0 +1,112 @@
+"""Convex patches of ground by the place they are at, and how they are filled into a tile."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+from jaxtyping import Float, Int, Int32, UInt8
+from numpy import ndarray as Array
+
+from mot_sim.simulation.renderers.clipping import clip_polygon
+
+SHIFT = 4  # fractional bits of the corners
+SQUARE = 16.0  # metres: patches are looked up by squares of this size
+KEYS = 1 << 24  # more than there are squares in a column
+HALVES = (slice(0, 2), slice(2, 4))
+FAR_OUT = 4000.0  # texels beyond an image at which polygons are cut
+
+
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """Convex polygons in world coordinates, with what each one is filled with."""
+
+    corners: tuple[Float[Array, "_ 2"], ...]
+    values: tuple[tuple[int, ...], ...]
+
+    @cached_property
+    def boxes(self) -> Float[Array, "n 4"]:
+        """The smallest and largest x, y of each."""
+        if not self.corners:
+            return np.zeros((0, 4))
+        return np.array([(*one.min(axis=0), *one.max(axis=0)) for one in self.corners])
+
+    @cached_property
+    def _squares(self) -> tuple[Int[Array, " k"], Int[Array, " k"]]:
+        """Keys of the squares that boxes touch, ascending, and which box each is of."""
+        first, last = (np.floor(self.boxes / SQUARE).astype(np.int64)[:, side] for side in HALVES)
+        wide, high = (last - first + 1).T
+        rows = np.repeat(np.arange(len(first)), wide * high)
+        start = np.repeat(np.cumsum(wide * high) - wide * high, wide * high)
+        step = np.arange(len(rows)) - start
+        keys = (first[rows, 0] + step % wide[rows]) * KEYS + first[rows, 1] + step // wide[rows]
+        order = np.argsort(keys, kind="stable")
+        return keys[order], rows[order]
+
+    def within(self, low: Float[Array, "2"], high: Float[Array, "2"]) -> Int[Array, " k"]:
+        """Which ones may touch a rectangle, in their order."""
+        if not self.corners:
+            return np.zeros(0, np.int64)
+        keys, rows = self._squares
+        columns = np.arange(np.floor(low[0] / SQUARE), np.floor(high[0] / SQUARE) + 1)
+        starts = columns.astype(np.int64) * KEYS
+        begin = np.searchsorted(keys, starts + int(np.floor(low[1] / SQUARE)), "left")
+        end = np.searchsorted(keys, starts + int(np.floor(high[1] / SQUARE)), "right")
+        found = [rows[a:b] for a, b in zip(begin.tolist(), end.tolist(), strict=True)]
+        near = np.unique(np.concatenate(found))
+        boxes = self.boxes[near]
+        return near[((boxes[:, :2] < high) & (boxes[:, 2:] > low)).all(axis=1)]
+
+    def fill(
+        self, image: UInt8[Array, "h w *c"], low: Float[Array, "2"], texel: float
+    ) -> UInt8[Array, "h w *c"]:
+        """The image, with those that touch it filled in, in their order.
+
+        low: x, y of the outer corner of the first texel. texel: metres.
+        """
+        size = np.array(image.shape[1::-1], dtype=float)
+        rows = self.within(low, low + size * texel)
+        if not len(rows):
+            return image
+        points, ends = self._points
+        lengths = ends[rows + 1] - ends[rows]
+        stops = np.cumsum(lengths)
+        chosen = np.arange(stops[-1]) + np.repeat(ends[rows] - stops + lengths, lengths)
+        texels = (points[chosen] - low) / texel - 0.5
+        outside = np.maximum(-texels, texels - size).max(axis=1) > FAR_OUT
+        far = np.maximum.reduceat(outside, stops - lengths).tolist()
+        fixed = np.round(texels * (1 << SHIFT)).astype(np.int32)
+        starts = (stops - lengths).tolist()
+        for row, a, b, is_far in zip(rows.tolist(), starts, stops.tolist(), far, strict=True):
+            outline = _fixed(_cut(texels[a:b], size)) if is_far else fixed[a:b]
+            if len(outline) >= 3:
+                cv2.fillConvexPoly(image, outline, self.values[row], cv2.LINE_8, SHIFT)
+        return image
+
+    @cached_property
+    def _points(self) -> tuple[Float[Array, "k 2"], Int[Array, " m"]]:
+        """All corners, and where those of each polygon begin; the last one's end."""
+        ends = np.cumsum([0, *(len(one) for one in self.corners)])
+        return np.concatenate(self.corners), ends
+
+
+def fill_outline(
+    image: UInt8[Array, "h w"], outline: Float[Array, "n 2"], low: Float[Array, "2"], texel: float
+) -> None:
+    """Fill one convex outline with 255, in place; it lies in the image or not far beside it."""
+    fixed = _fixed((outline - low) / texel - 0.5)
+    cv2.fillConvexPoly(image, fixed, (255,), cv2.LINE_8, SHIFT)
+
+
+def _fixed(texels: Float[Array, "n 2"]) -> Int32[Array, "n 2"]:
+    return np.round(texels * (1 << SHIFT)).astype(np.int32)
+
+
+def _cut(texels: Float[Array, "n 2"], size: Float[Array, "2"]) -> Float[Array, "m 2"]:
+    for axis in (0, 1):
+        for distance in (FAR_OUT + texels[:, axis], None):
+            if not len(texels):
+                return texels
+            inside = size[axis] + FAR_OUT - texels[:, axis] if distance is None else distance
+            texels = clip_polygon(texels, inside)
+    return texels

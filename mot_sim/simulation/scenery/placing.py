@@ -1,0 +1,234 @@
+"""Where houses, trees, lamps and walls stand: along the roads, seeded, never on them."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache, partial
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.simulation import random_numbers
+from mot_sim.simulation.scenery.furniture import garden_wall, rail
+from mot_sim.simulation.scenery.houses import house
+from mot_sim.simulation.scenery.plants import hedge
+from mot_sim.simulation.scenery.props import Make, makers
+from mot_sim.simulation.scenery.solids import Solid
+from mot_sim.simulation.scenery.terrain import Terrain
+
+HOUSES = 18  # that differ; streets draw from them
+CLEAR = 1.0  # metres from any thing to the asphalt, on a grid of half a metre
+PLOT, FRONT, WOODS = 3.6, 7.5, 16.0  # metres from the asphalt: fences, houses, the first woods
+
+
+AS_IS = (1.0, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Item:
+    """A thing at its place. base: the convex outline of what of it stands on the ground.
+
+    make: the thing, by how near it is seen from (0 to DETAILS - 1). leafy: light comes through.
+    """
+
+    kind: str
+    make: Callable[[int], Solid]
+    base: Float[Array, "n 2"]
+    leafy: bool = False
+
+
+@dataclass(frozen=True)
+class Density:
+    """How much stands beside roads, 1 = a usual town: houses, trees, and everything small."""
+
+    houses: float = 1.0
+    trees: float = 1.0
+    furniture: float = 1.0
+
+
+def place(terrain: Terrain, seed: int, density: Density) -> list[Item]:
+    """All things beside the roads. Roads with pavements lie in a town, others outside."""
+    is_town = bool(((terrain.paved > 0) & (terrain.distance > 1.0)).any())
+    items: list[Item] = []
+    if is_town:
+        items += _houses(terrain, seed, FRONT, density.houses)
+        items += _fences(terrain, seed, density.furniture)
+        items += _single(terrain, seed, "tree", 4.6, 8.0, 0.62 * density.trees)
+        items += _single(terrain, seed, "bush", 5.6, 5.0, 0.5 * density.trees)
+        items += _single(terrain, seed, "lamp", 1.3, 26.0, density.furniture)
+        items += _single(terrain, seed, "sign", 1.3, 21.0, 0.7 * density.furniture)
+    else:
+        items += _rails(terrain, density.furniture)
+        items += _single(terrain, seed, "sign", 2.2, 70.0, 0.7 * density.furniture)
+        items += _single(terrain, seed, "bush", 5.0, 7.0, 0.5 * density.trees)
+        items += _single(terrain, seed, "tree", 8.5, 8.0, 0.7 * density.trees)
+        items += _houses(terrain, seed, 32.0, 0.25 * density.houses)
+    for number, away in enumerate((WOODS, WOODS + 14.0, WOODS + 32.0)):
+        items += _single(
+            terrain, seed + 7 + number, "tree", away, 9.0 + 5.0 * number, 0.7 * density.trees, 1.5
+        )
+    return items
+
+
+def _walk(
+    terrain: Terrain, away: float, seed: int, effect: str, pitch: float
+) -> Iterator[tuple[Float[Array, "2"], Float[Array, "2"], Float[Array, "6"], int]]:
+    """Points along the roads about a pitch apart, directions away, six draws each, a number."""
+    number = 0
+    for points, out in terrain.lines(away):
+        count = max(int(len(points) / pitch), 1)
+        ids = np.arange(number, number + count)
+        chance = random_numbers.uniform(seed, effect, ids, np.zeros_like(ids), 6)
+        rows = ((np.arange(count) + 0.5 * chance[:, 0]) * len(points) / count).astype(int)
+        for row, draw, one in zip(rows.tolist(), chance, ids.tolist(), strict=True):
+            yield points[row], out[row], draw, one
+        number += count
+
+
+def _houses(terrain: Terrain, seed: int, away: float, amount: float) -> list[Item]:
+    """Houses in a row that face the road, gaps between them."""
+    found = []
+    for point, out, draw, _ in _walk(terrain, away, seed, "house", 4.0):
+        kind = int(HOUSES * draw[1])
+        width, depth = _house_size(kind)
+        along = np.array([out[1], -out[0]])  # so that the house lies to the left of x, behind y
+        start = point - 0.5 * width * along + 2.5 * draw[3] * out
+        base = start + np.array([
+            0.0 * out, width * along, width * along + depth * out, depth * out,
+        ])  # fmt: skip
+        behind = terrain.distance[terrain.cells(base[2:])].min()
+        if behind < away + depth - 3.0:  # another road lies behind it, as around an island
+            continue
+        if draw[4] < amount and terrain.is_free(base, away - 1.5, 1.2):
+            terrain.take(base)
+            turn = float(np.arctan2(along[1], along[0]))
+            make = partial(_house_at, seed, kind, (start, turn, out))
+            found.append(Item("house", make, base))
+    return found
+
+
+def _house_size(kind: int) -> tuple[float, float]:
+    """Width and depth of a kind of house, metres."""
+    return 8.5 + 6.5 * (kind * 7 % HOUSES) / HOUSES, 8.0 + 3.5 * (kind * 5 % HOUSES) / HOUSES
+
+
+def _house_at(seed: int, kind: int, spot: tuple[Array, float, Array], detail: int) -> Solid:
+    return _set_down(_house(seed, kind, detail), *spot)
+
+
+@lru_cache(maxsize=256)
+def _house(seed: int, kind: int, detail: int) -> Solid:
+    return house(seed, kind, *_house_size(kind), detail)
+
+
+def _set_down(solid: Solid, start: Array, turn: float, out: Array) -> Solid:
+    """A solid that reaches from x along and back to y > 0, put so that +y looks along `out`."""
+    c, s = np.cos(turn), np.sin(turn)
+    if -s * out[0] + c * out[1] < 0.0:  # the frame would have to be mirrored: mirror the solid
+        corners = solid.corners * (1.0, -1.0, 1.0)
+        solid = Solid(corners[:, ::-1], solid.colours, solid.semantics)
+    return solid.moved((float(start[0]), float(start[1])), turn)
+
+
+def _single(
+    terrain: Terrain, seed: int, kind: str, away: float, pitch: float, amount: float,
+    scatter: float = 0.5,
+) -> list[Item]:  # fmt: skip
+    """Trees, bushes, lamps or signs, one by one."""
+    make, radius, leafy = makers(seed)[kind]
+    circle = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]) * radius
+    least = max(min(away - 0.8, 0.6 * away), CLEAR)
+    found = []
+    for point, out, draw, number in _walk(terrain, away, seed, kind, pitch):
+        shift = scatter * (4.0 * (draw[1] - 0.5)) if leafy else 0.0
+        spot = point + max(shift, away * -0.2) * out
+        base = spot + circle
+        if draw[2] < amount and terrain.is_free(base, least, 0.8 if leafy else 0.0):
+            terrain.take(base)
+            size = 0.75 + 0.55 * draw[3] if leafy else 1.0
+            turn = (
+                2.0 * np.pi * draw[4] if leafy else float(np.arctan2(out[1], out[0]) - 0.5 * np.pi)
+            )
+            if kind == "sign":
+                turn += 0.5 * np.pi * (1.0 if draw[5] < 0.5 else -1.0) + 0.5 * np.pi
+            scale = (size, size * (0.9 + 0.35 * draw[5])) if leafy else (1.0, 1.0)
+            there = (float(spot[0]), float(spot[1]))
+            move = partial(_moved, make, number, (there, turn, scale))
+            found.append(Item(kind, move, base, leafy))
+    return found
+
+
+def _moved(
+    make: Make,
+    number: int,
+    spot: tuple[tuple[float, float], float, tuple[float, float]],
+    detail: int,
+) -> Solid:
+    return make(number, detail).moved(*spot)
+
+
+def _fences(terrain: Terrain, seed: int, amount: float) -> list[Item]:
+    """Hedges and walls along the plots, straight pieces with gaps."""
+    found = []
+    for point, out, draw, number in _walk(terrain, PLOT, seed, "fence", 9.0):
+        length = 5.0 + int(5.0 * draw[1])
+        along = np.array([out[1], -out[0]])
+        start = point - 0.5 * length * along
+        base = start + np.array([
+            -0.36 * out, length * along - 0.36 * out, length * along + 0.36 * out, 0.36 * out,
+        ])  # fmt: skip
+        if draw[2] < 0.75 * amount and terrain.is_free(base, PLOT - 1.0):
+            terrain.take(base)
+            turn = float(np.arctan2(along[1], along[0]))
+            there = (float(start[0]), float(start[1]))
+            if draw[3] < 0.6:
+                grow = partial(_moved, partial(_hedge, length, seed), number, (there, turn, AS_IS))
+                found.append(Item("hedge", grow, base))
+            else:
+                build = partial(
+                    _moved, partial(_garden, length, seed), number, (there, turn, AS_IS)
+                )
+                found.append(Item("wall", build, base))
+    return found
+
+
+def _hedge(length: float, seed: int, number: int, detail: int) -> Solid:
+    return _hedge_of(length, seed, number % 6, detail)
+
+
+def _garden(length: float, seed: int, number: int, detail: int) -> Solid:
+    return _garden_of(length, seed, number % 6, detail)
+
+
+def _rail(length: float, number: int, detail: int) -> Solid:
+    return _rail_of(round(length, 1), detail)
+
+
+_hedge_of, _rail_of = lru_cache(maxsize=256)(hedge), lru_cache(maxsize=64)(rail)
+
+
+@lru_cache(maxsize=256)
+def _garden_of(length: float, seed: int, kind: int, detail: int) -> Solid:
+    tones = random_numbers.uniform(seed, "stone", np.full(24, kind), np.arange(24))[:, 0]
+    return garden_wall(length, 0.8 + 0.35 * tones, detail)
+
+
+def _rails(terrain: Terrain, amount: float) -> list[Item]:
+    """Guard rails along roads outside of towns."""
+    found: list[Item] = []
+    piece = 12
+    for points, _ in terrain.lines(1.6) if amount > 0.0 else []:
+        for row in range(0, len(points) - piece, piece):
+            start, end = points[row], points[row + piece]
+            length = float(np.hypot(*(end - start)))
+            if length < 0.9 * piece:
+                continue
+            along = (end - start) / length
+            side = 0.1 * np.array([-along[1], along[0]])
+            base = np.array([start - side, end - side, end + side, start + side])
+            if terrain.is_free(base, CLEAR):
+                turn = float(np.arctan2(along[1], along[0]))
+                there = (float(start[0]), float(start[1]))
+                build = partial(_moved, partial(_rail, length), 0, (there, turn, AS_IS))
+                found.append(Item("rail", build, base))
+    return found

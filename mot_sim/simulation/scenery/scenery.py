@@ -1,0 +1,141 @@
+"""The things beside the roads in pieces that are drawn together, and the shadows they cast."""
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.simulation.renderers import NOBODY, Mesh, Placed
+from mot_sim.simulation.renderers.triangles import NEAR, in_sight
+from mot_sim.simulation.rig import Rig
+from mot_sim.simulation.scenery.knobs import Knobs
+from mot_sim.simulation.scenery.patches import Patches
+from mot_sim.simulation.scenery.placing import Density, Item, place
+from mot_sim.simulation.scenery.props import DETAILS
+from mot_sim.simulation.scenery.solids import join
+from mot_sim.simulation.scenery.terrain import Terrain
+from mot_sim.simulation.traffic.roads import Roads
+from tracker.errors import BadConfig
+from tracker.geometry import homogeneous, invert
+from tracker.types import Camera
+
+PIECE = 30.0  # metres: what stands in one square of this size is one mesh
+FAR = 180.0  # metres; what is farther is not drawn
+NEARBY = (30.0, 75.0)  # metres: from there on pieces are drawn with less detail
+KEPT = 160  # meshes: 60 MB at most
+CASTING = ("house", "hedge", "wall", "lamp", "sign")  # beside what has leaves
+CROWN = 4.0  # metres that trees reach out beyond their feet
+R_world_piece = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+
+
+@dataclass(frozen=True, eq=False)
+class Scenery:
+    """Pieces on the ground of the world, each around its own origin; meshes are made when needed.
+
+    radii: how far each piece reaches from its origin.
+    """
+
+    pieces: tuple[tuple[Item, ...], ...]
+    origins: Float[Array, "n 2"]
+    radii: Float[Array, " n"]
+    made: dict[tuple[int, int], Mesh] = field(default_factory=dict)
+
+    @classmethod
+    def around(cls, roads: Roads, seed: int, knobs: Knobs | None = None) -> "Scenery":
+        """What stands beside roads; nothing of the ground is painted for it.
+
+        The same roads, seed and knobs give the same one again as long as it is remembered.
+        """
+        return _around(roads, seed, knobs or Knobs())
+
+    @property
+    def items(self) -> tuple[Item, ...]:
+        """All things, square by square."""
+        return tuple(item for piece in self.pieces for item in piece)
+
+    @classmethod
+    def of(cls, items: list[Item]) -> "Scenery":
+        """All items, put together by squares."""
+        squares: dict[tuple[int, int], list[Item]] = {}
+        for item in items:
+            column, row = np.floor(item.base.mean(axis=0) / PIECE).astype(int).tolist()
+            squares.setdefault((column, row), []).append(item)
+        origins = (np.array(sorted(squares)).reshape(-1, 2) + 0.5) * PIECE
+        pieces = tuple(tuple(squares[square]) for square in sorted(squares))
+        reach = [
+            max(float(np.hypot(*(item.base - origin).T).max()) for item in piece)
+            for piece, origin in zip(pieces, origins, strict=True)
+        ]
+        return cls(pieces, origins, np.array(reach).reshape(-1) + CROWN)
+
+    def mesh(self, row: int, detail: int) -> Mesh:
+        """The mesh of a piece."""
+        key = (row, detail)
+        if key not in self.made:
+            if len(self.made) >= KEPT:
+                self.made.pop(next(iter(self.made)))
+            solids = [item.make(detail) for item in self.pieces[row]]
+            self.made[key] = join(solids).mesh(self.origins[row])
+        return self.made[key]
+
+    def seen_from(self, ego: Float[Array, "3"], camera: Camera, near: float = NEAR) -> Placed:
+        """What of it the camera of an ego pose (x, y, heading) may see; all of it NOBODY's."""
+        T_world_cam = Rig(camera).T_world_cam(checked(ego))
+        apart = self.origins - ego[:2]
+        ahead = apart @ np.array([np.cos(ego[2]), np.sin(ego[2])])
+        close = (np.hypot(*apart.T) - self.radii < FAR) & (ahead + self.radii > near)
+        rows = np.flatnonzero(close)
+        rows = rows[np.argsort(ahead[rows], kind="stable")]  # near first: less is drawn over
+        if not len(rows):
+            return Placed.empty()
+        T_cam_world = invert(T_world_cam)
+        T_world_piece = np.tile(homogeneous(R_world_piece, np.zeros(3)), (len(rows), 1, 1))
+        T_world_piece[:, :2, 3] = self.origins[rows]
+        details = np.searchsorted(NEARBY, np.hypot(*apart[rows].T) - 0.5 * PIECE)
+        meshes = tuple(map(self.mesh, rows.tolist(), details.tolist()))
+        placed = Placed(meshes, T_cam_world @ T_world_piece, np.full(len(rows), NOBODY))
+        seen = np.flatnonzero(in_sight(placed, camera, near))
+        return Placed(
+            tuple(meshes[row] for row in seen), placed.T_cam_object[seen], placed.instances[seen]
+        )
+
+
+@lru_cache(maxsize=4)
+def _around(roads: Roads, seed: int, knobs: Knobs) -> Scenery:
+    density = Density(knobs.houses, knobs.trees, knobs.furniture)
+    return Scenery.of(place(Terrain.of(roads), seed, density))
+
+
+def checked(ego: Float[Array, "3"]) -> Float[Array, "3"]:
+    """The ego pose, if it is finite."""
+    if not np.isfinite(ego).all():
+        raise BadConfig(f"the ego pose (x, y, heading) is not finite: {ego.tolist()}")
+    return ego
+
+
+def shadows_of(items: tuple[Item, ...], towards: Float[Array, "3"], shade: float) -> Patches:
+    """Where the sun's light does not reach the ground; towards: to the sun, z down.
+
+    shade: how much of the light is taken, 0 to 1.
+    """
+    outlines: list[Float[Array, "_ 2"]] = []
+    if shade <= 0.0:
+        return Patches((), ())
+    slope = towards[:2] / towards[2]  # metres aside for each metre of height, away from the sun
+    for item in items:
+        if item.leafy:
+            outlines += list(item.make(1).corners @ _fall(slope))
+        elif item.kind in CASTING:
+            points = (item.make(DETAILS - 1).corners.reshape(-1, 3) @ _fall(slope)).astype(
+                np.float32
+            )
+            outlines.append(cv2.convexHull(points)[:, 0].astype(np.float64))
+    return Patches(tuple(outlines), ((round(255.0 * shade),),) * len(outlines))
+
+
+def _fall(slope: Float[Array, "2"]) -> Float[Array, "3 2"]:
+    """From x, y, height to where the light through that point meets the ground."""
+    return np.array([[1.0, 0.0], [0.0, 1.0], [slope[0], slope[1]]])

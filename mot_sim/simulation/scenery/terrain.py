@@ -1,0 +1,139 @@
+"""How far from the road every place is, and lines at a distance along it."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+from jaxtyping import Float, Float32, UInt8
+from numpy import ndarray as Array
+
+from mot_sim.simulation.scenery.patches import Patches, fill_outline
+from mot_sim.simulation.traffic.roads import Roads
+
+CELL = 0.5  # metres
+MARGIN = 70.0  # metres around the roads
+
+
+@dataclass(frozen=True, eq=False)
+class Terrain:
+    """A grid over the roads and what lies beside them.
+
+    low: x, y of the first cell's outer corner. distance: metres to the nearest asphalt.
+    paved: 255 on pavements, kerbs and asphalt. taken: 255 where something stands already; the
+    only thing here that changes.
+    """
+
+    low: Float[Array, "2"]
+    distance: Float32[Array, "h w"]
+    paved: UInt8[Array, "h w"]
+    taken: UInt8[Array, "h w"]
+
+    @classmethod
+    def of(cls, roads: Roads) -> "Terrain":
+        """The terrain of roads."""
+        corners = [surface.corners for surface in roads.surfaces] or [np.zeros((1, 2))]
+        points = np.concatenate(corners)
+        low = np.floor(points.min(axis=0) - MARGIN)
+        size = np.ceil((points.max(axis=0) + MARGIN - low) / CELL).astype(int)
+        driven = np.zeros((size[1], size[0]), np.uint8)
+        paved = driven.copy()
+        for image, kinds in (
+            (driven, ("asphalt", "line")),
+            (paved, ("pavement", "kerb", "asphalt")),
+        ):
+            chosen = tuple(s.corners for s in roads.surfaces if s.paint in kinds)
+            Patches(chosen, ((255,),) * len(chosen)).fill(image, low, CELL)
+        free = np.where(driven > 0, 0, 255).astype(np.uint8)
+        distance = cv2.distanceTransform(free, cv2.DIST_L2, 5) * np.float32(CELL)
+        if not driven.any():
+            distance = np.full(driven.shape, MARGIN, np.float32)
+        return cls(low, distance, paved, np.zeros_like(driven))
+
+    def cells(self, points: Float[Array, "n 2"]) -> tuple[Array, Array]:
+        """Rows and columns of the cells of points; the nearest ones for points outside."""
+        index = np.floor((points - self.low) / CELL).astype(int)
+        height, width = self.distance.shape
+        return index[:, 1].clip(0, height - 1), index[:, 0].clip(0, width - 1)
+
+    def is_free(self, outline: Float[Array, "n 2"], distance: float, spare: float = 0.0) -> bool:
+        """Whether a convex outline keeps off everything, and that far from the asphalt."""
+        low, high = outline.min(axis=0), outline.max(axis=0)
+        if not ((low > self.low + 1.0) & (high < self._high - 1.0)).all():
+            return False
+        mask, window = self._mask(outline, spare)
+        covered = mask > 0
+        near = self.distance[window][covered]
+        if not len(near) or near.min() < distance:
+            return False
+        return not bool(self.taken[window][covered].any())
+
+    def take(self, outline: Float[Array, "n 2"]) -> None:
+        """Mark that something stands on an outline."""
+        mask, window = self._mask(outline, 0.0)
+        self.taken[window][mask > 0] = 255
+
+    @cached_property
+    def _high(self) -> Float[Array, "2"]:
+        return self.low + CELL * np.array(self.distance.shape[::-1])
+
+    def _mask(
+        self, outline: Float[Array, "n 2"], spare: float
+    ) -> tuple[UInt8[Array, "a b"], tuple[slice, slice]]:
+        """The cells of an outline, grown by `spare` metres, in a window of the grid."""
+        if spare > 0.0:
+            middle = outline.sum(axis=0) / len(outline)
+            away = outline - middle
+            reach = np.maximum(np.hypot(*away.T), 1e-6)[:, None]
+            outline = middle + away * (1.0 + spare / reach)
+        index = np.floor((outline - self.low) / CELL)
+        low = np.maximum(index.min(axis=0), 0.0)
+        high = np.minimum(index.max(axis=0), self.distance.shape[::-1] - np.ones(2))
+        (left, top), (right, bottom) = low.astype(int).tolist(), high.astype(int).tolist()
+        window = (slice(top, bottom + 1), slice(left, right + 1))
+        mask = np.zeros((bottom + 1 - top, right + 1 - left), np.uint8)
+        corner = self.low + CELL * low
+        fill_outline(mask, outline, corner, CELL)
+        return mask, window
+
+    def lines(self, distance: float) -> list[tuple[Float[Array, "n 2"], Float[Array, "n 2"]]]:
+        """Points a metre apart, so far from the asphalt, and the directions away from it."""
+        near = (self.distance <= distance).astype(np.uint8)
+        outlines, _ = cv2.findContours(near, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
+        found = []
+        for outline in sorted(outlines, key=lambda one: tuple(one[:, 0].min(axis=0).tolist())):
+            cells = outline[:, 0].astype(float)
+            steps = np.hypot(*np.diff(cells, axis=0, append=cells[:1]).T) * CELL
+            along = np.concatenate(([0.0], np.cumsum(steps)))
+            if along[-1] < 8.0:
+                continue
+            smooth = _smoothed(cells)
+            at = np.arange(0.0, along[-1] - 0.5)
+            points = np.stack(
+                [np.interp(at, along[:-1], smooth[:, axis]) for axis in (0, 1)], axis=1
+            )
+            points = self.low + CELL * (points + 0.5)
+            found.append((points, self.away(points)))
+        return found
+
+    def away(self, points: Float[Array, "n 2"]) -> Float[Array, "n 2"]:
+        """The unit directions away from the nearest asphalt."""
+        rows, columns = self.cells(points)
+        across, along = self._slopes
+        out = np.stack((across[rows, columns], along[rows, columns]), axis=1).astype(float)
+        length = np.hypot(*out.T)[:, None]
+        return np.where(length > 1e-6, out / np.maximum(length, 1e-6), (1.0, 0.0))
+
+    @cached_property
+    def _slopes(self) -> tuple[Float32[Array, "h w"], Float32[Array, "h w"]]:
+        """How the distance grows along x and y, evened out over two metres."""
+        even = cv2.blur(self.distance, (5, 5))
+        return cv2.Sobel(even, cv2.CV_32F, 1, 0), cv2.Sobel(even, cv2.CV_32F, 0, 1)
+
+
+def _smoothed(cells: Float[Array, "n 2"]) -> Float[Array, "n 2"]:
+    """A closed line of cells without its stairs."""
+    reach = 4
+    kernel = np.ones(2 * reach + 1) / (2 * reach + 1)
+    wide = np.concatenate((cells[-reach:], cells, cells[:reach]))
+    return np.stack([np.convolve(wide[:, axis], kernel, "valid") for axis in (0, 1)], axis=1)

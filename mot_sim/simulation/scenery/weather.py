@@ -1,0 +1,95 @@
+"""Weather, time of day and the camera's own faults: what one post-effect makes of a frame."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from mot_sim.simulation.scenery.light import Light
+from tracker.errors import BadConfig, UnknownName
+
+Colour = tuple[int, int, int]
+AIR: Colour = (206, 216, 224)
+# The least and the most of every knob; the neutral value changes no byte.
+RANGES: dict[str, tuple[float, float]] = {
+    "visibility": (10.0, np.inf), "overcast": (0.0, 1.0), "rain": (0.0, 1.0),
+    "night": (0.0, 1.0), "headlights": (0.0, 1.0), "warmth": (-1.0, 1.0),
+    "glare": (0.0, 1.0), "exposure": (0.1, 10.0), "motion_blur": (0.0, 1.0),
+    "noise": (0.0, 60.0), "vignetting": (0.0, 1.0), "jpeg": (1.0, 100.0),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Weather:
+    """Knobs of the post-effect; all of them are neutral by default, and then no byte changes.
+
+    light: of the world that this weather belongs to, for `Neighbourhood.build`. visibility:
+    metres at which contrast has fallen to 5 %; inf = clear air. air: the colour of fog and haze.
+    overcast, rain, night: how much, 0 to 1. headlights: ours and those of others, at night.
+    warmth: of the light, -1 blue to 1 red. glare: of a low sun ahead. exposure: gain.
+    motion_blur: the share of the frame time that the shutter is open. noise: standard deviation
+    in grey levels. vignetting: what the corners lose. jpeg: quality; 100 = none, not compressed.
+    """
+
+    light: Light = Light()
+    visibility: float = np.inf
+    air: Colour = AIR
+    overcast: float = 0.0
+    rain: float = 0.0
+    night: float = 0.0
+    headlights: float = 0.0
+    warmth: float = 0.0
+    glare: float = 0.0
+    exposure: float = 1.0
+    motion_blur: float = 0.0
+    noise: float = 0.0
+    vignetting: float = 0.0
+    jpeg: float = 100.0
+
+    def __post_init__(self) -> None:
+        for name, (least, most) in RANGES.items():
+            value = getattr(self, name)
+            if not least <= value <= most:
+                raise BadConfig(f"{name} of the weather is {value:g}: give {least:g} to {most:g}")
+        if not all(0 <= one <= 255 for one in self.air):
+            raise BadConfig(f"air of the weather is {self.air}: give RGB, 0 to 255 each")
+
+    @property
+    def is_neutral(self) -> bool:
+        """Whether it leaves every frame as it is."""
+        clear = Weather()
+        names = (field.name for field in fields(self) if field.name not in ("light", "air"))
+        return all(getattr(self, name) == getattr(clear, name) for name in names)
+
+
+DULL = Light(ambient=0.9, shade=0.08, clouds=1.0)
+DARK = Light(ambient=0.95, shade=0.0, clouds=0.5)
+LOW = Light(azimuth=28.0, elevation=11.0, ambient=0.42, shade=0.55, clouds=0.25)
+
+# The name of a weather, for scenes and the command line.
+WEATHERS: dict[str, Weather] = {
+    "clear": Weather(),
+    "noon": Weather(visibility=1100.0, noise=1.6, vignetting=0.18),
+    "low_sun": Weather(
+        LOW, 800.0, (238, 214, 176), warmth=0.55, glare=0.8, noise=2.0, vignetting=0.22
+    ),
+    "overcast": Weather(DULL, 700.0, overcast=0.85, noise=2.2, vignetting=0.18),
+    "fog": Weather(DULL, 95.0, (196, 201, 204), overcast=1.0, noise=2.2, vignetting=0.15),
+    "rain": Weather(
+        DULL, 260.0, (166, 174, 182), overcast=1.0, rain=0.8, exposure=0.86, noise=2.8,
+        vignetting=0.2,
+    ),
+    "dusk": Weather(
+        DARK, 900.0, (150, 140, 150), overcast=0.2, night=0.55, headlights=0.6, warmth=0.15,
+        noise=4.0, vignetting=0.22,
+    ),
+    "night": Weather(
+        DARK, 1500.0, (30, 34, 44), night=1.0, headlights=1.0, noise=5.5, vignetting=0.25
+    ),
+}  # fmt: skip
+
+
+def find_weather(name: str) -> Weather:
+    """The weather of a name; UnknownName for another."""
+    if name not in WEATHERS:
+        raise UnknownName.of("weather", name, WEATHERS)
+    return WEATHERS[name]

@@ -1,0 +1,177 @@
+"""Windows on the ground around the camera, one a level of detail; tiles are painted once."""
+
+from collections import OrderedDict
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Bool, Float, UInt8
+from numpy import ndarray as Array
+
+from mot_sim.simulation.renderers.clipping import clip_polygon
+from mot_sim.simulation.renderers.surroundings import Colour, Level, Road, Texture
+from mot_sim.simulation.scenery.grain import LEVELS, TEXEL, TILE
+from mot_sim.simulation.scenery.ground import GRASS, Ground
+from tracker.types import Camera
+
+ACROSS = 6  # tiles along a window's sides: 38.4 m on the finest level, 614 m on the coarsest
+# Metres ahead that the finest level is painted for, each coarser one twice as far: from there on
+# KITTI's camera finds the next one sharp enough. And how far the coarsest one is painted.
+REACH, FARTHEST = 12.5, 450.0
+AHEAD = 0.3  # of a window's side, from the camera to its middle
+KEPT = 320  # tiles, of 0.26 MB each: 84 MB
+AROUND: Colour = (95, 105, 62)
+MEADOW = np.array((*GRASS, 0), np.uint8).view(np.uint32)[0]
+
+
+@dataclass(eq=False)
+class Window:
+    """The tiles of one level around a place; those in sight are filled."""
+
+    origin: tuple[int, int]
+    pixels: UInt8[Array, "s s 4"]
+    filled: Bool[Array, "a a"]
+
+    @classmethod
+    def at(cls, origin: tuple[int, int], before: "Window | None" = None) -> "Window":
+        """A new one with the tiles that another one has already.
+
+        origin: column and row of its first tile.
+        """
+        window = cls(
+            origin,
+            np.empty((ACROSS * TILE, ACROSS * TILE, 4), np.uint8),
+            np.zeros((ACROSS, ACROSS), bool),
+        )
+        u, v = (0, 0) if before is None else np.subtract(origin, before.origin).tolist()
+        if before is None or max(abs(u), abs(v)) >= ACROSS:
+            window.clear(slice(None), slice(None))
+            return window
+        rows, columns = _overlap(v), _overlap(u)
+        window.filled[rows[0], columns[0]] = before.filled[rows[1], columns[1]]
+        (to_rows, of_rows), (to_columns, of_columns) = (
+            map(_texels, one) for one in (rows, columns)
+        )
+        window.pixels[to_rows, to_columns] = before.pixels[of_rows, of_columns]
+        window.clear(_texels(_beside(v)), slice(None))
+        window.clear(to_rows, _texels(_beside(u)))
+        return window
+
+    def clear(self, rows: slice, columns: slice) -> None:
+        """Show a meadow there."""
+        self.pixels.view(np.uint32)[rows, columns] = MEADOW
+
+
+def _overlap(shift: int) -> tuple[slice, slice]:
+    """The tiles that two windows share, along one axis: in the new one, and in the old one."""
+    count = ACROSS - abs(shift)
+    new, old = max(-shift, 0), max(shift, 0)
+    return slice(new, new + count), slice(old, old + count)
+
+
+def _beside(shift: int) -> slice:
+    """The tiles of a new window that the old one has not."""
+    return slice(ACROSS - shift, ACROSS) if shift >= 0 else slice(0, -shift)
+
+
+def _texels(tiles: slice) -> slice:
+    return slice(tiles.start * TILE, tiles.stop * TILE)
+
+
+@dataclass(eq=False)
+class Windows:
+    """The road around a moving camera. What it shows depends on the place alone, not on the way."""
+
+    ground: Ground
+    tiles: OrderedDict[tuple[int, int, int], UInt8[Array, "t t 4"]] = field(
+        default_factory=OrderedDict
+    )
+    now: dict[int, Window] = field(default_factory=dict)
+
+    def road(
+        self, ego: Float[Array, "3"], T_world_road: Float[Array, "4 4"], camera: Camera
+    ) -> Road:
+        """The road plane as it is painted around an ego pose."""
+        levels = [self._level(number, ego, T_world_road, camera) for number in range(LEVELS)]
+        coarsest = levels[-1]
+        return Road(coarsest.texture, coarsest.A_texture_road, AROUND, tuple(levels[:-1]))
+
+    def _level(
+        self, number: int, ego: Float[Array, "3"], T_world_road: Float[Array, "4 4"], camera: Camera
+    ) -> Level:
+        texel = TEXEL * 2**number
+        side = TILE * texel
+        ahead = np.array([np.cos(ego[2]), np.sin(ego[2])])
+        middle = ego[:2] + AHEAD * ACROSS * side * ahead
+        column, row = np.floor(middle / side - 0.5 * ACROSS + 0.5).astype(int).tolist()
+        window = self.now.get(number)
+        if window is None or window.origin != (column, row):
+            window = self.now[number] = Window.at((column, row), window)
+        is_last = number == LEVELS - 1
+        reach = np.inf if is_last else REACH * 2.0**number
+        seen = footprint(camera, FARTHEST if is_last else reach + 1.0)
+        needed = _needed(seen, (column, row), side, T_world_road)
+        for v, u in np.argwhere(needed & ~window.filled).tolist():
+            tile = self._tile(number, column + u, row + v)
+            window.pixels[v * TILE : (v + 1) * TILE, u * TILE : (u + 1) * TILE] = tile
+        window.filled |= needed
+        A_texture_world = np.array([
+            [1.0 / texel, 0.0, -column * TILE - 0.5], [0.0, 1.0 / texel, -row * TILE - 0.5],
+            [0.0, 0.0, 1.0],
+        ])  # fmt: skip
+        A_world_road = T_world_road[np.ix_((0, 1, 3), (0, 2, 3))]
+        return Level(Texture.of_rgba(window.pixels), A_texture_world @ A_world_road, reach)
+
+    def _tile(self, number: int, column: int, row: int) -> UInt8[Array, "t t 4"]:
+        """A tile, from the store where it is there."""
+        key = (number, column, row)
+        if key in self.tiles:
+            self.tiles.move_to_end(key)
+            return self.tiles[key]
+        tile = self.tiles[key] = self.ground.tile(number, column, row)
+        if len(self.tiles) > KEPT:
+            self.tiles.popitem(last=False)
+        return tile
+
+
+def _needed(
+    seen: Float[Array, "n 2"],
+    origin: tuple[int, int],
+    side: float,
+    T_world_road: Float[Array, "4 4"],
+) -> Bool[Array, "a a"]:
+    """Which tiles of a window lie in what the camera sees of the road."""
+    if len(seen) < 3:
+        return np.zeros((ACROSS, ACROSS), bool)
+    outline = seen @ T_world_road[:2, [0, 2]].T + T_world_road[:2, 3]
+    outline = outline / side - origin
+    steps = np.arange(ACROSS + 1, dtype=float)
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    touched = np.ones((ACROSS, ACROSS), bool)
+    touched &= ((steps[:-1] < high[0]) & (steps[1:] > low[0]))[None]
+    touched &= ((steps[:-1] < high[1]) & (steps[1:] > low[1]))[:, None]
+    edges = np.roll(outline, -1, axis=0) - outline
+    normals = np.stack((edges[:, 1], -edges[:, 0]), axis=1)
+    middle = outline.mean(axis=0)
+    normals *= np.sign(((outline - middle) * normals).sum(axis=1))[:, None]  # outwards
+    offsets = (outline * normals).sum(axis=1)
+    corner = np.where(normals < 0.0, 1.0, 0.0)  # a tile's innermost corner, edge by edge
+    u = steps[:-1, None] + corner[:, 0]
+    v = steps[:-1, None] + corner[:, 1]
+    inner = u[None] * normals[:, 0] + v[:, None] * normals[:, 1]
+    return touched & (inner <= offsets + 1e-9).all(axis=2)
+
+
+@lru_cache(maxsize=32)
+def footprint(camera: Camera, reach: float) -> Float[Array, "n 2"]:
+    """The convex part of the road, (x, z), that a camera sees up to a depth; a little more."""
+    width, height = camera.image_size
+    edges = np.array([(-2, -2), (width + 1, -2), (width + 1, height + 1), (-2, height + 1)], float)
+    rays = camera.rays_road(edges)
+    below = clip_polygon(rays, rays[:, 1], camera.height / (3.0 * reach))
+    if len(below) < 3:
+        return np.zeros((0, 2))
+    points = below[:, [0, 2]] * (camera.height / below[:, 1:2])
+    axis = camera.T_cam_road[2]
+    depth = points[:, 0] * axis[0] + points[:, 1] * axis[2] + axis[3]
+    return clip_polygon(points, reach - depth)

@@ -1,0 +1,233 @@
+"""A detector: a profile of effects over the sightings of a whole drive, or of one frame."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray as Array
+
+from mot_sim.datasets.recorded import DetectionLog
+from mot_sim.simulation.cars import Cast
+from mot_sim.simulation.sensors.border import Border, has_area
+from mot_sim.simulation.sensors.checks import require_sigmas
+from mot_sim.simulation.sensors.correlated_noise import Memory, Wanted, prepare
+from mot_sim.simulation.sensors.profile import Profile, find_profile
+from mot_sim.simulation.sensors.provenance import Provenance, Sensed
+from mot_sim.simulation.sensors.sightings import Sightings
+from mot_sim.simulation.traffic.world import STEP
+from mot_sim.simulation.truth import Truth
+from tracker.types import Camera, Detections
+
+Part = tuple[Int[Array, " _"], Detections, Provenance]
+
+
+@dataclass(frozen=True)
+class Detector:
+    """Sees what is true with the noise of a profile; each level scales one kind of noise.
+
+    profile: a name of PROFILES, a TOML file, or a Profile. Level 1 is the profile, level 0 none of
+    it: with every level 0, or the profile `perfect`, the boxes are exact and all scores are 1.
+    jitter: of boxes. misses. doubt: of scores. clutter: ghosts and second boxes. cues: yaw, size,
+    keypoints, shape. A car of which no pixel is visible is never seen, at any level.
+    """
+
+    profile: str | Profile = "rrc"
+    jitter: float = 1.0
+    misses: float = 1.0
+    doubt: float = 1.0
+    clutter: float = 1.0
+    cues: float = 1.0
+    effects: Profile = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        levels = self.jitter, self.misses, self.doubt, self.clutter, self.cues
+        require_sigmas("a detector's level of noise", *levels)
+        given = self.profile
+        effects = given if isinstance(given, Profile) else find_profile(given)
+        object.__setattr__(self, "effects", effects)
+
+    def __call__(
+        self,
+        truth: Truth,
+        seed: int,
+        camera: Camera,
+        frame_count: int | None = None,
+        cast: Cast | None = None,
+    ) -> DetectionLog:
+        """The detections of all frames of an episode, clipped to the image.
+
+        cast: who the cars are, for profiles that see shapes.
+        """
+        frames = None if frame_count is None else np.arange(frame_count)
+        return self.sense(Sightings.from_truth(truth, cast), seed, camera, STEP, frames).log
+
+    def sense(
+        self,
+        sightings: Sightings,
+        seed: int,
+        camera: Camera,
+        step: float = STEP,
+        frames: Int[Array, " f"] | None = None,
+    ) -> Sensed:
+        """Detections and where each came from; step: seconds between frames.
+
+        frames: those that are asked for (ghosts come in empty ones too); None: all up to the last
+        with an object. One frame at a time gives the same bits as the whole drive at once.
+        """
+        if frames is None:
+            frames = np.arange(int(sightings.frames.max(initial=-1)) + 1)
+        prepare(seed, sightings.ids, sightings.frames, self._wanted, step)
+        boxes, seen, scores, missed = self._objects(sightings, seed, step)
+        parts = self._merge_and_split(sightings, boxes, seen, scores, seed, step)
+        parts += self._false(sightings, missed, frames, seed, camera, step)
+        return _put_together(parts, self.effects.border or Border(), camera)
+
+    @cached_property
+    def _wanted(self) -> Wanted:
+        """The latents that every sighting needs."""
+        effects = self.effects
+        found: list[tuple[str, tuple[Memory, ...]]] = []
+        if effects.misses is not None:
+            found.append(("miss", effects.misses.memories))
+        if effects.jitter is not None:
+            found.append(("jitter", effects.jitter.memories))
+        if effects.scores is not None:
+            found.append(("score", (effects.scores.memory,)))
+        if effects.duplicates is not None:
+            found.append(("duplicate", (effects.duplicates.memory,)))
+        return tuple(found)
+
+    def _objects(
+        self, sightings: Sightings, seed: int, step: float
+    ) -> tuple[Float[Array, "n 4"], Bool[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
+        """Box, whether it is seen at all, score, and whether it was missed, of every sighting."""
+        effects = self.effects
+        reported = np.ones(len(sightings), bool)
+        if effects.confusion is not None and self.misses > 0.0:
+            reported = effects.confusion(sightings, seed, step)
+        missed, ease = sightings.visible <= 0.0, np.zeros(len(sightings))
+        if effects.misses is not None:
+            missed, ease = effects.misses(sightings, seed, step, self.misses)
+        boxes = sightings.boxes
+        if effects.visible_part is not None and self.jitter > 0.0:
+            boxes = effects.visible_part(sightings)
+        if effects.jitter is not None:
+            boxes = effects.jitter(boxes, sightings, seed, step, self.jitter)
+        scores = np.ones(len(sightings))
+        if effects.scores is not None:
+            scores = effects.scores(sightings, ease, seed, step, self.doubt)
+        return boxes, reported & ~missed, scores, missed | ~reported
+
+    def _merge_and_split(
+        self,
+        sightings: Sightings,
+        boxes: Float[Array, "n 4"],
+        seen: Bool[Array, " n"],
+        scores: Float[Array, " n"],
+        seed: int,
+        step: float,
+    ) -> list[Part]:
+        """The detections of objects; merged boxes and halves take their place among them."""
+        if not seen.all():
+            rows = np.flatnonzero(seen)
+            sightings, boxes, scores = sightings.select(rows), boxes[rows], scores[rows]
+        origin = Provenance.of("object", sightings.ids)
+        halves: list[Part] = []
+        if self.effects.merges is not None and self.clutter > 0.0:
+            kept, gone, around = self.effects.merges(sightings, boxes, seed, step)
+            boxes = boxes.copy()
+            boxes[kept] = around
+            origin.sources[kept], origin.others[kept] = "merged", sightings.ids[gone]
+            left = np.ones(len(boxes), bool)
+            left[gone] = False
+            sightings, origin = sightings.select(left), origin.select(left)
+            boxes, scores = boxes[left], scores[left]
+        if self.effects.splits is not None and self.clutter > 0.0:
+            split, one, other = self.effects.splits(sightings, boxes, seed, step)
+            boxes = boxes.copy()
+            boxes[split] = one
+            origin.sources[split] = "split"
+            second = Provenance.of("split", sightings.ids[split])
+            halves = [(sightings.frames[split], Detections(other, scores[split]), second)]
+        cues = self._cues(sightings, seed, step)
+        return [(sightings.frames, Detections(boxes, scores, **cues), origin), *halves]
+
+    def _cues(
+        self, sightings: Sightings, seed: int, step: float
+    ) -> dict[str, Float[Array, "n ..."]]:
+        """The columns that the profile measures."""
+        effects, found = self.effects, {}
+        if effects.pose is not None:
+            found["yaw"], found["size"] = effects.pose(sightings, seed, step, self.cues)
+        for name in ("keypoints", "shape", "appearance"):
+            effect = getattr(effects, name)
+            column = None if effect is None else effect(sightings, seed, step, self.cues)
+            if column is not None:
+                found["descriptor" if name == "appearance" else name] = column
+        if effects.pose is not None and effects.shape is not None and "shape" in found:
+            yaw = effects.pose.std(sightings, self.cues)
+            shape = effects.shape.claimed(sightings, self.cues)
+            found["pose_cov"] = _stated(yaw, shape, found["shape"].shape[1])
+        return found
+
+    def _false(
+        self,
+        sightings: Sightings,
+        missed: Bool[Array, " n"],
+        frames: Int[Array, " f"],
+        seed: int,
+        camera: Camera,
+        step: float,
+    ) -> list[Part]:
+        """Second boxes and ghosts."""
+        parts: list[Part] = []
+        if self.effects.duplicates is not None:
+            rows, boxes, scores = self.effects.duplicates(
+                sightings, missed, seed, step, self.clutter
+            )
+            origin = Provenance.of("duplicate", sightings.ids[rows])
+            if len(rows):
+                cues = self._cues(sightings.select(rows), seed, step)
+                parts.append((sightings.frames[rows], Detections(boxes, scores, **cues), origin))
+        if self.effects.clutter is not None:
+            ghosts = self.effects.clutter(frames, seed, camera, step, self.clutter)
+            nobody = Provenance.of("clutter", np.full(len(ghosts), -1))
+            if len(ghosts):
+                parts.append((ghosts.frames, Detections(ghosts.boxes, ghosts.scores), nobody))
+        return parts
+
+
+def _put_together(parts: list[Part], border: Border, camera: Camera) -> Sensed:
+    """All parts in the order of frames; cues that a part lacks are NaN there."""
+    frames, detections, origin = parts[0]
+    if len(parts) > 1:
+        frames = np.concatenate([part[0] for part in parts])
+        detections = Detections.concatenate([_with_cues(part[1], parts[0][1]) for part in parts])
+        origin = Provenance.concatenate([part[2] for part in parts])
+    boxes = border(detections.boxes, camera)
+    whole = replace(detections, boxes=boxes)
+    usable = has_area(boxes)
+    if usable.all() and (frames[1:] >= frames[:-1]).all():
+        return Sensed(DetectionLog(frames, whole), origin)
+    rows = np.flatnonzero(usable)
+    rows = rows[np.argsort(frames[rows], kind="stable")]
+    return Sensed(DetectionLog(frames[rows], whole.select(rows)), origin.select(rows))
+
+
+def _stated(
+    yaw: Float[Array, " n"], shape: Float[Array, " n"], coefficients: int
+) -> Float[Array, "n c c"]:
+    """The covariance of (yaw, shape) that a fit states that knows these stds of its own."""
+    stds = np.column_stack([yaw, *[shape] * coefficients])
+    return np.eye(1 + coefficients) * np.square(stds)[:, None, :]
+
+
+def _with_cues(part: Detections, model: Detections) -> Detections:
+    """The part with a NaN column for every cue of the model that it lacks."""
+    columns = {}
+    for name in Detections.__match_args__[2:]:
+        column, like = getattr(part, name), getattr(model, name)
+        if column is None and like is not None:
+            columns[name] = np.full((len(part), *like.shape[1:]), np.nan)
+    return replace(part, **columns)

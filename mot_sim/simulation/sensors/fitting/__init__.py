@@ -1,0 +1,1 @@
+"""Noise profiles fitted to real detections."""

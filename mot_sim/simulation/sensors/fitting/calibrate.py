@@ -1,0 +1,168 @@
+"""Fits a profile to any detections with labels."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from math import log
+
+import numpy as np
+
+from mot_sim.simulation.sensors.border import Border
+from mot_sim.simulation.sensors.detector import Detector
+from mot_sim.simulation.sensors.fitting.fit_boxes import fit_jitter, fit_scores
+from mot_sim.simulation.sensors.fitting.fit_false import ABOUT, fit_clutter, fit_duplicates
+from mot_sim.simulation.sensors.fitting.fit_misses import fit_confusion, fit_misses
+from mot_sim.simulation.sensors.fitting.measure import Drive, Measured, measure
+from mot_sim.simulation.sensors.fitting.statistics import gap_lengths
+from mot_sim.simulation.sensors.profile import Profile
+from mot_sim.simulation.sensors.sightings import Sightings
+from tracker.errors import BadConfig, BadDetections
+
+FEWEST_MATCHES = 500  # below, the tables by size and occlusion are guesses
+ROUNDS, SEEDS = 2, 8  # of bringing pooled figures home; of each round
+STEP = 0.1  # seconds between KITTI's frames
+
+Told = Callable[[str], None]
+
+
+def fit_profile(
+    drives: Sequence[Drive], name: str = "fitted", step: float = STEP, tell: Told = lambda _: None
+) -> Profile:
+    """The profile that is likeliest to have made the drives' detections.
+
+    tell: called with what is under way. Raises BadDetections for labels without detections,
+    BadConfig for too few matches.
+    """
+    require_detections(drives)
+    tell("matching")
+    measured = measure(drives)
+    matches = int(measured.found.hit.sum())
+    if matches < FEWEST_MATCHES:
+        raise BadConfig(
+            f"{matches} detections match a labelled car; a profile needs at least "
+            f"{FEWEST_MATCHES}: give more sequences, or check that labels and detections belong "
+            "together"
+        )
+    tell("misses and box errors")
+    misses, jitter = fit_misses(measured.found, step), fit_jitter(measured.found, step)
+    tell("scores")
+    scores = fit_scores(measured.found, misses, step)
+    tell("false positives")
+    profile = Profile(
+        name=name,
+        source=f"{matches} matches in {measured.frame_count} labelled frames",
+        confusion=fit_confusion(measured.found, measured.false, misses, step),
+        misses=misses,
+        jitter=jitter,
+        border=Border(),
+        scores=scores,
+        duplicates=fit_duplicates(measured, step),
+        clutter=fit_clutter(measured, step),
+    )
+    profile = allow_for_jitter(profile, drives, measured, step)
+    for number in range(ROUNDS):
+        tell(f"simulating, round {number + 1} of {ROUNDS}")
+        profile = bring_home(profile, drives, measured, step)
+    return profile
+
+
+def require_detections(drives: Sequence[Drive]) -> None:
+    """BadDetections when there is nothing to compare."""
+    labels, boxes = (
+        sum(len(drive.labels) for drive in drives),
+        sum(len(drive.log.frames) for drive in drives),
+    )
+    if not labels:
+        raise BadDetections("no labels: a profile is fitted to detections of labelled drives")
+    if not boxes:
+        raise BadDetections(
+            f"{labels} labels but no detections; name a detector whose files are there"
+        )
+
+
+def simulate(
+    profile: Profile, drives: Sequence[Drive], seed: int, step: float = STEP
+) -> list[Drive]:
+    """The same drives, seen by the profile in place of the detector."""
+    detector = Detector(profile)
+    made = []
+    for number, drive in enumerate(drives):
+        sensed = detector.sense(
+            Sightings.from_labels(drive.labels),
+            seed * 1000 + number,
+            drive.camera,
+            step,
+            np.arange(drive.frame_count),
+        )
+        made.append(replace(drive, log=sensed.log))
+    return made
+
+
+def bring_home(profile: Profile, drives: Sequence[Drive], real: Measured, step: float) -> Profile:
+    """Shift rates of false boxes and times of misses by what a simulation has too many or few of.
+
+    Ghosts may lie where nobody counts, and gaps end where a car's rate changes: the effects' own
+    figures do not see that.
+    """
+    made = [measure(simulate(profile, drives, 7 + k, step)) for k in range(SEEDS)]
+    near, far = (real.false.iou >= ABOUT).sum(), (real.false.iou < ABOUT).sum()
+    made_near, made_far = _false(made)
+    misses = profile.misses
+    assert misses is not None
+    gaps = float(np.mean([len(gap_lengths(each.found)) for each in made]))
+    factor = _factor(gaps, float(len(gap_lengths(real.found))))
+    misses = replace(
+        misses,
+        memory=misses.memory.slower(factor),
+        flutter_memory=misses.flutter_memory.slower(factor),
+    )
+    duplicates, clutter = profile.duplicates, profile.clutter
+    if duplicates is not None:
+        single = replace(profile, duplicates=None)
+        by_chance, _ = _false(
+            [measure(simulate(single, drives, 7 + k, step)) for k in range(SEEDS)]
+        )
+        factor = _factor(near - by_chance, made_near - by_chance)
+        duplicates = replace(
+            duplicates,
+            seen=tuple(min(factor * rate, 1.0) for rate in duplicates.seen),
+            missed=tuple(min(factor * rate, 1.0) for rate in duplicates.missed),
+        )
+    if clutter is not None:
+        clutter = replace(clutter, rate=min(clutter.rate * _factor(far, made_far), 8.0))
+    return replace(profile, misses=misses, duplicates=duplicates, clutter=clutter)
+
+
+def allow_for_jitter(
+    profile: Profile, drives: Sequence[Drive], real: Measured, step: float
+) -> Profile:
+    """Raise the odds of being found by what jitter makes of them: boxes too bad to match.
+
+    Simulated with and without jitter; the draws of the misses are the same in both.
+    """
+    hits = [
+        float(np.mean([_recall(simulate(each, drives, 7 + k, step)) for k in range(SEEDS)]))
+        for each in (profile, replace(profile, jitter=None))
+    ]
+    assert profile.misses is not None
+    wanted = min(real.recall * hits[1] / max(hits[0], 1e-9), 0.9999)
+    shift = _odds(wanted) - _odds(real.recall)
+    return replace(profile, misses=replace(profile.misses, base=profile.misses.base + shift))
+
+
+def _recall(drives: Sequence[Drive]) -> float:
+    return measure(drives).recall
+
+
+def _odds(rate: float) -> float:
+    rate = min(max(rate, 1e-4), 1.0 - 1e-4)
+    return log(rate / (1.0 - rate))
+
+
+def _false(made: Sequence[Measured]) -> tuple[float, float]:
+    """How many false boxes a simulation has about cars, and elsewhere."""
+    every = np.concatenate([each.false.iou for each in made])
+    return float((every >= ABOUT).sum()) / len(made), float((every < ABOUT).sum()) / len(made)
+
+
+def _factor(wanted: float, made: float) -> float:
+    return float(np.clip((max(wanted, 0.0) + 1.0) / (max(made, 0.0) + 1.0), 0.3, 3.0))

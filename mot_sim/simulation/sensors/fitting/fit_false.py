@@ -1,0 +1,77 @@
+"""Fits false positives: second boxes about cars, and ghosts."""
+
+import numpy as np
+from jaxtyping import Bool
+from numpy import ndarray as Array
+
+from mot_sim.simulation.sensors.clutter import Clutter
+from mot_sim.simulation.sensors.correlated_noise import Memory
+from mot_sim.simulation.sensors.duplicates import Duplicates
+from mot_sim.simulation.sensors.fitting.fit_misses import event_memory
+from mot_sim.simulation.sensors.fitting.measure import FalseBoxes, Measured
+from mot_sim.simulation.sensors.fitting.statistics import linked
+from mot_sim.simulation.sensors.fitting.tetrachoric import memory_of
+from mot_sim.simulation.sensors.jitter import box_errors
+from mot_sim.simulation.sensors.misses import VISIBLE
+from mot_sim.simulation.sensors.quantiles import Quantiles
+
+ABOUT = 0.1  # IoU with a labelled car from which a false box is about it
+MOST = 0.5  # no rate of second boxes is higher
+FEWEST = 8  # boxes from which a distribution is taken; fewer give the plain default
+LAGS = (1, 2, 3, 5, 8)
+LONGEST_LIFE = 1.2  # seconds on average: what is seen for longer moves through the image
+
+
+def fit_duplicates(measured: Measured, step: float) -> Duplicates | None:
+    """Second boxes by visible fraction; None when there are too few to tell."""
+    found, false = measured.found, measured.false
+    trucks = found.sightings.kinds == "Truck"
+    about = (false.iou >= ABOUT) & ~((false.iou >= 0.5) & trucks[false.nearest])
+    if about.sum() < FEWEST:
+        return None
+    second = false.select(about)
+    event = np.zeros(len(found), bool)
+    event[second.nearest] = True
+    rates = np.zeros(len(found))
+    tables = []
+    level = np.abs(found.sightings.visible[:, None] - np.array(VISIBLE)).argmin(axis=1)
+    for group in (found.hit, ~found.hit):
+        table = [_rate(event[group & (level == number)]) for number in (1, 2, 3)]
+        table = [table[0], *table]  # labels tell nothing of what is nearly hidden
+        rates[group] = np.interp(found.sightings.visible[group], VISIBLE, table)
+        tables.append(tuple(table))
+    errors = box_errors(second.boxes, found.sightings.boxes[second.nearest])
+    moves = [Quantiles.of(errors[:, column]) for column in range(4)]
+    memory = event_memory(event, rates, found.ids, found.frames, step)
+    seen, missed = tables
+    dx, dy, dw, dh = moves
+    odds = Quantiles.of(second.log_odds)
+    return Duplicates(seen, missed, dx, dy, dw, dh, odds, memory)
+
+
+def _rate(event: Bool[Array, " n"]) -> float:
+    return round(float(np.clip((event.sum() + 0.1) / (len(event) + 1.0), 0.0, MOST)), 5)
+
+
+def fit_clutter(measured: Measured, step: float) -> Clutter | None:
+    """Ghosts far from every labelled car; None when there are too few to tell."""
+    ghosts = measured.false.select(measured.false.iou < ABOUT)
+    if len(ghosts) < FEWEST:
+        return None
+    height = ghosts.boxes[:, 3] - ghosts.boxes[:, 1]
+    width = ghosts.boxes[:, 2] - ghosts.boxes[:, 0]
+    centre = 0.5 * (ghosts.boxes[:, 0] + ghosts.boxes[:, 2]) / ghosts.width
+    return Clutter(
+        rate=len(ghosts) / measured.frame_count,
+        memory=_lives(ghosts, step),
+        height=Quantiles.of(height),
+        aspect=Quantiles.of(width / height),
+        x=Quantiles.of(centre),
+        log_odds=Quantiles.of(ghosts.log_odds),
+    )
+
+
+def _lives(ghosts: FalseBoxes, step: float) -> Memory:
+    """Shares of ghosts by how long they live, from how many are still there after a while."""
+    kept = [len(linked(ghosts, lag)[0]) / len(ghosts) for lag in LAGS]
+    return memory_of([lag * step for lag in LAGS], kept, [1.0] * len(LAGS), LONGEST_LIFE)

@@ -1,0 +1,147 @@
+"""How well a profile fits: real beside made, as rows of figures and as curves."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.simulation.sensors.fitting.measure import Measured
+from mot_sim.simulation.sensors.fitting.statistics import (
+    DEPTH_BINS,
+    HEIGHT_BINS,
+    OCCLUSION_BINS,
+    Distance,
+    autocorrelation,
+    gap_lengths,
+    lives,
+    rates_in_bins,
+)
+
+LAGS = (1, 2, 5, 10)
+GAPS = (1, 2, 3, 5, 10)
+SCORES = (0.1, 0.25, 0.5, 0.75)
+EDGES = ("left", "upper", "right", "lower")
+
+
+@dataclass(frozen=True)
+class Line:
+    """One figure of the real detections beside that of the made ones."""
+
+    what: str
+    real: float
+    made: float
+
+
+def fit_lines(real: Measured, made: Measured) -> list[Line]:
+    """Every figure that a profile is judged by; made: several simulations pooled."""
+    lines = [
+        Line(what, getattr(real, name), getattr(made, name))
+        for what, name in (
+            ("recall", "recall"),
+            ("precision", "precision"),
+            ("false positives a frame", "false_per_frame"),
+        )
+    ]
+    for what, value, edges, unit in (
+        ("height", "height", HEIGHT_BINS, "px"),
+        ("depth", "depth", DEPTH_BINS, "m"),
+        ("visible part", "visible", OCCLUSION_BINS, ""),
+    ):
+        pairs = [_recalls(each, value, edges) for each in (real, made)]
+        lines += [
+            Line(f"recall, {what} {low:g}-{high:g} {unit}".strip(), a, b)
+            for low, high, a, b in zip(edges[:-1], edges[1:], *pairs, strict=True)
+            if not np.isnan(a)
+        ]
+    return lines + _gap_lines(real, made) + _box_lines(real, made) + _life_lines(real, made)
+
+
+def _recalls(measured: Measured, value: str, edges: tuple[float, ...]) -> list[float]:
+    found = measured.found.select(measured.found.counted)
+    values = getattr(found.sightings, value)
+    return [rate for _, rate in rates_in_bins(values, found.hit, edges)]
+
+
+def _gap_lines(real: Measured, made: Measured) -> list[Line]:
+    gaps = [gap_lengths(each.found) for each in (real, made)]
+    per = [1000.0 * len(g) / m.frame_count for g, m in zip(gaps, (real, made), strict=True)]
+    lines = [Line("gaps in 1000 frames", *per)]
+    for length in GAPS:
+        shares = [float((g <= length).mean()) if len(g) else float("nan") for g in gaps]
+        lines.append(Line(f"gaps of at most {length} frames", *shares))
+    return lines
+
+
+def _box_lines(real: Measured, made: Measured) -> list[Line]:
+    lines = []
+    both = [each.found.select(each.found.hit) for each in (real, made)]
+    for column, name in enumerate(EDGES):
+        errors = [each.edges[:, column] for each in both]
+        lines.append(Line(f"{name} edge, bias", *(float(x.mean()) for x in errors)))
+        lines.append(Line(f"{name} edge, std", *(float(x.std()) for x in errors)))
+        for lag in LAGS:
+            rho = [
+                autocorrelation(x, each.ids, each.frames, lag)
+                for x, each in zip(errors, both, strict=True)
+            ]
+            lines.append(Line(f"{name} edge, autocorrelation at {lag}", *rho))
+    for score in SCORES:
+        odds = np.log(score / (1.0 - score))
+        shares = [float((each.log_odds < odds).mean()) for each in both]
+        lines.append(Line(f"right boxes with a score below {score:g}", *shares))
+    return lines
+
+
+def _life_lines(real: Measured, made: Measured) -> list[Line]:
+    lived = [lives(each.false) for each in (real, made)]
+    mean = [float(each.mean()) if len(each) else 0.0 for each in lived]
+    once = [float((each == 1).mean()) if len(each) else 0.0 for each in lived]
+    return [
+        Line("life of false positives, frames", *mean),
+        Line("false positives of one frame", *once),
+    ]
+
+
+def distance_lines(distance: Distance) -> list[tuple[str, float]]:
+    """The distances by name."""
+    return [(each.name, getattr(distance, each.name)) for each in fields(distance)]
+
+
+def curves(real: Measured, made: Measured) -> dict[str, tuple[Array, Float[Array, "2 k"]]]:
+    """What is plotted: by title, x and the two curves (real, made)."""
+    both = (real, made)
+    found: dict[str, tuple[Array, Float[Array, "2 k"]]] = {}
+    for title, value, edges in (
+        ("recall by box height, px", "height", HEIGHT_BINS[:-1]),
+        ("recall by depth, m", "depth", DEPTH_BINS),
+    ):
+        middle = 0.5 * (np.array(edges[1:]) + np.array(edges[:-1]))
+        found[title] = middle, np.array([_recalls(each, value, edges) for each in both])
+    gaps = np.arange(1, 16)
+    found["gap lengths, cumulative"] = gaps, _shares([gap_lengths(m.found) for m in both], gaps)
+    hits = [m.found.select(m.found.hit) for m in both]
+    error = np.linspace(-0.15, 0.15, 61)
+    found["lower edge error, cumulative"] = error, _shares([h.edges[:, 3] for h in hits], error)
+    score = np.linspace(0.0, 1.0, 41)
+    found["scores of right boxes, cumulative"] = (
+        score,
+        _shares([1.0 / (1.0 + np.exp(-h.log_odds)) for h in hits], score),
+    )
+    lags = np.arange(1, 16)
+    rho = [[autocorrelation(h.edges[:, 3], h.ids, h.frames, int(t)) for t in lags] for h in hits]
+    found["autocorrelation of the lower edge, frames"] = lags, np.array(rho)
+    life = np.arange(1, 11)
+    found["life of false positives, cumulative"] = (
+        life,
+        _shares([lives(m.false) for m in both], life),
+    )
+    return found
+
+
+def _shares(samples: Sequence[Array], limits: Array) -> Float[Array, "2 k"]:
+    """The part of each sample up to each limit."""
+    return np.array(
+        [np.searchsorted(np.sort(x), limits, side="right") / max(len(x), 1) for x in samples]
+    )

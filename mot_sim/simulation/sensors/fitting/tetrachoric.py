@@ -1,0 +1,95 @@
+"""How strongly two thresholded normal latents hang together, from the counts of their events."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray as Array
+from scipy.optimize import brentq, nnls
+from scipy.special import ndtr, ndtri
+
+from mot_sim.simulation.sensors.correlated_noise import Memory, kept
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)
+WEAKEST, STRONGEST = -0.5, 0.995
+MEMORIES = (0.0, 0.12, 0.4, 1.2, 4.0, 15.0)  # seconds: what a latent is mixed of
+SMOOTH = (0.12, 0.25, 0.5, 1.2)  # seconds: of its smooth parts
+MOST_PAIRS = 20_000  # more tell nothing new and cost time
+
+
+def both_below(
+    a: Float[Array, " n"], b: Float[Array, " n"], correlation: float
+) -> Float[Array, " n"]:
+    """P(x < a, y < b) of standard normal x, y (Sheppard's integral, by Gauss and Legendre)."""
+    half = 0.5 * np.arcsin(correlation)
+    angle = half * (NODES + 1.0)
+    sine, cosine = np.sin(angle), np.cos(angle)
+    square = (a**2 + b**2)[:, None]
+    exponent = -(square - 2.0 * (a * b)[:, None] * sine) / (2.0 * cosine**2)
+    return ndtr(a) * ndtr(b) + half / (2.0 * np.pi) * (np.exp(exponent) @ WEIGHTS)
+
+
+def correlation_of(
+    a_rates: Float[Array, " n"],
+    b_rates: Float[Array, " n"],
+    a: Bool[Array, " n"],
+    b: Bool[Array, " n"],
+) -> float:
+    """The latents' correlation at which as many pairs have ONE of both events; NaN without pairs.
+
+    a_rates, b_rates: the probability of each event, a row a pair. Counting changes (and not
+    pairs with both) makes the number of bursts come out even where the rates are a little off.
+    """
+    rates = np.stack((a_rates, b_rates)).clip(1e-9, 1.0 - 1e-9)
+    changes = float((a != b).sum())
+    if rates.shape[1] > MOST_PAIRS:
+        chosen = np.linspace(0, rates.shape[1] - 1, MOST_PAIRS).astype(int)
+        changes *= MOST_PAIRS / rates.shape[1]
+        rates = rates[:, chosen]
+    x, y = ndtri(rates)
+    total = float(rates.sum())
+
+    def excess(correlation: float) -> float:
+        return total - 2.0 * float(both_below(x, y, correlation).sum()) - changes
+
+    if not len(x):
+        return float("nan")
+    if excess(STRONGEST) >= 0.0:
+        return STRONGEST
+    if excess(WEAKEST) <= 0.0:
+        return WEAKEST
+    return float(brentq(excess, WEAKEST, STRONGEST, xtol=1e-3))
+
+
+def memory_of(
+    seconds: Sequence[float | int],
+    correlations: Sequence[float],
+    weights: Sequence[float | int],
+    longest: float = MEMORIES[-1],
+    smooth: bool = False,
+) -> Memory:
+    """The mixture of memories, none over `longest`, with the nearest autocorrelation.
+
+    smooth: it may have smooth parts.
+    """
+    known = np.isfinite(correlations)
+    t, rho = np.array(seconds)[known], np.array(correlations)[known]
+    weight = np.sqrt(np.array(weights, dtype=float)[known])
+    weight = weight / max(weight.sum(), 1e-9)
+    parts = [(tau, False) for tau in MEMORIES if tau <= longest]
+    parts += [(tau, True) for tau in SMOOTH if smooth and tau <= longest]
+    design = np.array([[kept(each, *part) for part in parts] for each in t.tolist()])
+    design = design.reshape(len(t), len(parts))
+    whole = 100.0 * np.ones((1, len(parts)))  # the shares add up to 1
+    shares, _ = nnls(
+        np.concatenate((design * weight[:, None], whole)), np.append(rho * weight, 100.0)
+    )
+    shares = np.round(shares / shares.sum(), 4)
+    shares[np.argmax(shares)] += 1.0 - shares.sum()
+    rows = np.flatnonzero(shares > 0.0).tolist()
+    kinds = tuple(float(parts[row][1]) for row in rows)
+    return Memory(
+        tuple(shares[rows].tolist()),
+        tuple(parts[row][0] for row in rows),
+        kinds if any(kinds) else (),
+    )

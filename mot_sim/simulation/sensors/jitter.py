@@ -1,0 +1,115 @@
+"""Boxes that are off: centre and size apart, in proportion to the size, correlated in time."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.simulation.sensors.checks import require_finite, require_sigmas
+from mot_sim.simulation.sensors.correlated_noise import Memory, latents
+from mot_sim.simulation.sensors.sightings import Sightings
+from tracker.errors import BadConfig
+
+MOST = 8.0  # no error is further than this many typical ones, so that no box turns inside out
+LEAST_TAIL = 1e-6  # below, sinh is a straight line
+LEAST_SIDE = 0.05  # of the true side; a smaller box is no box
+
+
+@dataclass(frozen=True)
+class Component:
+    """One of four errors: bias + spread * shape(x), x a standard normal latent with memory.
+
+    bias and spread: parts of the box's side. tail: 0 is normal; shape(x) = sinh(tail * x) / tail.
+    skew: adds skew * (x^2 - 1). spread grows by e^(hidden * (1 - visible)) and by
+    (height / 50 px)^by_height.
+    """
+
+    spread: float = 0.0
+    bias: float = 0.0
+    tail: float = 0.0
+    skew: float = 0.0
+    hidden: float = 0.0
+    by_height: float = 0.0
+    memory: Memory = field(default_factory=Memory)
+
+    def __post_init__(self) -> None:
+        require_sigmas("jitter spread, tail", self.spread, self.tail)
+        require_finite("jitter bias, skew, ...", self.bias, self.skew, self.hidden, self.by_height)
+
+    def shape(self, x: Float[Array, " n"]) -> Float[Array, " n"]:
+        """From a normal number to one with the component's tails and skew."""
+        stretched = np.sinh(self.tail * x) / self.tail if self.tail > LEAST_TAIL else x
+        return (stretched + self.skew * (x**2 - 1.0)).clip(-MOST, MOST)
+
+
+@dataclass(frozen=True)
+class Jitter:
+    """x, y: of the centre, in parts of width and height. width, height: of log(side)."""
+
+    x: Component = field(default_factory=Component)
+    y: Component = field(default_factory=Component)
+    width: Component = field(default_factory=Component)
+    height: Component = field(default_factory=Component)
+
+    def __call__(
+        self,
+        boxes: Float[Array, "n 4"],
+        sightings: Sightings,
+        seed: int,
+        step: float,
+        level: float = 1.0,
+    ) -> Float[Array, "n 4"]:
+        """The boxes with their errors; level 0 gives them back unchanged."""
+        if not level >= 0.0:
+            raise BadConfig(f"jitter level {level:g}: 0 (none) or more")
+        if level == 0.0 or not self._numbers[:2].any():
+            return boxes
+        x = latents(seed, "jitter", sightings.ids, sightings.frames, self.memories, step)
+        spread, bias, tail, skew, hidden, by_height = self._numbers
+        grown = hidden * (0.95 - sightings.visible)[:, None]
+        grown += by_height * np.log(np.maximum(sightings.height, 5.0) / 50.0)[:, None]
+        shape = (np.sinh(tail * x) / tail + skew * (x**2 - 1.0)).clip(-MOST, MOST)
+        errors = level * (bias + spread * np.exp(grown) * shape)
+        return move_boxes(boxes, *errors.T)
+
+    @cached_property
+    def memories(self) -> tuple[Memory, ...]:
+        """Of the four."""
+        return self.x.memory, self.y.memory, self.width.memory, self.height.memory
+
+    @cached_property
+    def _numbers(self) -> Float[Array, "6 4"]:
+        """spread, bias, tail, skew, hidden, by_height of the four; no tail is a tiny one."""
+        parts = self.x, self.y, self.width, self.height
+        return np.array([
+            [part.spread for part in parts],
+            [part.bias for part in parts],
+            [max(part.tail, LEAST_TAIL) for part in parts],
+            [part.skew for part in parts],
+            [part.hidden for part in parts],
+            [part.by_height for part in parts],
+        ])  # fmt: skip
+
+
+def move_boxes(
+    boxes: Float[Array, "n 4"],
+    dx: Float[Array, " n"],
+    dy: Float[Array, " n"],
+    dw: Float[Array, " n"],
+    dh: Float[Array, " n"],
+) -> Float[Array, "n 4"]:
+    """Boxes with moved centres (parts of the sides) and sides times e^dw, e^dh."""
+    sides = boxes[:, 2:] - boxes[:, :2]
+    centres = 0.5 * (boxes[:, :2] + boxes[:, 2:]) + sides * np.stack((dx, dy), axis=1)
+    scales = np.exp(np.stack((dw, dh), axis=1).clip(np.log(LEAST_SIDE), -np.log(LEAST_SIDE)))
+    half = 0.5 * sides * scales
+    return np.concatenate((centres - half, centres + half), axis=1)
+
+
+def box_errors(boxes: Float[Array, "n 4"], true: Float[Array, "n 4"]) -> Float[Array, "n 4"]:
+    """dx, dy, dw, dh that `move_boxes` needs to make the boxes from the true ones."""
+    sides = true[:, 2:] - true[:, :2]
+    moved = 0.5 * (boxes[:, :2] + boxes[:, 2:] - true[:, :2] - true[:, 2:]) / sides
+    return np.concatenate((moved, np.log((boxes[:, 2:] - boxes[:, :2]) / sides)), axis=1)

@@ -1,0 +1,124 @@
+"""Cars that the detector does not see: small, hidden or cut ones, in bursts, or a whole frame."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray as Array
+from scipy.special import expit, ndtr, ndtri
+
+from mot_sim.simulation.sensors.bursts import with_glare
+from mot_sim.simulation.sensors.checks import (
+    require_finite,
+    require_rates,
+    require_sigmas,
+    require_table,
+)
+from mot_sim.simulation.sensors.correlated_noise import Memory, latents
+from mot_sim.simulation.sensors.sightings import Sightings
+
+# Where the log-odds of being found are given; straight lines between, level outside.
+VISIBLE = (0.05, 0.35, 0.65, 0.95)
+HEIGHTS = (15.0, 20.0, 25.0, 35.0, 60.0, 120.0)  # pixels
+LOG_HEIGHTS = np.log(HEIGHTS)
+CUTS = (0.0, 0.2, 0.6)
+
+
+@dataclass(frozen=True)
+class Misses:
+    """Log-odds of being found: base + by_visible + by_height + by_cut + by_both, all tables.
+
+    by_both: visible fraction by height, row after row: what the two do together beyond their sum.
+    cut_by_height: grows by_cut by cut_by_height * log(height / 100 px).
+    memory: of the latent that makes bursts. flutter: by visible fraction, the share of it that
+    what hides a car makes anew, over flutter_memory. shared: the part that all objects of a
+    frame share (glare, blur), over shared_seconds.
+    """
+
+    base: float
+    by_visible: tuple[float, ...] = (0.0,) * len(VISIBLE)
+    by_height: tuple[float, ...] = (0.0,) * len(HEIGHTS)
+    by_cut: tuple[float, ...] = (0.0,) * len(CUTS)
+    by_both: tuple[float, ...] = (0.0,) * (len(VISIBLE) * len(HEIGHTS))
+    cut_by_height: tuple[float, ...] = (0.0,) * len(CUTS)
+    memory: Memory = field(default_factory=Memory)
+    flutter: tuple[float, ...] = (0.0,) * len(VISIBLE)
+    flutter_memory: Memory = field(default_factory=Memory)
+    shared: float = 0.0
+    shared_seconds: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_finite("misses base", self.base)
+        require_table("misses by_visible", VISIBLE, self.by_visible)
+        require_table("misses by_height", HEIGHTS, self.by_height)
+        require_table("misses by_cut", CUTS, self.by_cut)
+        require_table("misses by_both", VISIBLE * len(HEIGHTS), self.by_both)
+        require_table("misses cut_by_height", CUTS, self.cut_by_height)
+        require_table("misses flutter", VISIBLE, self.flutter)
+        require_rates("misses shared, flutter", self.shared, *self.flutter)
+        require_sigmas("misses shared_seconds", self.shared_seconds)
+
+    def rates(self, sightings: Sightings, level: float = 1.0) -> Float[Array, " n"]:
+        """level * the probability of going unseen, at most 1; 1 where no pixel is visible."""
+        odds = self._between(sightings.visible, np.log(np.maximum(sightings.height, 1.0)))
+        if sightings.cut.any():
+            odds += np.interp(sightings.cut, CUTS, self.by_cut)
+            odds += np.interp(sightings.cut, CUTS, self.cut_by_height) * cut_growth(sightings)
+        return np.where(sightings.visible <= 0.0, 1.0, np.minimum(level * expit(-odds), 1.0))
+
+    @property
+    def memories(self) -> tuple[Memory, Memory]:
+        """Of both latents."""
+        return self.memory, self.flutter_memory
+
+    def _between(
+        self, visible: Float[Array, " n"], log_height: Float[Array, " n"]
+    ) -> Float[Array, " n"]:
+        """The log-odds of an uncut car: straight lines between the knots, both ways."""
+        v = np.interp(visible, VISIBLE, np.arange(len(VISIBLE)))
+        h = np.interp(log_height, LOG_HEIGHTS, np.arange(len(HEIGHTS)))
+        row = v.astype(np.int64).clip(max=len(VISIBLE) - 2)
+        column = h.astype(np.int64).clip(max=len(HEIGHTS) - 2)
+        v, h = v - row, h - column
+        table = self._table
+        low = (1.0 - h) * table[row, column] + h * table[row, column + 1]
+        high = (1.0 - h) * table[row + 1, column] + h * table[row + 1, column + 1]
+        return (1.0 - v) * low + v * high
+
+    @cached_property
+    def _table(self) -> Float[Array, "v h"]:
+        """The log-odds at the knots."""
+        both = np.array(self.by_both).reshape(len(VISIBLE), len(HEIGHTS))
+        return self.base + np.array(self.by_visible)[:, None] + np.array(self.by_height) + both
+
+    def __call__(
+        self, sightings: Sightings, seed: int, step: float, level: float = 1.0
+    ) -> tuple[Bool[Array, " n"], Float[Array, " n"]]:
+        """Who goes unseen; and how well each of the others was seen, a standard normal number.
+
+        The second couples scores to misses: low just before and after a burst.
+        """
+        rates = self.rates(sightings, level)
+        under = ndtr(self._pressure(sightings, seed, step))
+        missed = under < rates
+        ease = (under - rates) / np.maximum(1.0 - rates, 1e-12)
+        return missed, ndtri(ease.clip(1e-12, 1.0 - 1e-12))
+
+    def _pressure(self, sightings: Sightings, seed: int, step: float) -> Float[Array, " n"]:
+        """The latent: a standard normal number a row, whatever it is made of."""
+        ids, frames = sightings.ids, sightings.frames
+        own, fast = latents(seed, "miss", ids, frames, self.memories, step).T
+        share = np.interp(sightings.visible, VISIBLE, self.flutter)
+        own = np.sqrt(1.0 - share) * own + np.sqrt(share) * fast
+        return with_glare(own, seed, "miss", frames, self.shared, self.shared_seconds, step)
+
+
+def cut_growth(sightings: Sightings) -> Float[Array, " n"]:
+    """What `cut_by_height` is multiplied with: near cars leave the image fast."""
+    return np.log(np.maximum(sightings.height, 5.0) / 100.0).clip(-2.0, 1.0)
+
+
+def hat(values: Float[Array, " n"], knots: tuple[float, ...]) -> Float[Array, "n k"]:
+    """What each knot's number weighs in the straight line between knots; level outside."""
+    return np.stack([np.interp(values, knots, row) for row in np.eye(len(knots))], axis=1)

@@ -1,0 +1,63 @@
+"""How sure the detector says it is: less of hidden and small cars, and flickering over time."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+from scipy.special import expit
+
+from mot_sim.simulation.sensors.checks import require_rates, require_rising, require_table
+from mot_sim.simulation.sensors.correlated_noise import Memory, latent
+from mot_sim.simulation.sensors.misses import HEIGHTS, LOG_HEIGHTS, VISIBLE
+from mot_sim.simulation.sensors.sightings import Sightings
+
+
+@dataclass(frozen=True)
+class Scores:
+    """A latent y = by_visible + by_height + noise, mapped from y_knots to log_odds.
+
+    coupling: the part of the noise (a correlation) that comes from how nearly the object was
+    missed. memory: of the rest. The map is monotone, so that the marginal distribution is free:
+    detectors put most of their boxes at their highest score.
+    """
+
+    y_knots: tuple[float, ...]
+    log_odds: tuple[float, ...]
+    by_visible: tuple[float, ...] = (0.0,) * len(VISIBLE)
+    by_height: tuple[float, ...] = (0.0,) * len(HEIGHTS)
+    coupling: float = 0.0
+    memory: Memory = field(default_factory=Memory)
+
+    def __post_init__(self) -> None:
+        require_rising("scores y_knots", self.y_knots)
+        require_rising("scores log_odds", self.log_odds)
+        require_table("scores log_odds", self.y_knots, self.log_odds)
+        require_table("scores by_visible", VISIBLE, self.by_visible)
+        require_table("scores by_height", HEIGHTS, self.by_height)
+        require_rates("scores coupling", self.coupling)
+
+    def mean(self, sightings: Sightings) -> Float[Array, " n"]:
+        """The latent without its noise."""
+        height = np.log(np.maximum(sightings.height, 1.0))
+        return np.interp(sightings.visible, VISIBLE, self.by_visible) + np.interp(
+            height, LOG_HEIGHTS, self.by_height
+        )
+
+    def __call__(
+        self,
+        sightings: Sightings,
+        ease: Float[Array, " n"],
+        seed: int,
+        step: float,
+        level: float = 1.0,
+    ) -> Float[Array, " n"]:
+        """Probabilities in [0, 1]: 1 - level * the model's doubt. ease: see `Misses`."""
+        if level == 0.0:
+            return np.ones(len(sightings))
+        own = latent(seed, "score", sightings.ids, sightings.frames, self.memory, step)[:, 0]
+        noise = self.coupling * ease + np.sqrt(1.0 - self.coupling**2) * own
+        odds = np.interp(self.mean(sightings) + noise, self.y_knots, self.log_odds)
+        if level == 1.0:
+            return expit(odds)
+        return (1.0 - level * expit(-odds)).clip(0.0, 1.0)

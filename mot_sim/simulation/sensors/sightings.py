@@ -1,0 +1,120 @@
+"""What a detector could see of the objects of a drive: from exact truth, or from KITTI's labels."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int, Shaped, UInt8
+from numpy import ndarray as Array
+
+from mot_sim.simulation.cars import Cast
+from mot_sim.simulation.truth import Truth
+from tracker.types import Cuboids, Rows, Tracks
+
+VEHICLES = ("Car", "Van", "Truck")
+# The visible fraction that stands for KITTI's occlusion levels 0, 1, 2, and 3 (unknown: RRC finds
+# .89 of those cars, as many as of the partly occluded ones); the part of the box outside the image
+# that stands for truncation 0, 1, 2. Annotators judged by eye: middles of their levels.
+LABEL_VISIBLE = np.array([0.95, 0.65, 0.35, 0.65])
+LABEL_CUT = np.array([0.0, 0.2, 0.6])
+PASSAGE = 4  # frames before and after, over which a change of level is spread: it was no jump
+
+
+@dataclass(frozen=True, eq=False)
+class Sightings(Rows):
+    """Rows by frame and id: what the chain of effects needs to know of an object in a frame.
+
+    boxes: inside the image. full_boxes: not clipped. seen_boxes: around the visible pixels, NaN
+    where nobody knows. visible: fraction in [0, 1]. cut: part of the full box outside the image.
+    depth: metres along the road's z, NaN where unknown. kinds as KITTI spells them. keypoints:
+    pixels; keypoint_states: 0 visible, 1 self-occluded, 2 occluded by another, 3 truncated.
+    shape: coefficients of eq. 1. None: nobody knows.
+    """
+
+    frames: Int[Array, " n"]
+    ids: Int[Array, " n"]
+    boxes: Float[Array, "n 4"]
+    full_boxes: Float[Array, "n 4"]
+    seen_boxes: Float[Array, "n 4"]
+    visible: Float[Array, " n"]
+    cut: Float[Array, " n"]
+    depth: Float[Array, " n"]
+    kinds: Shaped[Array, " n"]
+    cuboids: Cuboids | None = None
+    keypoints: Float[Array, "n k 2"] | None = None
+    keypoint_states: UInt8[Array, "n k"] | None = None
+    shape: Float[Array, "n b"] | None = None
+
+    @property
+    def height(self) -> Float[Array, " n"]:
+        """Pixels from the upper to the lower edge, inside the image."""
+        return self.boxes[:, 3] - self.boxes[:, 1]
+
+    @classmethod
+    def from_truth(cls, truth: Truth, cast: Cast | None = None) -> "Sightings":
+        """Of a synthetic episode; cast: who the cars are, where shapes are to be seen too."""
+        tracks = truth.tracks
+        return cls(
+            frames=tracks.frames,
+            ids=tracks.ids,
+            boxes=tracks.boxes,
+            full_boxes=truth.full_boxes,
+            seen_boxes=truth.seen_boxes,
+            visible=truth.visible,
+            cut=truth.cut,
+            depth=_depth(tracks),
+            kinds=_kinds(tracks),
+            cuboids=tracks.cuboids,
+            keypoints=truth.keypoints,
+            keypoint_states=truth.keypoint_states,
+            shape=None if cast is None else cast.coefficients[cast.rows(tracks.ids)],
+        )
+
+    @classmethod
+    def from_labels(cls, labels: Tracks) -> "Sightings":
+        """Of a real drive: its cars, vans and trucks; the visible fraction from KITTI's levels.
+
+        A car whose level changes passes through what lies between, over 0.9 s.
+        """
+        vehicles = np.isin(_kinds(labels), VEHICLES) & (labels.ids >= 0)
+        rows = np.flatnonzero(vehicles)
+        rows = rows[np.argsort(labels.frames[rows], kind="stable")]
+        labels = labels.select(rows)
+        none = np.zeros(len(labels), np.int64)
+        occlusion = none if labels.occlusion is None else labels.occlusion.clip(0, 3)
+        truncation = none if labels.truncation is None else labels.truncation.clip(0, 2)
+        cut = np.where(truncation > 0, _passing(LABEL_CUT[truncation], labels), 0.0)
+        return cls(
+            frames=labels.frames,
+            ids=labels.ids,
+            boxes=labels.boxes,
+            full_boxes=labels.boxes,
+            seen_boxes=np.full((len(labels), 4), np.nan),
+            visible=_passing(LABEL_VISIBLE[occlusion], labels),
+            cut=cut,
+            depth=_depth(labels),
+            kinds=_kinds(labels),
+            cuboids=labels.cuboids,
+        )
+
+
+def _passing(values: Float[Array, " n"], labels: Tracks) -> Float[Array, " n"]:
+    """The mean of each object's values over the frames about each one, as far as it is there."""
+    if not len(values):
+        return values
+    code = labels.ids * (1 << 32) + labels.frames
+    order = np.argsort(code, kind="stable")
+    total, count = np.zeros(len(code)), np.zeros(len(code))
+    for lag in range(-PASSAGE, PASSAGE + 1):
+        at = order[np.searchsorted(code[order], code + lag).clip(max=len(code) - 1)]
+        there = code[at] == code + lag
+        total += np.where(there, values[at], 0.0)
+        count += there
+    return np.round(total / count, 6)
+
+
+def _depth(tracks: Tracks) -> Float[Array, " n"]:
+    return np.full(len(tracks), np.nan) if tracks.cuboids is None else tracks.cuboids.base[:, 2]
+
+
+def _kinds(tracks: Tracks) -> Shaped[Array, " n"]:
+    return np.full(len(tracks), "Car", "<U8") if tracks.kinds is None else tracks.kinds

@@ -1,0 +1,88 @@
+"""Frames that never come, come with a wrong time stamp, or tell of a moment that is past."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray as Array
+
+from mot_sim.datasets.recorded import RecordedSequence
+from mot_sim.simulation import random_numbers
+from mot_sim.simulation.sensors.bursts import FRAME, bursts
+from mot_sim.simulation.sensors.checks import require_rates, require_sigmas
+from mot_sim.simulation.sensors.correlated_noise import Memory
+from tracker.types import Camera, Frame
+
+LARGEST = 0.45  # steps that a time stamp is off at most, so that time goes forward
+
+
+@dataclass(frozen=True)
+class Timing:
+    """drops: the rate of lost frames; memory: of how long that lasts. jitter: std of a time stamp,
+    seconds. latency: seconds by which detections are older than the frame that carries them.
+    """
+
+    drops: float = 0.0
+    memory: Memory = field(default_factory=Memory)
+    jitter: float = 0.0
+    latency: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_rates("timing drops", self.drops)
+        require_sigmas("timing jitter, latency", self.jitter, self.latency)
+
+    def delivered(self, frame_count: int, seed: int, step: float) -> Int[Array, " k"]:
+        """The frames that come; the first always does."""
+        frames = np.arange(frame_count)
+        rates = np.where(frames > 0, self.drops, 0.0)
+        owner = np.full_like(frames, FRAME)
+        return frames[~bursts(rates, seed, "drop", owner, frames, self.memory, step)]
+
+    def stamps(self, frames: Int[Array, " k"], seed: int, step: float) -> Float[Array, " k"]:
+        """The times that are written on frames; they increase."""
+        if self.jitter == 0.0:
+            return frames * step
+        error = (
+            self.jitter
+            * random_numbers.normal(seed, "stamp", np.full_like(frames, FRAME), frames)[:, 0]
+        )
+        return frames * step + error.clip(-LARGEST * step, LARGEST * step)
+
+    def __call__(self, sequence: RecordedSequence, seed: int) -> "Timed":
+        """The sequence as it arrives."""
+        step = 1.0 / sequence.frame_rate
+        kept = np.intersect1d(
+            sequence.frame_indices, self.delivered(sequence.frame_count, seed, step)
+        )
+        stamps = self.stamps(kept, seed, step)
+        return Timed(sequence.subset(kept.tolist()), stamps, round(self.latency / step))
+
+
+@dataclass(frozen=True, eq=False)
+class Timed:
+    """A sequence with time stamps of its own, and detections `late` frames old."""
+
+    sequence: RecordedSequence
+    stamps: Float[Array, " k"]
+    late: int = 0
+
+    @property
+    def name(self) -> str:
+        """The sequence's own name."""
+        return self.sequence.name
+
+    @property
+    def camera(self) -> Camera:
+        """The sequence's own camera."""
+        return self.sequence.camera
+
+    def __len__(self) -> int:
+        return len(self.sequence)
+
+    def __iter__(self) -> Iterator[Frame]:
+        for frame, stamp in zip(self.sequence, self.stamps.tolist(), strict=True):
+            detections = frame.detections
+            if self.late:
+                detections = self.sequence.log.at(frame.index - self.late)
+            yield replace(frame, time=stamp, detections=detections)

@@ -1,0 +1,90 @@
+"""What stands before the camera: the cars of a world, each with its mesh in its place."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, UInt8
+from numpy import ndarray as Array
+
+from mot_sim.simulation.cars import PARTS, CarShape
+from mot_sim.simulation.cars.coarse import coarse_levels
+from mot_sim.simulation.cars.vehicles import Cast
+from mot_sim.simulation.renderers import Mesh, Placed, Semantic
+from mot_sim.simulation.rig import Rig
+from mot_sim.simulation.traffic.world import World
+from tracker.types import Cuboids
+
+# What each of PARTS is to the semantic image.
+MADE_OF = {
+    "paint": Semantic.CAR, "glass": Semantic.GLASS, "trim": Semantic.TRIM,
+    "headlight": Semantic.LIGHT, "taillight": Semantic.LIGHT, "plate": Semantic.PLATE,
+    "tyre": Semantic.TYRE, "rim": Semantic.TYRE,
+}  # fmt: skip
+SEMANTICS = np.array([MADE_OF[part] for part in PARTS], np.uint8)
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """The cars of a run and the camera that looks at them."""
+
+    cast: Cast
+    rig: Rig
+
+    @cached_property
+    def meshes(self) -> tuple[tuple[Mesh, ...], ...]:
+        """The coloured meshes of each row of the cast: the whole one, and the coarser levels."""
+        return tuple(
+            levels_of(mesh_of(shape, str(paint)))
+            for shape, paint in zip(self.cast.shapes, self.cast.paints, strict=True)
+        )
+
+    def placed(self, world: World, scenery: Placed | None = None) -> Placed:
+        """The cars of a world, their ids as instances, then the scenery.
+
+        The farther a car is, the fewer faces it has; see `mot_sim.simulation.cars.coarse`.
+        """
+        cuboids = self.rig.cuboids(world)
+        distance = np.hypot(cuboids.base[:, 0], cuboids.base[:, 2])
+        levels = np.searchsorted(list(coarse_levels()), distance, side="right").tolist()
+        rows = self.cast.rows(world.ids).tolist()
+        meshes = tuple(self.meshes[row][level] for row, level in zip(rows, levels, strict=True))
+        Ts = Ts_cam_object(cuboids, self.rig)
+        cars = Placed(meshes, Ts, world.ids)
+        return cars if scenery is None else cars.beside(scenery)
+
+
+def mesh_of(shape: CarShape, paint: str) -> Mesh:
+    """A car as the renderers take it."""
+    return Mesh(shape.vertices, shape.faces, shape.colours(paint), semantics_of(shape))
+
+
+def levels_of(mesh: Mesh) -> tuple[Mesh, ...]:
+    """A car's mesh, and the same one with fewer faces for each of `coarse_levels`."""
+    return (
+        mesh,
+        *(
+            Mesh(mesh.vertices, level.faces, mesh.colours[level.origins],
+                 mesh.semantics[level.origins])
+            for level in coarse_levels().values()
+        ),
+    )  # fmt: skip
+
+
+def semantics_of(shape: CarShape) -> UInt8[Array, " f"]:
+    """A `Semantic` of each face."""
+    return SEMANTICS[shape.parts]
+
+
+def Ts_cam_object(cuboids: Cuboids, rig: Rig) -> Float[Array, "n 4 4"]:
+    """From the object frames of cuboids (origin in the middle of the bottom face) to the camera."""
+    c, s = np.cos(cuboids.yaw), np.sin(cuboids.yaw)
+    Ts_road_object = np.zeros((len(cuboids), 4, 4))
+    Ts_road_object[:, 0, 0], Ts_road_object[:, 0, 2] = c, s
+    Ts_road_object[:, 2, 0], Ts_road_object[:, 2, 2] = -s, c
+    Ts_road_object[:, 1, 1] = Ts_road_object[:, 3, 3] = 1.0
+    Ts_road_object[:, :3, 3] = cuboids.base
+    return rig.camera.T_cam_road @ Ts_road_object
+
+
+__all__ = ["Stage", "Ts_cam_object", "levels_of", "mesh_of", "semantics_of"]

@@ -1,0 +1,68 @@
+"""Traffic whose ego car obeys: its commands, how it drives, and highway-env's reward for that."""
+
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from mot_sim.simulation.traffic.world import World
+
+# The first lets the ego car drive itself; the others are highway-env's discrete meta actions.
+COMMANDS = ("autopilot", "lane_left", "idle", "lane_right", "faster", "slower")
+# The weights of highway-env's HighwayEnv, and the speeds it rewards as parts of the limit: its
+# 20 to 30 m/s on a road of 30 m/s.
+COLLISION, RIGHT_LANE, HIGH_SPEED = -1.0, 0.1, 0.4
+REWARDED_SPEEDS = (2.0 / 3.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Driving:
+    """How the ego car drives now.
+
+    speed: m/s along its lane; limit: of that lane. lane: its number from the left, of `lanes`
+    side by side. on_road: whether its centre is on its lane. crashed: whether it touches a car.
+    """
+
+    speed: float
+    limit: float
+    lane: int
+    lanes: int
+    on_road: bool
+    crashed: bool
+
+
+@runtime_checkable
+class Driven(Protocol):
+    """Live traffic whose ego car can be told what to do; see `Traffic`."""
+
+    def reset_live(self, rng: np.random.Generator) -> World:
+        """A new run of which nothing is driven ahead; the first world."""
+        ...
+
+    def command(self, name: str) -> None:
+        """What the ego car does from now on, one of COMMANDS."""
+        ...
+
+    def step(self) -> World:
+        """The world 0.1 s later."""
+        ...
+
+    def driving(self) -> Driving:
+        """How the ego car drives now."""
+        ...
+
+
+def driving_reward(driving: Driving) -> float:
+    """highway-env's reward of driving, 0 to 1.
+
+    (0.4 fast + 0.1 right - crashed + 1) / 1.5, and 0 off the road. fast: 0 at two thirds of the
+    limit, 1 at the limit, linear between, clipped. right: 0 on the leftmost lane, 1 on the
+    rightmost of several.
+    """
+    if not driving.on_road:
+        return 0.0
+    low, high = (share * driving.limit for share in REWARDED_SPEEDS)
+    fast = min(max((driving.speed - low) / (high - low), 0.0), 1.0)
+    right = driving.lane / max(driving.lanes - 1, 1)
+    reward = HIGH_SPEED * fast + RIGHT_LANE * right + COLLISION * driving.crashed
+    return (reward - COLLISION) / (HIGH_SPEED + RIGHT_LANE - COLLISION)

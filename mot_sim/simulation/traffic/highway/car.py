@@ -1,0 +1,238 @@
+"""A car that follows its way by the Intelligent Driver Model (highway-env's IDMVehicle)."""
+
+from functools import cached_property
+
+import numpy as np
+from highway_env.road.road import LaneIndex
+from highway_env.vehicle.behavior import IDMVehicle
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.simulation.traffic.highway.road import CarRoad
+
+TICK = 0.05  # seconds: 20 Hz, two ticks a world
+FASTEST = 40.0  # m/s; lanes have their limits
+STANDING_GAP = 2.0  # metres from bumper to bumper
+HARDEST = 7.0  # m/s2 of braking
+SIDEWAYS = 4.5  # m/s2 that a driver steers for at most; the sharpest bends take 4
+STEEPEST = 0.22  # radians between a car that changes lanes and the lane
+
+
+class Car(IDMVehicle):
+    """One car. All that highway-env's classes hold as class attributes is set here anew, so
+    that no other environment of the process can change it.
+    """
+
+    target_lane_index: LaneIndex
+    LENGTH, HEIGHT, WIDTH = 4.4, 1.45, 1.8
+    MAX_SPEED, MIN_SPEED = 40.0, 0.0
+    HISTORY_SIZE = 1
+    TAU_ACC, TAU_HEADING, TAU_LATERAL = 0.6, 0.2, 0.6
+    TAU_PURSUIT = 0.5 * TAU_HEADING
+    KP_A, KP_HEADING, KP_LATERAL = 1.0 / TAU_ACC, 1.0 / TAU_HEADING, 1.0 / TAU_LATERAL
+    MAX_STEERING_ANGLE = 0.7
+    DELTA_SPEED = 5.0
+    # Drivers as in Treiber, Hennecke and Helbing, Phys. Rev. E 62 (2000), a little brisker.
+    ACC_MAX, COMFORT_ACC_MAX, COMFORT_ACC_MIN = 6.0, 1.8, -2.5
+    DISTANCE_WANTED, TIME_WANTED, DELTA = STANDING_GAP, 1.2, 4.0
+    POLITENESS, LANE_CHANGE_MIN_ACC_GAIN = 0.0, 0.2
+    LANE_CHANGE_MAX_BRAKING_IMPOSED, LANE_CHANGE_DELAY = 2.0, 1.0
+
+    def __init__(
+        self,
+        road: CarRoad,
+        number: int,
+        size: tuple[float, float, float],
+        way: tuple[int, int],
+        place: tuple[int, float],
+        speed: float,
+        eagerness: float,
+    ) -> None:
+        """A car of an id and a size (length, height, width).
+
+        way: which path of the layout, and which segment of it. place: lane and metres on that.
+        eagerness: its wanted speed as a part of the limits.
+        """
+        self.way, self.leg = way
+        self.path = road.layout.paths[self.way]
+        lane_index = (*self.path[self.leg], place[0])
+        lane = road.network.get_lane(lane_index)
+        position, heading = lane.position(place[1], 0.0), lane.heading_at(place[1])
+        super().__init__(road, position, float(heading), speed, lane_index, FASTEST)
+        self.LENGTH, self.HEIGHT, self.WIDTH = size
+        self.diagonal = float(np.hypot(self.LENGTH, self.WIDTH))
+        self.number, self.eagerness, self.row = number, eagerness, 0
+        self.lane_index, self.lane = lane_index, lane
+        self.held = False  # at the line before the next segment of its way
+        # Gap to, and speed of, a car that will merge in front of this one.
+        self.before: tuple[float, float] | None = None
+        self.crashed_for = 0  # ticks
+        self.timer = 0.618 * number % self.LANE_CHANGE_DELAY
+        self._note_place()
+
+    def _note_place(self) -> None:
+        self.along, self.aside = map(float, self.lane.local_coordinates(self.position))
+
+    @property
+    def pose(self) -> Float[Array, "3"]:
+        """x, y, heading; the heading is not wrapped."""
+        return np.array([self.position[0], self.position[1], self.heading])
+
+    @property
+    def has_left(self) -> bool:
+        """Whether the whole car is behind the end of its way."""
+        is_last = self.leg == len(self.path) - 1
+        return bool(is_last and self.along > self.lane.length + 0.5 * self.LENGTH)
+
+    @property
+    def to_line(self) -> float:
+        """Metres from the front bumper to the end of this lane."""
+        return float(self.lane.length) - self.along - 0.5 * self.LENGTH
+
+    def act(self, action: object = None) -> None:
+        """Choose lane, steering and acceleration for the next tick."""
+        if self.crashed:
+            self.crashed_for += 1
+            braking = min(6.0, self.speed / TICK)
+            self.action = {"steering": 0.0, "acceleration": -braking}
+            return
+        if len(self.road.beside(self.lane_index)) > 1:
+            self.choose_lane()
+        wanted = min(self.follow(index) for index in {self.lane_index, self.target_lane_index})
+        wanted = max(min(wanted, self.COMFORT_ACC_MAX), -HARDEST, -self.speed / TICK)
+        self.action = {"steering": self.steering(), "acceleration": wanted}
+
+    def follow(self, lane_index: LaneIndex) -> float:
+        """The acceleration that a lane allows: the car in front, one coming in, a line, its end."""
+        front, _ = self.road.neighbour_vehicles(self, lane_index)
+        wanted = self.acceleration(self, front)
+        for other in self.road.changing:
+            comes_in = other is not self and other.target_lane_index == lane_index
+            if comes_in and self.road.distance(self, other) > 0.0:
+                wanted = min(wanted, self.acceleration(self, other))
+        if self.before is not None:
+            gap, speed = self.before
+            brake = self.brake(gap, self.speed - speed)
+            wanted = min(wanted, self.acceleration(self) + brake)
+        if self.held:
+            wanted = min(wanted, self.stop_in(self.to_line + 0.5 * STANDING_GAP))
+        if self.road.is_closing(self, lane_index):
+            left = self.road.network.get_lane(lane_index).length - self.along
+            wanted = min(wanted, self.stop_in(float(left) - 0.5 * self.LENGTH))
+        return wanted
+
+    def acceleration(
+        self,
+        ego_vehicle: "Car | None" = None,
+        front_vehicle: "Car | None" = None,
+        rear_vehicle: "Car | None" = None,
+    ) -> float:
+        """The Intelligent Driver Model, with gaps between bumpers instead of centres."""
+        car = ego_vehicle
+        if car is None:
+            return 0.0
+        limit = max(car.speed_limit(), 0.1)
+        free = self.COMFORT_ACC_MAX * (1.0 - (car.speed / limit) ** self.DELTA)
+        # Faster than wanted, as before a bend: brake gently, not with the fourth power.
+        free = max(free, -2.5)
+        if front_vehicle is None:
+            return free
+        apart = car.road.distance(car, front_vehicle)
+        gap = apart - 0.5 * (car.LENGTH + front_vehicle.LENGTH)
+        turn = np.cos(front_vehicle.heading - car.heading)
+        closing = car.speed - front_vehicle.speed * max(float(turn), 0.0)
+        return free + min(car.brake(gap, closing), 0.0)
+
+    def stop_in(self, gap: float) -> float:
+        """The acceleration behind something that stands so many metres ahead."""
+        return self.acceleration(self) + self.brake(gap, self.speed)
+
+    def brake(self, gap: float, closing: float) -> float:
+        """What a gap takes from the acceleration, when it shrinks by `closing` metres a second."""
+        reach = self.TIME_WANTED * self.speed
+        reach += (
+            self.speed * closing / (2.0 * np.sqrt(-self.COMFORT_ACC_MAX * self.COMFORT_ACC_MIN))
+        )
+        wanted = self.DISTANCE_WANTED + max(0.0, float(reach))
+        return -self.COMFORT_ACC_MAX * (wanted / max(gap, 0.1)) ** 2
+
+    def speed_limit(self) -> float:
+        """What this driver wants here, in time for the bends ahead."""
+        limit = self.lane.speed_limit * self.eagerness
+        for index, offset in self.road.lanes_ahead(self)[1:]:
+            ahead = self.road.network.get_lane(index).speed_limit * self.eagerness
+            apart = max(offset - self.along, 0.0)
+            limit = min(limit, float(np.sqrt(ahead**2 + 3.0 * apart)))
+        return float(limit)
+
+    def steering(self) -> float:
+        """The steering angle towards the middle of the lane that it wants to be in.
+
+        highway-env's cascade (place, heading, heading rate), but a slow car does not turn across
+        the road to get there: it keeps within STEEPEST of the lane's direction.
+        """
+        index = self.target_lane_index
+        lane = self.road.network.get_lane(index)
+        along, aside = lane.local_coordinates(self.position)
+        speed = max(self.speed, 0.5)
+        across = np.clip(self.KP_LATERAL * aside / speed, -STEEPEST, STEEPEST)
+        course = self.road.course(self, index, float(along) + speed * self.TAU_PURSUIT)
+        error = (course - across - self.heading + np.pi) % (2.0 * np.pi) - np.pi
+        most = min(SIDEWAYS * 0.5 * self.LENGTH / speed**2, 1.0)
+        slip = np.clip(0.5 * self.LENGTH / speed * self.KP_HEADING * error, -most, most)
+        angle = np.arctan(2.0 * np.tan(np.arcsin(slip)))
+        return float(np.clip(angle, -self.MAX_STEERING_ANGLE, self.MAX_STEERING_ANGLE))
+
+    def choose_lane(self) -> None:
+        """Leave a lane that ends as soon as there is a gap; else change as MOBIL says."""
+        if self.lane_index != self.target_lane_index:
+            return
+        if not self.road.is_closing(self, self.lane_index):
+            self.change_lane_policy()
+            return
+        for index in self.road.network.side_lanes(self.lane_index):
+            if not self.road.is_closing(self, index) and self.is_safe(index):
+                self.target_lane_index = index
+                return
+
+    def mobil(self, lane_index: LaneIndex) -> bool:
+        """MOBIL, and nobody beside us who is in that lane or on his way into it."""
+        if self.road.is_closing(self, lane_index) or not self.is_safe(lane_index):
+            return False
+        return bool(super().mobil(lane_index))
+
+    def is_safe(self, lane_index: LaneIndex) -> bool:
+        """Whether nobody has to brake hard when we change to a lane."""
+        for other in self.road.vehicles:
+            if other is not self and lane_index in (other.lane_index, other.target_lane_index):
+                apart = abs(self.road.distance(self, other))
+                if apart < 0.5 * (self.LENGTH + other.LENGTH) + STANDING_GAP:
+                    return False
+        front, rear = self.road.neighbour_vehicles(self, lane_index)
+        least = -self.LANE_CHANGE_MAX_BRAKING_IMPOSED
+        if self.acceleration(self, front) < least:
+            return False
+        return bool(rear is None or self.acceleration(rear, self) >= least)
+
+    def on_state_update(self) -> None:
+        """Note lane and place after a tick; go on to the next segment of the way."""
+        self._note_place()
+        if self.along > self.lane.length and self.leg + 1 < len(self.path):
+            after = self.path[self.leg + 1]
+            self.target_lane_index = self.road.onward(self.target_lane_index, after)[0]
+            self.lane_index = self.road.onward(self.lane_index, after)[0]
+            self.leg += 1
+        elif self.lane_index != self.target_lane_index:
+            beside = self.road.beside(self.lane_index)
+            self.lane_index = min(beside, key=self._aside_of)
+        self.lane = self.road.network.get_lane(self.lane_index)
+        self._note_place()
+
+    def _aside_of(self, lane_index: LaneIndex) -> float:
+        lane = self.road.network.get_lane(lane_index)
+        return abs(float(lane.local_coordinates(self.position)[1]))
+
+    @cached_property
+    def size(self) -> Float[Array, "3"]:
+        """Length, height, width."""
+        return np.array([self.LENGTH, self.HEIGHT, self.WIDTH])

@@ -1,0 +1,125 @@
+"""Who waits at which line: first come, first served at a crossing; give way at a merge."""
+
+import numpy as np
+
+from mot_sim.simulation.traffic.highway.car import Car
+from mot_sim.simulation.traffic.highway.layout import Layout, Segment
+
+ASK = 28.0  # metres before the line from which a driver asks to cross
+PATIENCE = 100  # ticks that one who waits lets others go first: 5 s
+LOOK = 18.0  # metres before a give-way line from which a driver may decide to go
+SPARE = 1.5  # seconds between us and the next car where we merge
+PULL = 1.5  # m/s2 of a car that pulls away
+
+
+class RightOfWay:
+    """Sets `held` of every car before a line. Whoever may go keeps that right."""
+
+    def __init__(self, layout: Layout) -> None:
+        self.layout = layout
+        self.waiting: list[Car] = []
+        self.going: list[Car] = []
+        self.waits: dict[Car, int] = {}  # ticks
+
+    def update(self, cars: list[Car]) -> None:
+        """Let cars go, in the order of their coming."""
+        there = set(cars)
+        self.going = [car for car in self.going if car in there and not self._is_through(car)]
+        known = {*self.going, *self.waiting}
+        self.waiting = [car for car in self.waiting if car in there]
+        self.waiting += sorted(
+            (car for car in cars if car not in known and self._asks(car)),
+            key=lambda car: (car.to_line, car.number),
+        )
+        earlier: list[Car] = []
+        for car in self.waiting:
+            if self._may_go(car, earlier, cars):
+                self.going.append(car)
+            else:
+                earlier.append(car)
+        self.waiting = earlier
+        self.waits = {car: self.waits.get(car, 0) + 1 for car in earlier}
+        for car in cars:
+            car.held = self._behind_line(car) is not None and car not in self.going
+            car.before = None
+        for car in self.going:
+            self._zip(car, cars)
+
+    def _behind_line(self, car: Car) -> Segment | None:
+        """The next segment of a car's way, if a line lies before it."""
+        after = car.path[car.leg + 1] if car.leg + 1 < len(car.path) else None
+        has_line = after in self.layout.crossings or after in self.layout.merges
+        return after if has_line else None
+
+    def _asks(self, car: Car) -> bool:
+        after = self._behind_line(car)
+        return after is not None and car.to_line < (ASK if after in self.layout.crossings else LOOK)
+
+    def _may_go(self, car: Car, earlier: list[Car], cars: list[Car]) -> bool:
+        after = self._behind_line(car)
+        assert after is not None
+        if after in self.layout.merges:
+            first = all(other.path[other.leg + 1] != after for other in earlier)
+            return first and self._has_gap(car, after, cars)
+        blocked = self.layout.crossings[after]
+        impatient = [other for other in earlier if self.waits.get(other, 0) > PATIENCE]
+        return not any(self._crossing_of(other) in blocked for other in [*self.going, *impatient])
+
+    def _crossing_of(self, car: Car) -> Segment:
+        """The segment behind the line that a car waits at, or was let across."""
+        lines = [one for one in car.path if one in self.layout.crossings]
+        return lines[0]
+
+    def _is_through(self, car: Car) -> bool:
+        """Whether the whole car has left the segment behind the line."""
+        lined = [*self.layout.crossings, *self.layout.merges]
+        passed = car.leg > 0 and car.path[car.leg - 1] in lined and car.path[car.leg] not in lined
+        return bool(passed and car.along > 0.5 * car.LENGTH + 0.5)
+
+    def _zip(self, car: Car, cars: list[Car]) -> None:
+        """Before this car and one on the ring merge, the later one follows the earlier already."""
+        after = next((one for one in car.path if one in self.layout.merges), None)
+        if after is None or car.path[car.leg] != after:
+            return
+        ours = float(car.lane.length) - car.along
+        for other in cars:
+            apart = self._to_node(other, after)
+            if apart is None:
+                continue
+            first, second = (car, other) if apart > ours else (other, car)
+            gap = abs(apart - ours) - 0.5 * (car.LENGTH + other.LENGTH)
+            if second.before is None or gap < second.before[0]:
+                second.before = gap, first.speed
+
+    def _has_gap(self, car: Car, after: Segment, cars: list[Car]) -> bool:
+        """Whether nobody on the ring reaches the merging point soon after us, or before us."""
+        lane = car.road.network.get_lane((*after, 0))
+        ours = car.to_line + float(lane.length)
+        time = _time_to_pass(ours + 0.5 * car.LENGTH, car.speed, float(lane.speed_limit))
+        for other in cars:
+            apart = self._to_node(other, after)
+            if apart is not None and apart / max(other.speed, 2.0) < time + SPARE:
+                return False
+        return True
+
+    def _to_node(self, car: Car, after: Segment) -> float | None:
+        """Metres to where a segment ends, for cars beyond every line whose way passes there."""
+        if car.held or after in car.path[car.leg : car.leg + 2]:
+            return None
+        apart = -car.along
+        for number, segment in enumerate(car.path[car.leg :]):
+            if segment[0] == after[1] and number > 0:
+                return apart
+            if number > 0 and segment in self.layout.merges:
+                return None
+            apart += float(car.road.network.get_lane((*segment, 0)).length)
+        return None
+
+
+def _time_to_pass(distance: float, speed: float, limit: float) -> float:
+    """Seconds for a distance when pulling away up to a limit."""
+    top = max(limit, speed, 0.1)
+    until = (top**2 - speed**2) / (2.0 * PULL)
+    if until >= distance:
+        return float((np.sqrt(speed**2 + 2.0 * PULL * distance) - speed) / PULL)
+    return (top - speed) / PULL + (distance - until) / top

@@ -1,0 +1,171 @@
+"""The road with its cars: a fast search of neighbours, and highway-env's step without impacts."""
+
+from typing import Any
+
+import numpy as np
+from highway_env.road.lane import AbstractLane, StraightLane
+from highway_env.road.road import LaneIndex, Road
+from jaxtyping import Bool, Float
+from numpy import ndarray as Array
+
+from mot_sim.simulation.traffic.collisions import colliding_pairs
+from mot_sim.simulation.traffic.highway.layout import Layout, Segment
+
+FARTHEST = 120.0  # metres: lanes that begin farther behind this one are not looked at
+MARGIN, OVERHANG = 1.0, 5.0  # metres: highway-env's rule of who is on a lane
+JOINED = 1.0  # metres between the ends of lanes that lead into one another
+
+
+class CarRoad(Road):
+    """highway-env's road, whose cars look along their own ways.
+
+    A neighbour is on a lane by highway-env's rule (`AbstractLane.on_lane`); the lanes searched
+    are those of the car's own way, where highway-env takes all that branch off. Instead of every
+    car for every question, all cars are projected on a lane at once, once a tick.
+    """
+
+    def __init__(self, layout: Layout, rng: np.random.Generator) -> None:
+        super().__init__(layout.network, [], [], rng, neighbour_vehicles_connected_lanes=True)
+        self.layout = layout
+        self._beside: dict[Segment, list[LaneIndex]] = {}
+        self._onward: dict[tuple[LaneIndex, Segment], tuple[LaneIndex, bool]] = {}
+        self._around: dict[tuple[LaneIndex, int, int], list[tuple[LaneIndex, float]]] = {}
+        self._seen: dict[LaneIndex, tuple[Float[Array, " n"], Bool[Array, " n"]]] = {}
+        self._positions = np.zeros((0, 2))
+        self.changing: list[Any] = []  # cars on their way to another lane
+
+    def act(self) -> None:
+        """Let every car decide."""
+        self.forget()
+        super().act()
+
+    def step(self, dt: float) -> None:
+        """Move every car; those that now overlap have crashed, without highway-env's jumps."""
+        for car in self.vehicles:
+            car.step(dt)
+        if len(self.vehicles) > 1:
+            poses = np.array([car.pose for car in self.vehicles])
+            size = np.array([car.size for car in self.vehicles])
+            for row in set(colliding_pairs(poses, size).ravel().tolist()):
+                self.vehicles[row].crashed = True
+
+    def forget(self) -> None:
+        """Begin a new search: cars have moved, come or gone."""
+        self._seen = {}
+        self._positions = np.array([car.position for car in self.vehicles]).reshape(-1, 2)
+        for row, car in enumerate(self.vehicles):
+            car.row = row
+        self.changing = [car for car in self.vehicles if car.lane_index != car.target_lane_index]
+
+    def neighbour_vehicles(self, vehicle: Any, lane_index: LaneIndex | None = None) -> Any:
+        """The cars before and behind a car on a lane, each None if there is none."""
+        index = lane_index or vehicle.lane_index
+        here = float(self.network.get_lane(index).local_coordinates(vehicle.position)[0])
+        place = np.full(len(self.vehicles), np.nan)
+        for ahead, offset in self.lanes_around(vehicle, index):
+            along, on_it = self._on_lane(ahead)
+            new = on_it & np.isnan(place)
+            place[new] = along[new] + offset
+        place[vehicle.row] = np.nan
+        ahead_of = np.where(place >= here, place, np.inf)
+        behind = np.where(place < here, place, -np.inf)
+        # Of cars at one place highway-env takes the last in front and the first behind.
+        front = len(place) - 1 - int(np.argmin(ahead_of[::-1])) if len(place) else 0
+        rear = int(np.argmax(behind)) if len(place) else 0
+        return (
+            self.vehicles[front] if np.isfinite(ahead_of[front]) else None,
+            self.vehicles[rear] if np.isfinite(behind[rear]) else None,
+        )
+
+    def _on_lane(self, index: LaneIndex) -> tuple[Float[Array, " n"], Bool[Array, " n"]]:
+        """Where all cars are along a lane, and who is on it."""
+        if index not in self._seen:
+            lane = self.network.get_lane(index)
+            along, aside = project(lane, self._positions)
+            inside = (along >= -OVERHANG) & (along < lane.length + OVERHANG)
+            on_it = inside & (np.abs(aside) <= 0.5 * lane.width_at(0.0) + MARGIN)
+            self._seen[index] = along, on_it
+        return self._seen[index]
+
+    def distance(self, car: Any, other: Any) -> float:
+        """Metres between the centres along the first car's way; negative if the other is behind."""
+        for index, offset in self.lanes_around(car, car.lane_index):
+            lane = self.network.get_lane(index)
+            along, aside = lane.local_coordinates(other.position)
+            if lane.on_lane(other.position, along, aside, margin=MARGIN):
+                return float(along) + offset - car.along
+        return float(car.lane_distance_to(other))
+
+    def lanes_ahead(self, car: Any) -> list[tuple[LaneIndex, float]]:
+        """The car's lane and those after it on its way, with where they begin along its lane."""
+        return [pair for pair in self.lanes_around(car, car.lane_index) if pair[1] >= 0.0]
+
+    def course(self, car: Any, index: LaneIndex, along: float) -> float:
+        """The direction of a lane, or of the one after it on the car's way, at some place."""
+        lane = self.network.get_lane(index)
+        path = self.layout.paths[car.way]
+        if along > lane.length and car.leg + 1 < len(path) and index[:2] == path[car.leg]:
+            along -= float(lane.length)
+            lane = self.network.get_lane(self.onward(index, path[car.leg + 1])[0])
+        return float(lane.heading_at(along))
+
+    def lanes_around(self, car: Any, index: LaneIndex) -> list[tuple[LaneIndex, float]]:
+        """A lane, those after it on a car's way, and those before it, with their offsets."""
+        key = (index, car.way, car.leg)
+        if key not in self._around:
+            path = self.layout.paths[car.way]
+            found = [(index, 0.0)]
+            offset, last = 0.0, index
+            for segment in path[car.leg + 1 :]:
+                after, joins = self.onward(last, segment)
+                offset += float(self.network.get_lane(last).length)
+                if not joins or offset > FARTHEST + self.network.get_lane(index).length:
+                    break
+                found.append((after, offset))
+                last = after
+            if car.leg > 0:
+                for before in self.beside((*path[car.leg - 1], 0)):
+                    if self.onward(before, path[car.leg]) == (index, True):
+                        found.append((before, -float(self.network.get_lane(before).length)))
+            self._around[key] = found
+        return self._around[key]
+
+    def beside(self, index: LaneIndex) -> list[LaneIndex]:
+        """All lanes of the segment of a lane."""
+        segment = index[:2]
+        if segment not in self._beside:
+            self._beside[segment] = self.network.all_side_lanes(index)
+        return self._beside[segment]
+
+    def onward(self, index: LaneIndex, segment: Segment) -> tuple[LaneIndex, bool]:
+        """The lane of the next segment nearest to where a lane ends, and whether they join."""
+        key = (index, segment)
+        if key not in self._onward:
+            lane = self.network.get_lane(index)
+            end = lane.position(lane.length, 0.0)
+            gaps = [
+                float(np.hypot(*(self.network.get_lane(other).position(0.0, 0.0) - end)))
+                for other in self.beside((*segment, 0))
+            ]
+            nearest = int(np.argmin(gaps))
+            self._onward[key] = (*segment, nearest), gaps[nearest] < JOINED
+        return self._onward[key]
+
+    def is_closing(self, car: Any, index: LaneIndex) -> bool:
+        """Whether a lane of the car's segment ends although its way goes on."""
+        path = self.layout.paths[car.way]
+        return car.leg + 1 < len(path) and not self.onward(index, path[car.leg + 1])[1]
+
+
+def project(
+    lane: AbstractLane, positions: Float[Array, "n 2"]
+) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    """`AbstractLane.local_coordinates` of many points: metres along a lane and right of it."""
+    if isinstance(lane, StraightLane):
+        apart = positions - lane.start
+        return apart @ lane.direction, apart @ lane.direction_lateral
+    apart = positions - lane.center
+    turn = np.arctan2(apart[:, 1], apart[:, 0]) - lane.start_phase
+    turn = (turn + np.pi) % (2.0 * np.pi) - np.pi
+    aside = lane.radius - np.hypot(apart[:, 0], apart[:, 1])
+    return lane.direction * turn * lane.radius, lane.direction * aside

@@ -1,0 +1,189 @@
+"""One run of live traffic: cars come, drive and leave; 20 Hz inside, 10 Hz outside."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.simulation import random_numbers
+from mot_sim.simulation.traffic.highway.car import STANDING_GAP, TICK, Car
+from mot_sim.simulation.traffic.highway.ego import EgoCar
+from mot_sim.simulation.traffic.highway.layout import Layout
+from mot_sim.simulation.traffic.highway.placing import choose_slots, park
+from mot_sim.simulation.traffic.highway.right_of_way import RightOfWay
+from mot_sim.simulation.traffic.highway.road import CarRoad
+from mot_sim.simulation.traffic.world import STEP, World
+
+EGO = -1  # the ego car's number
+QUEUE = 3  # cars that wait outside to come in; more are turned away
+SLOWEST_ENTRY = 4.0  # m/s: who could only come in slower behind another waits
+ENTRY_BRAKING = 2.0  # m/s2 that who comes in may have to brake
+EAGERNESS = (0.75, 1.05)  # wanted speeds as a part of the limits
+TOWED = 20.0  # seconds after which who has crashed is gone, so that no jam lasts
+HEADWAY = 1.2  # seconds, of cars that begin or come in behind another
+
+
+@dataclass(frozen=True, eq=False)
+class Demand:
+    """How much traffic there is; see `HighwayTraffic`."""
+
+    road: str
+    cars: int
+    arrivals: float
+    parked: float
+    vans: int
+    sizes: Float[Array, "m 3"]
+    van_size: tuple[float, float, float]
+    ego_size: tuple[float, float, float]
+
+
+class Simulation:
+    """A run from one seed. Numbers of cars: -1 is ours, then the parked ones, then as they come."""
+
+    def __init__(self, layout: Layout, demand: Demand, seed: int) -> None:
+        self.layout, self.demand, self.seed = layout, demand, seed
+        self.road = CarRoad(layout, np.random.default_rng(seed))
+        self.rules = RightOfWay(layout)
+        self.parked = park(layout, demand.parked, demand.vans, demand.sizes, demand.van_size, seed)
+        self.count = len(self.parked.poses)  # of the numbers that are taken
+        self.steps = 0
+        self.queue: list[tuple[int, int]] = []  # number and way of those who wait to come in
+        self.arrived = 0
+        self.next_arrival = self._pause()
+        self.ego = self._place_ego()
+        self.road.vehicles = [self.ego]
+        self._fill()
+        self.rules.update(self.road.vehicles)
+
+    def _draw(self, effect: str, number: int) -> float:
+        key = np.array([number + 1]), np.zeros(1, np.int64)
+        return float(random_numbers.uniform(self.seed, effect, *key)[0, 0])
+
+    def _place_ego(self) -> EgoCar:
+        start = self.layout.ego
+        path = start.paths[int(self._draw("ego way", EGO) * len(start.paths))]
+        way = self.layout.paths.index(path)
+        limit = self.layout.network.get_lane((*path[0], start.lane)).speed_limit
+        place = (start.lane, start.distance)
+        speed = 0.8 * float(limit)
+        return EgoCar(self.road, EGO, self.demand.ego_size, (way, 0), place, speed, 0.95)
+
+    def _new_car(self, number: int, way: tuple[int, int], place: tuple[int, float]) -> Car:
+        row = int(self._draw("size", number) * len(self.demand.sizes))
+        length, height, width = self.demand.sizes[row].tolist()
+        eagerness = float(np.interp(self._draw("eagerness", number), (0.0, 1.0), EAGERNESS))
+        return Car(self.road, number, (length, height, width), way, place, 0.0, eagerness)
+
+    def _fill(self) -> None:
+        """Put the first cars on the road, with speeds at which nobody has to brake hard."""
+        longest = float(max(self.demand.sizes[:, 0].max(), self.demand.ego_size[0]))
+        name = self.demand.road
+        for slot in choose_slots(self.layout, self.demand.cars, longest, self.seed, name):
+            ways = [
+                (number, path.index(slot.lane_index[:2]))
+                for number, path in enumerate(self.layout.paths)
+                if slot.lane_index[:2] in path
+            ]
+            way = ways[int(self._draw("way", self.count) * len(ways))]
+            car = self._new_car(self.count, way, (slot.lane_index[2], slot.along))
+            self.road.vehicles.append(car)
+            self.count += 1
+        self.road.forget()
+        for car in self.road.vehicles:
+            car.speed = self._fitting_speed(car)
+
+    def _fitting_speed(self, car: Car) -> float:
+        """The wanted speed, less behind a car, and before a line such that it can stop there."""
+        front, _ = self.road.neighbour_vehicles(car)
+        speed = car.speed_limit()
+        if front is not None:
+            gap = self.road.distance(car, front) - 0.5 * (car.LENGTH + front.LENGTH)
+            speed = min(speed, max(gap - car.DISTANCE_WANTED, 0.0) / HEADWAY)
+        if car.leg + 1 < len(car.path):
+            speed = min(speed, float(np.sqrt(4.0 * max(car.to_line - 2.0, 0.0))))
+        return speed
+
+    def _pause(self) -> float:
+        """Seconds until the next car comes, from an exponential distribution."""
+        if self.demand.arrivals <= 0.0:
+            return np.inf
+        return -float(np.log(self._draw("arrival", self.arrived))) / self.demand.arrivals
+
+    def step(self) -> None:
+        """0.1 s of traffic."""
+        for _ in range(round(STEP / TICK)):
+            self.rules.update(self.road.vehicles)
+            self.road.act()
+            self.road.step(TICK)
+        self.steps += 1
+        self.road.vehicles = [
+            car for car in self.road.vehicles if car is self.ego or self._stays(car)
+        ]
+        self._arrive()
+
+    def _stays(self, car: Car) -> bool:
+        """Whether a car is still on its way, and not a wreck that is towed away by now."""
+        return not car.has_left and car.crashed_for * TICK < TOWED
+
+    def _arrive(self) -> None:
+        """Cars that come in now, by simulated time."""
+        entries = len(self.layout.paths)
+        while self.next_arrival <= self.steps * STEP:
+            if len(self.queue) < QUEUE:
+                way = int(self._draw("arriving way", self.arrived) * entries)
+                self.queue.append((self.count, way))
+                self.count += 1
+            self.arrived += 1
+            self.next_arrival += self._pause()
+        waiting = []
+        for number, way in self.queue:
+            if not self._let_in(number, way):
+                waiting.append((number, way))
+        self.queue = waiting
+
+    def _let_in(self, number: int, way: int) -> bool:
+        """Put a car at the beginning of its way if there is room on one of the lanes."""
+        lanes = self.road.beside((*self.layout.paths[way][0], 0))
+        first = int(self._draw("lane", number) * len(lanes))
+        for index in lanes[first:] + lanes[:first]:
+            car = self._new_car(number, (way, 0), (index[2], 0.0))
+            limit = car.speed_limit()
+            for other in self.road.vehicles:
+                if index in (other.lane_index, other.target_lane_index):
+                    gap = other.along - 0.5 * (car.LENGTH + other.LENGTH) - STANDING_GAP
+                    safe = np.sqrt(other.speed**2 + 2.0 * ENTRY_BRAKING * max(gap, 0.0))
+                    limit = min(limit, float(safe), max(gap, 0.0) / HEADWAY)
+            if limit > SLOWEST_ENTRY:
+                car.speed = limit
+                self.road.vehicles.append(car)
+                return True
+        return False
+
+    @property
+    def has_crashed(self) -> bool:
+        """Whether anybody has hit anybody."""
+        return any(car.crashed for car in self.road.vehicles)
+
+    def world(self) -> World:
+        """The cars now, parked ones first."""
+        cars = sorted(
+            (car for car in self.road.vehicles if car is not self.ego), key=lambda car: car.number
+        )
+        still = len(self.parked.poses)
+        moving = np.array([car.pose for car in cars]).reshape(-1, 3)
+        poses = np.concatenate((self.parked.poses, moving))
+        sizes = np.array([car.size for car in cars]).reshape(-1, 3)
+        speeds = np.array([car.speed for car in cars], dtype=float)
+        return World(
+            time=self.steps * STEP,
+            ids=np.array([*range(still), *(car.number for car in cars)], dtype=np.int64),
+            x=poses[:, 0],
+            y=poses[:, 1],
+            heading=poses[:, 2],
+            speed=np.concatenate((np.zeros(still), speeds)),
+            size=np.concatenate((self.parked.size, sizes)),
+            ego=self.ego.pose,
+            ego_size=np.array(self.demand.ego_size),
+            crashed=np.array([False] * still + [car.crashed for car in cars], dtype=bool),
+        )

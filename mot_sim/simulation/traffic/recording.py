@@ -1,0 +1,165 @@
+"""Traffic recorded once into arrays, kept in one file, and replayed many times."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float, Int, Shaped, jaxtyped
+from numpy import ndarray as Array
+
+from mot_sim.files.array_files import ArrayFormat, checksum, require_columns
+from mot_sim.simulation.traffic.world import STEP, Traffic, World
+from tracker.errors import BadConfig, BadFile
+
+FORMAT = ArrayFormat("recorded traffic", 1)
+OPTIONAL = {"z", "crashed", "kinds"}
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedTraffic:
+    """Who was where, every 0.1 s from `start` on: rows are worlds, columns are cars.
+
+    ids: of the columns, increasing. present: whether a car was there; where not, its other
+    values are NaN. size: length, height, width. z, crashed: as in `World`. kinds: of the columns.
+    """
+
+    start: Float[Array, ""]
+    ids: Int[Array, " n"]
+    present: Bool[Array, "t n"]
+    x: Float[Array, "t n"]
+    y: Float[Array, "t n"]
+    heading: Float[Array, "t n"]
+    speed: Float[Array, "t n"]
+    size: Float[Array, "t n 3"]
+    ego: Float[Array, "t 3"]
+    ego_size: Float[Array, "t 3"]
+    z: Float[Array, "t n"] | None = None
+    crashed: Bool[Array, "t n"] | None = None
+    kinds: Shaped[Array, " n"] | None = None
+
+    def __len__(self) -> int:
+        return len(self.present)
+
+    def until(self, count: int) -> "RecordedTraffic":
+        """The first worlds of it, and only the cars of those; at least one."""
+        return RecordedTraffic.of(self.world(index) for index in range(min(count, len(self))))
+
+    def world(self, index: int) -> World:
+        """The world of a row; the same bits that were recorded."""
+        there = self.present[index]
+        return World(
+            time=float(self.start) + index * STEP,
+            ids=self.ids[there],
+            x=self.x[index, there],
+            y=self.y[index, there],
+            heading=self.heading[index, there],
+            speed=self.speed[index, there],
+            size=self.size[index, there],
+            ego=self.ego[index].copy(),
+            ego_size=self.ego_size[index].copy(),
+            z=None if self.z is None else self.z[index, there],
+            crashed=None if self.crashed is None else self.crashed[index, there],
+            kinds=None if self.kinds is None else self.kinds[there],
+        )
+
+    @property
+    def worlds(self) -> tuple[World, ...]:
+        """All worlds."""
+        return tuple(self.world(index) for index in range(len(self)))
+
+    @property
+    def checksum(self) -> str:
+        """SHA-256 of all arrays: names, types, shapes and bytes, in the order of fields."""
+        return checksum(self.arrays())
+
+    def arrays(self) -> dict[str, Any]:
+        """The fields that are not None."""
+        named = {column.name: getattr(self, column.name) for column in fields(self)}
+        return {name: array for name, array in named.items() if array is not None}
+
+    @classmethod
+    def of(cls, worlds: Iterable[World]) -> "RecordedTraffic":
+        """The recording of worlds, 0.1 s apart. Raises BadConfig for rows not in order of ids."""
+        worlds = list(worlds)
+        if not worlds:
+            raise BadConfig("a recording of no worlds: give one or more")
+        ids = np.unique(np.concatenate([world.ids for world in worlds]))
+        shape = len(worlds), len(ids)
+        columns = {name: np.full(shape, np.nan) for name in ("x", "y", "heading", "speed", "z")}
+        size = np.full((*shape, 3), np.nan)
+        present, crashed = np.zeros(shape, bool), np.zeros(shape, bool)
+        kinds = np.zeros(len(ids), "<U16")
+        for row, world in enumerate(worlds):
+            if (np.diff(world.ids) <= 0).any():
+                raise BadConfig(f"world {row}: ids {world.ids.tolist()} do not increase")
+            at = np.searchsorted(ids, world.ids)
+            present[row, at] = True
+            size[row, at] = world.size
+            for name, column in columns.items():
+                column[row, at] = 0.0 if getattr(world, name) is None else getattr(world, name)
+            crashed[row, at] = False if world.crashed is None else world.crashed
+            kinds[at] = "" if world.kinds is None else world.kinds
+        if all(world.z is None for world in worlds):
+            del columns["z"]
+        return cls(
+            start=np.array(worlds[0].time),
+            ids=ids,
+            present=present,
+            size=size,
+            ego=np.array([world.ego for world in worlds]),
+            ego_size=np.array([world.ego_size for world in worlds]),
+            crashed=None if all(world.crashed is None for world in worlds) else crashed,
+            kinds=None if all(world.kinds is None for world in worlds) else kinds,
+            **columns,
+        )
+
+    def save(self, path: Path) -> None:
+        """Write the arrays, their checksum and the version, as a whole or not at all.
+
+        The same recording gives the same bytes. Raises BadOutput.
+        """
+        FORMAT.write(path, self.arrays())
+
+    @classmethod
+    def load(cls, path: Path) -> "RecordedTraffic":
+        """Read what `save` wrote. Raises BadFile for any other file, naming it."""
+        names = {column.name for column in fields(cls)}
+        arrays = FORMAT.read(path, names - OPTIONAL, OPTIONAL)
+        with jaxtyped("context"):
+            require_columns(cls, {name: arrays.get(name) for name in names}, f"{path}: ")
+        if not len(arrays["present"]):
+            raise BadFile(f"{path}: traffic of no worlds; record again")
+        return cls(**arrays)
+
+
+def record_traffic(traffic: Traffic, rng: np.random.Generator, seconds: float) -> RecordedTraffic:
+    """The worlds of so many seconds, the first and the last included."""
+    if not 0.0 <= seconds < np.inf:
+        raise BadConfig(f"record {seconds:g} s of traffic: give 0 or more")
+    worlds = [traffic.reset(rng)]
+    worlds += [traffic.step() for _ in range(round(seconds / STEP))]
+    return RecordedTraffic.of(worlds)
+
+
+@dataclass(eq=False)
+class Replay:
+    """Traffic that does what was recorded, whatever the seed."""
+
+    recording: RecordedTraffic
+    index: int = field(default=0, init=False)
+
+    def reset(self, rng: np.random.Generator) -> World:
+        """The first world; nothing is drawn from the generator."""
+        self.index = 0
+        return self.recording.world(0)
+
+    def step(self) -> World:
+        """The next world. Raises BadConfig after the last one."""
+        if self.index + 1 >= len(self.recording):
+            raise BadConfig(
+                f"the recorded traffic ends after {len(self.recording)} worlds: record a longer one"
+            )
+        self.index += 1
+        return self.recording.world(self.index)

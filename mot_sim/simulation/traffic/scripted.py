@@ -1,0 +1,193 @@
+"""Traffic by script: cars follow way-points with given speeds, in closed form."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.simulation.traffic.world import STEP, World
+from tracker.errors import BadConfig
+from tracker.geometry import wrap_angle
+
+SEDAN = (4.4, 1.45, 1.8)  # length, height, width
+MIN_ARC = 1e-9  # metres, radians: below it a corner is none
+MAX_TURN = 2.9  # radians at one way-point: beyond it the arc shrinks to a turn on the spot
+
+
+@dataclass(frozen=True, eq=False)
+class Route:
+    """Straight lines between way-points, joined by arcs of circles.
+
+    waypoints: (x, y) in world. radius: of every corner, metres; smaller where the legs are too
+    short for it. Beyond both ends the route goes straight on.
+    """
+
+    waypoints: Sequence[tuple[float, float]]
+    radius: float = 7.0
+
+    def __post_init__(self) -> None:
+        points = np.asarray(self.waypoints, dtype=float)
+        is_list = points.ndim == 2 and points.shape[1] == 2 and len(points) >= 2
+        if not is_list or not np.isfinite(points).all():
+            raise BadConfig(f"way-points {self.waypoints}: give two or more finite points x, y")
+        if (np.hypot(*np.diff(points, axis=0).T) <= 0.0).any():
+            raise BadConfig(f"way-points {self.waypoints}: two neighbours are the same point")
+        headings = np.arctan2(*np.diff(points, axis=0).T[::-1])
+        if (np.abs(wrap_angle(np.diff(headings))) > MAX_TURN).any():
+            raise BadConfig(f"way-points {self.waypoints}: a turn back needs more points")
+        if not self.radius > 0.0:
+            raise BadConfig(f"corner radius {self.radius:g} m: it must be positive")
+
+    @property
+    def length(self) -> float:
+        """Metres from the first to the last way-point, along the arcs."""
+        return float(self._pieces[-1, 0])
+
+    def at(self, distance: Float[Array, " n"]) -> Float[Array, "n 3"]:
+        """x, y, heading after so many metres. Heading is continuous and not wrapped."""
+        starts = self._pieces[:-1]
+        row = np.clip(np.searchsorted(starts[:, 0], distance, side="right") - 1, 0, None)
+        start, x, y, heading, curvature = starts[row].T
+        along = distance - start
+        turn = curvature * along
+        # Along an arc the chord is 2 sin(turn / 2) / curvature long and points half the turn.
+        chord = along * np.sinc(turn / (2.0 * np.pi))
+        middle = heading + 0.5 * turn
+        return np.stack((x + chord * np.cos(middle), y + chord * np.sin(middle), heading + turn), 1)
+
+    @cached_property
+    def _pieces(self) -> Float[Array, "m 5"]:
+        """Lines and arcs in turn: start along the route, x, y, heading, curvature; then the end."""
+        points = np.asarray(self.waypoints, dtype=float)
+        legs = np.diff(points, axis=0)
+        lengths = np.hypot(legs[:, 0], legs[:, 1])
+        headings = np.unwrap(np.arctan2(legs[:, 1], legs[:, 0]))
+        x, y = points[0]
+        rows = [(0.0, x, y, headings[0], 0.0)]
+        used = 0.0  # of this leg, by the corner before it
+        for leg, turn in enumerate(np.diff(headings)):
+            start, x, y, heading, _ = rows[-1]
+            # No corner takes more than half of a leg, so that the next one finds its half.
+            room = 0.5 * min(lengths[leg], lengths[leg + 1])
+            tangent = np.tan(0.5 * abs(turn))
+            cut = min(room, self.radius * tangent)
+            line = lengths[leg] - used - cut
+            arc_start = (start + line, x + line * np.cos(heading), y + line * np.sin(heading))
+            arc = cut / tangent * abs(turn) if tangent > MIN_ARC else 2.0 * cut
+            rows.append((*arc_start, heading, turn / arc if arc > MIN_ARC else 0.0))
+            leave = points[leg + 1] + cut * legs[leg + 1] / lengths[leg + 1]
+            rows.append((start + line + arc, *leave, headings[leg + 1], 0.0))
+            used = cut
+        rows.append((rows[-1][0] + lengths[-1] - used, *points[-1], headings[-1], 0.0))
+        return np.array(rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Script:
+    """What one car does: its route, where on it it begins, and its speed over time.
+
+    speeds: (time, speed) in seconds and m/s, linear between, constant before and after.
+    start: metres along the route at time 0. The car is there from time `begin` to the end of
+    its route. size: length, height, width. kind: KITTI's class, 'Car' or 'Van'.
+    """
+
+    route: Route
+    speeds: Sequence[tuple[float, float]]
+    start: float = 0.0
+    size: tuple[float, float, float] = SEDAN
+    begin: float = 0.0
+    kind: str = "Car"
+
+    def __post_init__(self) -> None:
+        table = np.asarray(self.speeds, dtype=float)
+        if table.ndim != 2 or table.shape[0] == 0 or (np.diff(table[:, 0]) <= 0.0).any():
+            raise BadConfig(f"speeds {self.speeds}: give (time, speed) with increasing times")
+        if (table[:, 1] < 0.0).any() or min(self.size) <= 0.0:
+            raise BadConfig(f"speeds {self.speeds}, size {self.size}: nothing may be negative")
+
+    @cached_property
+    def _table(self) -> Float[Array, "3 k"]:
+        """Times from 0 on, the speeds then, and the metres driven until then."""
+        times, speeds = np.asarray(self.speeds, dtype=float).T
+        knots = np.concatenate(([0.0], times[times > 0.0]))
+        paces = np.interp(knots, times, speeds)
+        driven = np.cumsum(0.5 * (paces[1:] + paces[:-1]) * np.diff(knots))
+        return np.stack((knots, paces, np.concatenate(([0.0], driven))))
+
+    def speed(self, time: float) -> float:
+        """Metres per second at a time, 0 or later."""
+        return float(np.interp(time, *self._table[:2]))
+
+    def distance(self, time: float) -> float:
+        """Metres along the route at a time: `start` and the exact integral of the speed."""
+        knots, paces, driven = self._table
+        row = int(np.searchsorted(knots, time, side="right")) - 1
+        passed = 0.5 * (float(paces[row]) + self.speed(time)) * (time - float(knots[row]))
+        return self.start + float(driven[row]) + passed
+
+    def pose(self, time: float) -> Float[Array, "3"]:
+        """x, y, heading at a time."""
+        return self.route.at(np.array([self.distance(time)]))[0]
+
+    def is_there(self, time: float) -> bool:
+        """Whether the car is on its route at a time."""
+        return time >= self.begin and self.distance(time) <= self.route.length
+
+
+@dataclass(eq=False)
+class Scripted:
+    """Traffic that does the same for every seed; the id of a car is its place in `cars`."""
+
+    cars: Sequence[Script]
+    ego: Script
+    steps: int = field(default=0, init=False)
+
+    def reset(self, rng: np.random.Generator) -> World:
+        """The world at time 0; nothing is drawn from the generator."""
+        self.steps = 0
+        return self.at(0.0)
+
+    def step(self) -> World:
+        """The world 0.1 s later."""
+        self.steps += 1
+        return self.at(self.steps * STEP)
+
+    def at(self, time: float) -> World:
+        """The world at any time."""
+        ids = [number for number, car in enumerate(self.cars) if car.is_there(time)]
+        cars = [self.cars[number] for number in ids]
+        poses = np.array([car.pose(time) for car in cars]).reshape(-1, 3)
+        return World(
+            time=time,
+            ids=np.array(ids, dtype=np.int64),
+            x=poses[:, 0],
+            y=poses[:, 1],
+            heading=poses[:, 2],
+            speed=np.array([car.speed(time) for car in cars], dtype=float),
+            size=np.array([car.size for car in cars], dtype=float).reshape(-1, 3),
+            ego=self.ego.pose(time),
+            ego_size=np.array(self.ego.size, dtype=float),
+            kinds=np.array([car.kind for car in cars], dtype="<U16"),
+        )
+
+
+@dataclass(eq=False)
+class Improvised:
+    """Scripted traffic whose script is written anew at every reset, from the random numbers."""
+
+    write: Callable[[np.random.Generator], Scripted]
+    _scripted: Scripted | None = field(default=None, init=False)
+
+    def reset(self, rng: np.random.Generator) -> World:
+        """The first world of a new script."""
+        self._scripted = self.write(rng)
+        return self._scripted.reset(rng)
+
+    def step(self) -> World:
+        """The world 0.1 s later. Raises BadConfig before the first `reset`."""
+        if self._scripted is None:
+            raise BadConfig("traffic makes its first step: call reset(rng) before")
+        return self._scripted.step()

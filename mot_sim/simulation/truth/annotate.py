@@ -1,0 +1,121 @@
+"""From worlds to ground truth: the cars are drawn, and what the pixels say is written down."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.simulation.renderers import Placed, Scan, View, scan
+from mot_sim.simulation.stage import Stage
+from mot_sim.simulation.traffic.world import World
+from mot_sim.simulation.truth.cuboid_boxes import clip_to_image
+from mot_sim.simulation.truth.keypoints import seen_keypoints
+from mot_sim.simulation.truth.table import MAX_CUT, Occlusions, Truth, occlusion_level
+from tracker.geometry import wrap_angle
+from tracker.types import Tracks
+
+
+@dataclass(frozen=True, eq=False)
+class Annotations:
+    """The ground truth of some frames: a row a car and frame, and who hides whom."""
+
+    truth: Truth
+    occlusions: Occlusions
+
+    @classmethod
+    def concatenate(cls, parts: "list[Annotations]") -> "Annotations":
+        """The frames of all parts, in order."""
+        return cls(
+            Truth.concatenate([part.truth for part in parts]),
+            Occlusions.concatenate([part.occlusions for part in parts]),
+        )
+
+
+def annotate(
+    worlds: Iterable[World],
+    stage: Stage,
+    scenery_in: Callable[[World], Placed | None] | None = None,
+) -> Annotations:
+    """The truth of a run of one or more worlds; world i is frame i.
+
+    scenery_in: what else the camera may see in a world.
+    """
+    parts: list[Annotations] = []
+    before: World | None = None
+    for frame, world in enumerate(worlds):
+        scenery = None if scenery_in is None else scenery_in(world)
+        parts.append(annotate_frame(world, stage, frame, before, scenery))
+        before = world
+    return Annotations.concatenate(parts)
+
+
+def annotate_frame(
+    world: World,
+    stage: Stage,
+    frame: int,
+    before: World | None = None,
+    scenery: Placed | None = None,
+) -> Annotations:
+    """The truth of one frame; before: the world a step earlier. scenery hides cars, has no row."""
+    rig, cuboids = stage.rig, stage.rig.cuboids(world)
+    placed = stage.placed(world, scenery)
+    scanned = scan(View(rig.camera, placed, road=None))
+    seen = scanned.silhouettes
+    boxes, cut = clip_to_image(seen.full_boxes, rig.camera)
+    rows = np.flatnonzero((seen.whole > 0) & (boxes[:, 2:] > boxes[:, :2]).all(axis=1))
+    seen, cast_rows = seen.select(rows), stage.cast.rows(world.ids[rows])
+    Ts_cam_car = placed.T_cam_object[rows]
+    keypoints_cam = stage.cast.keypoints[cast_rows] @ Ts_cam_car[:, :3, :3].swapaxes(1, 2)
+    keypoints_cam += Ts_cam_car[:, None, :3, 3]
+    eyes = -(Ts_cam_car[:, None, :3, 3] @ Ts_cam_car[:, :3, :3])[:, 0]  # the camera, to each car
+    faces_us = stage.cast.faces_eye(cast_rows, eyes)
+    keypoints, states = seen_keypoints(keypoints_cam, faces_us, seen.instances, scanned, rig.camera)
+    speed, heading = world.speed[rows], world.heading[rows]
+    acceleration, yaw_rate = rates(world, before)
+    truth = Truth(
+        tracks=Tracks(
+            frames=np.full(len(rows), frame),
+            ids=seen.instances,
+            boxes=boxes[rows],
+            kinds=stage.cast.kinds[cast_rows],
+            truncation=(cut[rows] > MAX_CUT).astype(np.int64),
+            occlusion=occlusion_level(seen.fraction),
+            cuboids=cuboids.select(rows),
+        ),
+        visible=seen.fraction,
+        cut=cut[rows],
+        full_boxes=seen.full_boxes,
+        seen_boxes=np.where(np.isinf(seen.seen_boxes), np.nan, seen.seen_boxes),
+        pixels=seen.visible,
+        whole_pixels=seen.whole,
+        keypoints=keypoints,
+        keypoint_states=states,
+        speed=speed,
+        velocity=speed[:, None] * np.stack((np.cos(heading), np.sin(heading)), axis=1),
+        acceleration=acceleration[rows],
+        yaw_rate=yaw_rate[rows],
+    )
+    return Annotations(truth, occlusions_of(scanned, truth, frame))
+
+
+def occlusions_of(scanned: Scan, truth: Truth, frame: int) -> Occlusions:
+    """Who hides the cars that have a row."""
+    hidden = scanned.hidden
+    hidden = hidden.select(np.isin(hidden.instances, truth.tracks.ids))
+    frames = np.full(len(hidden), frame)
+    return Occlusions(frames, hidden.instances, hidden.by, hidden.pixels)
+
+
+def rates(world: World, before: World | None) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    """Acceleration and yaw rate since the world before; 0 for who was not there."""
+    acceleration, yaw_rate = np.zeros(len(world)), np.zeros(len(world))
+    if before is not None and len(before):
+        at = np.searchsorted(before.ids, world.ids).clip(max=len(before) - 1)
+        here = before.ids[at] == world.ids
+        step = world.time - before.time
+        turned = np.asarray(wrap_angle(world.heading - before.heading[at]))
+        acceleration = np.where(here, (world.speed - before.speed[at]) / step, 0.0)
+        yaw_rate = np.where(here, turned / step, 0.0)
+    return acceleration, yaw_rate

@@ -1,0 +1,128 @@
+"""What happens to cars over time: they enter and leave, hide and reappear, cross, collide."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Int, Shaped
+from numpy import ndarray as Array
+
+from mot_sim.simulation.traffic.collisions import collisions
+from mot_sim.simulation.traffic.world import World
+from mot_sim.simulation.truth.table import Truth
+from tracker.types import Rows
+
+EVENTS = ("enter", "leave", "occlusion begins", "occlusion ends", "crossing", "collision")
+# A car is hidden from less than the first visible fraction on, until it is above the second.
+HIDDEN, CLEAR = 0.4, 0.5
+Row = tuple[int, str, int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Events(Rows):
+    """A row an event, in the order of frames. kinds: of EVENTS.
+
+    others: the second car of a crossing (the boxes of two visible cars overlap and change
+    sides), or of a collision (-1: the ego car); -2 where there is none. enter, leave: the first
+    frame with a visible pixel, and the first one without, of a stay in the image; a car that is
+    hidden for a while has not left.
+    """
+
+    frames: Int[Array, " n"]
+    kinds: Shaped[Array, " n"]
+    ids: Int[Array, " n"]
+    others: Int[Array, " n"]
+
+    @classmethod
+    def of(cls, rows: Iterable[Row]) -> "Events":
+        """The table of rows in any order."""
+        ordered = sorted(rows)
+        frames, kinds, ids, others = zip(*ordered, strict=True) if ordered else ((), (), (), ())
+        return cls(
+            np.array(frames, np.int64), np.array(kinds, "<U16"),
+            np.array(ids, np.int64), np.array(others, np.int64),
+        )  # fmt: skip
+
+
+def find_events(truth: Truth, worlds: Iterable[World]) -> Events:
+    """All events of a run; world i is frame i of the truth."""
+    worlds = list(worlds)
+    rows: list[Row] = []
+    for number in np.unique(truth.tracks.ids).tolist():
+        rows += stays(truth.select(truth.tracks.ids == number), number, len(worlds))
+    return Events.of([*rows, *crossings(truth, len(worlds)), *crashes(worlds)])
+
+
+def stays(car: Truth, number: int, frame_count: int) -> list[Row]:
+    """The stays of one car in the image, and the times it is hidden in each."""
+    frames = car.tracks.frames
+    rows: list[Row] = []
+    breaks = np.flatnonzero(np.diff(frames) > 1) + 1
+    for stay in np.split(np.arange(len(frames)), breaks):
+        shown = np.flatnonzero(car.pixels[stay] > 0)
+        if not len(shown):
+            continue
+        seen = stay[shown[0] :]
+        rows.append((int(frames[seen[0]]), "enter", number, -2))
+        rows += hidings(car.visible[seen].tolist(), frames[seen].tolist(), number)
+        left = int(frames[stay[-1]]) + 1
+        if left < frame_count:
+            rows.append((left, "leave", number, -2))
+    return rows
+
+
+def hidings(visible: list[float], frames: list[int], number: int) -> list[Row]:
+    """Where occlusions begin and end, with a margin between."""
+    rows: list[Row] = []
+    hidden = False
+    for fraction, frame in zip(visible, frames, strict=True):
+        if not hidden and fraction < HIDDEN:
+            hidden = True
+            rows.append((frame, "occlusion begins", number, -2))
+        elif hidden and fraction > CLEAR:
+            hidden = False
+            rows.append((frame, "occlusion ends", number, -2))
+    return rows
+
+
+def crossings(truth: Truth, frame_count: int) -> list[Row]:
+    """Pairs of cars whose boxes overlap and whose centres change sides since the frame before."""
+    rows: list[Row] = []
+    bounds = np.searchsorted(truth.tracks.frames, np.arange(frame_count + 1)).tolist()
+    before: tuple[Int[Array, " a"], Array] | None = None
+    for frame in range(frame_count):
+        part = slice(bounds[frame], bounds[frame + 1])
+        ids, boxes = truth.tracks.ids[part], truth.full_boxes[part]
+        if before is not None:
+            shared, then, now = np.intersect1d(before[0], ids, return_indices=True)
+            old, new = before[1][then], boxes[now]
+            turned = np.sign(_offsets(old)) * np.sign(_offsets(new)) < 0
+            pairs = np.argwhere(np.triu(turned & _overlap(new), k=1)).tolist()
+            rows += [(frame, "crossing", int(shared[a]), int(shared[b])) for a, b in pairs]
+        before = ids, boxes
+    return rows
+
+
+def crashes(worlds: list[World]) -> list[Row]:
+    """Pairs of cars that begin to touch."""
+    rows: list[Row] = []
+    before: set[tuple[int, int]] = set()
+    for frame, world in enumerate(worlds):
+        now = {(int(a), int(b)) for a, b in collisions(world)}
+        # The ego car, -1, is named second.
+        rows += [(frame, "collision", max(p), min(p)) for p in sorted(now - before)]
+        before = now
+    return rows
+
+
+def _offsets(boxes: Array) -> Array:
+    """How far right of one another the centres of boxes are; (n, n)."""
+    middle = boxes[:, 0] + boxes[:, 2]
+    return middle[None] - middle[:, None]
+
+
+def _overlap(boxes: Array) -> Array:
+    """Which boxes share some area; (n, n)."""
+    low = np.maximum(boxes[:, None, :2], boxes[None, :, :2])
+    high = np.minimum(boxes[:, None, 2:], boxes[None, :, 2:])
+    return (high > low).all(axis=2)

@@ -1,0 +1,1 @@
+"""Tables: one type, with a writer for each format."""

@@ -1,0 +1,177 @@
+"""Moments to look at: cars anywhere before a camera, place, light and weather at random."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.simulation.cars import BODIES, Cast, load_fleet
+from mot_sim.simulation.random_numbers import named_stream
+from mot_sim.simulation.registry import find_scene
+from mot_sim.simulation.renderers import View
+from mot_sim.simulation.rig import KITTI_HEIGHT, KITTI_IMAGE_SIZE, KITTI_K, Rig
+from mot_sim.simulation.scenery import Knobs, Light, Neighbourhood, Weather
+from mot_sim.simulation.stage import Stage
+from mot_sim.simulation.traffic import Roads, World, colliding_pairs
+from tracker.types import Camera
+
+PLACES = ("street", "intersection", "roundabout", "t_junction", "merge", "highway")
+MOMENTS = 64  # in one place: its ground and houses are made once
+STAYS = 4  # moments before the camera moves on
+COEFFICIENTS = 20
+CARS = (14, 26)  # in a moment, before those that stand in others are taken away
+# How much finer than KITTI's a camera is, and from where to where cars stand, metres: far cars
+# are drawn finer than they are seen, so that their edges are averaged as a lens does it.
+VIEWS = ((1.0, (4.5, 32.0)), (2.0, (9.0, 62.0)))
+FINE_SIZE = (1242, 440)  # pixels of the finer view: a part of the image
+DAY, FOG = 0.95, 0.12  # shares
+ALIGNED = 0.35  # share of cars that head as the road does
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A neighbourhood and the random numbers for what happens there."""
+
+    seed: int
+    roads: Roads
+    neighbourhood: Neighbourhood
+    rng: np.random.Generator
+
+    @classmethod
+    def of(cls, seed: int) -> "Place":
+        """The place of a seed."""
+        rng = named_stream(seed, "training place")
+        roads = find_scene(PLACES[int(rng.integers(len(PLACES)))]).roads
+        knobs = Knobs(
+            wear=float(rng.uniform()), houses=float(rng.uniform(0.5, 2.5)),
+            trees=float(rng.uniform(0.3, 2.5)), furniture=float(rng.uniform(0.5, 3.0)),
+        )  # fmt: skip
+        return cls(seed, roads, Neighbourhood.build(roads, seed, light_of(rng), knobs), rng)
+
+    def somewhere(self) -> Float[Array, "3"]:
+        """A pose x, y, heading near the middle of a lane."""
+        lane = self.roads.lanes[int(self.rng.integers(len(self.roads.lanes)))].centre
+        leg = int(self.rng.integers(len(lane) - 1))
+        point = lane[leg] + self.rng.uniform() * (lane[leg + 1] - lane[leg])
+        ahead = lane[leg + 1] - lane[leg]
+        heading = np.arctan2(ahead[1], ahead[0]) + self.rng.normal(0.0, 0.15)
+        return np.array([*(point + self.rng.normal(0.0, 0.8, 2)), heading])
+
+
+@dataclass(frozen=True, eq=False)
+class Stand:
+    """Where the camera is. ego: x, y, heading. depths: metres, from where to where cars stand.
+
+    finer: pixels for one of KITTI's.
+    """
+
+    ego: Float[Array, "3"]
+    rig: Rig
+    depths: tuple[float, float]
+    finer: float
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """What is drawn: cars, camera, light. finer: pixels for one of KITTI's."""
+
+    stage: Stage
+    world: World
+    view: View
+    weather: Weather
+    finer: float
+
+
+def stand(place: Place) -> Stand:
+    """Somewhere in a place."""
+    finer, depths = VIEWS[int(place.rng.integers(len(VIEWS)))]
+    return Stand(place.somewhere(), Rig(camera_of(place.rng, finer)), depths, finer)
+
+
+def moment(place: Place, here: Stand) -> Moment:
+    """Other cars, another light, where the camera stands."""
+    rng, rig, ego = place.rng, here.rig, here.ego
+    world, cast = cars_before(rig, ego, here.depths, rng)
+    stage = Stage(cast, rig)
+    view = place.neighbourhood.view(rig.camera, ego, stage.placed(world))
+    view = replace(view, sun=light_of(rng).sun(float(ego[2])))
+    return Moment(stage, world, view, weather_of(rng), here.finer)
+
+
+def camera_of(rng: np.random.Generator, finer: float) -> Camera:
+    """KITTI's camera, mounted a little differently; a finer one sees a part of the image."""
+    K = np.array(KITTI_K)
+    K[:2] *= finer
+    size = KITTI_IMAGE_SIZE
+    if finer > 1.0:
+        size = FINE_SIZE
+        K[0, 2] = rng.uniform(0.0, 1.0) * size[0]
+        K[1, 2] = 150.0
+    height = KITTI_HEIGHT + float(rng.normal(0.0, 0.06))
+    pitch, roll = rng.normal(0.0, (0.015, 0.012)).tolist()
+    return Camera.mounted(K, size, height, pitch, roll)
+
+
+def cars_before(
+    rig: Rig, ego: Float[Array, "3"], depths: tuple[float, float], rng: np.random.Generator
+) -> tuple[World, Cast]:
+    """Cars of any shape in the view, near ones as often as far ones; none in another."""
+    n = int(rng.integers(*CARS))
+    fleet, camera = load_fleet(COEFFICIENTS), rig.camera
+    cars = fleet.sample(int(rng.integers(1 << 40)), np.arange(n))
+    size = fleet.size(cars.coefficients)
+    z = np.exp(rng.uniform(np.log(depths[0]), np.log(depths[1]), n))
+    spread = (rng.permutation(n) + rng.uniform(size=n)) / n  # side by side rather than behind
+    u = (1.04 * spread - 0.02) * camera.image_size[0]
+    x = z * (u - camera.K[0, 2]) / camera.K[0, 0]
+    c, s = np.cos(ego[2]), np.sin(ego[2])
+    heading = rng.uniform(-np.pi, np.pi, n)
+    road = ego[2] + np.pi * rng.integers(0, 2, n) + rng.normal(0.0, 0.1, n)
+    heading = np.where(rng.uniform(size=n) < ALIGNED, road, heading)
+    crowd = World(
+        0.0, np.arange(n), ego[0] + c * z - s * x, ego[1] + s * z + c * x, heading, np.zeros(n),
+        size, ego, np.array([4.4, 1.45, 1.8]),
+    )  # fmt: skip
+    stays = np.ones(n, bool)
+    poses = np.stack((crowd.x, crowd.y, heading), axis=1)
+    for first, second in colliding_pairs(poses, size).tolist():
+        if stays[first]:
+            stays[second] = False
+    rows = np.flatnonzero(stays)
+    ids = np.arange(len(rows))
+    world = replace(
+        crowd, ids=ids, x=crowd.x[rows], y=crowd.y[rows], heading=heading[rows],
+        speed=np.zeros(len(rows)), size=size[rows],
+    )  # fmt: skip
+    names = np.array(list(BODIES))[cars.bodies[rows]]
+    paints = np.array(cars.paints)[rows]
+    kinds = np.where(names == "van", "Van", "Car")
+    return world, Cast(ids, kinds, names, paints, cars.coefficients[rows], size[rows])
+
+
+def light_of(rng: np.random.Generator) -> Light:
+    """Any sun, any clouds."""
+    return Light(
+        azimuth=float(rng.uniform(0.0, 360.0)), elevation=float(rng.uniform(10.0, 80.0)),
+        ambient=float(rng.uniform(0.25, 0.95)), shade=float(rng.uniform(0.1, 0.75)),
+        clouds=float(rng.uniform()),
+    )  # fmt: skip
+
+
+def weather_of(rng: np.random.Generator) -> Weather:
+    """Any weather by day; seldom dusk. Noise and the like come later, they cost nothing there."""
+    dark = rng.uniform() > DAY
+    foggy = rng.uniform() < FOG
+    grey = rng.integers(150, 240)
+    air = tuple(int(one) for one in np.clip(grey + rng.integers(-12, 13, 3), 0, 255))
+    return Weather(
+        visibility=float(np.exp(rng.uniform(np.log(60.0), np.log(2000.0)))) if foggy else 1500.0,
+        air=(air[0], air[1], air[2]),
+        overcast=float(rng.uniform()) if rng.uniform() < 0.4 else 0.0,
+        rain=float(rng.uniform(0.0, 0.8)) if rng.uniform() < 0.05 else 0.0,
+        night=float(rng.uniform(0.2, 0.7)) if dark else 0.0,
+        warmth=float(rng.uniform(-0.5, 0.7)),
+        exposure=float(np.exp(rng.uniform(-0.4, 0.5))),
+        vignetting=0.15,
+    )

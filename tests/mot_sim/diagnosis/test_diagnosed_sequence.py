@@ -1,0 +1,75 @@
+"""Drives with what happens in them: of scenes exactly, of KITTI as far as its labels say."""
+
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mot_sim.datasets import kitti_sequence
+from mot_sim.diagnosis.context_events import KINDS
+from mot_sim.diagnosis.diagnosed_sequence import vehicles, watch_kitti, watch_scene
+from mot_sim.diagnosis.findings import findings_of
+from mot_sim.diagnosis.tasks import KittiTask
+from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.metrics import evaluate_sequence
+from mot_sim.simulation.sensors import Profile
+from tests.mot_sim.diagnosis.conftest import Crossing
+from tracker.errors import DatasetNotFound
+from tracker.types import Tracks
+
+
+def test_a_scene_tells_of_every_kind(crossing: Crossing) -> None:
+    watched = watch_scene(crossing.conditions, crossing.recorded, 0)
+    assert watched.known == KINDS
+    kinds = Counter(watched.happenings.kinds.tolist())
+    assert kinds["occlusion"]
+    assert kinds["detector gap"]
+    assert (np.diff(watched.happenings.firsts) >= 0).all()
+    assert (watched.happenings.lasts >= watched.happenings.firsts).all()
+
+
+def test_a_perfect_detector_has_gaps_only_where_nothing_is_visible(crossing: Crossing) -> None:
+    perfect = replace(crossing.conditions, effects=Profile())
+    happenings = watch_scene(perfect, crossing.recorded, 0).happenings
+    truth = crossing.recorded.annotations.truth
+    for row in np.flatnonzero(happenings.kinds == "detector gap").tolist():
+        own = truth.tracks.ids == happenings.ids[row]
+        frames = truth.tracks.frames[own]
+        inside = (frames >= happenings.firsts[row]) & (frames <= happenings.lasts[row])
+        assert (truth.visible[own][inside] == 0.0).all()
+
+
+def test_vehicles_are_cars_and_vans() -> None:
+    boxes = np.zeros((4, 4))
+    kinds = np.array(["Car", "Van", "Cyclist", "DontCare"])
+    ids = np.array([1, 2, 3, -1])
+    assert vehicles(Tracks(ids * 0, ids, boxes, kinds=kinds)).ids.tolist() == [1, 2]
+    assert len(vehicles(Tracks.empty())) == 0
+
+
+@pytest.mark.kitti
+def test_the_counts_on_kitti_are_the_metrics_own(kitti_root: Path) -> None:
+    drive = kitti_sequence(kitti_root, "0000", "rrc", "oxts").subset(range(100, 150))
+    watched, output = KittiTask(drive, Contender.parse("paper")).look()
+    found = findings_of(watched, output)
+    scores = evaluate_sequence(watched.truth, output, drive.frame_count)
+    assert (found.switches, found.fragments) == (scores["IDSW"], scores["Frag"])
+    assert found.fragments
+    kinds = {str(kind) for kind in watched.happenings.kinds}
+    assert {"occlusion", "detector gap"} <= kinds
+    assert "look-alike" not in watched.known
+
+
+@pytest.mark.kitti
+def test_without_known_motion_nobody_knows_who_turned(kitti_root: Path) -> None:
+    drive = kitti_sequence(kitti_root, "0005", "rrc", "none").subset(range(20))
+    assert watch_kitti(drive).known == ("occlusion", "crossing", "detector gap")
+
+
+@pytest.mark.kitti
+def test_a_sequence_without_labels_is_refused(kitti_root: Path) -> None:
+    drive = kitti_sequence(kitti_root, "0001", "rrc", "oxts")
+    with pytest.raises(DatasetNotFound, match="sequence 0001: no labels"):
+        watch_kitti(drive)

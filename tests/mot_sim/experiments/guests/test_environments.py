@@ -1,0 +1,85 @@
+"""Environments of guests, made for real from a wheel of our own, without any network."""
+
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from mot_sim.experiments.guests import Environment, Guest, GuestFailed
+from mot_sim.experiments.guests.processes import run_command
+from tests.mot_sim.cli.conftest import CommandLine
+from tracker.errors import BadOutput
+
+NAME = "mot_sim_greeting"
+
+
+@pytest.fixture
+def offline(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A place for environments, with pip kept from any index."""
+    monkeypatch.setenv("MOT_SIM_GUESTS", str(tmp_path / "guests"))
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    monkeypatch.setenv("PIP_CONFIG_FILE", "/dev/null")
+    monkeypatch.delenv("PIP_FIND_LINKS", raising=False)
+    return tmp_path
+
+
+def wheel(folder: Path) -> Path:
+    """A wheel with one module that says hello."""
+    path = folder / f"{NAME}-1.0-py3-none-any.whl"
+    about = f"{NAME}-1.0.dist-info"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr(f"{NAME}.py", "word = 'hello'\n")
+        archive.writestr(
+            f"{about}/METADATA", f"Metadata-Version: 2.1\nName: {NAME}\nVersion: 1.0\n"
+        )
+        archive.writestr(
+            f"{about}/WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n"
+        )
+        archive.writestr(f"{about}/RECORD", f"{NAME}.py,,\n")
+    return path
+
+
+@pytest.mark.slow
+def test_an_environment_is_made_once_and_holds_nothing_of_ours(offline: Path) -> None:
+    environment = Environment("greeting", (str(wheel(offline)),))
+    assert not environment.is_ready
+    python = environment.set_up("greeting")
+    made = environment.python.stat().st_mtime_ns
+    assert environment.set_up("greeting") == python
+    assert environment.python.stat().st_mtime_ns == made
+    code = f"import sys, {NAME}; sys.stderr.write({NAME}.word)"
+    guest = Guest("greeting", ("{python}", "-c", code, "{detections}", "{results}"), environment)
+    words = guest.words(offline, offline)
+    assert words[0] == str(environment.python) != sys.executable
+    assert run_command("greeting", words, 60.0) == "hello"
+    with pytest.raises(GuestFailed) as caught:
+        run_command("greeting", [words[0], "-c", "import numpy"], 60.0)
+    assert "No module named 'numpy'" in caught.value.stderr
+
+
+@pytest.mark.slow
+def test_offline_the_set_up_says_what_is_missing_and_leaves_nothing(
+    offline: Path, mot_sim: CommandLine
+) -> None:
+    outcome = mot_sim("compare", "--setup", "sort")
+    assert outcome.code == 2
+    assert "error: guest sort: trackers==2.6.1 cannot be installed; that needs" in outcome.err
+    assert "  sort: ERROR: No matching distribution found for trackers==2.6.1" in outcome.err
+    assert list((offline / "guests").iterdir()) == []
+
+
+def test_a_half_made_environment_is_not_taken_for_one(offline: Path) -> None:
+    environment = Environment("half", ("nothing==1",))
+    environment.python.parent.mkdir(parents=True)
+    environment.python.write_text("")
+    assert not environment.is_ready
+    with pytest.raises(GuestFailed, match="no environment in"):
+        environment.require("half")
+
+
+def test_no_place_for_environments_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("MOT_SIM_GUESTS", str(tmp_path / "file"))
+    with pytest.raises(BadOutput, match=r"no place for an environment: .*MOT_SIM_GUESTS"):
+        Environment("x", ("nothing==1",)).set_up("x")

@@ -1,0 +1,99 @@
+"""Means, intervals and paired differences; the tables that show them."""
+
+import numpy as np
+import pyarrow as pa
+import pytest
+from scipy.stats import t as student
+
+from mot_sim.experiments.sweep.summary import Interval, summary
+from mot_sim.experiments.sweep.summary_tables import (
+    as_content,
+    difference_table,
+    failures,
+    mean_table,
+    shown,
+    words,
+)
+
+
+def made_table(errors: bool = False) -> pa.Table:
+    """Two levels, two trackers, three seeds; HOTA of the second is .1 below, seed by seed."""
+    rows = [
+        {
+            "point": point, "noise": level, "seed": seed, "tracker": name,
+            "HOTA": 0.9 - 0.2 * point + 0.05 * seed - lower, "IDF1": 0.5, "error": None,
+        }
+        for point, level in enumerate((0.0, 2.0))
+        for seed in range(3)
+        for name, lower in (("a", 0.0), ("b", 0.1))
+    ]  # fmt: skip
+    if errors:
+        rows[1] |= {"HOTA": None, "IDF1": None, "error": "frame 3: it broke"}
+    table = pa.Table.from_pylist(rows)
+    return table.replace_schema_metadata({"mot-sim sweep": '{"design": {"axes": {"noise": 0}}}'})
+
+
+def test_an_interval_is_students() -> None:
+    values = np.array([1.0, 2.0, 4.0, 7.0])
+    found = Interval.of(values)
+    low, high = student.interval(0.95, 3, values.mean(), values.std(ddof=1) / 2.0)
+    assert (found.mean, found.count) == (3.5, 4)
+    assert found.low == pytest.approx(low)
+    assert found.high == pytest.approx(high)
+
+
+def test_one_value_has_no_interval_and_none_has_no_mean() -> None:
+    assert Interval.of(np.array([2.0])) == Interval(2.0, None, None, 1)
+    assert Interval.of(np.zeros(0)) == Interval(None, None, None, 0)
+
+
+def test_differences_are_paired_by_seed() -> None:
+    lines = summary(made_table())
+    assert [(line.point, line.tracker) for line in lines] == [
+        (0, "a"), (0, "b"), (1, "a"), (1, "b"),
+    ]  # fmt: skip
+    assert lines[0].less is None
+    assert lines[1].less is not None
+    less = lines[1].less["HOTA"]
+    assert less.mean == pytest.approx(-0.1)
+    assert less.high is not None
+    assert less.high + 0.1 == pytest.approx(0.0, abs=1e-12)  # no spread is left
+    own = lines[1].metrics["HOTA"]
+    assert own.high is not None
+    assert own.mean is not None
+    assert own.high - own.mean > 0.05
+    assert "MOTA" not in own.__dict__
+
+
+def test_failed_trials_are_counted_named_and_in_no_mean() -> None:
+    table = made_table(errors=True)
+    line = summary(table)[1]
+    assert (line.failed, line.first_error) == (1, "frame 3: it broke")
+    assert line.metrics["HOTA"].count == 2
+    assert line.less is not None
+    assert line.less["HOTA"].count == 2
+    assert failures(table) == ["b: 1 trial failed: frame 3: it broke"]
+    assert failures(made_table()) == []
+
+
+def test_tables_show_percent_and_half_the_interval() -> None:
+    lines = summary(made_table(errors=True))
+    assert shown(Interval(0.5, 0.4, 0.6, 9), "HOTA") == "50.00 ±10.00"
+    assert shown(Interval(3.0, 1.0, 5.0, 9), "IDSW", signed=True) == "+3.0 ±2.0"
+    assert shown(Interval(0.5, None, None, 1), "HOTA") == "50.00"
+    assert shown(None, "HOTA") == ""
+    rows = mean_table(lines, ("HOTA",)).rows
+    assert rows[1][:2] == ("noise=0", "b")
+    assert rows[1][3:] == ("2", "1")
+    different = difference_table(lines, ("HOTA",))
+    assert different is not None
+    assert different.rows[1] == ("noise=2", "b", "-10.00 ±0.00", "3")
+    assert difference_table([line for line in lines if line.tracker == "a"]) is None
+    assert as_content(lines)[1]["metrics"]["HOTA"]["count"] == 2
+
+
+def test_axes_are_called_by_the_last_part_of_their_names_where_that_is_enough() -> None:
+    assert words({"detector.jitter": 0.5, "rig.height": None}) == "jitter=0.5"
+    assert words({"jitter.x.spread": 0.5, "jitter.y.spread": 1}) == (
+        "jitter.x.spread=0.5, jitter.y.spread=1"
+    )

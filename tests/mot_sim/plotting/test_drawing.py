@@ -1,0 +1,115 @@
+"""Marks over images."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from mot_sim.plotting import draw_detections, draw_tracks
+from mot_sim.plotting.colours import NEUTRAL, PLAIN, SKY, SWITCH, TRUE, WRONG, colour_of_id
+from mot_sim.plotting.drawing import (
+    FLASH,
+    draw_areas,
+    draw_false,
+    draw_switch,
+    draw_true_boxes,
+    plain_ground,
+)
+from mot_sim.simulation.rig import Rig
+from tracker.types import Detections, Tracks
+
+BOX = (100.0, 100.0, 200.0, 150.0)
+
+
+def blank() -> np.ndarray:
+    return np.zeros((375, 1242, 3), np.uint8)
+
+
+def one(box: tuple[float, float, float, float] = BOX, track_id: int = 4) -> Tracks:
+    return Tracks(np.zeros(1, np.int64), np.array([track_id]), np.array([box]))
+
+
+def count(image: np.ndarray, colour: tuple[int, int, int]) -> int:
+    """Pixels of about this colour: thin lines are smoothed."""
+    return int((np.abs(image.astype(int) - colour) < 30).all(axis=2).sum())
+
+
+def test_tracks_have_the_colours_of_their_ids() -> None:
+    image = blank()
+    draw_tracks(image, one())
+    assert tuple(image[150, 150]) == colour_of_id(4)
+    assert not image[120, 150].any()
+
+
+@pytest.mark.parametrize("corner", [(0.0, 0.0), (1230.0, 360.0)])
+def test_labels_stay_in_the_image(corner) -> None:
+    image = blank()
+    u, v = corner
+    draw_tracks(image, one((u, v, u + 11.0, v + 14.0), 123))
+    assert count(image, colour_of_id(123)) > 200
+
+
+def test_search_areas_are_tinted_inside_and_leave_the_rest_alone() -> None:
+    image = np.full((375, 1242, 3), 100, np.uint8)
+    draw_areas(image, np.array([4, 5]), np.array([BOX, (300.0, 50.0, 300.0, 90.0)]))
+    colour = np.array(colour_of_id(4), float)
+    inside = image[125, 150].astype(float)
+    assert np.linalg.norm(inside - colour) < np.linalg.norm(100.0 - colour)
+    assert (image[125, 250] == 100).all()
+    assert (image[70, 295:305] == 100).all()  # an area without extent is not drawn
+
+
+def test_true_boxes_tell_found_missed_and_neutral_apart() -> None:
+    nobody = Tracks.empty()
+    shown = {TRUE: (one(), nobody, nobody), WRONG: (nobody, one(), nobody),
+             NEUTRAL: (nobody, nobody, one())}  # fmt: skip
+    for colour, tables in shown.items():
+        image = blank()
+        draw_true_boxes(image, *tables)
+        assert count(image, colour) > 40
+        assert colour == WRONG or count(image, WRONG) == 0
+
+
+def test_small_missed_cars_are_marked_without_words() -> None:
+    large, small = blank(), blank()
+    nobody = Tracks.empty()
+    draw_true_boxes(large, nobody, one(), nobody)
+    draw_true_boxes(small, nobody, one((100.0, 100.0, 130.0, 120.0)), nobody)
+    assert large[152:166, 102:160].any()
+    assert not small[124:140, 102:160].any()
+
+
+def test_false_boxes_are_crossed_out() -> None:
+    image = blank()
+    draw_false(image, one())
+    assert tuple(image[125, 150]) == WRONG  # where the diagonals meet
+
+
+def test_a_switch_flashes_and_fades() -> None:
+    bright = []
+    for age in range(FLASH):
+        image = blank()
+        draw_switch(image, np.array(BOX), 3, 17, age)
+        bright.append(count(image[:150], SWITCH))
+    assert bright[0] > 2 * bright[-1] > 0
+    assert all(a >= b for a, b in pairwise(bright))
+
+
+def test_what_has_no_image_is_sky_ground_and_a_note() -> None:
+    image = plain_ground(Rig.kitti().camera, "no image of this frame")
+    assert image.shape == (375, 1242, 3)
+    assert tuple(image[120, 100]) == SKY
+    assert count(image[250:], PLAIN) > 1000
+    assert count(image[:40], TRUE) > 50
+    up = plain_ground(Rig.kitti(pitch=1.2).camera, "no image")
+    assert count(up[40:], SKY) > 300_000
+
+
+def test_nothing_draws_nothing() -> None:
+    image = blank()
+    draw_detections(image, Detections.empty())
+    draw_tracks(image, Tracks.empty())
+    draw_areas(image, np.zeros(0, np.int64), np.zeros((0, 4)))
+    draw_true_boxes(image, Tracks.empty(), Tracks.empty(), Tracks.empty())
+    draw_false(image, Tracks.empty())
+    assert not image.any()

@@ -1,0 +1,83 @@
+"""The triangles before the near plane that face the camera."""
+
+import numpy as np
+import pytest
+
+from mot_sim.simulation.renderers import Placed
+from mot_sim.simulation.renderers.triangles import Triangles, cut_near, in_sight, side_planes
+from tests.mot_sim.simulation.renderers.shapes import CROOKED, KITTI, at, box, lump, view_of, wedge
+
+NEAR = 0.3
+
+
+def area(corners: np.ndarray) -> np.ndarray:
+    a, b, c = corners.swapaxes(0, 1)
+    return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+
+
+def test_no_object_gives_no_triangle() -> None:
+    triangles = Triangles.of(Placed.empty(), KITTI, NEAR)
+    assert len(triangles) == 0
+    assert triangles.slices(0).shape == (0, 2)
+
+
+def test_of_a_box_straight_ahead_only_rear_and_roof_face_the_camera() -> None:
+    view = view_of(KITTI, (box(4.0, 1.5, 1.8), at(KITTI, 0.0, 12.0, -np.pi / 2)))
+    triangles = Triangles.of(view.placed, KITTI, NEAR)
+    assert len(triangles) == 4
+    assert np.unique(triangles.corners[..., 2].max(axis=1).round(6)).tolist() == [10.0, 14.0]
+
+
+def test_an_object_behind_the_camera_or_beside_the_view_has_no_triangle() -> None:
+    places = [at(KITTI, 0.0, -9.0), at(KITTI, 40.0, 10.0), at(KITTI, -40.0, 10.0)]
+    view = view_of(KITTI, *((lump(), place) for place in places))
+    assert not in_sight(view.placed, KITTI, NEAR).any()
+    assert len(Triangles.of(view.placed, KITTI, NEAR)) == 0
+
+
+def test_objects_keep_their_order_and_their_slices() -> None:
+    places = [at(KITTI, 0.0, 20.0), at(KITTI, 0.0, -9.0), at(KITTI, 3.0, 30.0)]
+    view = view_of(KITTI, *((wedge(), place) for place in places))
+    triangles = Triangles.of(view.placed, KITTI, NEAR)
+    (_, a), (b, c), (d, e) = triangles.slices(3).tolist()
+    assert a == b == c == d
+    assert e == len(triangles)
+    assert (np.diff(triangles.objects) >= 0).all()
+
+
+def test_the_view_has_four_sides_that_face_its_middle() -> None:
+    middle = CROOKED.rays(np.array([[61.0, 48.0]]))
+    assert (middle @ side_planes(CROOKED).T > 0.0).all()
+    outside = CROOKED.rays(np.array([[-0.6, 48.0], [122.6, 48.0], [61.0, -0.6], [61.0, 96.6]]))
+    assert ((outside @ side_planes(CROOKED).T).min(axis=1) < 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("depths", "pieces", "share"),
+    [
+        ((1.0, 1.0, 1.0), 1, 1.0),
+        ((-1.0, -1.0, -1.0), 0, 0.0),
+        ((-1.0, 1.0, 1.0), 2, 0.75),  # half of both edges is cut: a quarter of the area
+        ((1.0, -1.0, 1.0), 2, 0.75),
+        ((-1.0, -1.0, 1.0), 1, 0.25),
+        ((-1.0, 1.0, -1.0), 1, 0.25),
+    ],
+)
+def test_a_triangle_is_cut_at_the_near_plane(depths, pieces, share) -> None:
+    corners = np.array([[[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0]]])
+    corners[0, :, 2] = depths
+    cut, source = cut_near(corners, 0.0)
+    assert len(cut) == pieces
+    assert (source == 0).all()
+    assert (cut[..., 2] >= 0.0).all()
+    assert area(cut).sum() == pytest.approx(share * area(corners)[0])
+    turn = np.cross(cut[:, 1] - cut[:, 0], cut[:, 2] - cut[:, 0])
+    before = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert ((turn * before).sum(axis=1) > 0.0).all()  # still the same way round
+
+
+def test_an_object_that_crosses_the_near_plane_is_cut_there() -> None:
+    view = view_of(KITTI, (box(), at(KITTI, -1.6, 1.0, np.pi / 2)))
+    triangles = Triangles.of(view.placed, KITTI, NEAR)
+    assert len(triangles) > 0
+    assert triangles.corners[..., 2].min() == NEAR

@@ -1,0 +1,59 @@
+"""Profiles as files: what is shipped loads, what is written is read, what is wrong is told."""
+
+from pathlib import Path
+
+import pytest
+
+from mot_sim.simulation.sensors.profile import (
+    EFFECTS,
+    PROFILES,
+    find_profile,
+    profile_lines,
+    read_profile,
+)
+from tracker.errors import BadConfig, BadFile, UnknownName
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_every_shipped_profile_loads_and_survives_writing(name, tmp_path: Path) -> None:
+    profile = find_profile(name)
+    assert profile.name == name
+    path = tmp_path / "again.toml"
+    path.write_text("\n".join(profile_lines(profile)))
+    again = find_profile(str(path))
+    assert profile_lines(again) == profile_lines(profile)
+
+
+def test_perfect_has_no_effect() -> None:
+    perfect = find_profile("perfect")
+    assert all(getattr(perfect, name) is None for name in EFFECTS)
+
+
+@pytest.mark.parametrize(
+    ("text", "error", "told"),
+    [
+        ("version = 2", BadFile, "version 2; this mot-sim reads up to 1"),
+        ("name = 'x'", BadFile, "version None"),
+        ("version = 1\n[mises]\nbase = 1", UnknownName, "Did you mean 'misses'"),
+        ("version = 1\n[misses]\nbasis = 1", UnknownName, "Did you mean 'base'"),
+        ("version = 1\n[misses]\nshared = 0.1", BadConfig, "base is missing"),
+        ("version = 1\n[misses]\nbase = 'high'", BadConfig, "is no number"),
+        ("version = 1\n[misses]\nbase = 1\nby_cut = 3", BadConfig, "no list of numbers"),
+        ("version = 1\nmisses = 3", BadConfig, "no table"),
+        ("version = 1\n[confusion]\nvan = 1.2", BadConfig, r"rates lie in \[0, 1\]"),
+        ("version = 1\n[jitter.x]\nspread = -0.1", BadConfig, "spreads"),
+        ("version = 1\n[[", BadFile, "no profile can be read"),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_told(text, error, told, tmp_path: Path) -> None:
+    path = tmp_path / "bad.toml"
+    path.write_text(text)
+    with pytest.raises(error, match=told):
+        read_profile(path)
+
+
+def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
+    with pytest.raises(BadFile, match="cannot be read: No such file"):
+        find_profile(str(tmp_path / "none.toml"))
+    with pytest.raises(UnknownName, match="Did you mean 'permatrack'"):
+        find_profile("permatrak")

@@ -1,0 +1,90 @@
+"""The roads themselves: ways without gaps, on the right, and a search equal to highway-env's."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from highway_env.road.road import Road
+
+from mot_sim.simulation.traffic.highway import ROADS, HighwayTraffic
+from mot_sim.simulation.traffic.highway.car import Car
+from mot_sim.simulation.traffic.highway.road import CarRoad, project
+from tracker.geometry import wrap_angle
+
+
+@pytest.mark.parametrize("road", ROADS)
+def test_every_way_goes_on_where_its_last_lane_ended(road: str) -> None:
+    layout = ROADS[road]()
+    roads = CarRoad(layout, np.random.default_rng(0))
+    for path in layout.paths:
+        index = (*path[0], 0)
+        for segment in path[1:]:
+            lane, (after, joins) = layout.network.get_lane(index), roads.onward(index, segment)
+            assert joins != lane.forbidden  # the lane behind the ramp ends
+            if not joins:
+                break
+            begin = layout.network.get_lane(after)
+            gap = begin.position(0.0, 0.0) - lane.position(lane.length, 0.0)
+            turn = wrap_angle(begin.heading_at(0.0) - lane.heading_at(lane.length))
+            np.testing.assert_allclose(gap, 0.0, atol=1e-9)
+            assert abs(turn) < (0.12 if "ramp" in index else 1e-9)
+            index = after
+
+
+@pytest.mark.parametrize("road", ["intersection", "roundabout", "street"])
+def test_lanes_lie_to_the_right_of_the_middle_of_the_road(road: str) -> None:
+    layout = ROADS[road]()
+    for segment in layout.fillable:
+        lane = layout.network.get_lane((*segment, 0))
+        heading = lane.heading_at(0.0)
+        right = np.array([-np.sin(heading), np.cos(heading)])
+        assert lane.position(0.0, 0.0) @ right == pytest.approx(1.75)
+
+
+def test_ways_of_the_intersection_that_cross_exclude_each_other() -> None:
+    crossings = ROADS["intersection"]().crossings
+    straight, opposite = ("line2", "leave0"), ("line0", "leave2")
+    assert opposite not in crossings[straight]
+    assert ("line1", "leave3") in crossings[straight]
+    assert ("line0", "leave1") in crossings[straight]  # turns left across it
+    assert ("line0", "leave3") not in crossings[straight]  # turns right, on the other side
+    assert all(one in crossings[other] for one in crossings for other in crossings[one])
+
+
+@pytest.mark.parametrize("road", ["highway", "intersection", "roundabout"])
+def test_points_are_projected_on_a_lane_as_highway_env_does(road: str) -> None:
+    points = np.random.default_rng(0).uniform(-60, 60, (20, 2))
+    for lane in ROADS[road]().network.lanes_list():
+        expected = np.array([lane.local_coordinates(point) for point in points])
+        np.testing.assert_allclose(np.transpose(project(lane, points)), expected, atol=1e-9)
+
+
+def run(steps: int) -> list[np.ndarray]:
+    traffic = HighwayTraffic("highway", cars=14, arrivals=0.5, crashes="label")
+    worlds = [traffic.reset(np.random.default_rng(3))]
+    worlds += [traffic.step() for _ in range(steps)]
+    return [np.column_stack((world.ids, world.x, world.y, world.heading)) for world in worlds]
+
+
+@pytest.mark.slow
+def test_the_fast_search_gives_the_trajectories_of_highway_envs_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    fast, asked = run(50), []
+
+    def slow(road: CarRoad, vehicle: Any, lane_index: Any = None) -> Any:
+        asked.append(vehicle)
+        return Road.neighbour_vehicles(road, vehicle, lane_index)
+
+    monkeypatch.setattr(CarRoad, "neighbour_vehicles", slow)
+    for one, other in zip(fast, run(50), strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert len(asked) > 1000
+
+
+def test_a_car_is_as_long_as_it_is_told_and_its_diagonal_follows() -> None:
+    road = CarRoad(ROADS["street"](), np.random.default_rng(0))
+    car = Car(road, 1, (4.0, 1.5, 3.0), (0, 0), (0, 30.0), 5.0, 1.0)
+    assert car.diagonal == 5.0
+    assert (car.LENGTH, car.WIDTH) == (4.0, 3.0)
+    assert np.ptp(car.polygon()[:, 0]) == pytest.approx(4.0)

@@ -1,0 +1,1 @@
+"""Tests of mot_sim.simulation.truth."""

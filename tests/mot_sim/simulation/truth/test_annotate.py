@@ -1,0 +1,163 @@
+"""Ground truth from rendered pixels."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mot_sim.simulation.renderers import NOBODY, Placed, View, find_renderer
+from mot_sim.simulation.rig import Rig
+from mot_sim.simulation.traffic.world import World
+from mot_sim.simulation.truth import annotate, annotate_frame, occlusion_level
+from tests.mot_sim.simulation.renderers.shapes import at, box
+from tests.mot_sim.simulation.truth.worlds import RIG, stage_of, truth_of, world_of
+from tracker.types import Camera
+
+RASTER = find_renderer("raster")
+
+
+def mesh_box(world: World, row: int, rig: Rig = RIG) -> np.ndarray:
+    """The box around the projected vertices of a car before the camera."""
+    stage = stage_of(world, rig=rig)
+    placed = stage.placed(world)
+    T = placed.T_cam_object[row]
+    mesh = placed.meshes[row]
+    points = mesh.vertices[np.unique(mesh.faces)]
+    pixels = rig.camera.project(points @ T[:3, :3].T + T[:3, 3])
+    return np.concatenate((pixels.min(axis=0), pixels.max(axis=0)))
+
+
+def test_the_box_of_a_car_is_that_of_its_projected_mesh() -> None:
+    world = world_of((20.0, 0.5, 0.3), (35.0, -6.0, 2.0))
+    truth = truth_of(world)
+    for row in range(2):
+        np.testing.assert_allclose(truth.tracks.boxes[row], mesh_box(world, row), atol=0.05)
+    assert truth.tracks.kinds is not None
+    assert truth.tracks.kinds.tolist() == ["Car", "Car"]
+    assert (truth.visible == 1.0).all()
+    assert (truth.cut == 0.0).all()
+    assert (truth.pixels == truth.whole_pixels).all()
+
+
+@pytest.mark.parametrize("pitch", [0.0, 0.04])
+def test_boxes_of_visible_cars_equal_their_silhouettes_within_a_pixel(pitch) -> None:
+    rig = Rig.kitti(pitch=pitch)
+    rng = np.random.default_rng(3)
+    compared = 0
+    for _ in range(12):
+        x = rng.uniform(6, 70, 3) * (1, 1, 1)
+        poses = [(x[i], (i - 1) * 0.3 * x[i] + rng.normal(), rng.uniform(-3, 3)) for i in range(3)]
+        truth = truth_of(world_of(*poses), rig=rig)
+        free = (truth.visible == 1.0) & (truth.cut == 0.0)
+        pixels = truth.seen_boxes + (-0.5, -0.5, 0.5, 0.5)  # to the outer edges of the pixels
+        difference = np.abs(pixels - truth.full_boxes)[free]
+        compared += len(difference)
+        assert (difference <= 1.0).all()
+    assert compared > 15
+
+
+def test_pixels_are_those_of_the_rendered_frame() -> None:
+    world = world_of((16.0, 0.2, 0.1), (24.0, 1.5, 0.0), (30.0, -2.0, 1.5))
+    stage = stage_of(world)
+    truth = annotate_frame(world, stage, 0).truth
+    drawn = RASTER.render(View(RIG.camera, stage.placed(world))).instances
+    assert truth.pixels.tolist() == [(drawn == number).sum() for number in range(3)]
+    assert 0.0 < truth.visible[1] < 1.0
+
+
+def test_a_car_behind_us_is_not_in_the_truth() -> None:
+    assert len(truth_of(world_of((-20.0, 0.0, 0.0)))) == 0
+
+
+def test_an_empty_world_has_an_empty_truth() -> None:
+    truth = truth_of(world_of(), world_of(time=0.1))
+    assert len(truth) == 0
+    assert truth.keypoints.shape == (0, 36, 2)
+
+
+def test_a_hidden_car_is_in_the_truth_with_its_occluder() -> None:
+    world = world_of((40.0, 0.0, 0.0), (15.0, 0.0, np.pi / 2), size=(4.4, 1.8, 1.8))
+    annotated = annotate([world], stage_of(world))
+    truth, occlusions = annotated.truth, annotated.occlusions
+    assert truth.visible.tolist() == [0.0, 1.0]
+    assert np.isnan(truth.seen_boxes[0]).all()
+    assert truth.tracks.occlusion is not None
+    assert truth.tracks.occlusion.tolist() == [3, 0]
+    assert (occlusions.ids.tolist(), occlusions.by.tolist()) == ([0], [1])
+    assert occlusions.pixels[0] == truth.whole_pixels[0]
+
+
+def test_scenery_hides_cars_and_has_no_row() -> None:
+    world = world_of((30.0, 0.0, 0.0))
+    wall = Placed((box(1.0, 3.0, 1.8),), at(RIG.camera, -0.9, 12.0)[None], np.array([NOBODY]))
+    annotated = annotate_frame(world, stage_of(world), 0, scenery=wall)
+    assert annotated.truth.tracks.ids.tolist() == [0]
+    assert 0.05 < annotated.truth.visible[0] < 0.95
+    assert annotated.occlusions.by.tolist() == [NOBODY]
+
+
+@pytest.mark.parametrize(
+    ("visible", "level"), [(1.0, 0), (0.8, 0), (0.79, 1), (0.5, 1), (0.49, 2), (0.2, 2), (0.1, 3)]
+)
+def test_visible_fractions_have_kittis_levels(visible, level) -> None:
+    assert occlusion_level(np.array([visible])).tolist() == [level]
+
+
+def test_a_car_that_leaves_the_image_is_truncated_and_its_box_ends_at_the_border() -> None:
+    truth = truth_of(world_of((10.0, 7.2, 0.0), (30.0, 0.0, 0.0)))
+    assert truth.tracks.boxes[0, 2] == 1241.0
+    assert truth.full_boxes[0, 2] > 1241.0
+    assert 0.05 < truth.cut[0] < 0.95
+    assert truth.tracks.truncation is not None
+    assert truth.tracks.truncation.tolist() == [1, 0]
+
+
+def test_a_car_that_reaches_behind_the_camera_keeps_the_part_before_it() -> None:
+    truth = truth_of(world_of((1.8, 2.6, 0.0)))
+    assert len(truth) == 1
+    assert truth.tracks.boxes[0, 2:].tolist() == [1241.0, 374.0]
+    assert truth.cut[0] > 0.5
+
+
+def test_speeds_turns_and_accelerations_are_those_of_the_worlds() -> None:
+    first = world_of((20.0, 0.0, 0.5), speed=3.0)
+    second = world_of((20.2, 0.1, 0.53), (30.0, 3.0, 0.0), time=0.1, speed=3.2)
+    truth = truth_of(first, second)
+    np.testing.assert_allclose(truth.acceleration, [0.0, 2.0, 0.0])
+    np.testing.assert_allclose(truth.yaw_rate, [0.0, 0.3, 0.0])
+    np.testing.assert_allclose(truth.velocity[0], [3.0 * np.cos(0.5), 3.0 * np.sin(0.5)])
+    assert truth.is_moving.all()
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.tuples(st.floats(4, 60), st.floats(-15, 15), st.floats(-3, 3)), max_size=4))
+def test_whatever_stands_around_the_numbers_make_sense(cars) -> None:
+    annotated = annotate([world_of(*cars)], stage_of(world_of(*cars)))
+    truth, occlusions = annotated.truth, annotated.occlusions
+    assert ((truth.visible >= 0.0) & (truth.visible <= 1.0)).all()
+    assert ((truth.cut >= 0.0) & (truth.cut < 1.0)).all()
+    low, high = truth.tracks.boxes[:, :2], truth.tracks.boxes[:, 2:]
+    assert (high > low).all()
+    shown = truth.pixels > 0
+    assert (truth.seen_boxes[shown, :2] >= low[shown] - 1.0).all()
+    assert (truth.seen_boxes[shown, 2:] <= high[shown] + 1.0).all()
+    for row, number in enumerate(truth.tracks.ids.tolist()):
+        taken = occlusions.pixels[occlusions.ids == number].sum()
+        assert taken == truth.whole_pixels[row] - truth.pixels[row]
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.lists(st.tuples(st.floats(5, 60), st.floats(-20, 20), st.floats(-3, 3)), max_size=4))
+def test_one_more_car_behind_all_others_hides_nobody(cars) -> None:
+    without = truth_of(world_of(*cars))
+    with_one = truth_of(world_of(*cars, (120.0, 0.0, 0.0)))
+    others = with_one.tracks.ids < len(cars)
+    np.testing.assert_array_equal(with_one.pixels[others], without.pixels)
+
+
+def test_the_truth_of_a_tiny_camera_is_as_exact() -> None:
+    K = np.array([[90.0, 0.0, 60.0], [0.0, 95.0, 20.0], [0.0, 0.0, 1.0]])
+    rig = Rig(Camera.mounted(K, (123, 47), 1.4))
+    world = world_of((9.0, 0.0, 0.3))
+    expected = mesh_box(world, 0, rig)
+    np.testing.assert_allclose(truth_of(world, rig=rig).full_boxes[0], expected, atol=0.05)

@@ -1,1 +1,0 @@
-"""Tests of mot_sim.truth."""

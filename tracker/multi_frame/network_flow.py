@@ -1,0 +1,69 @@
+"""Global association: all frames first, then the cheapest tracks through all of them."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from tracker.association.min_cost_flow import cheapest_flow
+from tracker.dynamics import ConstantVelocity
+from tracker.multi_frame.flow_costs import FlowCosts
+from tracker.multi_frame.interpolation import trail
+from tracker.multi_frame.linking import NO_ROWS, Linking, Pool, Sighted, arcs_of
+from tracker.state import Counts
+from tracker.tracker import Tracker
+from tracker.types import Frame, Tracks
+
+
+@dataclass(frozen=True, eq=False)
+class WholeState:
+    """Everything that was seen so far; never modified, so keeping it is a copy."""
+
+    pool: Pool = Pool()
+    seen: tuple[Sighted, ...] = ()
+
+
+@dataclass
+class NetworkFlow:
+    """Minimum-cost network flow over the whole drive: exact, and all rows come at the end.
+
+    Which detections are cars, which belong together and where tracks begin is decided at once;
+    weak tracks are dropped, and gaps filled (see `trail`). tracker: its components are used,
+    not its association. acceleration_std: of the smoother, m/s^2.
+    """
+
+    tracker: Tracker
+    flow_costs: FlowCosts = FlowCosts()
+    acceleration_std: float = ConstantVelocity.acceleration_std
+    state: WholeState = field(default_factory=WholeState)
+
+    def step(self, frame: Frame) -> Tracks:
+        """Nothing yet."""
+        pool, sighted = Linking(self.tracker, self.flow_costs)(self.state.pool, frame)
+        self.state = WholeState(pool, (*self.state.seen, sighted))
+        return NO_ROWS
+
+    def finish(self) -> Tracks:
+        """All rows of the drive, in the order of frames; what was seen is forgotten."""
+        seen = self.state.seen
+        self.state = replace(self.state, seen=())
+        scores = np.concatenate([np.zeros(0), *(frame.detections.scores for frame in seen)])
+        births = np.full(len(scores), self.flow_costs.birth)
+        flow = cheapest_flow(self.flow_costs.of_scores(scores), births, arcs_of(seen))
+        used = flow.used.nonzero()[0]
+        tracks = flow.tracks[used]
+        parts = [NO_ROWS]
+        for name, track in enumerate(np.unique(tracks).tolist()):
+            sightings = used[tracks == track]
+            given = (self.tracker.camera, self.acceleration_std)
+            parts.append(trail(seen, sightings, name, *given))
+        rows = Tracks.concatenate(parts)
+        return rows.select(np.lexsort((rows.ids, rows.frames)))
+
+    @property
+    def counts(self) -> Counts:
+        """What was done since the reset."""
+        return self.state.pool.counts
+
+    def reset(self) -> None:
+        """Forget everything."""
+        self.state = WholeState()
