@@ -10,8 +10,8 @@ import numpy as np
 
 from mot_sim.simulation.imaging import view_of
 from mot_sim.simulation.registry import SCENES, find_scene
-from mot_sim.simulation.renderers import NOBODY, Rendered, find_renderer, silhouettes
-from mot_sim.simulation.scene import Take
+from mot_sim.simulation.renderers import NO_INSTANCE, Rendered, find_renderer, silhouettes
+from mot_sim.simulation.scene import Rollout
 
 FRAMES = (0, 40, 80)
 LARGE, HALF = 60.0, 0.5  # pixels high, and visible: whose masks are compared
@@ -32,7 +32,7 @@ def agreement_table(scenes: Iterable[str] = tuple(SCENES)) -> None:
           "   pixels off, not at edges")  # fmt: skip
     for name in scenes:
         ious, apart, deep, pixels, off = [], [0.0], 0, 0, 0
-        take = Take.of(find_scene(name, frames=max(FRAMES) + 1), 0)
+        take = Rollout.of(find_scene(name, frames=max(FRAMES) + 1), 0)
         for frame in FRAMES:
             view = view_of(take, frame)
             one, other = raster.render(view), mesh.render(view)
@@ -44,7 +44,7 @@ def agreement_table(scenes: Iterable[str] = tuple(SCENES)) -> None:
                     ious.append((a & b).sum() / (a | b).sum())
                 if seen.whole[row] >= 100:
                     apart.append(abs(int(a.sum()) - int(b.sum())) / seen.whole[row])
-            same = (one.instances == other.instances) & (one.instances != NOBODY)
+            same = (one.instances == other.instances) & (one.instances != NO_INSTANCE)
             deep += int((np.abs(one.depth[same] / other.depth[same] - 1.0) > OFF).sum())
             pixels += int(same.sum())
             off += far_from_edges(one, other)

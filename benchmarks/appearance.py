@@ -38,7 +38,7 @@ from benchmarks.appearance_sheet import confusion_sheet  # noqa: E402
 from mot_sim.plotting import write_image
 from mot_sim.training.appearance import unit_of_descriptor  # noqa: E402
 from mot_sim.training.identities import Sight, lessons, sights_of  # noqa: E402
-from tracker.descriptors import Classical, Learned, pooled  # noqa: E402
+from tracker.descriptors import Classical, Learned, pool_maps  # noqa: E402
 from tracker.shape import Hourglass  # noqa: E402
 
 SHARES = (0.0, 0.3, 0.5, 0.7)  # that a running mean keeps of what was before
@@ -65,7 +65,7 @@ def contenders() -> dict[str, Look]:
     rng = np.random.default_rng(0)
 
     def correlated(sight: Sight) -> Array:
-        features = pooled(maps(sight), sight.boxes, learned.grid)
+        features = pool_maps(maps(sight), sight.boxes, learned.grid)
         features = features - learned.mean[: features.shape[1]]
         return features / np.linalg.norm(features, axis=1, keepdims=True)
 

@@ -11,11 +11,11 @@ from numpy import ndarray as Array
 
 from benchmarks.appearance_samples import CLIPS, GAPS, Seen, matches
 from mot_sim.datasets import kitti_sequence
-from mot_sim.simulation.sensors.appearance import Appearance
-from mot_sim.simulation.sensors.correlated_noise import Memory
+from mot_sim.simulation.sensors.appearance import AppearanceNoise
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.sightings import Sightings
-from mot_sim.simulation.traffic.world import STEP
-from mot_sim.training.appearance import Lesson, pair_distances, unit_of
+from mot_sim.simulation.traffic.traffic_state import STEP
+from mot_sim.training.appearance import DescriptorDataset, pair_distances, unit_of
 
 SIZES = (4, 8, 16)  # numbers of a descriptor: the fewer, the more cars look alike by chance
 NOISES = (0.4, 0.6, 0.8, 1.0, 1.3, 1.6, 2.0)
@@ -30,7 +30,7 @@ def fit_noise(root: Path, seen: list[Seen], name: str) -> None:
     labels = {clip: _labelled(root, clip) for clip in CLIPS}
     found = {
         (size, noise, seconds): simulated(
-            seen, labels, Appearance(size, noise, VIEW, 1, Memory((1.0,), (seconds,)))
+            seen, labels, AppearanceNoise(size, noise, VIEW, 1, Autocorrelation((1.0,), (seconds,)))
         )
         for size, noise, seconds in product(SIZES, NOISES, SECONDS)
     }
@@ -56,7 +56,7 @@ def figures(seen: list[Seen], name: str) -> tuple[Array, float]:
 
 
 def simulated(
-    seen: list[Seen], labels: dict[str, Sightings], effect: Appearance
+    seen: list[Seen], labels: dict[str, Sightings], effect: AppearanceNoise
 ) -> tuple[Array, float]:
     """The figures of an effect on the same cars of the same frames, the mean of some seeds."""
     rows, units = [], []
@@ -81,7 +81,7 @@ def _rows(one: Seen, labels: dict[str, Sightings]) -> list[int]:
     return [int(here[np.flatnonzero(some.ids[here] == each)[0]]) for each in one.ids]
 
 
-def _lesson(seen: list[Seen], name: str) -> Lesson:
+def _lesson(seen: list[Seen], name: str) -> DescriptorDataset:
     """All cars of all pictures, those without a descriptor left out."""
     drives = sorted({one.drive for one in seen})
     parts = []
@@ -91,7 +91,7 @@ def _lesson(seen: list[Seen], name: str) -> Lesson:
         count = int(known.sum())
         where = np.full(count, number), np.full(count, one.frame)
         parts.append((one.vectors[name][known], one.ids[known] + (number << 32), *where))
-    return Lesson(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+    return DescriptorDataset(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
 def _labelled(root: Path, clip: str) -> Sightings:

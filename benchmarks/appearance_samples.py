@@ -13,21 +13,21 @@ import numpy as np
 from numpy import ndarray as Array
 
 from mot_sim.datasets import kitti_sequence
-from mot_sim.training.identities import LEAST_HEIGHT, Drive, Sight, sights_of
+from mot_sim.training.identities import LEAST_HEIGHT, RenderedDrive, Sight, sights_of
 
 GAPS = (1, 5, 10)  # frames
 STARTS = range(0, 120, 10)
 FRAMES = tuple(sorted({start + gap for start in STARTS for gap in (0, *GAPS)}))
 # Other seeds than those of `mot_sim.training.identities.lessons`; the T-junction is not in it.
 ORDINARY = (
-    Drive("t_junction", 900, ("noon",), FRAMES),
-    Drive("intersection", 901, ("overcast",), FRAMES),
-    Drive("street", 902, ("low_sun",), FRAMES),
-    Drive("roundabout", 903, ("noon",), FRAMES),
+    RenderedDrive("t_junction", 900, ("noon",), FRAMES),
+    RenderedDrive("intersection", 901, ("overcast",), FRAMES),
+    RenderedDrive("street", 902, ("low_sun",), FRAMES),
+    RenderedDrive("roundabout", 903, ("noon",), FRAMES),
 )
 LOOK_ALIKES = (
-    Drive("look_alikes", 904, ("noon",), FRAMES),
-    Drive("look_alikes", 905, ("overcast",), FRAMES),
+    RenderedDrive("look_alikes", 904, ("noon",), FRAMES),
+    RenderedDrive("look_alikes", 905, ("overcast",), FRAMES),
 )
 # The frames of KITTI that have images and given labels.
 CLIPS = {"0000": range(154), "0005": range(16), "0009": range(47, 63)}
@@ -47,7 +47,7 @@ class Seen:
     crops: list[Array]
 
 
-def synthetic(drives: Iterable[Drive]) -> Iterator[Sight]:
+def synthetic(drives: Iterable[RenderedDrive]) -> Iterator[Sight]:
     """The pictures of drives."""
     for drive in drives:
         yield from sights_of(drive)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy import ndarray as Array
 
 from benchmarks.appearance_samples import CROP, Seen, matches
-from mot_sim.plotting.canvas import text
+from mot_sim.plotting.canvas import draw_text
 
 COLUMNS, ROWS = 4, 4  # of pairs, for each set
 WHITE = (255, 255, 255)
@@ -25,7 +25,7 @@ def _panel(what: str, seen: list[Seen], name: str, gap: int) -> Array:
     rows = min(-(-len(found.confused) // COLUMNS), ROWS)
     canvas = np.zeros((26 + rows * tile[0], COLUMNS * tile[1], 3), np.uint8)
     rank = f"rank-1 {100 * found.rank1:.1f} % of {found.queries}, {gap} frames apart"
-    text(canvas, f"{what}, {name}: {rank}", (6, 18), WHITE)
+    draw_text(canvas, f"{what}, {name}: {rank}", (6, 18), WHITE)
     for number, ((drive, asker, other), count) in enumerate(
         found.confused.most_common(ROWS * COLUMNS)
     ):
@@ -34,7 +34,7 @@ def _panel(what: str, seen: list[Seen], name: str, gap: int) -> Array:
         strip = _example(seen, name, gap, (drive, asker, other))
         canvas[top : top + CROP, left : left + strip.shape[1]] = strip
         words = f"{drive}: {asker} as {other}, {count}x"
-        text(canvas, words, (left + 2, top + CROP + 15), WHITE, 13)
+        draw_text(canvas, words, (left + 2, top + CROP + 15), WHITE, 13)
     return canvas
 
 

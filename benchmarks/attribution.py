@@ -20,33 +20,33 @@ from typing import Any
 import numpy as np
 from numpy import ndarray as Array
 
-from mot_sim.diagnosis.attribution import VERDICTS, Cause, Court, shares
+from mot_sim.diagnosis.attribution import VERDICTS, Attributor, Cause, shares
 from mot_sim.diagnosis.loading import suite_tasks
 from mot_sim.diagnosis.replay import Replays
-from mot_sim.diagnosis.sources import Bench, active_sources, without
-from mot_sim.diagnosis.streams import Stream
+from mot_sim.diagnosis.sources import SourceAblation, active_sources, without
+from mot_sim.diagnosis.streams import DetectionStream
 from mot_sim.diagnosis.work import diagnose
 from mot_sim.experiments.stress.suites import read_suites
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import Recordings, drive_of
 from mot_sim.experiments.sweep.seeded_episodes import default_cache
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.sweep.work import one_thread
 from mot_sim.files.fingerprint import code_digest
 from mot_sim.metrics.breaks import Breaks, Matches
 from mot_sim.simulation.episodes.extra import Extra
 from mot_sim.simulation.sensors import Miscalibration, Odometry, Sightings, Timing
-from mot_sim.simulation.sensors.clutter import Clutter, Ghosts
+from mot_sim.simulation.sensors.clutter import Clutter, FalseAlarms
 from mot_sim.simulation.sensors.duplicates import Duplicates
 from mot_sim.simulation.sensors.jitter import Jitter
 from mot_sim.simulation.sensors.misses import Misses
-from mot_sim.simulation.sensors.scores import Scores
+from mot_sim.simulation.sensors.scores import ScoreNoise
 from mot_sim.simulation.truth import labels
 from tracker.geometry import homogeneous, rotation_y
 from tracker.types import Camera, Tracks
 
 SCENES, FRAMES = ("intersection", "roundabout"), 120
-TRACKER = Contender.parse("default")
+TRACKER = TrackerSpec.parse("default")
 LONG = (32, 45)  # frames; the default tracker remembers a car for 3 s
 MOST_LOOKED_AT, MOST_TRIED = 400, 12  # spots and plants, of a kind and drive
 # Scores: above that of any car, whatever noise is on; too low to be believed.
@@ -97,13 +97,13 @@ class PlantedJitter(Jitter):
 
 
 @dataclass(frozen=True)
-class PlantedScores(Scores):
+class PlantedScores(ScoreNoise):
     """Scores, and a car that the detector hardly believes in for a while."""
 
     spot: Spot = Spot()
 
     def __call__(self, sightings: Sightings, *rest: Any) -> Array:
-        """See `Scores`."""
+        """See `ScoreNoise`."""
         found = super().__call__(sightings, *rest)
         return np.where(self.spot.here(sightings.ids, sightings.frames), UNSURE, found)
 
@@ -140,15 +140,15 @@ class PlantedClutter(Clutter):
     spot: Spot = Spot()
     path: tuple[tuple[float, ...], ...] = ()
 
-    def __call__(self, frames: Array, seed: int, camera: Camera, *rest: Any) -> Ghosts:
+    def __call__(self, frames: Array, seed: int, camera: Camera, *rest: Any) -> FalseAlarms:
         """See `Clutter`."""
         found = super().__call__(frames, seed, camera, *rest)
         when = np.arange(self.spot.first, self.spot.first + len(self.path))
         if not len(when):
             return found
         boxes = camera.clip_boxes(led_away(np.array(self.path), when, self.spot))
-        new = Ghosts(when, np.full(len(when), 1), boxes, np.full(len(when), SURE))
-        both = Ghosts.concatenate([found, new])
+        new = FalseAlarms(when, np.full(len(when), 1), boxes, np.full(len(when), SURE))
+        both = FalseAlarms.concatenate([found, new])
         return both.select(np.argsort(both.frames, kind="stable"))
 
 
@@ -227,7 +227,7 @@ class Ground:
     @staticmethod
     def track(conditions: Conditions, recorded: Extra, seed: int, every: Tracks) -> Matches:
         """What the tracker makes of it."""
-        stream = Stream.of(drive_of(conditions, recorded, seed).sequence)
+        stream = DetectionStream.of(drive_of(conditions, recorded, seed).sequence)
         output = Replays(TRACKER).run(stream, FRAMES)
         return Matches.of(every.select(np.isin(every.frames, stream.frames)), output, FRAMES)
 
@@ -265,8 +265,8 @@ class Ground:
 
     def judged(self, conditions: Conditions, switches: Breaks) -> list[Cause]:
         """What the switches are said to hang on."""
-        bench = Bench.of(conditions, self.recorded, self.seed)
-        return Court(bench, self.every, Replays(TRACKER)).judge(switches)
+        bench = SourceAblation.of(conditions, self.recorded, self.seed)
+        return Attributor(bench, self.every, Replays(TRACKER)).judge(switches)
 
 
 Plant = Callable[[Ground, Spot, np.random.Generator], Conditions]

@@ -19,7 +19,7 @@ from scipy.optimize import minimize
 from benchmarks.kitti_tables import GIVEN
 from mot_sim.datasets import DETECTORS, KittiSequence, kitti_sequence
 from mot_sim.metrics.overlaps import EPSILON
-from mot_sim.metrics.preprocessing import ignored_if_unmatched, match_cars, prepare
+from mot_sim.metrics.preprocessing import ignored_if_unmatched, match_cars, prepare_sequence
 from tracker import Tracks
 
 
@@ -29,7 +29,7 @@ def judged(sequence: KittiSequence) -> tuple[Array, Array]:
     rows = np.arange(len(log.frames))
     output = Tracks(log.frames, rows, log.detections.boxes, log.detections.scores)
     assert sequence.truth is not None
-    contest = prepare(sequence.truth, output, sequence.frame_count)
+    contest = prepare_sequence(sequence.truth, output, sequence.frame_count)
     matched = match_cars(contest.overlaps)
     columns = contest.overlaps.columns[matched]
     aside = ignored_if_unmatched(contest, EPSILON)

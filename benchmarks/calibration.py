@@ -23,7 +23,11 @@ import numpy as np
 from benchmarks.kitti_tables import GIVEN
 from mot_sim.datasets import kitti_sequence
 from mot_sim.simulation.sensors.fitting.calibrate import fit_profile, simulate
-from mot_sim.simulation.sensors.fitting.measure import Drive, Measured, measure
+from mot_sim.simulation.sensors.fitting.measure import (
+    DetectorMeasurements,
+    LabelledDetections,
+    measure,
+)
 from mot_sim.simulation.sensors.fitting.statistics import Distance
 from mot_sim.simulation.sensors.profile import Profile
 
@@ -41,7 +45,9 @@ def halves() -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
     ]
 
 
-def pooled(profile: Profile, drives: Sequence[Drive], seeds: int) -> Measured:
+def pooled(
+    profile: Profile, drives: Sequence[LabelledDetections], seeds: int
+) -> DetectorMeasurements:
     """Several simulations as one: the sampling noise of the model is not the question."""
     return measure([made for seed in range(seeds) for made in simulate(profile, drives, seed)])
 
@@ -83,7 +89,9 @@ def main() -> None:
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.ERROR)
     sequences = [kitti_sequence(arguments.root, name, arguments.detections) for name in GIVEN]
-    drives = [Drive(s.truth, s.log, s.frame_count, s.camera) for s in sequences if s.truth]
+    drives = [
+        LabelledDetections(s.truth, s.log, s.frame_count, s.camera) for s in sequences if s.truth
+    ]
     splits = halves()
     measured = {half: measure([drives[i] for i in half]) for pair in splits for half in pair}
     real = [Distance.between(measured[one], measured[other]) for one, other in splits]

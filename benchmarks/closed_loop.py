@@ -28,12 +28,12 @@ from benchmarks.kitti_tables import GIVEN, IMAGE
 from mot_sim.datasets import KittiSequence, kitti_sequence
 from mot_sim.evaluation.runs import track_sequence
 from mot_sim.metrics import evaluate
-from mot_sim.simulation.cars import Casting
+from mot_sim.simulation.cars import VehicleSampler
 from mot_sim.simulation.rig import Rig
+from mot_sim.simulation.scene_meshes import SceneMeshes
 from mot_sim.simulation.sensors import Detector, Profile, Sightings, find_profile
 from mot_sim.simulation.sensors.fitting.calibrate import fit_profile
-from mot_sim.simulation.sensors.fitting.measure import Drive
-from mot_sim.simulation.stage import Stage
+from mot_sim.simulation.sensors.fitting.measure import LabelledDetections
 from mot_sim.simulation.traffic.kitti_replay import kitti_recording
 from mot_sim.simulation.truth import annotate
 from tracker import Camera, Tracker, Tracks
@@ -118,7 +118,7 @@ def measured(
             columns = dict(kept)
     else:
         recording = kitti_recording(drive, VEHICLES)
-        stage = Stage(Casting().cast(recording, 0), Rig(drive.camera))
+        stage = SceneMeshes(VehicleSampler().cast(recording, 0), Rig(drive.camera))
         seen = Sightings.from_truth(annotate(recording.worlds, stage).truth)
         names = ("frames", "ids", "boxes", "full_boxes", "seen_boxes", "visible")
         columns = {name: getattr(seen, name) for name in names}
@@ -168,7 +168,9 @@ def profile_of(name: str, drives: Sequence[KittiSequence], fit: bool) -> Profile
     """The shipped profile, or one fitted here and now."""
     if not fit:
         return find_profile(name)
-    labelled = [Drive(d.truth, d.log, d.frame_count, d.camera) for d in drives if d.truth]
+    labelled = [
+        LabelledDetections(d.truth, d.log, d.frame_count, d.camera) for d in drives if d.truth
+    ]
     return fit_profile(labelled)
 
 

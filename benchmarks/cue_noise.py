@@ -16,11 +16,11 @@ from numpy import ndarray as Array
 
 from mot_sim.simulation.episode import record
 from mot_sim.simulation.registry import find_scene
-from mot_sim.simulation.sensors.correlated_noise import Memory
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.pose import Pose
 from mot_sim.simulation.sensors.shape import Shape
 from mot_sim.simulation.sensors.sightings import Sightings
-from mot_sim.simulation.traffic.world import STEP
+from mot_sim.simulation.traffic.traffic_state import STEP
 from tracker.costs.shape_pose import ShapeAndPose
 from tracker.front_end import FrontEnd
 from tracker.geometry import box_iou, wrap_angle
@@ -95,7 +95,7 @@ def rank1(samples: list[Sample], seen: list[ShapePose], gap: int) -> Array:
     return hits / asked
 
 
-def memory_of(fixed: float, changes: Array) -> tuple[float, Memory]:
+def memory_of(fixed: float, changes: Array) -> tuple[float, Autocorrelation]:
     """Std and memory of an error of which the variance `fixed` stays, and that changes by lag.
 
     changes: half the variance of the difference of two errors, for each of LAGS.
@@ -112,7 +112,7 @@ def memory_of(fixed: float, changes: Array) -> tuple[float, Memory]:
     total = fixed + white + slow
     shares = np.round(np.array([white, slow, fixed]) / total, 3)
     shares[2] = round(1.0 - shares[:2].sum(), 3)
-    return float(np.sqrt(total)), Memory(tuple(shares.tolist()), (0.0, seconds, 1e5))
+    return float(np.sqrt(total)), Autocorrelation(tuple(shares.tolist()), (0.0, seconds, 1e5))
 
 
 def fit_pose(samples: list[Sample]) -> Pose:
@@ -140,7 +140,7 @@ def fit_pose(samples: list[Sample]) -> Pose:
     print(f"yaw: {share:.3f} turned round, {again} of {before} in the next frame too")
     return Pose(
         round(plain, 4), round(float(max(slope, 0.0)), 2), round(share, 4), 0.03, memory,
-        Memory((1.0,), (round(float(lasting), 2),)),
+        Autocorrelation((1.0,), (round(float(lasting), 2),)),
     )  # fmt: skip
 
 
@@ -176,7 +176,7 @@ def restless(shape: Shape, factor: float) -> Shape:
     parts = np.array([factor**2 * white, factor**2 * slow, fixed])
     shares = np.round(parts / parts.sum(), 3)
     shares[2] = round(1.0 - shares[:2].sum(), 3)
-    memory = Memory(tuple(shares.tolist()), shape.memory.seconds)
+    memory = Autocorrelation(tuple(shares.tolist()), shape.memory.seconds)
     return replace(shape, spread=round(float(np.sqrt(parts.sum())), 4), memory=memory)
 
 

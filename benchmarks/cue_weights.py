@@ -28,10 +28,10 @@ from mot_sim.experiments.paper.intersections import TUNING_SEEDS
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.summary import Interval
 from mot_sim.experiments.sweep.summary_tables import shown
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.tuning.folds import balanced_folds, traits_of
-from mot_sim.experiments.tuning.labelled import Labelled, kitti_drives, made_drives
-from mot_sim.experiments.tuning.measuring import Bench
+from mot_sim.experiments.tuning.labelled import LabelledSequence, kitti_drives, made_drives
+from mot_sim.experiments.tuning.measuring import KittiBenchmark
 from mot_sim.metrics import Scores, combine
 from mot_sim.tables.grid import Column, Table, Value
 from tracker import FRAMEWORKS
@@ -68,7 +68,11 @@ ON_MADE = (
 
 
 def by_drive(
-    bench: Bench, what: str, drives: Sequence[Labelled], rivals: Sequence[Contender], rules: str
+    bench: KittiBenchmark,
+    what: str,
+    drives: Sequence[LabelledSequence],
+    rivals: Sequence[TrackerSpec],
+    rules: str,
 ) -> Found:
     """The scores of each tracker on each drive alone."""
     found = (bench.measure(f"{what}, {drive.name}", [drive], rivals) for drive in drives)
@@ -90,7 +94,9 @@ def hota(found: Mapping[str, Found], chosen: Sequence[str], places: Sequence[int
     return np.array([100.0 * combine(part)["HOTA"] for part in parts])
 
 
-def kitti_tables(bench: Bench, drives: Mapping[str, Sequence[Labelled]], folds: int) -> None:
+def kitti_tables(
+    bench: KittiBenchmark, drives: Mapping[str, Sequence[LabelledSequence]], folds: int
+) -> None:
     """All vectors on all drives, then each fold by the choice of the others; by detector."""
     one, costs = next(iter(drives.values())), [str(weights) for weights in ON_KITTI]
     fold_of = balanced_folds(np.array([traits_of(drive.truth) for drive in one]), folds)
@@ -127,7 +133,7 @@ def kitti_tables(bench: Bench, drives: Mapping[str, Sequence[Labelled]], folds: 
     show(title, ("held out", "chosen", "mean of the others", *heads), lines)
 
 
-def made_table(bench: Bench, seeds: range, frames: int) -> None:
+def made_table(bench: KittiBenchmark, seeds: range, frames: int) -> None:
     """All vectors on drives of the intersection."""
     profile, costs = with_cues("rrc", bench.folder), [str(weights) for weights in ON_MADE]
     settings: dict[str, Level] = {"scene.profile": profile, "scene.frames": frames}
@@ -171,7 +177,7 @@ def main() -> None:
     logging.basicConfig(level=logging.ERROR)
     place = nullcontext(str(given.out)) if given.out else TemporaryDirectory()
     with place as folder, progress(Terminal()) as tell:
-        bench = Bench(Path(folder), given.jobs, tell)
+        bench = KittiBenchmark(Path(folder), given.jobs, tell)
         try:
             if given.root is not None:
                 loaded = {

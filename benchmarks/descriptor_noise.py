@@ -26,15 +26,15 @@ from mot_sim.cli.sweep import progress
 from mot_sim.cli.terminal import Terminal
 from mot_sim.experiments.paper.cue_sets import PAPER_ROWS, two_frame, with_cues
 from mot_sim.experiments.paper.intersections import TUNING_SEEDS
-from mot_sim.experiments.paper.made_rows import Pooled
+from mot_sim.experiments.paper.made_rows import PairedScores
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import Recordings
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.summary_tables import shown
-from mot_sim.experiments.tuning.labelled import Labelled, made_drives
-from mot_sim.experiments.tuning.measuring import Bench
+from mot_sim.experiments.tuning.labelled import LabelledSequence, made_drives
+from mot_sim.experiments.tuning.measuring import KittiBenchmark
 from mot_sim.simulation.sensors import Sightings
-from mot_sim.simulation.traffic.world import STEP
+from mot_sim.simulation.traffic.traffic_state import STEP
 from mot_sim.tables.grid import Value
 from tracker.errors import TrackingError
 
@@ -63,7 +63,10 @@ def seen_in(folder: Path, settings: Mapping[str, Level], seed: int) -> list[Seen
 
 
 def row_of(
-    bench: Bench, what: str, drives: Sequence[Labelled], changes: Mapping[str, Level]
+    bench: KittiBenchmark,
+    what: str,
+    drives: Sequence[LabelledSequence],
+    changes: Mapping[str, Level],
 ) -> tuple[str, ...]:
     """MOTA of the rows of Table III, and what each has more than the one before."""
     rivals = [
@@ -71,13 +74,13 @@ def row_of(
         for each in two_frame(PAPER_ROWS)
     ]
     found = by_drive(bench, what, drives, rivals, "devkit2018")
-    pooled = Pooled({name: [each[name].numbers() for each in found] for name in PAPER_ROWS})
+    pooled = PairedScores({name: [each[name].numbers() for each in found] for name in PAPER_ROWS})
     means = [f"{100.0 * pooled.values(name, 'MOTA').mean():.2f}" for name in PAPER_ROWS]
     steps = [pooled.less(after, before, "MOTA") for before, after in pairwise(PAPER_ROWS)]
     return (*means, *(shown(step, "MOTA", signed=True) for step in steps))
 
 
-def profile_table(bench: Bench, name: str, seeds: range, frames: int) -> None:
+def profile_table(bench: KittiBenchmark, name: str, seeds: range, frames: int) -> None:
     """A row a level of noise, and a row a change of the tracker."""
     folder = bench.folder / "drives"
     base: dict[str, Level] = {
@@ -121,7 +124,7 @@ def main() -> None:
     given = parser.parse_args()
     place = nullcontext(str(given.out)) if given.out else TemporaryDirectory()
     with place as folder, progress(Terminal()) as tell:
-        bench = Bench(Path(folder), given.jobs, tell)
+        bench = KittiBenchmark(Path(folder), given.jobs, tell)
         seeds = range(TUNING_SEEDS, TUNING_SEEDS + given.seeds)
         try:
             for name in given.profiles:

@@ -14,8 +14,8 @@ import numpy as np
 from mot_sim.plotting import write_image
 from mot_sim.simulation.registry import SCENES, find_scene
 from mot_sim.simulation.renderers import find_renderer
-from mot_sim.simulation.scene import Take
-from mot_sim.simulation.scenery import WEATHERS, Neighbourhood, find_weather, look
+from mot_sim.simulation.scene import Rollout
+from mot_sim.simulation.scenery import WEATHERS, Neighbourhood, find_weather, post_process
 
 SMALL = (414, 125)
 
@@ -32,13 +32,13 @@ def main() -> None:
     renderer, rows = find_renderer("raster"), []
     for name in arguments.scenes.split(","):
         scene, row = find_scene(name, frames=arguments.steps + 1), []
-        take = Take.of(scene, arguments.seed)
+        take = Rollout.of(scene, arguments.seed)
         now = take.worlds[-1]
         for sky in arguments.weathers.split(","):
             weather = find_weather(sky)
             world = Neighbourhood.build(scene.roads, arguments.seed, weather.light)
             view = world.view(scene.rig.camera, now.ego, take.stage.placed(now))
-            image = look(weather, view, renderer.render(view), arguments.seed, 0)
+            image = post_process(weather, view, renderer.render(view), arguments.seed, 0)
             write_image(arguments.out / f"{name}_{sky}.png", image)
             row.append(cv2.resize(image, SMALL, interpolation=cv2.INTER_AREA))
         rows.append(np.vstack(row))

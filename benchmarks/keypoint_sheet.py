@@ -8,8 +8,8 @@ from numpy import ndarray as Array
 
 from benchmarks.keypoint_real import CLIPS, NEAR, bgr_of, pictures
 from mot_sim.datasets import kitti_sequence
-from mot_sim.simulation.truth import Seen
-from mot_sim.training.augment import Shown
+from mot_sim.simulation.truth import KeypointVisibility
+from mot_sim.training.augment import AugmentedCrops
 from tracker.shape import (
     KEYPOINTS_36,
     Hourglass,
@@ -40,11 +40,11 @@ def tile(crop: Array, found: Array, words: str, truth: Array | None = None) -> A
     return canvas
 
 
-def rendered_tiles(hourglass: Hourglass, shown: Shown) -> list[Array]:
+def rendered_tiles(hourglass: Hourglass, shown: AugmentedCrops) -> list[Array]:
     """Crops of renders."""
     found = decode(hourglass.run(shown.images)[0])
     return [
-        tile(image, points, "", truth[states == Seen.VISIBLE])
+        tile(image, points, "", truth[states == KeypointVisibility.VISIBLE])
         for image, points, truth, states in zip(
             shown.images, found, shown.keypoints, shown.states, strict=True
         )

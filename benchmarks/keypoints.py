@@ -25,7 +25,7 @@ from numpy import ndarray as Array
 from benchmarks.keypoint_real import annotated_pck, published_beside_ours, yaw_on_clips
 from benchmarks.keypoint_sheet import real_tiles, rendered_tiles, sheet
 from mot_sim.plotting import write_image
-from mot_sim.training.augment import Shown, as_detected
+from mot_sim.training.augment import AugmentedCrops, as_detected
 from mot_sim.training.crops import Crops
 from mot_sim.training.scores import Judged, judge
 from mot_sim.training.shards import HELD_OUT, gather
@@ -36,14 +36,14 @@ DISTANCES = (0.0, 15.0, 30.0, 45.0, 70.0)
 VISIBLE = (0.25, 0.5, 0.8, 0.999, 1.01)
 
 
-def maps_of(hourglass: Hourglass, shown: Shown) -> Array:
+def maps_of(hourglass: Hourglass, shown: AugmentedCrops) -> Array:
     """The heatmaps of crops."""
     images = shown.images
     maps = [hourglass.run(images[i : i + 32])[0] for i in range(0, len(images), 32)]
     return np.concatenate(maps)
 
 
-def judged(shown: Shown, found: Array, share: float = 0.1) -> Judged:
+def judged(shown: AugmentedCrops, found: Array, share: float = 0.1) -> Judged:
     """Predictions beside the truth; share: of the box's longer side, how near is right."""
     longer = np.full(len(found), 1.0 / CROP_MARGIN)
     return judge(found, shown.keypoints, shown.states, longer, share)

@@ -20,8 +20,8 @@ from tracker import Camera, Detections, Tracker, Tracks
 from tracker.association import Greedy
 from tracker.box_filter import BoxFilter
 from tracker.costs import ImageOverlap, Reprojection, Volume
-from tracker.dynamics import Still
-from tracker.existence import Evidence
+from tracker.dynamics import ConstantPosition
+from tracker.existence import ExistenceFilter
 from tracker.lifecycle import Lifecycle
 from tracker.suppression import Suppression
 
@@ -145,7 +145,7 @@ def paper_table(root: Path) -> None:
 
 IMAGE = ImageOverlap(0.1)
 # A prior worth more tries than there are: nothing is learned.
-FIXED_RATES = Evidence(detection_prior=1e9, birth_prior=1e9)
+FIXED_RATES = ExistenceFilter(detection_prior=1e9, birth_prior=1e9)
 ABLATION: dict[str, Callable[[Tracker], Tracker]] = {
     "default": lambda t: t,
     "costs .8 2D-2D + .2 3D-3D": lambda t: replace(t, costs=((0.8, IMAGE), (0.2, Volume()))),
@@ -154,7 +154,7 @@ ABLATION: dict[str, Callable[[Tracker], Tracker]] = {
         t, costs=((0.6, Volume()), (0.4, Reprojection())), tie_break=1e-3
     ),
     "no buffer round the boxes": lambda t: replace(t, costs=((1.0, ImageOverlap()),)),
-    "cars stand still": lambda t: replace(t, dynamics=Still()),
+    "cars stand still": lambda t: replace(t, dynamics=ConstantPosition()),
     "depth by road contact alone": lambda t: replace(t, lift=replace(t.lift, use_box_height=False)),
     "one score stage": lambda t: replace(t, strong_score=0.0),
     "births from .5": lambda t: replace(t, lifecycle=Lifecycle(0.5, 3.0)),
@@ -164,13 +164,13 @@ ABLATION: dict[str, Callable[[Tracker], Tracker]] = {
     "greedy": lambda t: replace(t, associate=Greedy(0.7)),
     "only what is seen is written": lambda t: replace(t, evidence=None),
     "detection and birth rates fixed": lambda t: replace(t, evidence=FIXED_RATES),
-    "every newborn is written": lambda t: replace(t, evidence=Evidence(birth_prior=1e9)),
+    "every newborn is written": lambda t: replace(t, evidence=ExistenceFilter(birth_prior=1e9)),
     "boxes as they are": lambda t: replace(t, box_filter=None),
     "gain of the boxes fixed": lambda t: replace(t, box_filter=BoxFilter(prior=1e9)),
-    "cars live 1.5 s": lambda t: replace(t, evidence=Evidence(life=1.5)),
-    "cars live 6 s": lambda t: replace(t, evidence=Evidence(life=6.0)),
-    "predicted boxes good for 1 s": lambda t: replace(t, evidence=Evidence(drift=1.0)),
-    "predicted boxes good for 4 s": lambda t: replace(t, evidence=Evidence(drift=4.0)),
+    "cars live 1.5 s": lambda t: replace(t, evidence=ExistenceFilter(life=1.5)),
+    "cars live 6 s": lambda t: replace(t, evidence=ExistenceFilter(life=6.0)),
+    "predicted boxes good for 1 s": lambda t: replace(t, evidence=ExistenceFilter(drift=1.0)),
+    "predicted boxes good for 4 s": lambda t: replace(t, evidence=ExistenceFilter(drift=4.0)),
 }  # fmt: skip
 
 

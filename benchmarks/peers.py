@@ -16,7 +16,14 @@ from pathlib import Path
 
 from benchmarks.kitti_tables import GIVEN
 from mot_sim.datasets import KittiSequence, kitti_sequence
-from mot_sim.experiments.guests import GUESTS, Entry, Failure, Guest, GuestTracker, hold_contest
+from mot_sim.experiments.guests import (
+    GUESTS,
+    Entry,
+    ExternalSequenceTracker,
+    ExternalTracker,
+    Failure,
+    run_comparison,
+)
 from tracker.types import Tracks
 
 SCORES = (0.2, 0.3, 0.5, 0.7)
@@ -30,7 +37,7 @@ RATES = ("MOTA", "HOTA", "AssA", "IDF1")
 COUNTS = ("CLR_FP", "CLR_FN", "IDSW", "Frag")
 
 
-def with_setting(guest: Guest, setting: str) -> Guest:
+def with_setting(guest: ExternalTracker, setting: str) -> ExternalTracker:
     """The guest with one parameter of its tracker changed."""
     name = setting.partition("=")[0]
     kept = tuple(word for word in guest.command if not word.startswith(f"{name}="))
@@ -53,10 +60,10 @@ def print_table(rows: dict[str, Entry | Failure]) -> None:
 
 
 def measure(
-    guest: Guest, drives: Sequence[KittiSequence], truths: dict[str, Tracks]
+    guest: ExternalTracker, drives: Sequence[KittiSequence], truths: dict[str, Tracks]
 ) -> Entry | Failure:
     """One guest on the drives."""
-    return hold_contest([GuestTracker(guest)], drives, truths).entries[guest.name]
+    return run_comparison([ExternalSequenceTracker(guest)], drives, truths).entries[guest.name]
 
 
 def main() -> None:

@@ -34,7 +34,7 @@ from mot_sim.datasets.images import ImageFolder
 from mot_sim.plotting import write_image
 from mot_sim.report.wireframes import ACROSS, SIDE
 from mot_sim.simulation.cars import load_fleet, topology
-from mot_sim.simulation.renderers import Mesh, Placed, Semantic, View, find_renderer
+from mot_sim.simulation.renderers import Mesh, MeshInstances, Semantic, View, find_renderer
 from tracker.geometry import homogeneous, rotation_y
 from tracker.shape import (
     KEYPOINTS,
@@ -139,7 +139,9 @@ def rendered(count: int, seed: int) -> Iterator[Picture]:
         T_road_object = homogeneous(
             rotation_y(float(cars.cuboids.yaw[row])), cars.cuboids.base[row]
         )
-        placed = Placed((mesh,), (CAMERA.T_cam_road @ T_road_object)[None], np.zeros(1, np.int64))
+        placed = MeshInstances(
+            (mesh,), (CAMERA.T_cam_road @ T_road_object)[None], np.zeros(1, np.int64)
+        )
         image = renderer.render(View(CAMERA, placed)).image
         one = fitted.select(slice(row, row + 1))
         words = f"{cars.cuboids.base[row, 2]:.0f} m, {judged(error[row])}"

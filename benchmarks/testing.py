@@ -10,8 +10,7 @@ from collections.abc import Callable
 from statistics import median
 from time import process_time
 
-from mot_sim.experiments.sweep import drives
-from mot_sim.experiments.sweep import seeded_episodes
+from mot_sim.experiments.sweep import drives, seeded_episodes
 from mot_sim.testing import assert_tracks, mot_episode
 from tracker import Tracker
 

@@ -27,15 +27,22 @@ import numpy as np  # noqa: E402
 
 from benchmarks.agreement import agreement_table  # noqa: E402
 from mot_sim.datasets.kitti import kitti_sequence  # noqa: E402
-from mot_sim.simulation.cars import Casting  # noqa: E402
+from mot_sim.simulation.cars import VehicleSampler  # noqa: E402
 from mot_sim.simulation.episode import record  # noqa: E402
-from mot_sim.simulation.episodes import Places, read_episode, record_episode  # noqa: E402
+from mot_sim.simulation.episodes import EpisodeFiles, read_episode, record_episode  # noqa: E402
 from mot_sim.simulation.registry import SCENES  # noqa: E402
 from mot_sim.simulation.renderers import View, find_renderer  # noqa: E402
 from mot_sim.simulation.rig import Rig  # noqa: E402
 from mot_sim.simulation.scene import Scene  # noqa: E402
-from mot_sim.simulation.stage import Stage  # noqa: E402
-from mot_sim.simulation.traffic import Replay, Route, Script, Scripted, World, kitti_recording  # noqa: E402
+from mot_sim.simulation.scene_meshes import SceneMeshes  # noqa: E402
+from mot_sim.simulation.traffic import (  # noqa: E402
+    Replay,
+    Route,
+    Script,
+    Scripted,
+    TrafficState,
+    kitti_recording,
+)
 from mot_sim.simulation.truth import (
     annotate,
     annotate_frame,
@@ -82,11 +89,11 @@ def speed_table(frames: int) -> None:
     faces = np.mean([len(mesh.faces) for mesh in stage.placed(worlds[0]).meshes])
     print(f"{seen:.1f} cars seen a frame, {faces:.0f} faces a car on average, 1242 x 375")
 
-    def picture(world: World) -> object:
+    def picture(world: TrafficState) -> object:
         return raster.render(View(stage.rig.camera, stage.placed(world)))
 
     draw = top_view()
-    tasks: dict[str, Callable[[World], object]] = {
+    tasks: dict[str, Callable[[TrafficState], object]] = {
         "highway-env, top view": lambda _: draw(),
         "image, depth, ids": picture,
         "labels": lambda world: annotate_frame(world, stage, 0),
@@ -104,7 +111,7 @@ def speed_table(frames: int) -> None:
         one = median(all_[3:])
         print(f"{name:28s}{1e3 * one:10.1f}{1.0 / one:11.0f}{yardstick / one:12.2f}", flush=True)
     with tempfile.TemporaryDirectory() as folder:
-        record_episode(episode.scene, 0, Places(Path(folder), "0000"))
+        record_episode(episode.scene, 0, EpisodeFiles(Path(folder), "0000"))
         start = process_time()
         read = read_episode(Path(folder), "0000")
         for frame in range(frames):
@@ -123,7 +130,7 @@ def replay_table(root: Path, names: list[str]) -> None:
         assert labels is not None
         assert labels.kinds is not None
         recording = kitti_recording(drive)
-        stage = Stage(Casting().cast(recording, 0), Rig(drive.camera))
+        stage = SceneMeshes(VehicleSampler().cast(recording, 0), Rig(drive.camera))
         truth = annotate(recording.worlds, stage).truth
         labels = labels.select(np.isin(labels.kinds, ["Car", "Van"]))
         keys = [tracks.frames * 100_000 + tracks.ids for tracks in (labels, truth.tracks)]

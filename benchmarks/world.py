@@ -18,38 +18,38 @@ import numpy as np
 
 from benchmarks.renderers import bare_opencv
 from mot_sim.simulation.registry import SCENES, find_scene
-from mot_sim.simulation.renderers import NEAR, Placed, View, find_renderer
-from mot_sim.simulation.renderers.triangles import in_sight
+from mot_sim.simulation.renderers import NEAR, MeshInstances, View, find_renderer
+from mot_sim.simulation.renderers.triangles import sphere_in_view
 from mot_sim.simulation.rig import Rig
-from mot_sim.simulation.scene import Take
-from mot_sim.simulation.scenery import WEATHERS, Neighbourhood, look
-from mot_sim.simulation.traffic.world import World
+from mot_sim.simulation.scene import Rollout
+from mot_sim.simulation.scenery import WEATHERS, Neighbourhood, post_process
+from mot_sim.simulation.traffic.traffic_state import TrafficState
 from tests.mot_sim.simulation.renderers.shapes import street
 
 CARS, SEED = 20, 3
 
 
-def cars_before(take: Take, world: World, most: int = CARS) -> Placed:
+def cars_before(take: Rollout, world: TrafficState, most: int = CARS) -> MeshInstances:
     """The nearest cars that the camera may see."""
     placed = take.stage.placed(world)
     depth = placed.T_cam_object[:, 2, 3]
-    rows = np.flatnonzero(in_sight(placed, take.scene.rig.camera, NEAR))
+    rows = np.flatnonzero(sphere_in_view(placed, take.scene.rig.camera, NEAR))
     rows = rows[np.argsort(depth[rows], kind="stable")][:most]
     meshes = tuple(placed.meshes[row] for row in rows)
-    return Placed(meshes, placed.T_cam_object[rows], placed.instances[rows])
+    return MeshInstances(meshes, placed.T_cam_object[rows], placed.instances[rows])
 
 
 def measure(name: str, frames: int, most: int) -> None:
     """Print the CPU times of a drive and the corners in every weather."""
     rig, renderer, yard = Rig.kitti(), find_renderer("raster"), street()
     scene = find_scene(name, frames=frames + 1)
-    take = Take.of(scene, SEED)
+    take = Rollout.of(scene, SEED)
     began = process_time()
     place = Neighbourhood.build(scene.roads, SEED, WEATHERS["noon"].light)
     built = process_time() - began
     began = process_time()
-    view = place.view(rig.camera, take.worlds[0].ego, Placed.empty())
-    look(WEATHERS["noon"], view, renderer.render(view), SEED, 0)
+    view = place.view(rig.camera, take.worlds[0].ego, MeshInstances.empty())
+    post_process(WEATHERS["noon"], view, renderer.render(view), SEED, 0)
     first = process_time() - began
     times: dict[str, list[float]] = {"yard": [], "bare": [], "view": [], "render": [], "noon": []}
     cars = []
@@ -64,7 +64,7 @@ def measure(name: str, frames: int, most: int) -> None:
         ticks.append(process_time())
         rendered = renderer.render(view)
         ticks.append(process_time())
-        image = look(WEATHERS["noon"], view, rendered, SEED, number)
+        image = post_process(WEATHERS["noon"], view, rendered, SEED, number)
         ticks.append(process_time())
         for one, took in zip(times, np.diff(ticks).tolist(), strict=True):
             times[one].append(1e3 * took)
@@ -78,7 +78,7 @@ def measure(name: str, frames: int, most: int) -> None:
     )
     orb, counts = cv2.ORB_create(3000), []
     for each, weather in WEATHERS.items():
-        image = look(weather, view, rendered, SEED, 0)
+        image = post_process(weather, view, rendered, SEED, 0)
         scenery = (rendered.instances < 0).astype(np.uint8) * 255
         found = orb.detect(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), scenery)
         counts.append(f"{each} {len(found)}")

@@ -108,7 +108,7 @@ def run_demo(
     return replace(result, folder=out)
 
 
-def track(episode: Episode, make_tracker: MakeTracker) -> Tracks:
+def track_episode(episode: Episode, make_tracker: MakeTracker) -> Tracks:
     """All rows that a fresh tracker gives for an episode."""
     tracker = make_tracker(episode.camera)
     return Tracks.concatenate([tracker.step(frame) for frame in episode])
@@ -144,7 +144,10 @@ def _make(
     """Everything, in a folder that is there."""
     episode = record(scene, seed, renderer="raster")
     name = getattr(make_tracker, "__name__", "given")
-    outputs = {name: track(episode, make_tracker), "paper": track(episode, Tracker.paper)}
+    outputs = {
+        name: track_episode(episode, make_tracker),
+        "paper": track_episode(episode, Tracker.paper),
+    }
     scores = {
         tracker: evaluate_sequence(episode.truth, tracks, episode.frame_count)
         for tracker, tracks in outputs.items()

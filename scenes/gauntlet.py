@@ -6,7 +6,7 @@ Between us and it stands the row of vans. All cars of a lane have one speed, so 
 
 import numpy as np
 
-from mot_sim.simulation.cars import Casting, Models
+from mot_sim.simulation.cars import Models, VehicleSampler
 from mot_sim.simulation.scene import Scene
 from mot_sim.simulation.traffic import Improvised, Roads, Route, Script, Scripted
 from mot_sim.simulation.traffic.roads import rectangle, stripe
@@ -39,7 +39,7 @@ def gauntlet(
     def traffic(models: Models) -> Improvised:
         return Improvised(lambda rng: _script(rng, models, rate, speed, vans, gap, 0.1 * frames))
 
-    return Scene("gauntlet", traffic, frames, _roads(), casting=Casting(alike=alike))
+    return Scene("gauntlet", traffic, frames, _roads(), casting=VehicleSampler(alike=alike))
 
 
 def _script(

@@ -1,11 +1,11 @@
 """What the scenes of live traffic share: a road, how much drives on it, and its paint."""
 
-from mot_sim.simulation.cars import Casting, Models
+from mot_sim.simulation.cars import Models, VehicleSampler
 from mot_sim.simulation.scene import Scene
 from mot_sim.simulation.traffic import Traffic
 from mot_sim.simulation.traffic.highway import HighwayTraffic
 from mot_sim.simulation.traffic.highway.paint import roads_of
-from mot_sim.simulation.traffic.world import STEP
+from mot_sim.simulation.traffic.traffic_state import STEP
 
 
 def live_scene(
@@ -21,7 +21,7 @@ def live_scene(
     models: int = 24,
 ) -> Scene:
     """A scene on a road of `mot_sim.simulation.traffic.highway`; nobody crashes in it."""
-    casting = Casting(models=models, alike=alike)
+    casting = VehicleSampler(models=models, alike=alike)
 
     def traffic(models: Models) -> Traffic:
         return HighwayTraffic(
@@ -35,5 +35,5 @@ def live_scene(
             clean_seconds=frames * STEP,
         )
 
-    traffic(Casting(models=1).models_of(0))  # refuses wrong knobs at once
+    traffic(VehicleSampler(models=1).models_of(0))  # refuses wrong knobs at once
     return Scene(name, traffic, frames, roads_of(road), casting=casting)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mot_sim.simulation.cars import Casting, Models
+from mot_sim.simulation.cars import Models, VehicleSampler
 from mot_sim.simulation.scene import Scene
 from mot_sim.simulation.traffic import Improvised, Roads, Route, Script, Scripted
 from mot_sim.simulation.traffic.roads import rectangle, stripe
@@ -36,7 +36,7 @@ def stop_and_go(
     def traffic(models: Models) -> Improvised:
         return Improvised(lambda rng: _script(rng, models, speed, period, gap, 0.1 * frames))
 
-    return Scene("stop_and_go", traffic, frames, _roads(), casting=Casting(alike=alike))
+    return Scene("stop_and_go", traffic, frames, _roads(), casting=VehicleSampler(alike=alike))
 
 
 def _script(

@@ -13,7 +13,7 @@ from numpy import ndarray as Array
 
 from tracker.geometry import road_contact, road_contact_jacobian
 from tracker.types import Camera, Cuboids, Detections
-from tracker.types.embedding import Look
+from tracker.types.embedding import Embedding
 from tracker.types.rows import RowIndex, Rows
 from tracker.types.shape_pose import ShapePose
 
@@ -44,7 +44,7 @@ class Beliefs(Rows):
     cov: Float[Array, "n 4 4"]
     boxes: Float[Array, "n 4"]
     shape_pose: ShapePose | None = None
-    look: Look | None = None
+    look: Embedding | None = None
 
     @classmethod
     def empty(cls) -> "Beliefs":
@@ -154,7 +154,7 @@ class Lift:
         state_cov = self._speed_cov.repeat(n, 0)
         state_cov[:, :2, :2] = cov
         cuboids, still = Cuboids(base, yaw, size), np.zeros((n, 2))
-        cues = ShapePose.of(detections), Look.of(detections)
+        cues = ShapePose.of(detections), Embedding.of(detections)
         return Beliefs(cuboids, still, state_cov, boxes, *cues)
 
     @cached_property

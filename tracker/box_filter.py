@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from tracker.lifecycle import SKIPPED, Population
+from tracker.lifecycle import SKIPPED, ActiveTracks
 from tracker.types import Camera
 
 # Boxes times this are centres and sizes; and back.
@@ -36,7 +36,7 @@ class Gains(NamedTuple):
 
 
 class Filtered(NamedTuple):
-    """boxes: new and expected ones mixed. surprises: new minus expected, see `Population`."""
+    """boxes: new and expected ones mixed. surprises: new minus expected, see `ActiveTracks`."""
 
     boxes: Float[Array, "k 4"]
     surprises: Float[Array, "k 4"]
@@ -68,7 +68,7 @@ class BoxFilter:
     def __call__(
         self,
         learned: Gains,
-        matched: Population,
+        matched: ActiveTracks,
         boxes: Float[Array, "k 4"],
         dt: float,
         camera: Camera,

@@ -20,7 +20,7 @@ MEET, HALF = 0.2, 6.0
 
 
 @dataclass(frozen=True)
-class TurnFilter:
+class CameraRotationFilter:
     """Yaw and pitch of the camera's motion, as far as its covariance leaves them open.
 
     A small turn shifts all boxes alike, which no car does. The motion as stated is the prior, the

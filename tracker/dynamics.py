@@ -11,7 +11,7 @@ from numpy import ndarray as Array
 
 from tracker.beliefs import Beliefs
 from tracker.types import Cuboids
-from tracker.types.embedding import Look
+from tracker.types.embedding import Embedding
 from tracker.types.shape_pose import ShapePose
 
 
@@ -29,7 +29,7 @@ class Dynamics(Protocol):
 
 
 @dataclass(frozen=True)
-class Still:
+class ConstantPosition:
     """The paper's: a car stays where it was last seen, and its next sighting replaces it.
 
     speed_std: std of the speed that it may have nevertheless, along road x and z, m/s; it
@@ -92,7 +92,7 @@ def _later(beliefs: Beliefs, dt: float) -> ShapePose | None:
     return None if beliefs.shape_pose is None else beliefs.shape_pose.after(dt)
 
 
-def _latest(expected: Beliefs, observed: Beliefs) -> tuple[ShapePose | None, Look | None]:
+def _latest(expected: Beliefs, observed: Beliefs) -> tuple[ShapePose | None, Embedding | None]:
     """Shape and pose, and look, as last measured: now where that is known, else before."""
     pose, look = observed.shape_pose, observed.look
     pose = expected.shape_pose if pose is None else pose.or_before(expected.shape_pose)

@@ -7,7 +7,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from tracker.beliefs import NEAR, Beliefs
-from tracker.geometry import spread
+from tracker.geometry import propagate_covariance
 from tracker.types import Camera, Cuboids, Frame
 from tracker.types.shape_pose import ShapePose
 
@@ -18,7 +18,7 @@ UNKNOWN_MOTION_COV = np.diag(np.square([0.1, 0.03, 1.0, 0.005, 0.02, 0.003]))
 MIN_SCALE = 0.2
 
 
-def transport(
+def compensate_ego_motion(
     beliefs: Beliefs,
     camera: Camera,
     T_now_before: Float[Array, "4 4"],
@@ -46,7 +46,7 @@ def transport(
     R = T_road[:3:2, :3:2]
     R_state = np.zeros((4, 4))
     R_state[:2, :2] = R_state[2:, 2:] = R
-    cov = spread(R_state, beliefs.cov)
+    cov = propagate_covariance(R_state, beliefs.cov)
     shift = (base_now.dot(camera.road_shift[:3]) + camera.road_shift[3]).reshape(-1, 6)
     doubt = shift.dot(motion_cov).reshape(n, 2, 6)
     cov[:, :2, :2] += doubt @ shift.reshape(n, 2, 6).transpose(0, 2, 1)
@@ -78,7 +78,7 @@ def _carry_boxes(
     return (corners[:, :, :2] / np.maximum(corners[:, :, 2:], MIN_SCALE)).reshape(-1, 4)
 
 
-def motion_of(frame: Frame) -> tuple[Float[Array, "4 4"], Float[Array, "6 6"]]:
+def camera_motion(frame: Frame) -> tuple[Float[Array, "4 4"], Float[Array, "6 6"]]:
     """The camera's motion since the last frame and its covariance, where unknown a wide one."""
     if frame.T_now_before is None:
         return np.eye(4), UNKNOWN_MOTION_COV

@@ -10,7 +10,7 @@ from numpy import ndarray as Array
 
 from tracker.errors import BadConfig
 from tracker.geometry import box_area, box_intersection
-from tracker.lifecycle import SKIPPED, Population
+from tracker.lifecycle import SKIPPED, ActiveTracks
 from tracker.types import Camera
 
 # Nothing is ever certain.
@@ -22,7 +22,7 @@ KNOWN, HIDDEN = 3, 0.3
 
 
 @dataclass(frozen=True)
-class Rates:
+class DetectorStatistics:
     """What the tracker saw of its detector.
 
     hits of tries: of known cars in plain view. confirmed of newborns: first sightings that were
@@ -35,17 +35,17 @@ class Rates:
     newborns: int = 0
 
 
-class Judgement(NamedTuple):
+class ExistenceUpdate(NamedTuple):
     """The probabilities of existence after a frame, and what it taught of the detector."""
 
     matched: Float[Array, " k"]
     lost: Float[Array, " l"]
     born: Float[Array, " b"]
-    rates: Rates
+    rates: DetectorStatistics
 
 
 @dataclass(frozen=True)
-class Evidence:
+class ExistenceFilter:
     """The probability that a track exists, by what was seen and what was missed.
 
     As in IPDA (Musicki, Evans, Stankovic, IEEE Trans. Automatic Control 1994), with the two
@@ -83,21 +83,21 @@ class Evidence:
 
     def __call__(
         self,
-        rates: Rates,
-        matched: Population,
-        lost: Population,
+        rates: DetectorStatistics,
+        matched: ActiveTracks,
+        lost: ActiveTracks,
         scores: tuple[Float[Array, " k"], Float[Array, " b"]],
         boxes: Float[Array, "m 4"],
         dt: float,
         camera: Camera,
-    ) -> Judgement:
+    ) -> ExistenceUpdate:
         """The judgement of a frame: tracks as expected now, scores of the matched and the born.
 
         boxes: everything that was detected; who is behind one of them was no miss.
         """
         covered = covered_share(lost.beliefs.boxes, boxes)
         learned = self.learn(rates, matched, lost, covered, dt, camera)
-        return Judgement(
+        return ExistenceUpdate(
             self.hit(matched, scores[0], learned),
             self.miss(lost, covered, learned),
             self.newborn(scores[1], learned),
@@ -108,12 +108,12 @@ class Evidence:
         """The probability that a car is still there after `dt` seconds."""
         return math.exp(-dt / self.life)
 
-    def detected(self, rates: Rates) -> float:
+    def detected(self, rates: DetectorStatistics) -> float:
         """P_D: the probability that a car in plain view is detected."""
         prior = self.detection_prior
         return (rates.hits + self.detection * prior) / (rates.tries + prior)
 
-    def newborn(self, scores: Float[Array, " b"], rates: Rates) -> Float[Array, " b"]:
+    def newborn(self, scores: Float[Array, " b"], rates: DetectorStatistics) -> Float[Array, " b"]:
         """That a first sighting is a car: its score, if newborns have kept their word so far."""
         if len(scores) == 0:
             return scores
@@ -123,14 +123,14 @@ class Evidence:
         return np.minimum(np.maximum(scores, 0.0) * worth, MOST)
 
     def hit(
-        self, matched: Population, scores: Float[Array, " k"], rates: Rates
+        self, matched: ActiveTracks, scores: Float[Array, " k"], rates: DetectorStatistics
     ) -> Float[Array, " k"]:
         """Of tracks (as expected now) that were seen with these scores."""
         odds = matched.existence / (1.0 - matched.existence) * (self.lift * np.maximum(scores, 0.0))
         return np.minimum(np.maximum(odds / (1.0 + odds), self.newborn(scores, rates)), MOST)
 
     def miss(
-        self, lost: Population, covered: Float[Array, " l"], rates: Rates
+        self, lost: ActiveTracks, covered: Float[Array, " l"], rates: DetectorStatistics
     ) -> Float[Array, " l"]:
         """Of tracks that were not seen, though only this share of their boxes is hidden."""
         missed = 1.0 - self.detected(rates) * (1.0 - covered)
@@ -138,13 +138,13 @@ class Evidence:
 
     def learn(
         self,
-        rates: Rates,
-        matched: Population,
-        lost: Population,
+        rates: DetectorStatistics,
+        matched: ActiveTracks,
+        lost: ActiveTracks,
         covered: Float[Array, " l"],
         dt: float,
         camera: Camera,
-    ) -> Rates:
+    ) -> DetectorStatistics:
         """The rates after a frame."""
         soon = SKIPPED * dt
         hits = _count(matched.sightings >= KNOWN)
@@ -156,14 +156,14 @@ class Evidence:
             plain = first & (covered < HIDDEN) & (boxes[:, 0] >= LEAVING) & (boxes[:, 2] <= right)
             misses = _count(plain & (lost.sightings >= KNOWN))
             vanished = _count(first & (lost.sightings == 1))
-        return Rates(
+        return DetectorStatistics(
             rates.hits + hits,
             rates.tries + hits + misses,
             rates.confirmed + confirmed,
             rates.newborns + confirmed + vanished,
         )
 
-    def written(self, population: Population) -> Bool[Array, " n"]:
+    def written(self, population: ActiveTracks) -> Bool[Array, " n"]:
         """Which tracks are likelier there, and in their box, than not."""
         there = population.existence * np.exp(population.unseen * (-1.0 / self.drift))
         return (there >= self.threshold) & ((population.sightings > 1) | (population.unseen <= 0.0))

@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from tracker.association import Match
-from tracker.costs import Pairing, WeightedCosts, weighted_sum
+from tracker.costs import GatedPairs, WeightedCosts, weighted_sum
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,14 +29,14 @@ class Explanation:
     total: Float[Array, "n m"]
     matched: Bool[Array, "n m"]
     runner_up: Float[Array, "n m"]
-    pairing: Pairing
+    pairing: GatedPairs
 
     @classmethod
     def of(
         cls,
         frame: int,
         ids: Int[Array, " n"],
-        pairing: Pairing,
+        pairing: GatedPairs,
         costs: WeightedCosts,
         total: Float[Array, "n m"],
         match: Match,

@@ -6,7 +6,7 @@ from typing import Protocol, runtime_checkable
 
 from tracker.association import ASSOCIATIONS, Associate
 from tracker.multi_frame import NetworkFlow, Window
-from tracker.state import Counts
+from tracker.state import TrackerStatistics
 from tracker.tracker import Tracker
 from tracker.types import Frame, Tracks
 
@@ -16,7 +16,7 @@ class Delayed(Protocol):
     """A tracker whose rows come later: `step` gives rows of earlier frames, `finish` the rest."""
 
     @property
-    def counts(self) -> Counts:
+    def counts(self) -> TrackerStatistics:
         """What was done since the reset."""
         ...
 

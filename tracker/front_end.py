@@ -112,7 +112,7 @@ class FrontEnd:
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class SequenceWithCues:
     """A drive whose detections get cues while it is played; satisfies `tracker.types.Sequence`.
 
     seconds: spent so far, by the names of STAGES.
@@ -187,4 +187,4 @@ class _Watch:
         self.last = now
 
 
-__all__ = ["CUES", "CUE_SETS", "POSE", "STAGES", "FrontEnd", "Seen", "parse_cues"]
+__all__ = ["CUES", "CUE_SETS", "POSE", "STAGES", "FrontEnd", "SequenceWithCues", "parse_cues"]

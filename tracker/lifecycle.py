@@ -17,7 +17,7 @@ SKIPPED = 1.01
 
 
 @dataclass(frozen=True, eq=False)
-class Population(Rows):
+class ActiveTracks(Rows):
     """The living tracks: what is believed of each, its id, and how long it was not seen.
 
     unseen: seconds since the last sighting. sightings: how many there were. existence: the
@@ -35,7 +35,7 @@ class Population(Rows):
     scores: Float[Array, " n"]
 
     @classmethod
-    def empty(cls) -> "Population":
+    def empty(cls) -> "ActiveTracks":
         """Nobody."""
         none, nothing = np.zeros(0, np.int64), np.zeros(0)
         return cls(none, Beliefs.empty(), nothing, none, nothing, np.zeros((0, 4)), nothing)
@@ -47,7 +47,7 @@ class Population(Rows):
         scores: Float[Array, " n"],
         existence: Float[Array, " n"],
         next_id: int,
-    ) -> "Population":
+    ) -> "ActiveTracks":
         """New tracks, with ids from `next_id` on."""
         n = len(scores)
         ids, once = next_id + np.arange(n), np.ones(n, np.int64)
@@ -59,13 +59,13 @@ class Population(Rows):
         scores: Float[Array, " n"],
         existence: Float[Array, " n"],
         surprises: Float[Array, "n 4"],
-    ) -> "Population":
+    ) -> "ActiveTracks":
         """These tracks after one more sighting each."""
         unseen, sightings = np.zeros(len(scores)), self.sightings + 1
-        return Population(self.ids, updated, unseen, sightings, existence, surprises, scores)
+        return ActiveTracks(self.ids, updated, unseen, sightings, existence, surprises, scores)
 
 
-NOBODY = Population.empty()
+NO_TRACKS = ActiveTracks.empty()
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Lifecycle:
     birth_score: float = 0.0
     max_gap: float = 0.0
 
-    def living(self, population: Population, camera: Camera) -> Population:
+    def living(self, population: ActiveTracks, camera: Camera) -> ActiveTracks:
         """Those seen in this frame, and those who are remembered."""
         alive = population.unseen <= self.max_gap + ROUNDING
         alive &= in_view(population.beliefs, camera)

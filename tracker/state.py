@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 
 from tracker.box_filter import Gains
-from tracker.existence import Rates
-from tracker.lifecycle import NOBODY, Population
+from tracker.existence import DetectorStatistics
+from tracker.lifecycle import NO_TRACKS, ActiveTracks
 
 
 @dataclass(frozen=True)
-class Counts:
+class TrackerStatistics:
     """What a tracker did since its reset, for the summary of a run.
 
     frames: steps taken. pairs: of an expected track and a detection. compared: those inside the
@@ -27,15 +27,15 @@ class Counts:
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class TrackerState:
     """Everything that a tracker remembers; never modified, so keeping it is a copy.
 
     rates, gains: what was learned of the detector: its misses and clutter, and its noise.
     """
 
-    population: Population = NOBODY
+    population: ActiveTracks = NO_TRACKS
     next_id: int = 0
     time: float | None = None
-    counts: Counts = Counts()
-    rates: Rates = Rates()
+    counts: TrackerStatistics = TrackerStatistics()
+    rates: DetectorStatistics = DetectorStatistics()
     gains: Gains | None = None

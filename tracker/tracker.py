@@ -9,15 +9,22 @@ from numpy import ndarray as Array
 from tracker.association import Associate, Hungarian, Match, match_in_stages
 from tracker.beliefs import Beliefs, Lift
 from tracker.box_filter import BoxFilter, Gains
-from tracker.camera_rotation_filter import TurnFilter
-from tracker.costs import ImageOverlap, Pairing, Reprojection, Volume, WeightedCosts, weighted_sum
-from tracker.dynamics import ConstantVelocity, Dynamics, Still
-from tracker.ego_motion import motion_of, transport
+from tracker.camera_rotation_filter import CameraRotationFilter
+from tracker.costs import (
+    GatedPairs,
+    ImageOverlap,
+    Reprojection,
+    Volume,
+    WeightedCosts,
+    weighted_sum,
+)
+from tracker.dynamics import ConstantPosition, ConstantVelocity, Dynamics
+from tracker.ego_motion import camera_motion, compensate_ego_motion
 from tracker.errors import BadConfig
-from tracker.existence import Evidence, Rates
+from tracker.existence import DetectorStatistics, ExistenceFilter
 from tracker.explain import Explanation
-from tracker.lifecycle import NOBODY, Lifecycle, Population
-from tracker.state import Counts, State
+from tracker.lifecycle import NO_TRACKS, ActiveTracks, Lifecycle
+from tracker.state import TrackerState, TrackerStatistics
 from tracker.suppression import Suppression
 from tracker.types import Camera, Detections, Frame, Tracks
 
@@ -40,18 +47,18 @@ class Tracker:
     camera: Camera
     costs: WeightedCosts
     lift: Lift = Lift()
-    dynamics: Dynamics = Still()
+    dynamics: Dynamics = ConstantPosition()
     suppress: Suppression = Suppression()
     associate: Associate = Hungarian()
     lifecycle: Lifecycle = Lifecycle()
     sigmas: float = 1.0
     strong_score: float = 0.0
     tie_break: float = 1e-3
-    evidence: Evidence | None = None
+    evidence: ExistenceFilter | None = None
     box_filter: BoxFilter | None = None
-    turn_filter: TurnFilter | None = None
+    turn_filter: CameraRotationFilter | None = None
     explain: bool = False
-    state: State = State()
+    state: TrackerState = TrackerState()
     explanation: Explanation | None = None
 
     def __post_init__(self) -> None:
@@ -89,9 +96,9 @@ class Tracker:
             lifecycle=Lifecycle(birth_score=0.8, max_gap=3.0),
             strong_score=0.8,
             tie_break=0.0,
-            evidence=Evidence(),
+            evidence=ExistenceFilter(),
             box_filter=BoxFilter(),
-            turn_filter=TurnFilter(),
+            turn_filter=CameraRotationFilter(),
         )
 
     def step(self, frame: Frame) -> Tracks:
@@ -103,7 +110,7 @@ class Tracker:
         detections = self.suppress(frame.detections, self.camera)
         observed = self.lift(detections, self.camera)
         expected = self._expect(frame, detections)
-        pairing = Pairing(expected.beliefs, observed, detections, self.camera, self.sigmas)
+        pairing = GatedPairs(expected.beliefs, observed, detections, self.camera, self.sigmas)
         costs, counts = self._cost_matrix(pairing)
         scores = detections.scores
         match = match_in_stages(costs, scores >= self.strong_score, self.associate)
@@ -115,14 +122,14 @@ class Tracker:
             born = born[scores[born] >= self.lifecycle.birth_score]
         population, rates, gains = self._renew(frame.time, expected, observed, scores, match, born)
         next_id = self.state.next_id + len(born)
-        self.state = State(population, next_id, frame.time, counts, rates, gains)
+        self.state = TrackerState(population, next_id, frame.time, counts, rates, gains)
         return self._written(frame.index, population)
 
     def reset(self) -> None:
         """Forget everything; ids start at 0 again."""
-        self.state, self.explanation = State(), None
+        self.state, self.explanation = TrackerState(), None
 
-    def _expect(self, frame: Frame, detections: Detections) -> Population:
+    def _expect(self, frame: Frame, detections: Detections) -> ActiveTracks:
         """The living tracks where they should be at this frame."""
         population, before = self.state.population, self.state.time
         dt = 0.0 if before is None else elapsed(frame, before)
@@ -138,15 +145,15 @@ class Tracker:
         )
 
     def carry(
-        self, population: Population, frame: Frame, dt: float, detections: Detections
+        self, population: ActiveTracks, frame: Frame, dt: float, detections: Detections
     ) -> tuple[Beliefs, Float[Array, "4 4"]]:
         """The beliefs where they should be at this frame, dt seconds later; T_now_before.
 
         detections: of this frame, by which an uncertain turn of the camera is corrected.
         """
         beliefs, moved = self.dynamics.predict(population.beliefs, dt)
-        T_now_before, motion_cov = motion_of(frame)
-        carried = transport(beliefs, self.camera, T_now_before, motion_cov, moved)
+        T_now_before, motion_cov = camera_motion(frame)
+        carried = compensate_ego_motion(beliefs, self.camera, T_now_before, motion_cov, moved)
         turn_filter = self.turn_filter
         if turn_filter is None or frame.T_now_before is None:
             return carried, T_now_before
@@ -154,20 +161,22 @@ class Tracker:
             return carried, T_now_before
         boxes = carried.boxes[population.unseen <= 0.0], detections.boxes  # of those just seen
         T_now_before, motion_cov = turn_filter(*boxes, T_now_before, motion_cov, self.camera)
-        return transport(beliefs, self.camera, T_now_before, motion_cov, moved), T_now_before
+        return compensate_ego_motion(
+            beliefs, self.camera, T_now_before, motion_cov, moved
+        ), T_now_before
 
     def _renew(
         self,
         time: float,
-        expected: Population,
+        expected: ActiveTracks,
         observed: Beliefs,
         scores: Float[Array, " m"],
         match: Match,
         born: Int[Array, " b"],
-    ) -> tuple[Population, Rates, Gains | None]:
+    ) -> tuple[ActiveTracks, DetectorStatistics, Gains | None]:
         """The living after this frame, in their old order, then the newborns; what was learned."""
         rows, columns = match.pairs.T
-        lost = expected.select(match.lost) if len(match.lost) else NOBODY
+        lost = expected.select(match.lost) if len(match.lost) else NO_TRACKS
         matched = expected if _is_all(rows, len(expected)) else expected.select(rows)
         scores_seen, scores_born = scores.take(columns), scores.take(born)
         dt = 0.0 if self.state.time is None else time - self.state.time
@@ -183,12 +192,12 @@ class Tracker:
             population.existence[match.lost] = still
             population = self.lifecycle.living(population, self.camera)
         if len(born):
-            newborn = Population.born(observed.select(born), scores_born, new, self.state.next_id)
-            population = Population.concatenate((population, newborn))
+            newborn = ActiveTracks.born(observed.select(born), scores_born, new, self.state.next_id)
+            population = ActiveTracks.concatenate((population, newborn))
         return population, rates, gains
 
     def believe(
-        self, matched: Population, observed: Beliefs, dt: float, gains: Gains | None
+        self, matched: ActiveTracks, observed: Beliefs, dt: float, gains: Gains | None
     ) -> tuple[Beliefs, Float[Array, "k 4"], Gains | None]:
         """What to believe of tracks (as expected now) that were seen as observed, row by row.
 
@@ -201,7 +210,7 @@ class Tracker:
         boxes, surprises, gains = self.box_filter(known, matched, seen.boxes, dt, self.camera)
         return seen.replaced(boxes=boxes), surprises, gains
 
-    def _written(self, index: int, population: Population) -> Tracks:
+    def _written(self, index: int, population: ActiveTracks) -> Tracks:
         """The rows of this frame: those seen, with their scores, and those that should be there."""
         unseen = np.isnan(population.scores)
         written = ~unseen if self.evidence is None else self.evidence.written(population)
@@ -215,7 +224,7 @@ class Tracker:
         cuboids = population.beliefs.cuboids
         return Tracks(frames, population.ids, boxes, scores, cuboids=cuboids)
 
-    def _cost_matrix(self, pairing: Pairing) -> tuple[Float[Array, "n m"], Counts]:
+    def _cost_matrix(self, pairing: GatedPairs) -> tuple[Float[Array, "n m"], TrackerStatistics]:
         """Rows expected, columns observed; inf outside the search areas. And the new counts."""
         matrix = np.full(pairing.shape, np.inf)
         rows, columns = pairing.pairs
@@ -226,7 +235,7 @@ class Tracker:
                 total = total + self.tie_break * pairing.image_distance
             matrix[rows, columns] = total
         old = self.state.counts
-        return matrix, Counts(
+        return matrix, TrackerStatistics(
             old.frames + 1,
             old.pairs + matrix.size,
             old.compared + len(rows),

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Protocol, runtime_checkable
 
 import tyro
 
-from mot_sim.cli.breaking_point import Break
+from mot_sim.cli.breaking_point import BreakingPointCommand
 from mot_sim.cli.calibrate import Calibrate
 from mot_sim.cli.compare import Compare
 from mot_sim.cli.demo import Demo
@@ -34,7 +34,7 @@ from mot_sim.cli.tables import Tables
 from mot_sim.cli.teaser import Teaser
 from mot_sim.cli.terminal import INTERRUPTED, OK, WRONG, Terminal
 from mot_sim.cli.track import Track
-from mot_sim.cli.train_appearance import LearnAppearance
+from mot_sim.cli.train_appearance import TrainAppearance
 from mot_sim.cli.train_keypoints import TrainKeypoints
 from mot_sim.cli.tune import Tune
 from mot_sim.cli.verify import Verify
@@ -76,7 +76,7 @@ COMMANDS: dict[str, type[Command]] = {
     "calibrate": Calibrate,
     "sweep": Sweep,
     "stress": Stress,
-    "break": Break,
+    "break": BreakingPointCommand,
     "diagnose": Diagnose,
     "tune": Tune,
     "tables": Tables,
@@ -85,7 +85,7 @@ COMMANDS: dict[str, type[Command]] = {
     "export-car": ExportCar,
     "train-keypoints": TrainKeypoints,
     "list": List,
-    "learn-appearance": LearnAppearance,
+    "learn-appearance": TrainAppearance,
 }
 
 
@@ -114,7 +114,7 @@ def _run(arguments: Sequence[str], terminal: Terminal) -> int:
     except SystemExit as leaving:  # tyro has shown the help, or what is wrong
         return leaving.code if isinstance(leaving.code, int) else OK
     with terminal.logging(command.verbose):
-        return run_command(command, terminal)
+        return run_parsed(command, terminal)
 
 
 def parse(arguments: Sequence[str]) -> Command:
@@ -142,7 +142,7 @@ def _overview(name: str) -> Any:
     return Annotated[COMMANDS[name], tyro.conf.subcommand(name, description=line)]
 
 
-def run_command(command: Command, terminal: Terminal) -> int:
+def run_parsed(command: Command, terminal: Terminal) -> int:
     """Run a command; a TrackingError, or a file that the system refuses, is one line."""
     from tracker.errors import TrackingError
 

@@ -13,13 +13,13 @@ from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
     from mot_sim.experiments.stress.breaking_point import BreakingPoint
-    from mot_sim.experiments.stress.breaking_point_spec import Question
+    from mot_sim.experiments.stress.breaking_point_spec import BreakingPointSpec
     from mot_sim.experiments.sweep.paths import Level
-    from mot_sim.experiments.sweep.tracker_specs import Contender
+    from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 
 
 @dataclass(frozen=True)
-class Break:
+class BreakingPointCommand:
     """Find the level of an axis at which HOTA or IDF1 has fallen by so much.
 
     mot-sim break --axis detector.jitter --drop 0.05 --costs volume,reprojection,image_overlap
@@ -100,36 +100,36 @@ class Break:
             return INTERRUPTED
         return self._show(terminal, question, points)
 
-    def _title(self, question: "Question") -> str:
+    def _title(self, question: "BreakingPointSpec") -> str:
         return f"{question.scene}: where {question.metric} breaks over {question.axis}"
 
-    def question(self) -> "Question":
+    def question(self) -> "BreakingPointSpec":
         """What the options ask."""
-        from mot_sim.experiments.stress.breaking_point_spec import Question
+        from mot_sim.experiments.stress.breaking_point_spec import BreakingPointSpec
         from mot_sim.experiments.sweep.paths import parse_level
 
         levels = () if self.levels is None else tuple(
             parse_level(word.strip()) for word in self.levels.split(",")
         )  # fmt: skip
-        return Question(
+        return BreakingPointSpec(
             self.axis, self.metric, self.drop, self.start, self.end, levels, self.precision,
             self.contenders(), self.scene, self.seeds, self.first_seed, self.frames,
             {"scene.profile": parse_level(self.profile), **dict(map(setting_of, self.fix))},
         )  # fmt: skip
 
-    def contenders(self) -> "tuple[str | Contender, ...]":
+    def contenders(self) -> "tuple[str | TrackerSpec, ...]":
         """The trackers, then one a cue set."""
-        from mot_sim.experiments.sweep.tracker_specs import Contender
+        from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 
         names = self.trackers or ("default,paper" if self.costs is None else "")
         cues = [] if self.costs is None else self.costs.split(",")
         return (
             *(name.strip() for name in names.split(",") if name),
-            *(Contender(cue.strip(), self.costs_of, {"costs": cue.strip()}) for cue in cues),
+            *(TrackerSpec(cue.strip(), self.costs_of, {"costs": cue.strip()}) for cue in cues),
         )
 
     def _show(
-        self, terminal: Terminal, question: "Question", points: "Sequence[BreakingPoint]"
+        self, terminal: Terminal, question: "BreakingPointSpec", points: "Sequence[BreakingPoint]"
     ) -> int:
         """The table, the JSON, the picture, what failed; the exit code."""
         from mot_sim.experiments.results.result_tables import breaking_tables

@@ -75,12 +75,12 @@ class Calibrate:
                 terminal.note(f"written: {path}")
         return OK
 
-    def _drives(self) -> "list[mot_sim.simulation.sensors.fitting.measure.Drive]":
+    def _drives(self) -> "list[mot_sim.simulation.sensors.fitting.measure.LabelledDetections]":
         """The labelled drives."""
-        from mot_sim.simulation.sensors.fitting.measure import Drive
+        from mot_sim.simulation.sensors.fitting.measure import LabelledDetections
 
         return [
-            Drive(drive.truth, drive.log, drive.frame_count, drive.camera)
+            LabelledDetections(drive.truth, drive.log, drive.frame_count, drive.camera)
             for drive in replace(self.kitti, ego=self.kitti.ego or "none").open("labelled")
             if drive.truth is not None
         ]
@@ -88,7 +88,7 @@ class Calibrate:
     def _show(
         self,
         terminal: Terminal,
-        lines: "list[mot_sim.simulation.sensors.fitting.fit_report.Line]",
+        lines: "list[mot_sim.simulation.sensors.fitting.fit_report.FitComparison]",
         name: str,
     ) -> None:
         from mot_sim.cli.evaluate import deliver

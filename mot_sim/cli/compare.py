@@ -88,7 +88,7 @@ class Compare:
     def __call__(self, terminal: Terminal) -> int:
         """Compare and show."""
         from mot_sim.evaluation.scoring import require_rules
-        from mot_sim.experiments.guests import hold_contest
+        from mot_sim.experiments.guests import run_comparison
         from mot_sim.files.settings import require_empty
 
         if self.setup is not None:
@@ -101,7 +101,7 @@ class Compare:
         drives, truths, what = self._drives()
         unlabelled = tuple(drive.name for drive in drives if drive.name not in truths)
         drives = [drive for drive in drives if drive.name in truths]
-        contest = hold_contest(contestants, drives, truths, self.rules, self._keep(drives))
+        contest = run_comparison(contestants, drives, truths, self.rules, self._keep(drives))
         title = f"{what}, rules {self.rules}, rates and scores in %"
         deliver(terminal, contest.table(title), contest.as_dict(), self.json, self.csv)
         self._keep_result(contest, f"{what}, rules {self.rules}")
@@ -111,7 +111,7 @@ class Compare:
 
     def _set_up(self, terminal: Terminal) -> int:
         """Make the environments that were asked for."""
-        from mot_sim.experiments.guests import GUESTS, GuestFailed
+        from mot_sim.experiments.guests import GUESTS, ExternalTrackerFailed
         from tracker.errors import UnknownName
 
         names = list(GUESTS) if self.setup == "all" else _names(str(self.setup))
@@ -123,25 +123,25 @@ class Compare:
             if environment is not None:
                 try:
                     environment.set_up(name)
-                except GuestFailed as failed:
+                except ExternalTrackerFailed as failed:
                     say_stderr(terminal, name, failed.stderr)
                     raise
                 terminal.write(f"{name}: ready in {environment.path}\n")
         return OK
 
-    def _keep_result(self, contest: "mot_sim.experiments.guests.Contest", title: str) -> None:
+    def _keep_result(self, contest: "mot_sim.experiments.guests.Comparison", title: str) -> None:
         """What the report reads."""
         from mot_sim.experiments.results.result_tables import contest_tables
 
         keep(self.out, "compare", title, tuple(contest_tables(contest)))
 
-    def _contestants(self) -> "list[mot_sim.experiments.guests.Contestant]":
+    def _contestants(self) -> "list[mot_sim.experiments.guests.SequenceTracker]":
         """The trackers that were named, the guests among them as the options say."""
         from mot_sim.experiments.guests import (
             BASELINES,
             GUESTS,
-            Guest,
-            find_contestant,
+            ExternalTracker,
+            find_sequence_tracker,
             parse_scores,
             with_scores,
         )
@@ -150,7 +150,7 @@ class Compare:
 
         guests = dict(GUESTS)
         for text in self.guest:
-            mine = Guest.parse(text)
+            mine = ExternalTracker.parse(text)
             if mine.name in {*guests, *TRACKERS, *BASELINES}:
                 raise BadConfig(f"--guest {mine.name}: there is a {mine.name} already; rename it")
             guests[mine.name] = mine
@@ -158,7 +158,7 @@ class Compare:
         if self.guest_score is not None:
             guests = with_scores(guests, parse_scores(self.guest_score))
         return [
-            find_contestant(name, guests, self.out and self.out / name / "exchange")
+            find_sequence_tracker(name, guests, self.out and self.out / name / "exchange")
             for name in _names(self.trackers)
         ]
 

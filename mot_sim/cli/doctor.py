@@ -18,7 +18,7 @@ OLDEST_PYTHON = (3, 11)
 
 
 @dataclass(frozen=True)
-class Finding:
+class Check:
     """One line of the diagnosis. state: ok; missing (something optional is); broken."""
 
     what: str
@@ -63,22 +63,22 @@ class Doctor:
         return BROKEN if any(finding.state == "broken" for finding in findings) else OK
 
 
-def find_python() -> Finding:
+def find_python() -> Check:
     """The interpreter."""
     state = "ok" if sys.version_info >= OLDEST_PYTHON else "broken"
-    return Finding("Python", state, f"{platform.python_version()} on {platform.platform()}")
+    return Check("Python", state, f"{platform.python_version()} on {platform.platform()}")
 
 
-def find_package(name: str) -> Finding:
+def find_package(name: str) -> Check:
     """A package that everything needs."""
     try:
         module = import_module(name)
     except Exception as error:  # noqa: BLE001 - whatever a broken package raises is the finding
-        return Finding(name, "broken", f"cannot be imported: {error}")
-    return Finding(name, "ok", str(getattr(module, "__version__", "")) or _installed(name))
+        return Check(name, "broken", f"cannot be imported: {error}")
+    return Check(name, "ok", str(getattr(module, "__version__", "")) or _installed(name))
 
 
-def find_opencv() -> Finding:
+def find_opencv() -> Check:
     """Which builds of OpenCV are installed: two write over each other's files."""
     builds = {
         str(found.metadata["Name"]).lower(): found.version
@@ -92,14 +92,14 @@ def find_opencv() -> Finding:
         rasterizes = False
     if not rasterizes:
         cure = "pip install --force-reinstall 'opencv-python-headless>=5'"
-        return Finding("OpenCV build", "broken", f"{shown or 'none'}: no triangleRasterize; {cure}")
+        return Check("OpenCV build", "broken", f"{shown or 'none'}: no triangleRasterize; {cure}")
     if set(builds) == {"opencv-python-headless"}:
-        return Finding("OpenCV build", "ok", f"{shown}, no other beside it")
+        return Check("OpenCV build", "ok", f"{shown}, no other beside it")
     advice = "uninstall all but opencv-python-headless, then reinstall that"
-    return Finding("OpenCV build", "missing", f"not the headless build alone: {shown}; {advice}")
+    return Check("OpenCV build", "missing", f"not the headless build alone: {shown}; {advice}")
 
 
-def find_kitti(root: Path | None) -> list[Finding]:
+def find_kitti(root: Path | None) -> list[Check]:
     """What a KITTI tree holds."""
     from mot_sim.datasets import available_sequences, find_root
     from tracker.errors import TrackingError
@@ -107,22 +107,22 @@ def find_kitti(root: Path | None) -> list[Finding]:
     try:
         folder = find_root(root)
         splits = [split for split in ("training", "testing") if (folder / split).is_dir()]
-        findings = [Finding("KITTI root", "ok", str(folder))]
+        findings = [Check("KITTI root", "ok", str(folder))]
         for split in splits:
             names = available_sequences(folder, split)
-            findings.append(Finding(f"{split} sequences", _state(names), _shown(names)))
+            findings.append(Check(f"{split} sequences", _state(names), _shown(names)))
             for kind in ("label_02", "oxts", "image_02"):
                 there = sorted({path.stem for path in (folder / split / kind).glob("[0-9]*")})
-                findings.append(Finding(f"{split}/{kind}", _state(there), _shown(there)))
+                findings.append(Check(f"{split}/{kind}", _state(there), _shown(there)))
     except (TrackingError, OSError) as error:
-        return [Finding("KITTI root", "missing", str(error))]
+        return [Check("KITTI root", "missing", str(error))]
     for kind in ("detections", "odometry"):
         there = sorted(path.name for path in (folder / kind).glob("*/"))
-        findings.append(Finding(kind, _state(there), ", ".join(there) or "none"))
+        findings.append(Check(kind, _state(there), ", ".join(there) or "none"))
     return findings
 
 
-def find_library(name: str) -> Finding:
+def find_library(name: str) -> Check:
     """A library for OpenGL without a screen."""
     import ctypes
     import ctypes.util
@@ -130,14 +130,14 @@ def find_library(name: str) -> Finding:
     try:
         found = ctypes.util.find_library(name)
         if found is None:
-            return Finding(f"OpenGL: {name}", "missing", "no such library")
+            return Check(f"OpenGL: {name}", "missing", "no such library")
         ctypes.CDLL(found)
     except OSError as error:
-        return Finding(f"OpenGL: {name}", "missing", f"cannot be loaded: {error}")
-    return Finding(f"OpenGL: {name}", "ok", found)
+        return Check(f"OpenGL: {name}", "missing", f"cannot be loaded: {error}")
+    return Check(f"OpenGL: {name}", "ok", found)
 
 
-def find_film() -> Finding:
+def find_film() -> Check:
     """Whether ffmpeg writes H.264 here."""
     from mot_sim.plotting.encoder import find_ffmpeg
     from tracker.errors import BadConfig
@@ -147,10 +147,10 @@ def find_film() -> Finding:
         try:
             found = find_ffmpeg()
         except BadConfig as error:
-            return Finding("video: H.264", "missing", str(error))
+            return Check("video: H.264", "missing", str(error))
         works = _try(lambda: _write_video(path))
     detail = f"writes .mp4 and .gif: {found}" if works else f"{found} writes no .mp4 here"
-    return Finding("video: H.264", "ok" if works else "missing", detail)
+    return Check("video: H.264", "ok" if works else "missing", detail)
 
 
 def _write_video(path: Path) -> bool:

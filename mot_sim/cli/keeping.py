@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    import mot_sim.experiments.sweep
     import mot_sim.experiments.results.result_file
+    import mot_sim.experiments.sweep
 
 
 def keep(
@@ -39,7 +39,9 @@ def keep_sweep(
 
 
 def begun(
-    folder: Path, design: "mot_sim.experiments.sweep.Design", advance: Callable[[str, int, int], None]
+    folder: Path,
+    design: "mot_sim.experiments.sweep.Design",
+    advance: Callable[[str, int, int], None],
 ) -> Callable[[str, int, int], None]:
     """The progress of a sweep; before it first advances, the folder says what is under way."""
     told = False

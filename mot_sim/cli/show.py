@@ -84,7 +84,7 @@ class Show:
         """Open, track, draw, and say what was written."""
         from mot_sim.plotting import FilmWriter
         from mot_sim.report import Film
-        from mot_sim.report.opening import open_tracks, track, truth_of
+        from mot_sim.report.opening import open_tracks, track_drive, truth_of
         from mot_sim.report.rerun_file import write_rerun
 
         span = parse_frames(self.frames)
@@ -101,7 +101,7 @@ class Show:
         try:
             with terminal.progress(total + (end if tracks is None else 0)) as advance:
                 if tracks is None:
-                    tracks = track(drive, recipe, end, lambda: advance("tracking"))
+                    tracks = track_drive(drive, recipe, end, lambda: advance("tracking"))
                 layers = self._layers(truth is not None)
                 shown = Film(drive, tracks, name, layers, truth, self.scale)
                 if self.rerun is not None:
@@ -176,7 +176,9 @@ class Show:
             top_view=not chosen.no_top_view,
         )
 
-    def _say_interrupted(self, terminal: Terminal, film: "mot_sim.plotting.FilmWriter | None") -> int:
+    def _say_interrupted(
+        self, terminal: Terminal, film: "mot_sim.plotting.FilmWriter | None"
+    ) -> int:
         """What stands now."""
         if film is not None and film.frames:
             terminal.note(f"interrupted: {self.out} stands with {film.frames} frames")

@@ -87,7 +87,9 @@ class Stress:
             self._keep(suites, found, number)
             if self.json != STDOUT:
                 for verdict in verdicts:
-                    terminal.write(f"{measured_line(verdict) if self.measure else line(verdict)}\n")
+                    terminal.write(
+                        f"{measured_line(verdict) if self.measure else verdict_line(verdict)}\n"
+                    )
         return found
 
     def _keep(self, suites: "Sequence[Suite]", found: "Sequence[Verdict]", done: int) -> None:
@@ -103,10 +105,10 @@ class Stress:
 
     def _conclude(self, terminal: Terminal, verdicts: "Sequence[Verdict]") -> int:
         """The errors, the JSON, the sum; the exit code."""
-        from mot_sim.experiments.stress.suites import as_content
+        from mot_sim.experiments.stress.suites import verdict_content
 
         if self.json is not None:
-            content = list(as_content(verdicts))
+            content = list(verdict_content(verdicts))
             terminal.save(jsonlib.dumps(content, indent=2) + "\n", self.json)
         errors = {
             f"{each.suite}, {each.tracker}: {each.failed} trials failed: {each.error}": None
@@ -122,7 +124,7 @@ class Stress:
         return BROKEN if bad else OK
 
 
-def line(verdict: "Verdict") -> str:
+def verdict_line(verdict: "Verdict") -> str:
     """A verdict as one line: pass or fail, where, what was reached, and the bound."""
     word = "pass" if verdict.passed else "FAIL"
     bound = f"{verdict.bound.word} {_number(verdict.bound.metric, verdict.bound.value)}"

@@ -149,22 +149,24 @@ class Sweep:
         if self.plot is not None:
             require_figure(self.plot)
 
-    def _show(self, terminal: Terminal, design: "mot_sim.experiments.sweep.Design", table: Any) -> int:
+    def _show(
+        self, terminal: Terminal, design: "mot_sim.experiments.sweep.Design", table: Any
+    ) -> int:
         """The tables, the picture, the result for the report, what failed; the exit code."""
         from mot_sim.experiments.results.result_tables import means, sweep_tables
         from mot_sim.experiments.sweep.curves import save_curves
         from mot_sim.experiments.sweep.summary import summary
         from mot_sim.experiments.sweep.summary_tables import (
-            as_content,
             difference_table,
             failures,
             mean_table,
+            summary_content,
         )
 
         lines = summary(table)
         keep_sweep(self.out, design, sweep_tables(table, lines, design.description()), len(table))
         if self.json is not None:
-            terminal.save(jsonlib.dumps(as_content(lines), indent=2) + "\n", self.json)
+            terminal.save(jsonlib.dumps(summary_content(lines), indent=2) + "\n", self.json)
         if self.json != STDOUT:
             terminal.show(mean_table(lines))
             differences = difference_table(lines)

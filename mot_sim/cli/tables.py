@@ -86,10 +86,10 @@ class Tables:
 
     def _studies(
         self, advance: "mot_sim.experiments.tuning.measuring.Progress"
-    ) -> "mot_sim.experiments.paper.studies.Studies":
+    ) -> "mot_sim.experiments.paper.studies.PaperConfig":
         """How much is measured."""
         from mot_sim.datasets import find_root
-        from mot_sim.experiments.paper.studies import JUNCTIONS, Studies
+        from mot_sim.experiments.paper.studies import JUNCTIONS, PaperConfig
         from mot_sim.simulation.scene_names import SCENES
         from tracker.errors import BadConfig, UnknownName
 
@@ -102,7 +102,7 @@ class Tables:
             if name not in SCENES:
                 raise UnknownName.of("scene", name, SCENES)
         has_kitti = self.root is not None or bool(os.environ.get("MOT_SIM_KITTI_ROOT"))
-        return Studies(
+        return PaperConfig(
             self.out,
             find_root(self.root) if has_kitti else None,
             has_kitti,
@@ -115,7 +115,7 @@ class Tables:
         )
 
     def _write_results(
-        self, terminal: Terminal, studies: "mot_sim.experiments.paper.studies.Studies"
+        self, terminal: Terminal, studies: "mot_sim.experiments.paper.studies.PaperConfig"
     ) -> None:
         """Table II: the files that the server wants, of every sequence of the split."""
         from mot_sim.datasets import kitti_sequence

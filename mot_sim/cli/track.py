@@ -12,8 +12,8 @@ from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
 if TYPE_CHECKING:
     import mot_sim.datasets
     import mot_sim.evaluation.run_folder
-    import mot_sim.files.settings
     import mot_sim.evaluation.runs
+    import mot_sim.files.settings
 
 
 @dataclass(frozen=True)
@@ -65,9 +65,7 @@ class Track:
 
     def _input(
         self,
-    ) -> (
-        "tuple[Sequence[mot_sim.datasets.RecordedSequence], mot_sim.files.settings.Settings]"
-    ):
+    ) -> "tuple[Sequence[mot_sim.datasets.RecordedSequence], mot_sim.files.settings.Settings]":
         """The drives, and the settings that say which they are."""
         from mot_sim.datasets import box_sequence
         from tracker.errors import BadConfig
@@ -104,7 +102,7 @@ class Track:
         settings["ego"] = settings["ego"] or self.kitti.ego
         return [drive], {**settings, "drop_bad_boxes": drop, "score_map": self.kitti.score_map}
 
-    def _report(self, terminal: Terminal, run: "mot_sim.evaluation.runs.Run") -> None:
+    def _report(self, terminal: Terminal, run: "mot_sim.evaluation.runs.TrackingRun") -> None:
         frames = sum(counts.frames for counts in run.counts.values())
         if self.json:
             terminal.write_json(
@@ -132,7 +130,7 @@ class Track:
         )
 
 
-def stages_said(run: "mot_sim.evaluation.runs.Run") -> str:
+def stages_said(run: "mot_sim.evaluation.runs.TrackingRun") -> str:
     """How long the stages of the front end took, if there was one."""
     parts = [f"{stage} {spent:.1f}" for stage, spent in run.stage_ms.items()]
     return f"; ms a frame: {', '.join(parts)}" if parts else ""
@@ -143,7 +141,7 @@ def run_tracker(
     recipe: "mot_sim.evaluation.runs.Recipe",
     drives: "Sequence[mot_sim.datasets.RecordedSequence]",
     folder: "mot_sim.evaluation.run_folder.RunFolder | None",
-) -> "mot_sim.evaluation.runs.Run | None":
+) -> "mot_sim.evaluation.runs.TrackingRun | None":
     """Track under a progress bar; None after Ctrl-C, when it has said how to go on."""
     from mot_sim.evaluation.runs import track_sequences
 

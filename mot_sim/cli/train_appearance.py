@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class LearnAppearance:
+class TrainAppearance:
     """Learn the weights of the appearance descriptor (eq. 5) on synthetic cars.
 
     mot-sim learn-appearance --out appearance.npz
@@ -66,7 +66,7 @@ class LearnAppearance:
 
 
 def _watched(
-    drives: "list[mot_sim.training.identities.Drive]", advance: Callable[..., None]
+    drives: "list[mot_sim.training.identities.RenderedDrive]", advance: Callable[..., None]
 ) -> "Iterator[mot_sim.training.identities.Sight]":
     """The pictures of all drives, one after the other, under a progress bar."""
     from mot_sim.training.identities import sights_of

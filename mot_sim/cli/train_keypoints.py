@@ -44,9 +44,9 @@ class TrainKeypoints:
     def __call__(self, terminal: Terminal) -> int:
         """Train, write, and say how good it is."""
         from mot_sim.training.keypoints import train_keypoints
-        from mot_sim.training.plan import Plan
+        from mot_sim.training.plan import TrainingPlan
 
-        plan = Plan(
+        plan = TrainingPlan(
             crops=self.crops, epochs=self.epochs, seed=self.seed, size=self.size,
             held_out=self.held_out,
         )  # fmt: skip

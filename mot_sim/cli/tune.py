@@ -76,16 +76,16 @@ class Tune:
         """Tune and show."""
         from mot_sim.cli.evaluate import require_targets
         from mot_sim.evaluation.runs import parse_costs
-        from mot_sim.experiments.sweep.tracker_specs import Contender
-        from mot_sim.experiments.tuning.cross_validation import Search, tune
+        from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
+        from mot_sim.experiments.tuning.cross_validation import WeightSearch, tune
         from mot_sim.experiments.tuning.weighing import Method, Scale, weights_of
 
         require_targets(self.json, None)
         start = parse_costs(self.costs)
         weights_of(list(start.values()))
-        search = Search(self.objective, self.samples, self.folds, self.seed)
+        search = WeightSearch(self.objective, self.samples, self.folds, self.seed)
         self._require_rules()
-        method = Method(tuple(start), Contender.parse(self.tracker))
+        method = Method(tuple(start), TrackerSpec.parse(self.tracker))
         method.contender.check()
         try:
             drives = self._drives()
@@ -99,11 +99,11 @@ class Tune:
             return INTERRUPTED
         self._keep(tuned)
         if self.json is not None:
-            content = jsonlib.dumps(as_content(tuned, self.objective), indent=2)
+            content = jsonlib.dumps(tuned_content(tuned, self.objective), indent=2)
             terminal.save(content + "\n", self.json)
         if self.json != STDOUT:
             terminal.show(fold_table(tuned, self.objective))
-            terminal.write(summary(tuned, self.objective))
+            terminal.write(tuned_summary(tuned, self.objective))
         terminal.note(f"{tuned.weighed} weight vectors, {tuned.fresh} of them weighed now")
         return OK
 
@@ -116,7 +116,7 @@ class Tune:
         tables = tuned_tables(tuned, self.objective, float(WHOLE))
         keep(self.out, "tune", f"Weights of {', '.join(tuned.names)}: {drives}", tables)
 
-    def _drives(self) -> "tuple[mot_sim.experiments.tuning.labelled.Labelled, ...]":
+    def _drives(self) -> "tuple[mot_sim.experiments.tuning.labelled.LabelledSequence, ...]":
         from mot_sim.experiments.tuning.labelled import kitti_drives, made_drives
 
         if self.scene is None:
@@ -163,7 +163,9 @@ def fold_table(
     return Table(columns, tuple(rows), "weights by cross-validation; scores in %", sums=1)
 
 
-def summary(tuned: "mot_sim.experiments.tuning.cross_validation.Tuned", objective: str) -> str:
+def tuned_summary(
+    tuned: "mot_sim.experiments.tuning.cross_validation.Tuned", objective: str
+) -> str:
     """What came of it, in two lines."""
     return (
         f"{objective} of all drives: {100 * tuned.start:.2f} by the first weights, "
@@ -172,7 +174,7 @@ def summary(tuned: "mot_sim.experiments.tuning.cross_validation.Tuned", objectiv
     )
 
 
-def as_content(
+def tuned_content(
     tuned: "mot_sim.experiments.tuning.cross_validation.Tuned", objective: str
 ) -> dict[str, object]:
     """The outcome in plain values."""

@@ -48,7 +48,9 @@ class Verify:
                 terminal.note(f"{each.name}: {each.trouble}")
         return OK if all(each.is_same for each in found) else BROKEN
 
-    def _show(self, terminal: Terminal, found: "list[mot_sim.simulation.episodes.Finding]") -> None:
+    def _show(
+        self, terminal: Terminal, found: "list[mot_sim.simulation.episodes.EpisodeVerification]"
+    ) -> None:
         """A row an episode."""
         from mot_sim.simulation.episodes.verification import GROUPS
         from mot_sim.tables.grid import Column, Table

@@ -24,7 +24,7 @@ from mot_sim.datasets.kitti import (
 from mot_sim.datasets.poses import read_poses, write_poses
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
 from mot_sim.datasets.score_maps import ScoreMap
-from mot_sim.files.text import Table, read_table
+from mot_sim.files.text import TextTable, read_table
 from mot_sim.files.writing import write_lines
 
 __all__ = [
@@ -40,7 +40,7 @@ __all__ = [
     "KittiSequence",
     "RecordedSequence",
     "ScoreMap",
-    "Table",
+    "TextTable",
     "available_sequences",
     "box_sequence",
     "export_motchallenge",

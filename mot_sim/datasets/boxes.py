@@ -14,7 +14,7 @@ from mot_sim.datasets.kitti.ego.visual import ImageMotion
 from mot_sim.datasets.poses import read_poses
 from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.datasets.score_maps import ScoreMap
-from mot_sim.files.text import Table, read_table
+from mot_sim.files.text import TextTable, read_table
 from tracker.errors import BadConfig, BadFile, DatasetNotFound, UnknownName
 
 REQUIRED = ("frame", "x_min", "y_min", "x_max", "y_max")
@@ -82,7 +82,7 @@ def box_sequence(
     )
 
 
-def read_boxes_table(path: Path) -> Table:
+def read_boxes_table(path: Path) -> TextTable:
     """The rows of a boxes.csv; BadFile without a header, for missing and unknown columns."""
 
     def columns(fields: list[str]) -> list[str]:

@@ -12,7 +12,7 @@ from numpy import ndarray as Array
 
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.datasets.score_maps import ScoreMap
-from mot_sim.files.text import Table, read_table
+from mot_sim.files.text import TextTable, read_table
 from tracker.types import Detections
 
 BadBoxes = Literal["error", "drop"]
@@ -54,7 +54,7 @@ class DetectionFormat:
         """The four columns that hold a box."""
         return next(four for four in (CORNERS, SIDES, X_MIN) if four[0] in self.columns)
 
-    def boxes(self, table: Table) -> Float[Array, "n 4"]:
+    def boxes(self, table: TextTable) -> Float[Array, "n 4"]:
         """The corners of the boxes; BadFile for NaN and infinity."""
         boxes = table.finite(self.box_columns)
         if self.box_columns == SIDES:
@@ -81,7 +81,7 @@ def read_detections(
 
 
 def check_detections(
-    table: Table,
+    table: TextTable,
     form: DetectionFormat,
     image_size: tuple[int, int],
     frame_count: int | None,

@@ -1,6 +1,6 @@
 """Why a tracker broke: what happened around each switch, and which noise it hangs on."""
 
-from mot_sim.diagnosis.context_events import KINDS, Happenings
+from mot_sim.diagnosis.context_events import KINDS, ContextEvents
 from mot_sim.metrics.breaks import Breaks, Matches
 
-__all__ = ["KINDS", "Breaks", "Happenings", "Matches"]
+__all__ = ["KINDS", "Breaks", "ContextEvents", "Matches"]

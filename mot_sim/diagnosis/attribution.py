@@ -13,8 +13,8 @@ import numpy as np
 
 from mot_sim.diagnosis.replay import BEGINNING, Replays
 from mot_sim.diagnosis.runs_of_frames import by_id
-from mot_sim.diagnosis.sources import Bench
-from mot_sim.diagnosis.streams import Stream
+from mot_sim.diagnosis.sources import SourceAblation
+from mot_sim.diagnosis.streams import DetectionStream
 from mot_sim.metrics.breaks import Breaks, Matches
 from tracker.types import Tracks
 
@@ -80,13 +80,13 @@ def is_kept(matches: Matches, incident: Incident, window: int) -> bool:
 
 
 @dataclass(eq=False)
-class Court:
+class Attributor:
     """Judges the switches of one drive. labels: of all frames of the recording.
 
     replays: of the tracker that made them; asked: replays that were needed, by what was off.
     """
 
-    bench: Bench
+    bench: SourceAblation
     labels: Tracks
     replays: Replays
     asked: dict[tuple[str, int, int, int], Matches] = field(default_factory=dict)
@@ -154,7 +154,9 @@ class Court:
         matches = self._matches(source, earlier, first - 1, until, stream)
         return is_kept(matches, incident, self.window)
 
-    def _matches(self, what: str, first: int, last: int, until: int, stream: Stream) -> Matches:
+    def _matches(
+        self, what: str, first: int, last: int, until: int, stream: DetectionStream
+    ) -> Matches:
         """What the tracker makes of a changed stream, up to a frame."""
         key = what, first, last, until
         if key not in self.asked:
@@ -177,6 +179,17 @@ def shares(causes: list[Cause]) -> dict[str, float]:
 
 
 __all__ = [
-    "EARLIER", "EITHER", "NO_NOISE", "ONE", "TOGETHER", "VERDICTS", "WINDOW", "Cause", "Court",
-    "Incident", "incidents", "is_kept", "shares",
+    "EARLIER",
+    "EITHER",
+    "NO_NOISE",
+    "ONE",
+    "TOGETHER",
+    "VERDICTS",
+    "WINDOW",
+    "Attributor",
+    "Cause",
+    "Incident",
+    "incidents",
+    "is_kept",
+    "shares",
 ]  # fmt: skip

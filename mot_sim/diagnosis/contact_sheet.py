@@ -12,8 +12,8 @@ from mot_sim.diagnosis.panels import WIDTH, Scenario, draw_moment
 from mot_sim.diagnosis.tasks import KittiTask, SceneTask, Task
 from mot_sim.plotting import write_image
 from mot_sim.plotting.colours import PANEL
-from mot_sim.simulation.imaging import Drawn
-from mot_sim.simulation.scene import Take
+from mot_sim.simulation.imaging import RenderedImages
+from mot_sim.simulation.scene import Rollout
 from tracker.errors import BadOutput
 
 SHEET = "sheet.png"
@@ -83,8 +83,8 @@ def scenario_of(task: Task, renderer: str | None) -> Scenario:
     if isinstance(task, KittiTask):
         images = task.pictures
     elif isinstance(task, SceneTask) and renderer is not None:
-        take = Take.of(task.conditions.make_scene(), task.seed, task.recorded.traffic)
-        images = Drawn(take, renderer)
+        take = Rollout.of(task.conditions.make_scene(), task.seed, task.recorded.traffic)
+        images = RenderedImages(take, renderer)
     return Scenario(watched, output, images)
 
 

@@ -12,7 +12,7 @@ from tracker.types import Rows
 KINDS = (
     "occlusion", "crossing", "car turns", "camera turns", "look-alike", "detector gap",
 )  # fmt: skip
-NOBODY, SCENERY = -2, -1  # others: no second car; not a car
+NO_PARTNER, SCENERY = -2, -1  # others: no second car; not a car
 # Upper ends of the bins, and how they are called. Seconds of an occlusion or a gap; metres that
 # the occluder is nearer than the car. At 10 Hz a gap of one frame lasts 0.1 s.
 BINS: dict[str, tuple[tuple[float, str], ...]] = {
@@ -35,7 +35,7 @@ Row = tuple[str, int, int, int, int, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Happenings(Rows):
+class ContextEvents(Rows):
     """A row a happening, by first frame. kinds: of KINDS.
 
     firsts, lasts: the frames that it lasts. ids: whose it is; others: the second car of a
@@ -52,7 +52,7 @@ class Happenings(Rows):
     seconds: Float[Array, " n"]
 
     @classmethod
-    def of(cls, rows: Iterable[Row], frame_rate: float = 10.0) -> "Happenings":
+    def of(cls, rows: Iterable[Row], frame_rate: float = 10.0) -> "ContextEvents":
         """The table of rows in any order."""
         ordered = sorted(rows, key=lambda row: (row[1], row[0], row[3], row[4]))
         kinds, firsts, lasts, ids, others, depths = (
@@ -94,4 +94,4 @@ def bin_names(kind: str) -> list[str]:
     return found
 
 
-__all__ = ["KINDS", "NOBODY", "SCENERY", "Happenings", "Row", "bin_names"]
+__all__ = ["KINDS", "NO_PARTNER", "SCENERY", "ContextEvents", "Row", "bin_names"]

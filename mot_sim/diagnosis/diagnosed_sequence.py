@@ -8,11 +8,11 @@ from numpy import ndarray as Array
 
 from mot_sim.datasets import KittiSequence
 from mot_sim.datasets.recorded import DetectionLog
-from mot_sim.diagnosis.context_events import KINDS, Happenings, Row
+from mot_sim.diagnosis.context_events import KINDS, ContextEvents, Row
 from mot_sim.diagnosis.gaps import detector_gaps
 from mot_sim.diagnosis.occlusions import exact_occlusions, labelled_occlusions
-from mot_sim.diagnosis.pair_events import crossings, look_alikes
-from mot_sim.diagnosis.streams import Stream
+from mot_sim.diagnosis.pair_events import box_crossings, look_alike_meetings
+from mot_sim.diagnosis.streams import DetectionStream
 from mot_sim.diagnosis.turns import camera_turns, car_turns, headings_of
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import drive_of
@@ -24,37 +24,37 @@ VEHICLES = ("Car", "Van")
 
 
 @dataclass(frozen=True, eq=False)
-class Watched:
+class DiagnosedSequence:
     """What a tracker is given, what it is scored against, and what happens meanwhile.
 
     truth: labels of the frames that come. known: the kinds of happenings that the data tell of.
     """
 
     name: str
-    stream: Stream
+    stream: DetectionStream
     truth: Tracks
-    happenings: Happenings
+    happenings: ContextEvents
     known: tuple[str, ...]
 
 
-def watch_scene(conditions: Conditions, recorded: Extra, seed: int) -> Watched:
+def diagnosed_scene(conditions: Conditions, recorded: Extra, seed: int) -> DiagnosedSequence:
     """A recorded run of a scene as these conditions show it."""
     drive = drive_of(conditions, recorded, seed)
-    stream = Stream.of(drive.sequence)
+    stream = DetectionStream.of(drive.sequence)
     cars = vehicles(drive.truth)
     rig = conditions.rig.rig
     poses = np.array([rig.T_world_cam(ego) for ego in recorded.traffic.ego])
     annotated = recorded.annotations
     rows = [
         *exact_occlusions(annotated.truth, annotated.occlusions),
-        *look_alikes(cars, recorded.cast.ids, _looks(recorded)),
+        *look_alike_meetings(cars, recorded.cast.ids, _looks(recorded)),
         *_seen(cars, stream, headings_of(poses)),
     ]
-    happenings = Happenings.of(rows, stream.frame_rate)
-    return Watched(f"{conditions.scene}/{seed}", stream, drive.truth, happenings, KINDS)
+    happenings = ContextEvents.of(rows, stream.frame_rate)
+    return DiagnosedSequence(f"{conditions.scene}/{seed}", stream, drive.truth, happenings, KINDS)
 
 
-def watch_kitti(drive: KittiSequence) -> Watched:
+def diagnosed_kitti(drive: KittiSequence) -> DiagnosedSequence:
     """A labelled KITTI sequence. Raises DatasetNotFound for one without labels or cars."""
     truth = drive.truth
     if truth is None:
@@ -62,7 +62,7 @@ def watch_kitti(drive: KittiSequence) -> Watched:
             f"sequence {drive.name}: no labels (label_02/{drive.name}.txt); choose others: "
             "--sequences labelled takes those that have some"
         )
-    stream = Stream.of(replace(drive, images=None))
+    stream = DetectionStream.of(replace(drive, images=None))
     poses = drive.Ts_world_cam
     headings = None if poses is None else headings_of(poses)
     rows = [*labelled_occlusions(truth), *_seen(vehicles(truth), stream, headings)]
@@ -71,7 +71,9 @@ def watch_kitti(drive: KittiSequence) -> Watched:
         known = [kind for kind in known if not kind.endswith("turns")]
     if truth.occlusion is None:
         known.remove("occlusion")
-    return Watched(drive.name, stream, truth, Happenings.of(rows, stream.frame_rate), tuple(known))
+    return DiagnosedSequence(
+        drive.name, stream, truth, ContextEvents.of(rows, stream.frame_rate), tuple(known)
+    )
 
 
 def vehicles(truth: Tracks) -> Tracks:
@@ -82,10 +84,10 @@ def vehicles(truth: Tracks) -> Tracks:
     return truth.select(is_one)
 
 
-def _seen(cars: Tracks, stream: Stream, headings: Float[Array, " m"] | None) -> list[Row]:
+def _seen(cars: Tracks, stream: DetectionStream, headings: Float[Array, " m"] | None) -> list[Row]:
     """What boxes, detections and headings tell; the same for every kind of drive."""
     log = DetectionLog(stream.log.frames, stream.log.detections)
-    found = [*crossings(cars), *detector_gaps(cars, log, stream.frames)]
+    found = [*box_crossings(cars), *detector_gaps(cars, log, stream.frames)]
     if headings is not None:
         found += camera_turns(cars, headings, stream.frame_rate)
         found += car_turns(cars, headings, stream.frame_rate)
@@ -102,4 +104,4 @@ def _looks(recorded: Extra) -> Int[Array, " n"]:
     return np.unique(about, axis=0, return_inverse=True)[1].ravel().astype(np.int64)
 
 
-__all__ = ["Watched", "vehicles", "watch_kitti", "watch_scene"]
+__all__ = ["DiagnosedSequence", "diagnosed_kitti", "diagnosed_scene", "vehicles"]

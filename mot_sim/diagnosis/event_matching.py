@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Int
 from numpy import ndarray as Array
 
-from mot_sim.diagnosis.context_events import Happenings
+from mot_sim.diagnosis.context_events import ContextEvents
 from mot_sim.diagnosis.runs_of_frames import by_id
 from mot_sim.metrics.breaks import Breaks
 from tracker.types import Tracks
@@ -19,7 +19,7 @@ NOTHING = "none of these"
 
 
 @dataclass(frozen=True)
-class Counts:
+class EventCounts:
     """At one kind of happening in one drive. events: how many there were.
 
     switches, fragments: around them; one may be around several kinds. Their shares are divided
@@ -32,16 +32,16 @@ class Counts:
     fragments: int = 0
     fragment_share: float = 0.0
 
-    def __add__(self, other: "Counts") -> "Counts":
+    def __add__(self, other: "EventCounts") -> "EventCounts":
         mine, theirs = vars(self), vars(other)
-        return Counts(**{name: mine[name] + theirs[name] for name in mine})
+        return EventCounts(**{name: mine[name] + theirs[name] for name in mine})
 
 
-Tally = Mapping[str, Counts]  # by `bin_names`, and NOTHING
+Tally = Mapping[str, EventCounts]  # by `bin_names`, and NOTHING
 
 
-def happenings_around(
-    breaks: Breaks, happenings: Happenings, frame_rate: float
+def events_around(
+    breaks: Breaks, happenings: ContextEvents, frame_rate: float
 ) -> list[dict[str, int]]:
     """For each break the happening of each kind that it was around: kind, row.
 
@@ -65,8 +65,8 @@ def happenings_around(
     return found
 
 
-def exposed(
-    happenings: Happenings, cars: Tracks, around: list[dict[str, int]]
+def at_risk(
+    happenings: ContextEvents, cars: Tracks, around: list[dict[str, int]]
 ) -> Bool[Array, " n"]:
     """Which happenings could break a name: a label that counts at both ends, or they did break one.
 
@@ -94,21 +94,24 @@ def exposed(
 
 
 def tally(
-    breaks: Breaks, happenings: Happenings, around: list[dict[str, int]], could: Bool[Array, " n"]
-) -> dict[str, Counts]:
+    breaks: Breaks,
+    happenings: ContextEvents,
+    around: list[dict[str, int]],
+    could: Bool[Array, " n"],
+) -> dict[str, EventCounts]:
     """The counts of one drive, by the names of kinds and of their bins."""
-    found: dict[str, Counts] = {}
+    found: dict[str, EventCounts] = {}
 
-    def add(name: str, counts: Counts) -> None:
-        found[name] = found.get(name, Counts()) + counts
+    def add(name: str, counts: EventCounts) -> None:
+        found[name] = found.get(name, EventCounts()) + counts
 
     for row in np.flatnonzero(could).tolist():
         for name in happenings.bins_of(row):
-            add(name, Counts(events=1))
+            add(name, EventCounts(events=1))
     for row, at in enumerate(around):
         switch, fragment = int(breaks.switched[row]), int(breaks.broken[row])
         share = 1.0 / max(len(at), 1)
-        counts = Counts(0, switch, switch * share, fragment, fragment * share)
+        counts = EventCounts(0, switch, switch * share, fragment, fragment * share)
         for kind in at:
             for name in happenings.bins_of(at[kind]):
                 add(name, counts)
@@ -117,4 +120,4 @@ def tally(
     return found
 
 
-__all__ = ["AROUND", "NOTHING", "Counts", "Tally", "exposed", "happenings_around", "tally"]
+__all__ = ["AROUND", "NOTHING", "EventCounts", "Tally", "at_risk", "events_around", "tally"]

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from mot_sim.diagnosis.attribution import Cause
-from mot_sim.diagnosis.diagnosed_sequence import Watched
-from mot_sim.diagnosis.event_matching import Counts, exposed, happenings_around, tally
+from mot_sim.diagnosis.diagnosed_sequence import DiagnosedSequence
+from mot_sim.diagnosis.event_matching import EventCounts, at_risk, events_around, tally
 from mot_sim.files.writing import write_lines
 from mot_sim.metrics.breaks import Breaks, Matches, counted_cars
 from tracker.types import Tracks
@@ -21,7 +21,7 @@ FORMAT = 1  # of the files of finished drives
 
 @dataclass(frozen=True)
 class Case:
-    """One break, see `Breaks`. around: names of kinds and bins, see `Happenings.bins_of`.
+    """One break, see `Breaks`. around: names of kinds and bins, see `ContextEvents.bins_of`.
 
     verdict, sources, by_control: of a switch that was attributed, see `Cause`; else "" and none.
     """
@@ -43,7 +43,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Findings:
-    """Of one drive. cars: that count, as ids; none: nothing can break. known: kinds, see `Watched`.
+    """Of one drive. cars: that count, as ids; none: nothing can break. known: kinds, see `DiagnosedSequence`.
 
     counts: by name of `bin_names` and NOTHING.
     """
@@ -52,7 +52,7 @@ class Findings:
     frames: int
     cars: int
     known: tuple[str, ...]
-    counts: dict[str, Counts] = field(default_factory=dict)
+    counts: dict[str, EventCounts] = field(default_factory=dict)
     cases: tuple[Case, ...] = ()
 
     @property
@@ -67,14 +67,14 @@ class Findings:
 
 
 def findings_of(
-    watched: Watched, output: Tracks, judge: Callable[[Breaks], list[Cause]] | None = None
+    watched: DiagnosedSequence, output: Tracks, judge: Callable[[Breaks], list[Cause]] | None = None
 ) -> Findings:
     """What an output broke. judge: says what the switches hang on; None: nobody does."""
     count = watched.stream.frame_count
     breaks = Breaks.of(Matches.of(watched.truth, output, count))
     cars = counted_cars(watched.truth, count)
-    around = happenings_around(breaks, watched.happenings, watched.stream.frame_rate)
-    could = exposed(watched.happenings, cars, around)
+    around = events_around(breaks, watched.happenings, watched.stream.frame_rate)
+    could = at_risk(watched.happenings, cars, around)
     rows = np.flatnonzero(breaks.switched).tolist()
     causes = judge(breaks.switches) if judge is not None and rows else []
     found = dict(zip(rows, causes, strict=True)) if causes else {}
@@ -89,7 +89,7 @@ def findings_of(
 
 
 def _case(
-    watched: Watched, breaks: Breaks, row: int, at: dict[str, int], cause: Cause | None
+    watched: DiagnosedSequence, breaks: Breaks, row: int, at: dict[str, int], cause: Cause | None
 ) -> Case:
     """A row of the breaks in plain values."""
     names = tuple(name for kind in at for name in watched.happenings.bins_of(at[kind]))
@@ -118,7 +118,7 @@ def read_findings(path: Path) -> Findings | None:
         if whole["format"] != FORMAT or whole["sha256"] != _hash(content):
             return None
         cases = tuple(_read_case(each) for each in content.pop("cases"))
-        counts = {name: Counts(**each) for name, each in content.pop("counts").items()}
+        counts = {name: EventCounts(**each) for name, each in content.pop("counts").items()}
         known = tuple(content.pop("known"))
         return Findings(**content, known=known, counts=counts, cases=cases)
     except (OSError, ValueError, TypeError, KeyError, AttributeError):

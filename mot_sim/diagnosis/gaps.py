@@ -7,7 +7,7 @@ from jaxtyping import Int
 from numpy import ndarray as Array
 
 from mot_sim.datasets.recorded import DetectionLog
-from mot_sim.diagnosis.context_events import NOBODY, Row
+from mot_sim.diagnosis.context_events import NO_PARTNER, Row
 from mot_sim.diagnosis.runs_of_frames import by_id
 from mot_sim.metrics.matching import match
 from mot_sim.metrics.overlaps import EPSILON, Overlaps
@@ -32,7 +32,14 @@ def detector_gaps(cars: Tracks, log: DetectionLog, frames: Int[Array, " k"]) -> 
         found = steps[detected[inner]]
         for a, b in zip(found[:-1].tolist(), found[1:].tolist(), strict=True):
             if b > a + 1:
-                yield "detector gap", int(frames[a + 1]), int(frames[b - 1]), car, NOBODY, np.nan
+                yield (
+                    "detector gap",
+                    int(frames[a + 1]),
+                    int(frames[b - 1]),
+                    car,
+                    NO_PARTNER,
+                    np.nan,
+                )
 
 
 def _detected(cars: Tracks, log: DetectionLog) -> Array:

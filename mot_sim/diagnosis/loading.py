@@ -10,7 +10,7 @@ from mot_sim.experiments.stress.suites import find_suites, read_suites
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.seeded_episodes import default_cache
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.files.fingerprint import code_digest
 from mot_sim.simulation.scene_names import SCENES
 from tracker.errors import BadConfig, DatasetNotFound, UnknownName
@@ -20,7 +20,7 @@ def scene_tasks(
     scene: str,
     settings: Mapping[str, Level],
     seeds: Sequence[int],
-    contender: Contender,
+    contender: TrackerSpec,
     attribute: bool = False,
 ) -> Iterator[SceneTask]:
     """Runs of a scene. Their truths are kept where `mot_sim.testing` keeps its own.
@@ -43,7 +43,7 @@ def suite_tasks(
     suite: str,
     settings: Mapping[str, Level],
     seeds: Sequence[int],
-    contender: Contender,
+    contender: TrackerSpec,
     attribute: bool = False,
 ) -> Iterator[SceneTask]:
     """Runs of a stress suite; settings: what is changed in it. Raises as `scene_tasks`."""
@@ -52,7 +52,7 @@ def suite_tasks(
     return scene_tasks(found.scene, whole, seeds, contender, attribute)
 
 
-def kitti_tasks(drives: Sequence[KittiSequence], contender: Contender) -> Iterator[KittiTask]:
+def kitti_tasks(drives: Sequence[KittiSequence], contender: TrackerSpec) -> Iterator[KittiTask]:
     """Sequences of a KITTI tree; all must have labels. Raises DatasetNotFound."""
     for drive in drives:
         if drive.label_path is None or drive.truth is None:

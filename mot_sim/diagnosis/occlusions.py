@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.diagnosis.context_events import NOBODY, SCENERY, Row
-from mot_sim.diagnosis.runs_of_frames import by_id, spans
+from mot_sim.diagnosis.context_events import NO_PARTNER, SCENERY, Row
+from mot_sim.diagnosis.runs_of_frames import by_id, runs_of_frames
 from mot_sim.metrics.overlaps import same_frame_pairs
 from mot_sim.simulation.truth import Occlusions, Truth
 from mot_sim.simulation.truth.events import hidings
@@ -36,7 +36,7 @@ def exact_occlusions(truth: Truth, occlusions: Occlusions) -> Iterator[Row]:
     hidden_by = {car: occlusions.select(rows) for car, rows in by_id(occlusions.ids)}
     for car, rows in by_id(tracks.ids):
         seen = rows[truth.whole_pixels[rows] > 0]
-        for stay in spans(tracks.frames[seen]):
+        for stay in runs_of_frames(tracks.frames[seen]):
             part = seen[stay]
             frames = tracks.frames[part].tolist()
             for first, last in _hidden(truth.visible[part].tolist(), frames, car):
@@ -66,13 +66,13 @@ def _hidden(visible: list[float], frames: list[int], car: int) -> Iterator[tuple
 def _occluder(hidden: Occlusions | None, first: int, last: int) -> int:
     """Who hides most pixels of a car over some frames; -1: no car does, -2: hardly anything."""
     if hidden is None:
-        return NOBODY
+        return NO_PARTNER
     here = (hidden.frames >= first) & (hidden.frames <= last)
     total: Counter[int] = Counter()
     for by, pixels in zip(hidden.by[here].tolist(), hidden.pixels[here].tolist(), strict=True):
         total[by if by >= 0 else SCENERY] += pixels
-    most = max(total.items(), key=lambda each: (each[1], -each[0]), default=(NOBODY, 0))
-    return most[0] if most[1] >= SPOTLESS else NOBODY
+    most = max(total.items(), key=lambda each: (each[1], -each[0]), default=(NO_PARTNER, 0))
+    return most[0] if most[1] >= SPOTLESS else NO_PARTNER
 
 
 def labelled_occlusions(labels: Tracks) -> Iterator[Row]:
@@ -88,7 +88,7 @@ def labelled_occlusions(labels: Tracks) -> Iterator[Row]:
         assert named.occlusion is not None
         frames, level = named.frames[rows], named.occlusion[rows]
         bad = np.setdiff1d(np.arange(frames[0], frames[-1] + 1), frames[level < LARGELY])
-        for span in spans(bad, PASSING):
+        for span in runs_of_frames(bad, PASSING):
             first, last = int(bad[span][0]), int(bad[span][-1])
             other, gap = _nearest_cover(covers.get(car, []), first, last)
             yield "occlusion", first, last, car, other, gap

@@ -7,7 +7,7 @@ from jaxtyping import Float, Int, Shaped
 from numpy import ndarray as Array
 
 from mot_sim.diagnosis.context_events import Row
-from mot_sim.diagnosis.runs_of_frames import spans
+from mot_sim.diagnosis.runs_of_frames import runs_of_frames
 from mot_sim.metrics.overlaps import same_frame_pairs
 from tracker.geometry import box_intersection
 from tracker.types import Rows, Tracks
@@ -16,7 +16,7 @@ PASSING = 5  # frames that two cars may be apart for without ending a meeting
 NEAR = 0.5  # look-alikes are near when boxes grown by this part of their sides touch
 
 
-def crossings(cars: Tracks) -> Iterator[Row]:
+def box_crossings(cars: Tracks) -> Iterator[Row]:
     """Meetings of two cars whose boxes share area and whose centres change sides meanwhile."""
     for a, b, frames, rows_a, rows_b in meetings(cars, cars.boxes):
         middle = cars.boxes[:, 0] + cars.boxes[:, 2]
@@ -25,7 +25,9 @@ def crossings(cars: Tracks) -> Iterator[Row]:
             yield "crossing", int(frames[0]), int(frames[-1]), a, b, np.nan
 
 
-def look_alikes(cars: Tracks, ids: Int[Array, " n"], looks: Shaped[Array, " n"]) -> Iterator[Row]:
+def look_alike_meetings(
+    cars: Tracks, ids: Int[Array, " n"], looks: Shaped[Array, " n"]
+) -> Iterator[Row]:
     """Meetings of two cars of one look. looks: of ids, which increase; equal: they look alike."""
     look = looks[np.searchsorted(ids, cars.ids)] if len(ids) else looks
     sides = NEAR * 0.5 * (cars.boxes[:, 2:] - cars.boxes[:, :2])
@@ -46,7 +48,7 @@ def meetings(
     every, which = np.unique(keys, axis=0, return_inverse=True)
     for number, (a, b) in enumerate(every.tolist()):
         own = pairs.select(np.flatnonzero(which.ravel() == number))
-        for span in spans(own.frames, PASSING):
+        for span in runs_of_frames(own.frames, PASSING):
             part = own.select(span)
             yield a, b, part.frames, part.rows_a, part.rows_b
 
@@ -70,4 +72,4 @@ class Pairs(Rows):
         return cls(cars.frames[rows], cars.ids[rows], cars.ids[others], rows, others)
 
 
-__all__ = ["crossings", "look_alikes"]
+__all__ = ["box_crossings", "look_alike_meetings"]

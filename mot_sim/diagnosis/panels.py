@@ -9,10 +9,10 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.datasets.images import ImageSource
-from mot_sim.diagnosis.diagnosed_sequence import Watched, vehicles
+from mot_sim.diagnosis.diagnosed_sequence import DiagnosedSequence, vehicles
 from mot_sim.diagnosis.findings import Case
 from mot_sim.metrics.breaks import box_of
-from mot_sim.plotting.canvas import Image, box, dashed_box, text, text_width
+from mot_sim.plotting.canvas import Image, draw_box, draw_dashed_box, draw_text, text_width
 from mot_sim.plotting.colours import (
     DETECTION,
     NEUTRAL,
@@ -43,7 +43,7 @@ LEGEND = (
 class Scenario:
     """A drive, what the tracker made of it, and its images where there are any."""
 
-    watched: Watched
+    watched: DiagnosedSequence
     output: Tracks
     images: ImageSource | None = None
 
@@ -108,7 +108,7 @@ def _captioned(
     steps = frame - case.frame
     when = "t" if steps == 0 else f"t {'-' if steps < 0 else '+'} {abs(steps)}"
     name = _name_of(case, frame)
-    text(bar, f"{when}   frame {frame}", (6, 16), SWITCH if steps == 0 else PANEL_TEXT, 14)
+    draw_text(bar, f"{when}   frame {frame}", (6, 16), SWITCH if steps == 0 else PANEL_TEXT, 14)
     if name is not None:
         _chip(bar, f"id {name}", colour_of_id(name))
     if steps == 0:
@@ -121,7 +121,7 @@ def _chip(bar: Image, words: str, colour: Colour) -> None:
     width = text_width(words, 14) + 10
     left = bar.shape[1] - width
     cv2.rectangle(bar, (left, 2), (bar.shape[1] - 1, CAPTION - 3), colour, cv2.FILLED)
-    text(bar, words, (left + 5, 16), ink_on(colour), 14)
+    draw_text(bar, words, (left + 5, 16), ink_on(colour), 14)
 
 
 def _name_of(case: Case, frame: int) -> int | None:
@@ -143,22 +143,22 @@ def _draw_boxes(
     """Detections, true boxes and the tracker's boxes, on top those of this switch."""
     stream = scenario.watched.stream
     for corners in _inside(stream.log.at(frame).boxes, window)[0]:
-        box(crop, corners, DETECTION, 4)
+        draw_box(crop, corners, DETECTION, 4)
     cars = scenario.cars.select(scenario.cars.frames == frame)
     boxes, rows = _inside(cars.boxes, window)
     for corners, row in zip(boxes, rows.tolist(), strict=True):
         if cars.ids[row] != case.car:
-            dashed_box(crop, corners, NEUTRAL, 1, 4.0)
+            draw_dashed_box(crop, corners, NEUTRAL, 1, 4.0)
     tracks = scenario.output.select(scenario.output.frames == frame)
     placed, shown = _inside(tracks.boxes, window)
     about = np.isin(tracks.ids[shown], (case.old_name, case.name))
     for at in np.argsort(about, kind="stable").tolist():
         name = int(tracks.ids[shown[at]])
-        box(crop, placed[at], colour_of_id(name), 3 if about[at] else 1)
+        draw_box(crop, placed[at], colour_of_id(name), 3 if about[at] else 1)
         tag(crop, str(name), placed[at], colour_of_id(name))
     for corners, row in zip(boxes, rows.tolist(), strict=True):
         if cars.ids[row] == case.car:
-            dashed_box(crop, corners, TRUE, 2, 5.0)
+            draw_dashed_box(crop, corners, TRUE, 2, 5.0)
 
 
 def _inside(boxes: Float[Array, "n 4"], window: Float[Array, "4"]) -> tuple[Array, Array]:
@@ -174,11 +174,11 @@ def _title(case: Case, number: int) -> Image:
     """What it is, and what it hangs on."""
     bar = np.full((BAR, WIDTH, 3), PANEL, np.uint8)
     words = f"{number}.  {case.drive}   car {case.car}: id {case.old_name} in frame {case.before}, "
-    end = text(bar, f"{words}id {case.name} in frame {case.frame}", (8, 23), PANEL_TEXT, 17)
+    end = draw_text(bar, f"{words}id {case.name} in frame {case.frame}", (8, 23), PANEL_TEXT, 17)
     told = cause_said(case)
     if told:
         left = max(WIDTH - text_width(told, 16) - 8, end + 20)
-        text(bar, told, (left, 23), SWITCH, 16)
+        draw_text(bar, told, (left, 23), SWITCH, 16)
     return bar
 
 
@@ -200,8 +200,8 @@ def _whole(scenario: Scenario, case: Case, image: Image, window: Float[Array, "4
     small = cv2.resize(image, None, fx=SMALL_IMAGE, fy=SMALL_IMAGE, interpolation=cv2.INTER_AREA)
     tracks = scenario.output.select(scenario.output.frames == case.frame)
     for row in range(len(tracks)):
-        box(small, SMALL_IMAGE * tracks.boxes[row], colour_of_id(int(tracks.ids[row])), 1)
-    box(small, SMALL_IMAGE * window, SWITCH, 2)
+        draw_box(small, SMALL_IMAGE * tracks.boxes[row], colour_of_id(int(tracks.ids[row])), 1)
+    draw_box(small, SMALL_IMAGE * window, SWITCH, 2)
     return small
 
 
@@ -216,11 +216,11 @@ def _with_facts(whole: Image, case: Case) -> Array:
     lines = ["around it:", *(f"   {name}" for name in around or ["none of the known events"])]
     lines += [f"the shorter of its two runs: {case.weight} frames"]
     for number, words in enumerate(lines):
-        text(found, words, (left, 26 + 20 * number), PANEL_TEXT, 15)
+        draw_text(found, words, (left, 26 + 20 * number), PANEL_TEXT, 15)
     bottom = found.shape[0] - 12
     first, second = LEGEND[: LEGEND.index("light")].strip(), LEGEND[LEGEND.index("light") :]
-    text(found, first, (left, bottom - 18), PANEL_FAINT, 14)
-    text(found, second, (left, bottom), PANEL_FAINT, 14)
+    draw_text(found, first, (left, bottom - 18), PANEL_FAINT, 14)
+    draw_text(found, second, (left, bottom), PANEL_FAINT, 14)
     return found
 
 

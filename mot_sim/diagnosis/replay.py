@@ -4,9 +4,9 @@ from collections.abc import Iterable
 from copy import deepcopy
 from dataclasses import dataclass, field
 
-from mot_sim.diagnosis.streams import Stream
+from mot_sim.diagnosis.streams import DetectionStream
 from mot_sim.experiments.sweep.following import TrackerFailed
-from mot_sim.experiments.sweep.tracker_specs import BadRows, Contender, Steps, contenders_of
+from mot_sim.experiments.sweep.tracker_specs import BadRows, Steps, TrackerSpec, tracker_specs_of
 from mot_sim.experiments.sweep.trial import require_rows
 from tracker import Tracks
 from tracker.errors import BadConfig
@@ -31,11 +31,11 @@ class Replays:
     the first run.
     """
 
-    contender: Contender
+    contender: TrackerSpec
     kept: dict[int, Kept] = field(default_factory=dict)
     is_late: bool = False
 
-    def run(self, stream: Stream, last: int, keep: Iterable[int] = ()) -> Tracks:
+    def run(self, stream: DetectionStream, last: int, keep: Iterable[int] = ()) -> Tracks:
         """All rows up to a frame. keep: frames after which the tracker is copied, to go on from.
 
         Raises TrackerFailed when the tracker raises, or gives what cannot be scored, BadConfig
@@ -45,7 +45,7 @@ class Replays:
         wanted = set(keep) if self.contender.is_ours else set()
         return self._go_on(fresh, BEGINNING, stream, last, wanted)
 
-    def run_from(self, before: int, stream: Stream, last: int) -> Tracks:
+    def run_from(self, before: int, stream: DetectionStream, last: int) -> Tracks:
         """The same for a stream that is the kept one's up to and with the frame `before`."""
         if before not in self.kept:
             return self.run(stream, last)
@@ -54,7 +54,7 @@ class Replays:
         return self._go_on(copied, before, stream, last, set())
 
     def _go_on(
-        self, start: Kept, before: int, stream: Stream, last: int, wanted: set[int]
+        self, start: Kept, before: int, stream: DetectionStream, last: int, wanted: set[int]
     ) -> Tracks:
         """Frames after `before` up to `last`."""
         tracker, came, parts = start.tracker, list(start.came), list(start.rows)
@@ -84,9 +84,9 @@ class Replays:
         return found
 
 
-def require_tracker(word: str) -> Contender:
+def require_tracker(word: str) -> TrackerSpec:
     """The tracker of a word, as `mot-sim sweep` takes it. Raises UnknownName and BadConfig."""
-    found = contenders_of([name for name in word.split(",") if name])
+    found = tracker_specs_of([name for name in word.split(",") if name])
     if len(found) != 1:
         raise BadConfig(f"--tracker {word}: give one tracker; run the command again for another")
     found[0].check()

@@ -8,7 +8,7 @@ from jaxtyping import Int
 from numpy import ndarray as Array
 
 
-def spans(frames: Int[Array, " n"], most_apart: int = 1) -> Iterator[slice]:
+def runs_of_frames(frames: Int[Array, " n"], most_apart: int = 1) -> Iterator[slice]:
     """The parts of increasing frames whose neighbours are at most so many frames apart."""
     cuts = np.flatnonzero(np.diff(frames) > most_apart) + 1
     ends = [0, *cuts.tolist(), len(frames)]
@@ -26,4 +26,4 @@ def by_id(ids: Int[Array, " n"]) -> Iterator[tuple[int, Int[Array, " k"]]]:
     yield from zip(every.tolist(), np.split(order, starts[1:]), strict=True)
 
 
-__all__ = ["by_id", "spans"]
+__all__ = ["by_id", "runs_of_frames"]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from mot_sim.datasets.recorded import DetectionLog
-from mot_sim.diagnosis.streams import Stream, same_camera
+from mot_sim.diagnosis.streams import DetectionStream, same_camera
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import drive_of
 from mot_sim.simulation.episodes.extra import Extra
@@ -38,7 +38,7 @@ def active_sources(conditions: Conditions) -> tuple[str, ...]:
 
 
 def without(conditions: Conditions, source: str) -> Conditions:
-    """The conditions with one source off; of cues all four are, see `Bench.stream`.
+    """The conditions with one source off; of cues all four are, see `SourceAblation.stream`.
 
     Raises UnknownName.
     """
@@ -68,26 +68,26 @@ def without_all(conditions: Conditions) -> Conditions:
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class SourceAblation:
     """A drive as it is, and with each of its sources off for as long as one likes.
 
     off: by source, the whole drive without it, all other draws equal. silent: without all. whole:
     sources that cannot be switched off for a while, since they are in the camera's calibration.
     """
 
-    stream: Stream
-    off: Mapping[str, Stream]
-    silent: Stream
+    stream: DetectionStream
+    off: Mapping[str, DetectionStream]
+    silent: DetectionStream
 
     @classmethod
-    def of(cls, conditions: Conditions, recorded: Extra, seed: int) -> "Bench":
+    def of(cls, conditions: Conditions, recorded: Extra, seed: int) -> "SourceAblation":
         """Of a recorded run."""
-        stream = Stream.of(drive_of(conditions, recorded, seed).sequence)
+        stream = DetectionStream.of(drive_of(conditions, recorded, seed).sequence)
         off = {
             source: _stream_without(conditions, recorded, seed, source, stream)
             for source in active_sources(conditions)
         }
-        silent = Stream.of(drive_of(without_all(conditions), recorded, seed).sequence)
+        silent = DetectionStream.of(drive_of(without_all(conditions), recorded, seed).sequence)
         return cls(stream, off, silent)
 
     @property
@@ -96,7 +96,7 @@ class Bench:
         mine = self.stream.camera
         return frozenset(n for n, each in self.off.items() if not same_camera(each.camera, mine))
 
-    def without(self, source: str, first: int, last: int) -> Stream | None:
+    def without(self, source: str, first: int, last: int) -> DetectionStream | None:
         """The drive with a source off from a frame to another; None: that changes nothing there.
 
         A source of `whole` is off in all of the drive.
@@ -108,7 +108,7 @@ class Bench:
             return None
         return self.stream.with_frames_of(other, first, last)
 
-    def without_any(self, first: int, last: int) -> Stream:
+    def without_any(self, first: int, last: int) -> DetectionStream:
         """The drive without all sources from a frame to another; the camera is the true one."""
         mixed, camera = self.stream.with_frames_of(self.silent, first, last), self.silent.camera
         if same_camera(camera, mixed.camera):
@@ -117,17 +117,17 @@ class Bench:
 
 
 def _stream_without(
-    conditions: Conditions, recorded: Extra, seed: int, source: str, base: Stream
-) -> Stream:
+    conditions: Conditions, recorded: Extra, seed: int, source: str, base: DetectionStream
+) -> DetectionStream:
     """The whole drive without a source, of which nothing else is changed."""
-    found = Stream.of(drive_of(without(conditions, source), recorded, seed).sequence)
+    found = DetectionStream.of(drive_of(without(conditions, source), recorded, seed).sequence)
     if source in CUES:
         columns = {name: getattr(found.log.detections, name) for name in CUES[source]}
         log = DetectionLog(base.log.frames, replace(base.log.detections, **columns))
         return replace(found, log=log)
     if source == "misses" and conditions.effects.merges is None:
         alone = without(without(conditions, "misses"), "duplicates")
-        cars = Stream.of(drive_of(alone, recorded, seed).sequence)
+        cars = DetectionStream.of(drive_of(alone, recorded, seed).sequence)
         return replace(found, log=_with_missed(base.log, cars.log))
     return found
 
@@ -150,4 +150,4 @@ def _keys(log: DetectionLog) -> list[tuple[int, bytes]]:
     return [(frame, box.tobytes()) for frame, box in zip(log.frames.tolist(), boxes, strict=True)]
 
 
-__all__ = ["CUES", "SOURCES", "Bench", "active_sources", "without", "without_all"]
+__all__ = ["CUES", "SOURCES", "SourceAblation", "active_sources", "without", "without_all"]

@@ -15,7 +15,7 @@ NO_MOTION = 1e-9  # metres, and of a rotation matrix: rounding of poses
 
 
 @dataclass(frozen=True, eq=False)
-class Stream:
+class DetectionStream:
     """A drive as it arrives. log: by the frame that carries the detections, late or not.
 
     frames: that come, increasing. stamps: the times written on them, seconds; one for every frame
@@ -28,7 +28,7 @@ class Stream:
     stamps: Float[Array, " m"]
 
     @classmethod
-    def of(cls, sequence: Sequence) -> "Stream":
+    def of(cls, sequence: Sequence) -> "DetectionStream":
         """A recorded sequence, or one as `Timing` delivers it."""
         if not isinstance(sequence, Timed):
             assert isinstance(sequence, RecordedSequence)
@@ -65,7 +65,7 @@ class Stream:
         whole = replace(self.recorded, log=self.log, frame_indices=frames)
         return Timed(whole, self.stamps[frames])
 
-    def with_frames_of(self, other: "Stream", first: int, last: int) -> "Stream":
+    def with_frames_of(self, other: "DetectionStream", first: int, last: int) -> "DetectionStream":
         """This one, but as the other is from a frame to another, both included.
 
         Detections, time stamps, which frames come, and how the camera moved into each: the
@@ -87,7 +87,7 @@ class Stream:
         every = np.arange(self.frame_count)
         return (every >= first) & (every <= last)
 
-    def _poses_with(self, other: "Stream", inside: Bool[Array, " m"]) -> Array | None:
+    def _poses_with(self, other: "DetectionStream", inside: Bool[Array, " m"]) -> Array | None:
         """Poses whose steps are the other's inside; the very same where nothing differs."""
         mine, theirs = self.recorded.Ts_world_cam, other.recorded.Ts_world_cam
         if mine is None or theirs is None or np.array_equal(mine, theirs):
@@ -98,7 +98,7 @@ class Stream:
             poses.append(poses[-1] @ step)
         return np.array(poses)
 
-    def same_as(self, other: "Stream", first: int, last: int) -> bool:
+    def same_as(self, other: "DetectionStream", first: int, last: int) -> bool:
         """Whether a tracker would be given the same from a frame to another."""
         inside = self._mask(first, last)
         mine, theirs = self.recorded.Ts_world_cam, other.recorded.Ts_world_cam
@@ -148,4 +148,4 @@ def _mixed(mine: DetectionLog, theirs: DetectionLog, inside: Bool[Array, " m"]) 
     return DetectionLog.of(np.concatenate((a.frames, b.frames)), both)
 
 
-__all__ = ["Stream", "same_camera"]
+__all__ = ["DetectionStream", "same_camera"]

@@ -6,7 +6,7 @@ import numpy as np
 
 from mot_sim.diagnosis.attribution import EITHER, ONE, VERDICTS
 from mot_sim.diagnosis.context_events import KINDS, bin_names
-from mot_sim.diagnosis.event_matching import NOTHING, Counts
+from mot_sim.diagnosis.event_matching import NOTHING, EventCounts
 from mot_sim.diagnosis.findings import Case, Findings
 from mot_sim.diagnosis.rates import mean_count, rate
 from mot_sim.experiments.results.result_file import Cell, ResultTable
@@ -58,10 +58,10 @@ def event_table(found: Sequence[Findings]) -> ResultTable:
 
 def _event_row(found: Sequence[Findings], name: str) -> tuple[Cell, ...]:
     """The counts and rates of one name."""
-    counts = [each.counts.get(name, Counts()) for each in found]
+    counts = [each.counts.get(name, EventCounts()) for each in found]
     events = np.array([each.events for each in counts], float)
 
-    def per_event(get: Callable[[Counts], int]) -> tuple[Cell, ...]:
+    def per_event(get: Callable[[EventCounts], int]) -> tuple[Cell, ...]:
         return _cells(rate(np.array([get(each) for each in counts], float), events))
 
     return (

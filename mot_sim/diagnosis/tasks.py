@@ -8,14 +8,14 @@ from typing import Protocol, runtime_checkable
 
 from mot_sim.datasets import KittiSequence
 from mot_sim.datasets.images import ImageSource
-from mot_sim.diagnosis.attribution import Court
-from mot_sim.diagnosis.diagnosed_sequence import Watched, watch_kitti, watch_scene
+from mot_sim.diagnosis.attribution import Attributor
+from mot_sim.diagnosis.diagnosed_sequence import DiagnosedSequence, diagnosed_kitti, diagnosed_scene
 from mot_sim.diagnosis.findings import Findings, findings_of
 from mot_sim.diagnosis.replay import Replays
-from mot_sim.diagnosis.sources import Bench
+from mot_sim.diagnosis.sources import SourceAblation
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import Recordings
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.files.fingerprint import LETTERS, code_digest, digest
 from mot_sim.simulation.episodes.extra import Extra
 from mot_sim.simulation.truth import labels
@@ -40,7 +40,7 @@ class Task(Protocol):
         """What is found."""
         ...
 
-    def look(self) -> tuple[Watched, Tracks]:
+    def look(self) -> tuple[DiagnosedSequence, Tracks]:
         """The drive, and what the tracker makes of it."""
         ...
 
@@ -51,7 +51,7 @@ class SceneTask:
 
     conditions: Conditions
     seed: int
-    contender: Contender
+    contender: TrackerSpec
     recordings: Path
     attribute: bool = False
 
@@ -71,9 +71,9 @@ class SceneTask:
         """Traffic, cast and truth; made when it is first asked for."""
         return Recordings(self.recordings).truth(self.conditions, self.seed)
 
-    def look(self) -> tuple[Watched, Tracks]:
+    def look(self) -> tuple[DiagnosedSequence, Tracks]:
         """The drive, and what the tracker makes of it."""
-        watched = watch_scene(self.conditions, self.recorded, self.seed)
+        watched = diagnosed_scene(self.conditions, self.recorded, self.seed)
         return watched, _output(self.contender, watched)
 
     def run(self) -> Findings:
@@ -82,9 +82,9 @@ class SceneTask:
         if not self.attribute:
             return findings_of(watched, output)
         recorded = self.recorded
-        bench = Bench.of(self.conditions, recorded, self.seed)
+        bench = SourceAblation.of(self.conditions, recorded, self.seed)
         every = labels(recorded.annotations.truth)
-        court = Court(bench, every, Replays(self.contender))
+        court = Attributor(bench, every, Replays(self.contender))
         return findings_of(watched, output, court.judge)
 
 
@@ -96,7 +96,7 @@ class KittiTask:
     """
 
     drive: KittiSequence
-    contender: Contender
+    contender: TrackerSpec
     pictures: ImageSource | None = None
 
     @property
@@ -114,9 +114,9 @@ class KittiTask:
         ]  # fmt: skip
         return digest([_code(), "kitti", *about])
 
-    def look(self) -> tuple[Watched, Tracks]:
+    def look(self) -> tuple[DiagnosedSequence, Tracks]:
         """The drive, and what the tracker makes of it."""
-        watched = watch_kitti(self.drive)
+        watched = diagnosed_kitti(self.drive)
         return watched, _output(self.contender, watched)
 
     def run(self) -> Findings:
@@ -124,7 +124,7 @@ class KittiTask:
         return findings_of(*self.look())
 
 
-def _output(contender: Contender, watched: Watched) -> Tracks:
+def _output(contender: TrackerSpec, watched: DiagnosedSequence) -> Tracks:
     """All rows of the tracker."""
     return Replays(contender).run(watched.stream, watched.stream.frame_count)
 

@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.diagnosis.context_events import NOBODY, Row
-from mot_sim.diagnosis.runs_of_frames import by_id, spans
+from mot_sim.diagnosis.context_events import NO_PARTNER, Row
+from mot_sim.diagnosis.runs_of_frames import by_id, runs_of_frames
 from tracker.geometry import invert
 from tracker.types import Tracks
 
@@ -32,7 +32,7 @@ def camera_turns(cars: Tracks, headings: Float[Array, " m"], frame_rate: float) 
         here = (cars.frames >= first) & (cars.frames <= last)
         for car, rows in by_id(cars.ids[here]):
             frames = cars.frames[here][rows]
-            yield "camera turns", int(frames[0]), int(frames[-1]), car, NOBODY, np.nan
+            yield "camera turns", int(frames[0]), int(frames[-1]), car, NO_PARTNER, np.nan
 
 
 def car_turns(cars: Tracks, headings: Float[Array, " m"], frame_rate: float) -> Iterator[Row]:
@@ -44,10 +44,10 @@ def car_turns(cars: Tracks, headings: Float[Array, " m"], frame_rate: float) -> 
     # The road frame turns with the camera: yaw = heading of the car - heading of the camera - pi/2.
     yaw = known.cuboids.yaw + headings[known.frames]
     for car, rows in by_id(known.ids):
-        for part in spans(known.frames[rows], PASSING):
+        for part in runs_of_frames(known.frames[rows], PASSING):
             own = rows[part]
             for first, last in _turns(known.frames[own], np.unwrap(yaw[own]), frame_rate):
-                yield "car turns", first, last, car, NOBODY, np.nan
+                yield "car turns", first, last, car, NO_PARTNER, np.nan
 
 
 def _turns(
@@ -60,7 +60,7 @@ def _turns(
     before, after = np.maximum(at - HALF, 0), np.minimum(at + HALF, len(frames) - 1)
     seconds = (frames[after] - frames[before]) / frame_rate
     fast = np.flatnonzero(np.abs(headings[after] - headings[before]) > RATE * seconds)
-    for span in spans(fast, PASSING):
+    for span in runs_of_frames(fast, PASSING):
         part = fast[span]
         turned = headings[after[part[-1]]] - headings[before[part[0]]]
         if abs(float(turned)) >= LEAST:

@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from mot_sim.diagnosis.findings import Findings, read_findings, write_findings
 from mot_sim.diagnosis.tasks import Task
-from mot_sim.experiments.sweep.executor import Crew, WorkersLost
+from mot_sim.experiments.sweep.executor import Executor, WorkersLost
 from mot_sim.experiments.sweep.work import one_thread
 
 DRIVES = "drives"  # the folder of finished drives
@@ -32,7 +32,7 @@ def diagnose(
     not done again. jobs: processes; -1: one a core. Raises BadConfig for a number of jobs that
     cannot be, WorkersLost when one is killed, and what a task raises.
     """
-    crew = Crew(jobs)
+    crew = Executor(jobs)
     tell = progress or (lambda what, done, total: None)
     paths = [None if folder is None else folder / DRIVES / f"{task.key}.json" for task in tasks]
     found: dict[int, Findings] = {}

@@ -12,7 +12,7 @@ from tracker.errors import UnknownName
 
 
 @dataclass(eq=False)
-class Told:
+class ForcedAssociation:
     """An association that makes the match it was told, and remembers the costs it was asked."""
 
     costs: Float[Array, "n m"] = field(default_factory=lambda: np.zeros((0, 0)))
@@ -26,7 +26,7 @@ class Told:
         )
 
 
-def told_tracker(name: str, camera: Camera, told: Told) -> Tracker:
+def forced_tracker(name: str, camera: Camera, told: ForcedAssociation) -> Tracker:
     """A tracker of TRACKERS that matches, and begins tracks, as it is told."""
     if name not in TRACKERS:
         raise UnknownName.of("tracker", name, TRACKERS)

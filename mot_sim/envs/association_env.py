@@ -14,7 +14,7 @@ from gymnasium import spaces
 from jaxtyping import Int
 from numpy import ndarray as Array
 
-from mot_sim.envs.asking import Told, told_tracker
+from mot_sim.envs.asking import ForcedAssociation, forced_tracker
 from mot_sim.envs.counting import RunningClear, counted_labels
 from mot_sim.envs.errors import OutOfTurn, require_action, require_options
 from mot_sim.envs.factory import scene_made
@@ -23,12 +23,12 @@ from mot_sim.envs.observing import (
     box_space,
     pad,
     pad_boxes,
-    require_rows,
+    require_padding,
     surest,
 )
-from mot_sim.envs.resuming import Resumable
+from mot_sim.envs.resuming import ReplayPickle
 from mot_sim.envs.slots import Slots, decide
-from mot_sim.envs.sources import FolderSource, SceneSource, Source
+from mot_sim.envs.sources import EpisodeSource, FolderSource, SceneSource
 from mot_sim.simulation.scene import Knob
 from tracker import Tracks
 from tracker.association import Hungarian
@@ -36,7 +36,7 @@ from tracker.errors import BadConfig
 from tracker.types import Detections, Frame
 
 
-class AssociationEnv(Resumable, gym.Env[Observation, Any]):
+class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
     """Recorded episodes, in which the action says what becomes of every detection of a frame.
 
     Action: for each detection a track's slot (0 to max_tracks - 1), `new` (max_tracks) or
@@ -78,15 +78,15 @@ class AssociationEnv(Resumable, gym.Env[Observation, Any]):
             "max_detections": max_detections, "max_tracks": max_tracks,
             "render_mode": render_mode, **knobs,
         }  # fmt: skip
-        require_rows("max_detections", max_detections)
-        require_rows("max_tracks", max_tracks)
+        require_padding("max_detections", max_detections)
+        require_padding("max_tracks", max_tracks)
         if render_mode is not None:
             raise BadConfig(f"render_mode {render_mode!r}: nothing is drawn here; give None")
         self.metadata, self.render_mode = {"render_modes": []}, None
         self.max_detections, self.max_tracks = max_detections, max_tracks
-        self._source: Source = _source_of(scene, episodes, pool, knobs)
-        self._told = Told()
-        self._tracker = told_tracker(tracker, self._source.camera, self._told)
+        self._source: EpisodeSource = _source_of(scene, episodes, pool, knobs)
+        self._told = ForcedAssociation()
+        self._tracker = forced_tracker(tracker, self._source.camera, self._told)
         self._episode: int | None = None
         self._actions: list[Any] = []
         self.observation_space = spaces.Dict({
@@ -219,7 +219,9 @@ def hungarian_policy(
     return action.astype(np.int64)
 
 
-def _source_of(scene: str, episodes: str | None, pool: int, knobs: dict[str, Knob]) -> Source:
+def _source_of(
+    scene: str, episodes: str | None, pool: int, knobs: dict[str, Knob]
+) -> EpisodeSource:
     """A folder's episodes, or a scene's."""
     if episodes is None:
         return SceneSource(scene_made(scene, tuple(sorted(knobs.items()))), pool)

@@ -7,12 +7,12 @@ import numpy as np
 from mot_sim.metrics.clear import CONTINUING_BONUS
 from mot_sim.metrics.matching import solve_frame
 from mot_sim.metrics.overlaps import EPSILON, Overlaps
-from mot_sim.metrics.preprocessing import MIN_OVERLAP, counted_output, prepare
+from mot_sim.metrics.preprocessing import MIN_OVERLAP, counted_output, prepare_sequence
 from tracker.types import Tracks
 
 
 @dataclass(frozen=True)
-class Counts:
+class RunningCounts:
     """Matches, false positives, misses and id switches, under TrackEval's names."""
 
     CLR_TP: int = 0
@@ -20,8 +20,8 @@ class Counts:
     CLR_FN: int = 0
     IDSW: int = 0
 
-    def __add__(self, other: "Counts") -> "Counts":
-        return Counts(
+    def __add__(self, other: "RunningCounts") -> "RunningCounts":
+        return RunningCounts(
             self.CLR_TP + other.CLR_TP, self.CLR_FP + other.CLR_FP,
             self.CLR_FN + other.CLR_FN, self.IDSW + other.IDSW,
         )  # fmt: skip
@@ -45,13 +45,13 @@ class RunningClear:
     labels and output, which are kept where they can be; see `mot_sim.metrics`.
     """
 
-    total: Counts = field(default_factory=Counts)
+    total: RunningCounts = field(default_factory=RunningCounts)
     names: dict[int, int] = field(default_factory=dict)
     before: frozenset[tuple[int, int]] = frozenset()
 
-    def add(self, labels: Tracks, output: Tracks, frame: int) -> Counts:
+    def add(self, labels: Tracks, output: Tracks, frame: int) -> RunningCounts:
         """Count the rows of one frame. Raises BadTracks for rows that cannot be scored."""
-        contest = prepare(labels, output, frame + 1)
+        contest = prepare_sequence(labels, output, frame + 1)
         kept_labels, kept_output = ~contest.neutral, counted_output(contest)
         overlaps = contest.overlaps.keep(kept_labels, kept_output)
         ids = contest.overlaps.truth.ids[kept_labels].tolist()
@@ -62,7 +62,7 @@ class RunningClear:
         switches = sum(self.names.get(label, name) != name for label, name in pairs)
         self.names.update(pairs)
         found = len(pairs)
-        counts = Counts(found, len(names) - found, len(ids) - found, switches)
+        counts = RunningCounts(found, len(names) - found, len(ids) - found, switches)
         self.total = self.total + counts
         return counts
 
@@ -83,4 +83,4 @@ class RunningClear:
 
 def counted_labels(labels: Tracks, frame_count: int) -> int:
     """How many boxes of the labels must be found."""
-    return int((~prepare(labels, Tracks.empty(), frame_count).neutral).sum())
+    return int((~prepare_sequence(labels, Tracks.empty(), frame_count).neutral).sum())

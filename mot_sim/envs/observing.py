@@ -18,14 +18,14 @@ NO_ID = -1
 MOST_ROWS = 4096
 
 
-def require_rows(name: str, count: int) -> None:
+def require_padding(name: str, count: int) -> None:
     """BadConfig for a number of padded rows that is out of range."""
     if not 1 <= count <= MOST_ROWS:
         raise BadConfig(f"{name} is {count}: give 1 to {MOST_ROWS}")
 
 
 @dataclass(frozen=True)
-class Watching:
+class ObservationBuilder:
     """How frames of a camera are observed.
 
     image: whether the picture is part of it. max_detections: rows of the padded arrays; of more
@@ -38,7 +38,7 @@ class Watching:
     duration: float
 
     def __post_init__(self) -> None:
-        require_rows("max_detections", self.max_detections)
+        require_padding("max_detections", self.max_detections)
 
     def space(self) -> spaces.Space[Any]:
         """image (h w 3), boxes (n 4), scores (n), mask (n), odometry (4 4), time (1)."""

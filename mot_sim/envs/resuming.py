@@ -5,7 +5,7 @@ from typing import Any
 KEPT = ("spec", "_np_random", "_np_random_seed", "observation_space", "action_space")
 
 
-class Resumable:
+class ReplayPickle:
     """A copy begins the same episode and does the same actions, so it goes on where this one is.
 
     _arguments: of the constructor. _episode: the number that an episode follows from; None

@@ -9,13 +9,13 @@ from numpy import ndarray as Array
 
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.simulation import random_numbers
-from mot_sim.simulation.cars.vehicles import Cast
-from mot_sim.simulation.scene import Scene, Take
+from mot_sim.simulation.cars.vehicles import Vehicles
+from mot_sim.simulation.scene import Rollout, Scene
+from mot_sim.simulation.scene_meshes import SceneMeshes
 from mot_sim.simulation.sensors import Sightings
-from mot_sim.simulation.stage import Stage
 from mot_sim.simulation.traffic.driving import Driven
 from mot_sim.simulation.traffic.recording import RecordedTraffic
-from mot_sim.simulation.traffic.world import STEP, World
+from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
 from mot_sim.simulation.truth import Annotations, Occlusions, Truth, annotate_frame, labels
 from tracker.errors import BadConfig
 from tracker.geometry import invert
@@ -35,7 +35,7 @@ class FrameTruth:
     exact: Truth
     occlusions: Occlusions
     labels: Tracks
-    world: World
+    world: TrafficState
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, FrameTruth) and same(self, other)
@@ -56,33 +56,35 @@ def same(one: Any, other: Any) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class LiveTake(Take):
+class LiveRollout(Rollout):
     """A take that is still being made: its ego car obeys, its worlds and cast grow."""
 
     driver: Driven
-    log: list[World] = field(default_factory=list)
-    stages: list[Stage] = field(default_factory=list)  # one: of all cars that were there so far
+    log: list[TrafficState] = field(default_factory=list)
+    stages: list[SceneMeshes] = field(
+        default_factory=list
+    )  # one: of all cars that were there so far
 
     @classmethod
-    def begin(cls, scene: Scene, seed: int) -> "LiveTake":
+    def begin(cls, scene: Scene, seed: int) -> "LiveRollout":
         """A new run. Raises BadConfig for a scene whose ego car cannot be driven."""
         driver = driver_of(scene, seed)
         world = driver.reset_live(random_numbers.named_stream(seed, "traffic"))
         take = cls(scene, seed, RecordedTraffic.of([world]), driver)
         take.log.append(world)
-        take.stages.append(Stage(scene.casting.cast(take.traffic, seed), scene.rig))
+        take.stages.append(SceneMeshes(scene.casting.cast(take.traffic, seed), scene.rig))
         return take
 
     def __len__(self) -> int:
         return len(self.log)
 
     @property
-    def stage(self) -> Stage:
+    def stage(self) -> SceneMeshes:
         """Who the cars are so far, and the camera."""
         return self.stages[-1]
 
     @property
-    def worlds(self) -> tuple[World, ...]:
+    def worlds(self) -> tuple[TrafficState, ...]:
         """The worlds so far."""
         return tuple(self.log)
 
@@ -94,9 +96,9 @@ class LiveTake(Take):
         new = ~np.isin(world.ids, self.stage.cast.ids)
         if new.any():
             known = self.scene.casting.cast(RecordedTraffic.of([only(world, new)]), self.seed)
-            cast = Cast.concatenate((self.stage.cast, known))
+            cast = Vehicles.concatenate((self.stage.cast, known))
             cast = cast.select(np.argsort(cast.ids))
-            self.stages[:] = [Stage(cast, self.scene.rig)]
+            self.stages[:] = [SceneMeshes(cast, self.scene.rig)]
 
 
 def driver_of(scene: Scene, seed: int) -> Driven:
@@ -110,7 +112,7 @@ def driver_of(scene: Scene, seed: int) -> Driven:
     return traffic
 
 
-def only(world: World, rows: Array) -> World:
+def only(world: TrafficState, rows: Array) -> TrafficState:
     """A world with some of its cars."""
     columns = {f.name: getattr(world, f.name) for f in fields(world)}
     apart = {"time", "ego", "ego_size"}
@@ -118,14 +120,14 @@ def only(world: World, rows: Array) -> World:
         name: column if name in apart or column is None else column[rows]
         for name, column in columns.items()
     }
-    return World(**chosen)
+    return TrafficState(**chosen)
 
 
 @dataclass(eq=False)
-class Run:
+class LazyRollout:
     """A take, and what was found out of its frames so far; nothing is found out twice."""
 
-    take: Take
+    take: Rollout
     annotations: list[Annotations] = field(default_factory=list)
     detections: list[Detections] = field(default_factory=list)
 
@@ -164,13 +166,13 @@ class Run:
         self.detections += [log.at(frame) for frame in range(first, last)]
 
 
-def annotation_of(take: Take, frame: int) -> Annotations:
+def annotation_of(take: Rollout, frame: int) -> Annotations:
     """The truth of a frame of a take."""
     world, before = take.worlds[frame], take.worlds[frame - 1] if frame else None
     return annotate_frame(world, take.stage, frame, before, take.scenery_in(world))
 
 
-def sense(take: Take, truth: Truth, frames: Array) -> DetectionLog:
+def sense(take: Rollout, truth: Truth, frames: Array) -> DetectionLog:
     """What the scene's detector says of some frames of a take."""
     seen, camera = Sightings.from_truth(truth, take.stage.cast), take.scene.rig.camera
     return take.scene.detector.sense(seen, take.seed, camera, STEP, frames).log

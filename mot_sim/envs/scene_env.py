@@ -11,19 +11,19 @@ from numpy import ndarray as Array
 
 from mot_sim.envs.errors import OutOfTurn, require_action, require_options
 from mot_sim.envs.factory import RENDER_MODES, find_long_scene, require_words, scaled
-from mot_sim.envs.observing import Observation, Watching
-from mot_sim.envs.resuming import Resumable
-from mot_sim.envs.runs import LiveTake, Run, driver_of
-from mot_sim.envs.window import Window
+from mot_sim.envs.observing import Observation, ObservationBuilder
+from mot_sim.envs.resuming import ReplayPickle
+from mot_sim.envs.runs import LazyRollout, LiveRollout, driver_of
+from mot_sim.envs.window import ImageWindow
 from mot_sim.envs.wrappers import Scored, TrackObservation
-from mot_sim.simulation.imaging import Drawn
-from mot_sim.simulation.scene import Knob, Take
+from mot_sim.simulation.imaging import RenderedImages
+from mot_sim.simulation.scene import Knob, Rollout
 from mot_sim.simulation.traffic.driving import COMMANDS, driving_reward
-from mot_sim.simulation.traffic.world import STEP
+from mot_sim.simulation.traffic.traffic_state import STEP
 from tracker.types import Camera, Frame
 
 
-class SceneEnv(Resumable, gym.Env[Observation, Any]):
+class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
     """A scene at 10 Hz, to watch (traffic `recorded`) or to drive in (`live`).
 
     Observation: image (where `image`), boxes and scores of the detections with their mask,
@@ -68,16 +68,18 @@ class SceneEnv(Resumable, gym.Env[Observation, Any]):
         self.is_live = traffic == "live"
         if self.is_live:
             driver_of(self.scene, 0)
-        self._watching = Watching(self.camera, image, max_detections, self.scene.frame_count * STEP)
+        self._watching = ObservationBuilder(
+            self.camera, image, max_detections, self.scene.frame_count * STEP
+        )
         self._renderer, self._kept = renderer, kept_runs
-        self._runs: OrderedDict[int, Run] = OrderedDict()
-        self._run: Run | None = None
-        self._drawn: Drawn | None = None
+        self._runs: OrderedDict[int, LazyRollout] = OrderedDict()
+        self._run: LazyRollout | None = None
+        self._drawn: RenderedImages | None = None
         self._episode: int | None = None
         self._actions: list[Any] = []
         self._crashed = False
         self._picture: UInt8[Array, "h w 3"] | None = None
-        self._window: Window | None = None
+        self._window: ImageWindow | None = None
         self.observation_space = self._watching.space()
         self.action_space = spaces.Discrete(len(COMMANDS) if self.is_live else 1)
 
@@ -148,7 +150,7 @@ class SceneEnv(Resumable, gym.Env[Observation, Any]):
     def _take(self) -> Any:
         return self._now().take
 
-    def _now(self) -> Run:
+    def _now(self) -> LazyRollout:
         if self._run is None:
             raise OutOfTurn("nothing has begun: call reset() first")
         return self._run
@@ -158,9 +160,9 @@ class SceneEnv(Resumable, gym.Env[Observation, Any]):
         self._episode, self._actions, self._crashed = episode, [], False
         self._drawn, self._picture = None, None
         if self.is_live:
-            self._run = Run(LiveTake.begin(self.scene, episode))
+            self._run = LazyRollout(LiveRollout.begin(self.scene, episode))
             return
-        self._run = self._runs.pop(episode, None) or Run(Take.of(self.scene, episode))
+        self._run = self._runs.pop(episode, None) or LazyRollout(Rollout.of(self.scene, episode))
         self._runs[episode] = self._run
         while len(self._runs) > max(self._kept, 1):
             self._runs.popitem(last=False)
@@ -185,7 +187,7 @@ class SceneEnv(Resumable, gym.Env[Observation, Any]):
         """The picture of this moment, drawn once."""
         if self._picture is None:
             if self._drawn is None:
-                self._drawn = Drawn(self._take, self._renderer)
+                self._drawn = RenderedImages(self._take, self._renderer)
             picture = self._drawn.load(self._index)
             assert picture is not None
             self._picture = picture
@@ -193,7 +195,7 @@ class SceneEnv(Resumable, gym.Env[Observation, Any]):
 
     def _show(self) -> None:
         if self._window is None:
-            self._window = Window(f"mot-sim: {self.scene.name}", self.metadata["render_fps"])
+            self._window = ImageWindow(f"mot-sim: {self.scene.name}", self.metadata["render_fps"])
         self._window.show(self._image())
 
 

@@ -12,7 +12,7 @@ from tracker.types import Camera
 
 
 @runtime_checkable
-class Source(Protocol):
+class EpisodeSource(Protocol):
     """Numbered episodes that one camera saw."""
 
     def __len__(self) -> int:

@@ -6,7 +6,7 @@ from jaxtyping import UInt8
 from numpy import ndarray as Array
 
 
-class Window:
+class ImageWindow:
     """Shows one image after another."""
 
     def __init__(self, title: str, fps: int) -> None:

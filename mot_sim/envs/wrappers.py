@@ -8,7 +8,7 @@ from gymnasium import spaces
 from gymnasium.utils import RecordConstructorArgs
 
 from mot_sim.envs.counting import RunningClear
-from mot_sim.envs.observing import Observation, observe_tracks, require_rows, track_space
+from mot_sim.envs.observing import Observation, observe_tracks, require_padding, track_space
 from mot_sim.envs.runs import FrameTruth
 from mot_sim.metrics import evaluate_sequence
 from tracker import TRACKERS, Camera, Frame, Tracker, Tracks
@@ -33,7 +33,7 @@ class TrackObservation(gym.Wrapper[Observation, Any, Observation, Any], RecordCo
     ) -> None:
         RecordConstructorArgs.__init__(self, tracker=tracker, max_tracks=max_tracks)
         super().__init__(env)
-        require_rows("max_tracks", max_tracks)
+        require_padding("max_tracks", max_tracks)
         if isinstance(tracker, str) and tracker not in TRACKERS:
             raise UnknownName.of("tracker", tracker, TRACKERS)
         build = TRACKERS[tracker] if isinstance(tracker, str) else tracker
@@ -73,7 +73,7 @@ class Scored(gym.Wrapper[Observation, Any, Observation, Any], RecordConstructorA
 
     `scores`: CLR_TP, CLR_FP, CLR_FN, IDSW and MOTA of the episode so far, counted frame by
     frame. `final_scores`: at the end of an episode all of `mot_sim.metrics` (HOTA, CLEAR,
-    Identity) as a `Scores`; None before.
+    Identity) as a `ScoreNoise`; None before.
     """
 
     def __init__(self, env: gym.Env[Observation, Any]) -> None:

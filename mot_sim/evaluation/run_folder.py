@@ -29,7 +29,7 @@ LONGEST_NAME = 100  # letters of a sequence; file systems take 255 bytes
 
 
 @dataclass(frozen=True)
-class Counts:
+class SequenceStatistics:
     """What went through a tracker in one sequence; seconds of wall time, reading included.
 
     pairs: of an expected track and a detection; compared: those whose costs were computed, the
@@ -60,7 +60,7 @@ class RunFolder:
     path: Path
     settings: Settings
     wanted: Sequence[str]
-    finished: dict[str, Counts] = field(default_factory=dict)
+    finished: dict[str, SequenceStatistics] = field(default_factory=dict)
     stale: tuple[str, ...] = ()
     made: tuple[Path, ...] = ()
 
@@ -120,7 +120,7 @@ class RunFolder:
         self,
         name: str,
         tracks: Tracks,
-        counts: Counts,
+        counts: SequenceStatistics,
         T_road_label: Float[Array, "4 4"] | None = None,
     ) -> None:
         """Keep a finished sequence: both files appear as a whole, the results last."""
@@ -141,7 +141,7 @@ class RunFolder:
             for place in self.made:
                 place.rmdir()
 
-    def _write_run(self, more: Mapping[str, Counts]) -> None:
+    def _write_run(self, more: Mapping[str, SequenceStatistics]) -> None:
         sequences = {name: asdict(counts) for name, counts in {**self.finished, **more}.items()}
         described = {
             "settings": dict(self.settings),
@@ -152,7 +152,7 @@ class RunFolder:
         write_lines(self.path / RUN_FILE, [json.dumps(described, indent=2)])
 
 
-def _read_run(path: Path) -> tuple[Settings, dict[str, Counts]]:
+def _read_run(path: Path) -> tuple[Settings, dict[str, SequenceStatistics]]:
     """The settings and the finished sequences that a `run.json` names."""
     try:
         described = read_json(path, "not a run of ours")
@@ -167,12 +167,14 @@ def _read_run(path: Path) -> tuple[Settings, dict[str, Counts]]:
     return settings, parts
 
 
-def _counts(told: Any) -> Counts:
+def _counts(told: Any) -> SequenceStatistics:
     """The counts that a JSON file tells. Raises ValueError and TypeError for what are none."""
     numbers = {**told, **told.get("stages", {})}
     numbers.pop("stages", None)
     for name, value in numbers.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < 2**53:
             raise ValueError(f"{name} is {value!r:.80}")
-    wholes = [each.name for each in fields(Counts) if each.type is int]
-    return Counts(**{**told, **{name: int(told[name]) for name in wholes if name in told}})
+    wholes = [each.name for each in fields(SequenceStatistics) if each.type is int]
+    return SequenceStatistics(
+        **{**told, **{name: int(told[name]) for name in wholes if name in told}}
+    )

@@ -11,11 +11,11 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.datasets import KittiSequence, read_results
-from mot_sim.evaluation.run_folder import Counts, RunFolder
+from mot_sim.evaluation.run_folder import RunFolder, SequenceStatistics
 from tracker import FRAMEWORKS, TRACKERS, Camera, Delayed, Sequence, Tracker, Tracks
 from tracker.costs import COSTS, WeightedCosts
 from tracker.errors import BadConfig, UnknownName
-from tracker.front_end import STAGES, FrontEnd, Seen, parse_cues
+from tracker.front_end import STAGES, FrontEnd, SequenceWithCues, parse_cues
 
 # Called after every frame with the name of its sequence and the number of frames so far.
 Progress = Callable[[str, int], None]
@@ -88,11 +88,11 @@ def parse_costs(text: str) -> dict[str, float]:
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class TrackingRun:
     """What came of tracking some sequences; resumed: those that an earlier run had finished."""
 
     tracks: dict[str, Tracks]
-    counts: dict[str, Counts]
+    counts: dict[str, SequenceStatistics]
     resumed: tuple[str, ...] = ()
 
     @property
@@ -123,10 +123,10 @@ def track_sequence(
     sequence: Sequence,
     progress: Progress | None = None,
     front_end: FrontEnd | None = None,
-) -> tuple[Tracks, Counts]:
+) -> tuple[Tracks, SequenceStatistics]:
     """All rows of one drive, in the order of frames. front_end: measures cues in its images."""
     start, parts, seen = perf_counter(), [], 0
-    looked = None if front_end is None else Seen(sequence, front_end)
+    looked = None if front_end is None else SequenceWithCues(sequence, front_end)
     for number, frame in enumerate(looked or sequence, 1):
         parts.append(tracker.step(frame))
         seen += len(frame.detections)
@@ -145,7 +145,7 @@ def track_sequence(
     seconds = perf_counter() - start
     pairs = done.pairs, done.compared, done.unmeasured
     stages = {} if looked is None else looked.seconds
-    return tracks, Counts(steps, seen, len(tracks), ids, seconds, *pairs, stages)
+    return tracks, SequenceStatistics(steps, seen, len(tracks), ids, seconds, *pairs, stages)
 
 
 def _result_frame(sequence: Sequence) -> Float[Array, "4 4"]:
@@ -161,7 +161,7 @@ def track_sequences(
     folder: RunFolder | None = None,
     progress: Progress | None = None,
     front_end: FrontEnd | None = None,
-) -> Run:
+) -> TrackingRun:
     """Track the sequences one after the other, each with a tracker of its own.
 
     folder: an entered RunFolder that keeps each sequence as soon as it is finished, and gives
@@ -169,7 +169,7 @@ def track_sequences(
     cues in the images.
     """
     tracks: dict[str, Tracks] = {}
-    counts: dict[str, Counts] = {}
+    counts: dict[str, SequenceStatistics] = {}
     resumed = []
     for sequence in sequences:
         name = sequence.name
@@ -184,4 +184,4 @@ def track_sequences(
         if folder is not None:
             folder.add(name, tracks[name], counts[name], T_road_label)
         log.info("%s: %d rows of %d ids", name, counts[name].rows, counts[name].ids)
-    return Run(tracks, counts, tuple(resumed))
+    return TrackingRun(tracks, counts, tuple(resumed))

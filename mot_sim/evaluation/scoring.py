@@ -23,7 +23,7 @@ log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
-class Scored:
+class ScoredSequences:
     """An evaluation, and the sequences that were left out because they have no labels."""
 
     evaluation: Evaluation
@@ -77,7 +77,7 @@ def result_files(folder: Path) -> dict[str, Path]:
 
 def score_sequences(
     drives: Sequence[KittiSequence], results: Mapping[str, Tracks], rules: str = "trackeval"
-) -> Scored:
+) -> ScoredSequences:
     """The scores of results in memory. Raises DatasetNotFound when no drive has labels."""
     require_rules(rules)
     truths = {drive.name: (drive.truth, drive.frame_count) for drive in drives}
@@ -89,7 +89,7 @@ def score_sequences(
     unlabelled = tuple(name for name in truths if name not in contests)
     if not contests:
         raise DatasetNotFound(f"no labels for {', '.join(unlabelled)}: nothing can be scored")
-    return Scored(evaluate(contests, rules), unlabelled)
+    return ScoredSequences(evaluate(contests, rules), unlabelled)
 
 
 def pick_results(
@@ -126,7 +126,7 @@ def score_folder(
     root: Path | str | None = None,
     sequences: str | None = None,
     rules: str = "trackeval",
-) -> Scored:
+) -> ScoredSequences:
     """The scores of a folder of result files; the training split, for it has the labels.
 
     sequences: see `pick_results`. Labelled sequences without results are warned of, because

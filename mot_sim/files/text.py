@@ -22,7 +22,7 @@ MOST_FRAMES = 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class TextTable:
     """The rows of a text file: a structured array with one field a column.
 
     header: the first line that is not blank holds names, not a row.
@@ -114,7 +114,7 @@ def read_table(
     delimiter: str | None = None,
     words: Sequence[str] = (),
     header: bool = False,
-) -> Table:
+) -> TextTable:
     """The table in a text file, one row a line; blank lines are skipped.
 
     columns: their names; or, where a format has variants, what gives the names for the fields
@@ -131,7 +131,7 @@ def read_table(
         raise BadFile(f"{path}:1: no known format has {len(first)} values a row: {shown!r}")
     kinds = [(name, f"U{WORD_LENGTH}" if name in words else "f8") for name in names]
     if len(lines) <= header:
-        return Table(path, np.zeros(0, dtype=kinds), header)
+        return TextTable(path, np.zeros(0, dtype=kinds), header)
     try:
         rows = np.loadtxt(lines[header:], dtype=kinds, delimiter=delimiter, comments=None, ndmin=1)
     except ValueError as error:
@@ -139,7 +139,7 @@ def read_table(
         filled = [(number, line) for number, line in numbered if line.strip()][header:]
         reason = _first_fault(filled, names, delimiter, words) or f" {error}"
         raise BadFile(f"{path}:{reason}") from None
-    return Table(path, rows, header)
+    return TextTable(path, rows, header)
 
 
 def _first_fault(

@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from mot_sim.metrics.clear import match_in_time
-from mot_sim.metrics.preprocessing import counted, counted_output, prepare
+from mot_sim.metrics.preprocessing import counted_output, prepare_sequence, scored_rows
 from tracker.types import Rows, Tracks
 
 
@@ -26,9 +26,9 @@ class Matches(Rows):
 
     @classmethod
     def of(cls, truth: Tracks, output: Tracks, frame_count: int) -> "Matches":
-        """By TrackEval's rules, as `mot_sim.metrics` scores them. Raises as its `prepare`."""
-        contest = prepare(truth, output, frame_count)
-        overlaps = counted(contest)
+        """By TrackEval's rules, as `mot_sim.metrics` scores them. Raises as its `prepare_sequence`."""
+        contest = prepare_sequence(truth, output, frame_count)
+        overlaps = scored_rows(contest)
         if not len(overlaps.truth) or not len(overlaps.output):
             return cls(*(np.zeros(0, np.int64) for _ in range(4)))
         cars = contest.overlaps.truth.ids[~contest.neutral]
@@ -100,7 +100,7 @@ def _run_lengths(
 
 def counted_cars(truth: Tracks, frame_count: int) -> Tracks:
     """The labels that a tracker is scored on: cars that are neither neutral nor DontCare."""
-    contest = prepare(truth, Tracks.empty(), frame_count)
+    contest = prepare_sequence(truth, Tracks.empty(), frame_count)
     return contest.overlaps.truth.select(~contest.neutral)
 
 

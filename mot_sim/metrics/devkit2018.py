@@ -15,7 +15,7 @@ from numpy import ndarray as Array
 
 from mot_sim.metrics.counts import MOSTLY_LOST, MOSTLY_TRACKED, ClearCounts, Number
 from mot_sim.metrics.matching import match
-from mot_sim.metrics.preprocessing import MIN_OVERLAP, Contest, ignored_if_unmatched
+from mot_sim.metrics.preprocessing import MIN_OVERLAP, PreparedSequence, ignored_if_unmatched
 
 PAIR_BONUS = 1000.0  # more than all overlaps of a frame: one pair more goes first
 
@@ -35,7 +35,7 @@ class Devkit2018(ClearCounts):
         return 1.0 - errors / self.GT_Dets if self.GT_Dets else 0.0
 
 
-def devkit2018_clear(contest: Contest) -> Devkit2018:
+def devkit2018_clear(contest: PreparedSequence) -> Devkit2018:
     """The development kit's CLEAR scores of one sequence."""
     overlaps, neutral = contest.overlaps, contest.neutral
     near = np.flatnonzero(1.0 - overlaps.iou <= MIN_OVERLAP)

@@ -8,15 +8,15 @@ from mot_sim.metrics.clear import clear_scores
 from mot_sim.metrics.devkit2018 import devkit2018_clear
 from mot_sim.metrics.hota import hota_scores
 from mot_sim.metrics.identity import identity_scores
-from mot_sim.metrics.preprocessing import Contest, counted, prepare
+from mot_sim.metrics.preprocessing import PreparedSequence, prepare_sequence, scored_rows
 from mot_sim.metrics.scores import Scores, combine
 from tracker.errors import UnknownName
 from tracker.types import Tracks
 
 
-def by_trackeval(contest: Contest, frame_count: int) -> Scores:
+def by_trackeval(contest: PreparedSequence, frame_count: int) -> Scores:
     """CLEAR, HOTA and Identity as TrackEval 1.3.0 scores KITTI's cars."""
-    overlaps = counted(contest)
+    overlaps = scored_rows(contest)
     return Scores(
         clear=clear_scores(overlaps, frame_count),
         hota=hota_scores(overlaps),
@@ -24,12 +24,12 @@ def by_trackeval(contest: Contest, frame_count: int) -> Scores:
     )
 
 
-def by_devkit2018(contest: Contest, frame_count: int) -> Scores:
+def by_devkit2018(contest: PreparedSequence, frame_count: int) -> Scores:
     """CLEAR as KITTI's development kit of 2018 counts it; no HOTA, no Identity."""
     return Scores(clear=devkit2018_clear(contest))
 
 
-RULES: dict[str, Callable[[Contest, int], Scores]] = {
+RULES: dict[str, Callable[[PreparedSequence, int], Scores]] = {
     "devkit2018": by_devkit2018,
     "trackeval": by_trackeval,
 }
@@ -64,7 +64,7 @@ def evaluate_sequence(
     """
     if rules not in RULES:
         raise UnknownName.of("rules", rules, RULES)
-    return RULES[rules](prepare(truth, output, frame_count), frame_count)
+    return RULES[rules](prepare_sequence(truth, output, frame_count), frame_count)
 
 
 def evaluate(

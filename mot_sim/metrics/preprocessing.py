@@ -23,7 +23,7 @@ MAX_DONT_CARE = 0.5  # part of an unmatched box inside one DontCare region
 
 
 @dataclass(frozen=True, eq=False)
-class Contest:
+class PreparedSequence:
     """All that takes part in scoring one sequence: cars and vans against the output.
 
     neutral: labels that need not be found, but may be (vans, strongly occluded, truncated).
@@ -35,7 +35,7 @@ class Contest:
     dont_care: Tracks
 
 
-def prepare(truth: Tracks, output: Tracks, frame_count: int) -> Contest:
+def prepare_sequence(truth: Tracks, output: Tracks, frame_count: int) -> PreparedSequence:
     """The rows that take part, checked, with all their overlaps.
 
     Of the truth: Car and Van; without a column `kinds` all are cars; without `truncation` or
@@ -52,7 +52,7 @@ def prepare(truth: Tracks, output: Tracks, frame_count: int) -> Contest:
     if truth.truncation is not None:
         neutral = neutral | (truth.truncation > MAX_TRUNCATION)
     in_order = np.argsort(truth.frames[labels], kind="stable")
-    return Contest(
+    return PreparedSequence(
         Overlaps.between(
             bare_rows(truth, labels, frame_count, "truth"),
             bare_rows(output, cars, frame_count, "output"),
@@ -69,7 +69,7 @@ def kind_is(tracks: Tracks, kind: str, without_kinds: bool) -> Bool[Array, " n"]
     return np.asarray(tracks.kinds == kind, dtype=bool).reshape(len(tracks))
 
 
-def ignored_if_unmatched(contest: Contest, slack: float) -> Bool[Array, " m"]:
+def ignored_if_unmatched(contest: PreparedSequence, slack: float) -> Bool[Array, " m"]:
     """Output boxes that are no false positives when nothing matches them.
 
     They are too low, or lie in a DontCare region by more than the allowed part plus `slack`.
@@ -85,7 +85,7 @@ def ignored_if_unmatched(contest: Contest, slack: float) -> Bool[Array, " m"]:
     return ignored
 
 
-def counted(contest: Contest) -> Overlaps:
+def scored_rows(contest: PreparedSequence) -> Overlaps:
     """What TrackEval scores: neutral labels, what matches them and what is ignored are gone.
 
     Labels and output are matched first (most overlap, at least MIN_OVERLAP a pair). Output that
@@ -94,8 +94,8 @@ def counted(contest: Contest) -> Overlaps:
     return contest.overlaps.keep(~contest.neutral, counted_output(contest))
 
 
-def counted_output(contest: Contest) -> Bool[Array, " m"]:
-    """Which rows of the output `counted` keeps."""
+def counted_output(contest: PreparedSequence) -> Bool[Array, " m"]:
+    """Which rows of the output `scored_rows` keeps."""
     overlaps = contest.overlaps
     matched = match_cars(overlaps)
     leaves = ignored_if_unmatched(contest, EPSILON)

@@ -7,7 +7,7 @@ from jaxtyping import Bool, Int
 from numpy import ndarray as Array
 
 from mot_sim.metrics.breaks import Breaks, Matches
-from mot_sim.metrics.preprocessing import counted_output, prepare
+from mot_sim.metrics.preprocessing import counted_output, prepare_sequence
 from tracker.types import Tracks
 
 
@@ -29,7 +29,7 @@ class Verdicts:
     @classmethod
     def of(cls, truth: Tracks, output: Tracks, frame_count: int) -> "Verdicts":
         """Raises BadTracks for rows that cannot be scored."""
-        contest = prepare(truth, output, frame_count)
+        contest = prepare_sequence(truth, output, frame_count)
         matches = Matches.of(truth, output, frame_count)
         labels, rows = contest.overlaps.truth, contest.overlaps.output
         hit = _among(labels, matches.frames, matches.cars)

@@ -22,13 +22,13 @@ def fixed_point(points: Float[Array, "n 2"]) -> Array:
     return np.round(points.clip(-FAR_OUT, FAR_OUT) * (1 << SHIFT)).astype(np.int32)
 
 
-def fill(image: Image, corners: Float[Array, "n 2"], colour: Colour) -> None:
+def fill_polygon(image: Image, corners: Float[Array, "n 2"], colour: Colour) -> None:
     """Fill a convex polygon; nothing for fewer than three corners."""
     if len(corners) >= 3:
         cv2.fillConvexPoly(image, fixed_point(corners), colour, cv2.LINE_AA, SHIFT)
 
 
-def line(
+def draw_line(
     image: Image, points: Float[Array, "n 2"], colour: Colour, width: int = 1, closed: bool = False
 ) -> None:
     """A line through the points."""
@@ -36,13 +36,13 @@ def line(
         cv2.polylines(image, [fixed_point(points)], closed, colour, width, cv2.LINE_AA, SHIFT)
 
 
-def box(image: Image, corners: Float[Array, "4"], colour: Colour, width: int = 1) -> None:
+def draw_box(image: Image, corners: Float[Array, "4"], colour: Colour, width: int = 1) -> None:
     """The outline of a box x_min, y_min, x_max, y_max."""
     left, top, right, bottom = np.round(corners).astype(int).tolist()
     cv2.rectangle(image, (left, top), (right, bottom), colour, width)
 
 
-def dashed_box(
+def draw_dashed_box(
     image: Image, corners: Float[Array, "4"], colour: Colour, width: int = 1, dash: float = 7.0
 ) -> None:
     """The outline of a box x_min, y_min, x_max, y_max in dashes of so many pixels."""
@@ -52,7 +52,7 @@ def dashed_box(
         count = max(1, round(float(np.abs(end - start).sum()) / (2.0 * dash)))
         marks = start + np.linspace(0.0, 1.0, 2 * count + 1)[:, None] * (end - start)
         for first in range(0, 2 * count + 1, 2):
-            line(image, marks[first : first + 2], colour, width)
+            draw_line(image, marks[first : first + 2], colour, width)
 
 
 def tint(image: Image, corners: Float[Array, "4"], colour: Colour, share: float) -> None:
@@ -62,7 +62,9 @@ def tint(image: Image, corners: Float[Array, "4"], colour: Colour, share: float)
     part[:] = np.rint(part + share * (np.array(colour, float) - part)).astype(np.uint8)
 
 
-def text(image: Image, words: str, place: tuple[int, int], colour: Colour, size: int = 16) -> int:
+def draw_text(
+    image: Image, words: str, place: tuple[int, int], colour: Colour, size: int = 16
+) -> int:
     """Write words with their base line at place; gives the x where they end."""
     end, _ = cv2.putText(image, words, place, colour, _font(), size, BOLD)
     return int(end[0])

@@ -5,7 +5,15 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.plotting.canvas import Image, box, dashed_box, line, text, text_width, tint
+from mot_sim.plotting.canvas import (
+    Image,
+    draw_box,
+    draw_dashed_box,
+    draw_line,
+    draw_text,
+    text_width,
+    tint,
+)
 from mot_sim.plotting.colours import (
     DETECTION,
     NEUTRAL,
@@ -31,14 +39,14 @@ WORDS_FROM, NEUTRAL_WORDS_FROM = 28.0, 60.0  # pixels; the words would hide lowe
 def draw_detections(image: Image, detections: Detections) -> None:
     """Thin grey boxes; drawn over the tracks' boxes they are the light core of the line."""
     for corners in detections.boxes:
-        box(image, corners, DETECTION)
+        draw_box(image, corners, DETECTION)
 
 
 def draw_tracks(image: Image, tracks: Tracks) -> None:
     """Boxes in the colours of their ids, each with its id; the lower ones (nearer) on top."""
     for row in np.argsort(tracks.boxes[:, 3], kind="stable").tolist():
         colour = colour_of_id(int(tracks.ids[row]))
-        box(image, tracks.boxes[row], colour, 3)
+        draw_box(image, tracks.boxes[row], colour, 3)
         tag(image, str(tracks.ids[row]), tracks.boxes[row], colour)
 
 
@@ -48,20 +56,20 @@ def draw_areas(image: Image, ids: Int[Array, " n"], areas: Float[Array, "n 4"]) 
     for row in full:
         tint(image, areas[row], colour_of_id(int(ids[row])), AREA_TINT)
     for row in full:
-        dashed_box(image, areas[row], colour_of_id(int(ids[row])), 1)
+        draw_dashed_box(image, areas[row], colour_of_id(int(ids[row])), 1)
 
 
 def draw_true_boxes(image: Image, found: Tracks, missed: Tracks, neutral: Tracks) -> None:
     """True boxes: white; missed: red, large ones in words; neutral: grey."""
     for corners in neutral.boxes:
-        dashed_box(image, corners, NEUTRAL, 1, 3.0)
+        draw_dashed_box(image, corners, NEUTRAL, 1, 3.0)
         if corners[3] - corners[1] >= NEUTRAL_WORDS_FROM:
             tag(image, "neutral", corners, NEUTRAL, below=True)
     for corners in found.boxes:
-        dashed_box(image, corners, TRUE, 1, 4.0)
+        draw_dashed_box(image, corners, TRUE, 1, 4.0)
     for corners in missed.boxes:
         is_large = corners[3] - corners[1] >= WORDS_FROM
-        dashed_box(image, corners, WRONG, 2 if is_large else 1)
+        draw_dashed_box(image, corners, WRONG, 2 if is_large else 1)
         if is_large:
             tag(image, "missed", corners, WRONG, below=True)
 
@@ -69,8 +77,8 @@ def draw_true_boxes(image: Image, found: Tracks, missed: Tracks, neutral: Tracks
 def draw_false(image: Image, false: Tracks) -> None:
     """A red cross over every box that is no car's."""
     for left, top, right, bottom in false.boxes:
-        line(image, np.array([(left, top), (right, bottom)]), WRONG, 2)
-        line(image, np.array([(left, bottom), (right, top)]), WRONG, 2)
+        draw_line(image, np.array([(left, top), (right, bottom)]), WRONG, 2)
+        draw_line(image, np.array([(left, bottom), (right, top)]), WRONG, 2)
         tag(image, "false", np.array([left, top, right, bottom]), WRONG, below=True)
 
 
@@ -79,7 +87,7 @@ def draw_switch(image: Image, corners: Float[Array, "4"], old: int, new: int, ag
     share = 1.0 - age / FLASH
     width = max(1, round(5 * share))
     grown = corners + np.array([-4.0, -4.0, 4.0, 4.0])
-    box(image, grown, SWITCH, width)
+    draw_box(image, grown, SWITCH, width)
     if age < FLASH // 2:
         tint(image, corners, SWITCH, 0.35 * share)
     tag(image, f"switch {old} > {new}", grown, SWITCH, below=True)
@@ -94,7 +102,7 @@ def tag(
     bottom = round(corners[3]) + 18 if below else round(corners[1])
     bottom = int(np.clip(bottom, 18, image.shape[0] - 1))
     cv2.rectangle(image, (left, bottom - 18), (left + width, bottom), colour, cv2.FILLED)
-    text(image, words, (left + 4, bottom - 3), ink_on(colour))
+    draw_text(image, words, (left + 4, bottom - 3), ink_on(colour))
 
 
 def plain_ground(camera: Camera, words: str) -> Image:
@@ -113,7 +121,7 @@ def plain_ground(camera: Camera, words: str) -> Image:
     place = ((width - text_width(words, size)) // 2, 24)
     cv2.rectangle(image, (place[0] - 8, 6), (place[0] + text_width(words, size) + 8, 31),
                   PANEL, cv2.FILLED)  # fmt: skip
-    text(image, words, place, TRUE, size)
+    draw_text(image, words, place, TRUE, size)
     return image
 
 
@@ -130,4 +138,4 @@ def _draw_plain_road(image: Image, camera: Camera) -> None:
 def _road_line(image: Image, camera: Camera, points_road: Float[Array, "n 3"]) -> None:
     pixels = camera.project(transform(camera.T_cam_road, points_road))
     if np.isfinite(pixels).all():
-        line(image, pixels, PLAIN_ROAD)
+        draw_line(image, pixels, PLAIN_ROAD)

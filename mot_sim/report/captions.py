@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mot_sim.plotting.canvas import Image, text, text_width
+from mot_sim.plotting.canvas import Image, draw_text, text_width
 from mot_sim.plotting.colours import PANEL, PANEL_FAINT, PANEL_TEXT
 
 TITLE, LINE, SMALL, MARGIN = 32, 19, 14, 12  # pixels
@@ -39,13 +39,13 @@ def title_words(name: str, index: int, seconds: float, switches: int | None) -> 
 def title(width: int, left: str, tracker: str, detections: bool) -> Image:
     """The bar above a frame; who tracked stands on the right where there is room."""
     bar = plain_bar(width, TITLE)
-    text(bar, left, (MARGIN, 22), PANEL_TEXT, 18)
+    draw_text(bar, left, (MARGIN, 22), PANEL_TEXT, 18)
     right = f"colour and number: tracks of '{tracker}'"
     if detections:
         right = f"thin grey: detections (without: predicted)   {right}"
     start = width - text_width(right, 15) - MARGIN
     if start > MARGIN + text_width(left, 18):
-        text(bar, right, (start, 22), PANEL_FAINT, 15)
+        draw_text(bar, right, (start, 22), PANEL_FAINT, 15)
     return bar
 
 
@@ -72,7 +72,7 @@ def legend(width: int, parts: Sequence[str]) -> Image:
     lines = wrap(parts, width - 2 * MARGIN)
     bar = plain_bar(width, LINE * len(lines) + 6)
     for number, words in enumerate(lines):
-        text(bar, words, (MARGIN, LINE * (number + 1) - 2), PANEL_TEXT, SMALL)
+        draw_text(bar, words, (MARGIN, LINE * (number + 1) - 2), PANEL_TEXT, SMALL)
     return bar
 
 

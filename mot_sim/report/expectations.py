@@ -14,7 +14,7 @@ from numpy import ndarray as Array
 from mot_sim.datasets.recorded import RecordedSequence
 from tracker import Tracker
 from tracker.association import Hungarian
-from tracker.costs import Pairing
+from tracker.costs import GatedPairs
 from tracker.lifecycle import Lifecycle
 from tracker.suppression import Suppression
 from tracker.types import Camera, Cuboids, Detections, Rows, Tracks
@@ -27,7 +27,7 @@ SAME = 1e-6
 class SameTrack:
     """0 for the same id, else 1: ids stand in the place of descriptors."""
 
-    def __call__(self, pairing: Pairing) -> Float[Array, " k"]:
+    def __call__(self, pairing: GatedPairs) -> Float[Array, " k"]:
         """The cost of every pair of the pairing."""
         rows, columns = pairing.pairs
         before, now = pairing.expected.look, pairing.detections.descriptor
@@ -37,7 +37,7 @@ class SameTrack:
 
 
 @dataclass(frozen=True, eq=False)
-class Places(Rows):
+class BelievedPlaces(Rows):
     """Where tracks are: cuboids in the road frame of a frame.
 
     cov: of x and z, m^2.
@@ -57,8 +57,8 @@ class Standing:
     is compared with a track lies in there.
     """
 
-    now: Places
-    expected: Places
+    now: BelievedPlaces
+    expected: BelievedPlaces
     regions: Cuboids
     areas: Float[Array, "k 4"]
 
@@ -96,11 +96,11 @@ def expectations(
         yield frame.index, _standing(following, following.explanation.pairing)
 
 
-def _standing(following: Tracker, pairing: Pairing) -> Standing:
+def _standing(following: Tracker, pairing: GatedPairs) -> Standing:
     population = following.state.population
     seen = population.select(population.unseen == 0.0)
     look = seen.beliefs.look
-    now = Places(_ids(None if look is None else look.descriptor, len(seen)),
+    now = BelievedPlaces(_ids(None if look is None else look.descriptor, len(seen)),
                  seen.beliefs.cuboids, seen.beliefs.cov[:, :2, :2])  # fmt: skip
     before = pairing.expected
     known = _ids(None if before.look is None else before.look.descriptor, len(before))
@@ -108,7 +108,7 @@ def _standing(following: Tracker, pairing: Pairing) -> Standing:
     # out of date.
     _, from_the_end = np.unique(known[::-1], return_index=True)
     latest = len(known) - 1 - from_the_end
-    expected = Places(known, before.cuboids, before.cov[:, :2, :2]).select(latest)
+    expected = BelievedPlaces(known, before.cuboids, before.cov[:, :2, :2]).select(latest)
     regions = pairing.expected_regions.select(latest)
     return Standing(now, expected, regions, pairing.search_areas[latest])
 

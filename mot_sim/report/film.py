@@ -24,7 +24,7 @@ from mot_sim.plotting.drawing import (
 )
 from mot_sim.report.captions import Layers, legend, marks, title, title_words
 from mot_sim.report.expectations import Standing, expectations
-from mot_sim.report.ground import Ground
+from mot_sim.report.ground import GroundMap
 from mot_sim.report.topview import TopView
 from mot_sim.report.wireframes import Fitting, Wireframes, draw_wireframes
 from mot_sim.simulation.episode import SimulatedDrive
@@ -161,8 +161,8 @@ class Film:
             trails.setdefault(name, deque(maxlen=length)).append((index, base))
 
     @cached_property
-    def _ground(self) -> Ground:
-        return Ground.of(self.drive, self.truth)
+    def _ground(self) -> GroundMap:
+        return GroundMap.of(self.drive, self.truth)
 
     @cached_property
     def _verdicts(self) -> Verdicts | None:

@@ -13,7 +13,7 @@ from mot_sim.simulation.episode import Episode, SimulatedDrive
 from mot_sim.simulation.episodes import StoredEpisode
 from mot_sim.simulation.registry import find_scene
 from mot_sim.simulation.traffic.roads import Roads
-from mot_sim.simulation.traffic.world import World, outline
+from mot_sim.simulation.traffic.traffic_state import TrafficState, outline
 from tracker.errors import TrackingError
 from tracker.geometry import homogeneous, invert
 from tracker.types import Camera, Tracks
@@ -23,7 +23,7 @@ CAMERA_AHEAD = 0.3  # metres from the middle of KITTI's car to its camera
 
 
 @dataclass(frozen=True, eq=False)
-class Ground:
+class GroundMap:
     """The map of a drive: x forward and y right at its first frame (a scene: its world), metres.
 
     poses: x, y and heading of the camera, a row a frame of the recording; None: nobody knows how
@@ -33,14 +33,14 @@ class Ground:
     poses: Float[Array, "m 3"] | None
     truth: Tracks | None
     roads: Roads
-    worlds: tuple[World, ...] | None = None
+    worlds: tuple[TrafficState, ...] | None = None
 
     @classmethod
-    def of(cls, drive: RecordedSequence, truth: Tracks | None) -> "Ground":
+    def of(cls, drive: RecordedSequence, truth: Tracks | None) -> "GroundMap":
         """The map of a drive. truth: what may be shown of it."""
         if isinstance(drive, SimulatedDrive):
             worlds = drive.worlds if truth is not None else None
-            return cls(drive.traffic.ego, truth, roads_of(drive), worlds)
+            return cls(drive.traffic.ego, truth, road_outlines(drive), worlds)
         return cls(planar_poses(drive), truth, Roads())
 
     def pose(self, frame: int) -> Float[Array, "3"]:
@@ -109,7 +109,7 @@ def planar_poses(drive: RecordedSequence) -> Float[Array, "m 3"] | None:
     return np.stack((Ts[:, 2, 3], Ts[:, 0, 3], heading), axis=1)
 
 
-def roads_of(drive: SimulatedDrive) -> Roads:
+def road_outlines(drive: SimulatedDrive) -> Roads:
     """The roads of the scene; of a recorded one, where it is still known by name."""
     if isinstance(drive, Episode):
         return drive.scene.roads

@@ -22,7 +22,7 @@ from mot_sim.evaluation.run_folder import RUN_FILE
 from mot_sim.evaluation.runs import Recipe, track_sequence
 from mot_sim.metrics.overlaps import same_frame_pairs
 from mot_sim.simulation.episode import SimulatedDrive, record
-from mot_sim.simulation.episodes import Places, read_episode, stored_episodes
+from mot_sim.simulation.episodes import EpisodeFiles, read_episode, stored_episodes
 from mot_sim.simulation.registry import SCENES, find_scene
 from mot_sim.simulation.scene import Knob
 from tracker.errors import BadConfig, BadTracks, DatasetNotFound, UnknownName
@@ -90,7 +90,7 @@ class Wanted:
     def _stored(self, root: Path, stored: list[str]) -> RecordedSequence:
         """A recorded episode with its exact truth."""
         name = self._choose(root, stored)
-        has_images = ImageFolder.find(Places(root, name).pictures("images")) is not None
+        has_images = ImageFolder.find(EpisodeFiles(root, name).pictures("images")) is not None
         episode = read_episode(root, name, images=has_images)
         if self.detections in (None, SIMULATED):
             return episode
@@ -116,7 +116,7 @@ class Wanted:
         return self.sequence
 
 
-def track(
+def track_drive(
     drive: RecordedSequence,
     recipe: Recipe,
     end: int | None = None,

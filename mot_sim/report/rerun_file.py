@@ -17,7 +17,7 @@ from mot_sim.files.writing import require_writable, whole_file
 from mot_sim.plotting.colours import DETECTION, TRUE, colour_of_id
 from mot_sim.report.expectations import Standing, expectations
 from mot_sim.report.film import Film
-from mot_sim.report.ground import Ground
+from mot_sim.report.ground import GroundMap
 from tracker.errors import BadConfig, OutputExists
 from tracker.types import Cuboids
 
@@ -73,7 +73,7 @@ class _Logged:
 
     def __init__(self, rr: Any, stream: Any, film: Film) -> None:
         self.rr, self.stream, self.film = rr, stream, film
-        self.ground = Ground.of(film.drive, film.truth)
+        self.ground = GroundMap.of(film.drive, film.truth)
         self.trails: dict[int, list[list[float]]] = {}
 
     def begin(self) -> None:

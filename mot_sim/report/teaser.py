@@ -13,7 +13,7 @@ from numpy import ndarray as Array
 from mot_sim.files.writing import require_writable, whole_file
 from mot_sim.plotting.charts import FIGURE_ENDINGS, require_figure, save_figure
 from mot_sim.plotting.colours import colour_of_id, mix
-from mot_sim.report.expectations import Places
+from mot_sim.report.expectations import BelievedPlaces
 from mot_sim.report.topview import ellipse
 from mot_sim.report.two_frames import TwoFrames
 from mot_sim.simulation.truth import project_edges
@@ -115,7 +115,7 @@ def _draw_after(axes: Any, two: TwoFrames) -> None:
 
 
 def _draw_map(
-    axes: Any, places: Places, two: TwoFrames | None, title: str, reach: tuple[float, float]
+    axes: Any, places: BelievedPlaces, two: TwoFrames | None, title: str, reach: tuple[float, float]
 ) -> None:
     """Places with their ellipses of 1 and 2 standard deviations; regions and new cars of `two`."""
     outlines = places.cuboids.footprint()

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.plotting.canvas import Image, fill, line, text, text_width
+from mot_sim.plotting.canvas import Image, draw_line, draw_text, fill_polygon, text_width
 from mot_sim.plotting.colours import (
     EGO,
     GRASS,
@@ -62,7 +62,7 @@ class TopView:
         image = np.empty((self.size[1], self.size[0], 3), np.uint8)
         image[:] = mix(GRASS, PANEL, DIM) if self.roads.surfaces else mix(PANEL, TRUTH, 0.04)
         for surface in self.roads.surfaces:
-            fill(image, self.pixels(surface.corners), mix(PAINT[surface.paint], PANEL, DIM))
+            fill_polygon(image, self.pixels(surface.corners), mix(PAINT[surface.paint], PANEL, DIM))
         if not self.roads.surfaces:
             self._draw_rings(image)
         return image
@@ -71,10 +71,10 @@ class TopView:
         faint = mix(PANEL, TRUTH, 0.17)
         for radius in np.arange(RING, 6 * RING, RING):
             ring = radius * self.scale * CIRCLE + self.anchor
-            line(image, ring, faint, closed=True)
+            draw_line(image, ring, faint, closed=True)
             u, v = self.anchor[0] + radius * self.scale, self.anchor[1]
             place = (round(u) + 4, round(v) + 14)
-            text(image, f"{radius:.0f} m", place, mix(PANEL, PANEL_FAINT, 0.8), 12)
+            draw_text(image, f"{radius:.0f} m", place, mix(PANEL, PANEL_FAINT, 0.8), 12)
 
     def draw_us(self, image: Image, outline: Float[Array, "4 2"], camera: Camera,
                 pose: Float[Array, "3"]) -> None:  # fmt: skip
@@ -85,15 +85,15 @@ class TopView:
         c, s = np.cos(pose[2]), np.sin(pose[2])
         for right, ahead in rays[:, ::2] * FAR:
             tip = pose[:2] + np.array([c * ahead - s * right, s * ahead + c * right])
-            line(image, self.pixels(np.stack((pose[:2], tip))), EGO)
-        fill(image, self.pixels(outline), EGO)
+            draw_line(image, self.pixels(np.stack((pose[:2], tip))), EGO)
+        fill_polygon(image, self.pixels(outline), EGO)
 
     def draw_truth(self, image: Image, outlines: Float[Array, "n 4 2"]) -> None:
         """Outlines of cars; the nose is thick."""
         for corners in outlines:
-            line(image, self.pixels(corners), TRUTH, closed=True)
+            draw_line(image, self.pixels(corners), TRUTH, closed=True)
             nose = 0.5 * (corners[[0, 1]] + corners[[0, 1]].mean(axis=0))
-            line(image, self.pixels(nose), TRUTH, 2)
+            draw_line(image, self.pixels(nose), TRUTH, 2)
 
     def draw_places(
         self,
@@ -105,18 +105,20 @@ class TopView:
         """Where tracks are believed to be: outlines, and ellipses of one standard deviation."""
         for track_id, corners, covariance in zip(ids.tolist(), outlines, cov, strict=True):
             colour = colour_of_id(track_id)
-            line(image, self.pixels(ellipse(corners.mean(axis=0), covariance)), colour, closed=True)
-            line(image, self.pixels(corners), colour, 2, closed=True)
+            draw_line(
+                image, self.pixels(ellipse(corners.mean(axis=0), covariance)), colour, closed=True
+            )
+            draw_line(image, self.pixels(corners), colour, 2, closed=True)
 
     def draw_trails(self, image: Image, trails: Mapping[int, Float[Array, "_ 2"]]) -> None:
         """The ways of tracks, with their ids where they end."""
         for track_id, points in trails.items():
             pixels = self.pixels(points)
             colour = colour_of_id(track_id)
-            line(image, pixels, colour, 2)
-            fill(image, pixels[-1] + 8.0 * CIRCLE, colour)
+            draw_line(image, pixels, colour, 2)
+            fill_polygon(image, pixels[-1] + 8.0 * CIRCLE, colour)
             words, (u, v) = str(track_id), np.round(pixels[-1]).astype(int).tolist()
-            text(image, words, (u - text_width(words, 13) // 2, v + 5), ink_on(colour), 13)
+            draw_text(image, words, (u - text_width(words, 13) // 2, v + 5), ink_on(colour), 13)
 
 
 def ellipse(

@@ -12,7 +12,7 @@ from numpy import ndarray as Array
 from scipy.spatial import ConvexHull
 
 from mot_sim.datasets.recorded import RecordedSequence
-from mot_sim.report.expectations import Places
+from mot_sim.report.expectations import BelievedPlaces
 from mot_sim.simulation.truth import project_edges
 from tracker import Tracker
 from tracker.errors import BadConfig, BadDetections, DatasetNotFound
@@ -35,18 +35,18 @@ class TwoFrames:
     index: int
     camera: Camera
     images: tuple[UInt8[Array, "h w 3"], UInt8[Array, "h w 3"]]
-    before: Places
+    before: BelievedPlaces
     boxes_before: Float[Array, "n 4"]
-    carried: Places
+    carried: BelievedPlaces
     regions: Cuboids
-    seen: Places
+    seen: BelievedPlaces
     boxes_seen: Float[Array, "m 4"]
     compared: Bool[Array, "n m"]
 
     @property
     def outlines(self) -> list[Float[Array, "_ 2"]]:
         """The search areas as convex outlines in the image of t + 1, pixels, not clipped."""
-        return silhouettes(self.regions, self.camera)
+        return cuboid_outlines(self.regions, self.camera)
 
 
 def look_at(drive: RecordedSequence, index: int, front_end: FrontEnd | None = None) -> TwoFrames:
@@ -65,7 +65,7 @@ def look_at(drive: RecordedSequence, index: int, front_end: FrontEnd | None = No
             f"{tracker.suppress.min_score:g} or more; choose another frame"
         )
     beliefs = population.beliefs
-    before = Places(population.ids, beliefs.cuboids, beliefs.cov[:, :2, :2])
+    before = BelievedPlaces(population.ids, beliefs.cuboids, beliefs.cov[:, :2, :2])
     tracker.step(second)
     assert tracker.explanation is not None
     pairing, matched = tracker.explanation.pairing, tracker.explanation.matched
@@ -81,15 +81,15 @@ def look_at(drive: RecordedSequence, index: int, front_end: FrontEnd | None = No
         (first.image, second.image),
         before,
         beliefs.boxes,
-        Places(population.ids, expected.cuboids, expected.cov[:, :2, :2]),
+        BelievedPlaces(population.ids, expected.cuboids, expected.cov[:, :2, :2]),
         pairing.expected_regions,
-        Places(_names(matched, population.ids), observed.cuboids, observed.cov[:, :2, :2]),
+        BelievedPlaces(_names(matched, population.ids), observed.cuboids, observed.cov[:, :2, :2]),
         observed.boxes,
         compared,
     )
 
 
-def silhouettes(cuboids: Cuboids, camera: Camera) -> list[Float[Array, "_ 2"]]:
+def cuboid_outlines(cuboids: Cuboids, camera: Camera) -> list[Float[Array, "_ 2"]]:
     """The convex outlines of cuboids in the image, pixels; no points for one behind the camera."""
     found = []
     for points in project_edges(cuboids, camera):
@@ -126,4 +126,4 @@ def _names(matched: Bool[Array, "n m"], ids: Int[Array, " n"]) -> Int[Array, " m
     return names
 
 
-__all__ = ["TwoFrames", "look_at", "silhouettes"]
+__all__ = ["TwoFrames", "cuboid_outlines", "look_at"]

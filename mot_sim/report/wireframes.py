@@ -8,9 +8,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.plotting.canvas import Image, line
+from mot_sim.plotting.canvas import Image, draw_line
 from mot_sim.plotting.colours import Colour, mix
-from mot_sim.simulation.truth import Seen, Truth
+from mot_sim.simulation.truth import KeypointVisibility, Truth
 from tracker.front_end import FrontEnd
 from tracker.geometry import rotation_y, transform
 from tracker.shape import KEYPOINTS_36, FittedCars, Hourglass, ShapeFit
@@ -58,7 +58,7 @@ class Wireframes(Rows):
     def true(cls, truth: Truth, frame: int) -> "Wireframes":
         """The cars of a frame as they are, those of which a pixel is seen."""
         rows = truth.select((truth.tracks.frames == frame) & (truth.pixels > 0))
-        seen = rows.keypoint_states == Seen.VISIBLE
+        seen = rows.keypoint_states == KeypointVisibility.VISIBLE
         return cls(rows.tracks.ids, rows.keypoints, np.asarray(seen, bool))
 
 
@@ -104,7 +104,7 @@ def draw_wireframes(image: Image, frames: Wireframes, colours: list[Colour]) -> 
             continue
         if height > RIM_FROM:
             for a, b in drawn:
-                line(image, points[[a, b]], DARK, 3)
+                draw_line(image, points[[a, b]], DARK, 3)
         for a, b in drawn:
             whole = shown[a] and shown[b]
-            line(image, points[[a, b]], colour if whole else mix(colour, DARK, 0.55))
+            draw_line(image, points[[a, b]], colour if whole else mix(colour, DARK, 0.55))

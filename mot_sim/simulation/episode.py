@@ -7,12 +7,12 @@ import numpy as np
 
 from mot_sim.datasets.images import ImageSource
 from mot_sim.datasets.recorded import RecordedSequence
-from mot_sim.simulation.cars.vehicles import Cast
-from mot_sim.simulation.imaging import Drawn
-from mot_sim.simulation.scene import Scene, Take, record_scene_traffic
-from mot_sim.simulation.stage import Stage
+from mot_sim.simulation.cars.vehicles import Vehicles
+from mot_sim.simulation.imaging import RenderedImages
+from mot_sim.simulation.scene import Rollout, Scene, record_scene_traffic
+from mot_sim.simulation.scene_meshes import SceneMeshes
 from mot_sim.simulation.traffic.recording import RecordedTraffic
-from mot_sim.simulation.traffic.world import STEP, World
+from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
 from mot_sim.simulation.truth import (
     Annotations,
     Events,
@@ -35,11 +35,11 @@ class SimulatedDrive(RecordedSequence):
 
     seed: int
     traffic: RecordedTraffic
-    stage: Stage
+    stage: SceneMeshes
     annotations: Annotations
 
     @property
-    def cast(self) -> Cast:
+    def cast(self) -> Vehicles:
         """Who the cars are."""
         return self.stage.cast
 
@@ -54,7 +54,7 @@ class SimulatedDrive(RecordedSequence):
         return self.annotations.occlusions
 
     @cached_property
-    def worlds(self) -> tuple[World, ...]:
+    def worlds(self) -> tuple[TrafficState, ...]:
         """The world of each frame of the run."""
         return self.traffic.worlds
 
@@ -88,12 +88,14 @@ def record(
     traffic: of this scene and seed, where it was recorded before. renderer: a name of RENDERERS
     or `auto`: frames carry images, each drawn when it is its turn. None: they carry none.
     """
-    take = Take.of(scene, seed, traffic)
-    images = None if renderer is None else Drawn(take, renderer)
+    take = Rollout.of(scene, seed, traffic)
+    images = None if renderer is None else RenderedImages(take, renderer)
     return episode_of(take, annotate(take.worlds, take.stage, take.scenery_in), images)
 
 
-def episode_of(take: Take, annotations: Annotations, images: ImageSource | None = None) -> Episode:
+def episode_of(
+    take: Rollout, annotations: Annotations, images: ImageSource | None = None
+) -> Episode:
     """The episode of a take and the truth of all its frames."""
     scene = take.scene
     return Episode(

@@ -8,11 +8,11 @@ from jaxtyping import UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers import RENDERERS, Rendered, Renderer, View, find_renderer
-from mot_sim.simulation.scene import Take
-from mot_sim.simulation.scenery import look
+from mot_sim.simulation.scene import Rollout
+from mot_sim.simulation.scenery import post_process
 
 
-def view_of(take: Take, frame: int) -> View:
+def view_of(take: Rollout, frame: int) -> View:
     """All that stands before the camera in a frame; without roads the cars stand on a plain."""
     world, camera = take.worlds[frame], take.scene.rig.camera
     cars = take.stage.placed(world)
@@ -21,7 +21,7 @@ def view_of(take: Take, frame: int) -> View:
     return take.neighbourhood.view(camera, world.ego, cars)
 
 
-def motion_at(take: Take, frame: int) -> tuple[float, float]:
+def motion_at(take: Rollout, frame: int) -> tuple[float, float]:
     """Metres ahead and radians to the right that the camera moves up to a frame, at first 0."""
     before, now = take.traffic.ego[max(frame - 1, 0)], take.traffic.ego[frame]
     x, y, turned = (now - before).tolist()
@@ -29,13 +29,13 @@ def motion_at(take: Take, frame: int) -> tuple[float, float]:
 
 
 @dataclass(frozen=True, eq=False)
-class Drawn:
+class RenderedImages:
     """The frames of a take, drawn one by one when somebody asks; satisfies `ImageSource`.
 
     renderer: a name of RENDERERS, or `auto`. Raises UnknownName and NoOpenGL at once.
     """
 
-    take: Take
+    take: Rollout
     renderer: str = "raster"
 
     def __post_init__(self) -> None:
@@ -57,7 +57,7 @@ class Drawn:
         view = view_of(take, frame)
         drawn = self.drawing.render(view)
         motion = motion_at(take, frame)
-        image = look(take.scene.weather, view, drawn, take.seed, frame, motion)
+        image = post_process(take.scene.weather, view, drawn, take.seed, frame, motion)
         return replace(drawn, image=image)
 
     def load(self, frame: int) -> UInt8[Array, "h w 3"] | None:

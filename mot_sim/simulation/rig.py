@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.simulation.traffic.world import World
+from mot_sim.simulation.traffic.traffic_state import TrafficState
 from tracker.errors import BadCalibration
 from tracker.geometry import homogeneous, transform, wrap_angle
 from tracker.types import Camera, Cuboids
@@ -54,7 +54,7 @@ class Rig:
         """From the camera to the world, for an ego pose x, y, heading."""
         return self.T_world_road(ego) @ self.camera.T_road_cam
 
-    def cuboids(self, world: World) -> Cuboids:
+    def cuboids(self, world: TrafficState) -> Cuboids:
         """The cars of a world in the road frame: yaw = heading - ego heading - pi/2."""
         x, y, heading = world.ego
         c, s = np.cos(heading), np.sin(heading)

@@ -5,16 +5,16 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from mot_sim.simulation import random_numbers
-from mot_sim.simulation.cars.vehicles import Casting, Models
-from mot_sim.simulation.renderers import Placed
+from mot_sim.simulation.cars.vehicles import Models, VehicleSampler
+from mot_sim.simulation.renderers import MeshInstances
 from mot_sim.simulation.rig import Rig
+from mot_sim.simulation.scene_meshes import SceneMeshes
 from mot_sim.simulation.scenery import Knobs as Surroundings
 from mot_sim.simulation.scenery import Neighbourhood, Scenery, Weather, find_weather
 from mot_sim.simulation.sensors import Detector
-from mot_sim.simulation.stage import Stage
 from mot_sim.simulation.traffic.recording import RecordedTraffic
 from mot_sim.simulation.traffic.roads import Roads
-from mot_sim.simulation.traffic.world import Traffic, World
+from mot_sim.simulation.traffic.traffic_state import Traffic, TrafficState
 from tracker.errors import BadConfig
 
 Knob = int | float | str | bool  # the value of a knob
@@ -35,7 +35,7 @@ class Scene:
     roads: Roads = field(default_factory=Roads)
     rig: Rig = field(default_factory=Rig.kitti)
     detector: Detector = field(default_factory=Detector)
-    casting: Casting = field(default_factory=Casting)
+    casting: VehicleSampler = field(default_factory=VehicleSampler)
     weather: Weather = field(default_factory=lambda: find_weather("noon"))
     surroundings: Surroundings = field(default_factory=Surroundings)
     knobs: Mapping[str, Knob] = field(default_factory=dict)
@@ -46,7 +46,7 @@ class Scene:
 
 
 @dataclass(frozen=True, eq=False)
-class Take:
+class Rollout:
     """One run of a scene that nobody has looked at yet; world i of the traffic is frame i."""
 
     scene: Scene
@@ -54,23 +54,23 @@ class Take:
     traffic: RecordedTraffic
 
     @classmethod
-    def of(cls, scene: Scene, seed: int, traffic: RecordedTraffic | None = None) -> "Take":
+    def of(cls, scene: Scene, seed: int, traffic: RecordedTraffic | None = None) -> "Rollout":
         """The run of a seed; traffic: of this scene and seed, where it was recorded before."""
         return cls(scene, seed, traffic or record_scene_traffic(scene, seed))
 
     def __len__(self) -> int:
         return len(self.traffic)
 
-    def until(self, count: int) -> "Take":
+    def until(self, count: int) -> "Rollout":
         """The first frames of it: what a scene of so many frames would have given."""
         if count == len(self):
             return self
-        return Take(self.scene, self.seed, self.traffic.until(count))
+        return Rollout(self.scene, self.seed, self.traffic.until(count))
 
     @cached_property
-    def stage(self) -> Stage:
+    def stage(self) -> SceneMeshes:
         """Who the cars are, and the camera."""
-        return Stage(self.scene.casting.cast(self.traffic, self.seed), self.scene.rig)
+        return SceneMeshes(self.scene.casting.cast(self.traffic, self.seed), self.scene.rig)
 
     @cached_property
     def scenery(self) -> Scenery | None:
@@ -89,14 +89,14 @@ class Take:
             return None
         return Neighbourhood.build(scene.roads, self.seed, scene.weather.light, scene.surroundings)
 
-    def scenery_in(self, world: World) -> Placed | None:
+    def scenery_in(self, world: TrafficState) -> MeshInstances | None:
         """The scenery that the camera may see in one of the worlds."""
         if self.scenery is None:
             return None
         return self.scenery.seen_from(world.ego, self.scene.rig.camera)
 
     @cached_property
-    def worlds(self) -> tuple[World, ...]:
+    def worlds(self) -> tuple[TrafficState, ...]:
         """The world of each frame."""
         return self.traffic.worlds
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from mot_sim.simulation.scene import Scene, Take
-from mot_sim.simulation.traffic.world import STEP, World
+from mot_sim.simulation.scene import Rollout, Scene
+from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
 from mot_sim.simulation.truth import Truth, annotate
 from tracker.geometry import wrap_angle
 
@@ -36,10 +36,10 @@ class Figures:
     yaw_rate: float
 
 
-def figures_of_take(take: Take, progress: Callable[[], None] | None = None) -> Figures:
+def figures_of_take(take: Rollout, progress: Callable[[], None] | None = None) -> Figures:
     """The figures of one run; progress: called after each frame."""
     truth = annotate(_told(take.worlds, progress), take.stage, take.scenery_in).truth
-    near = truth.select(np.flatnonzero(in_sight(truth)))
+    near = truth.select(np.flatnonzero(cars_in_sight(truth)))
     visible = near.select(near.visible >= MIN_VISIBLE)
     assert visible.tracks.cuboids is not None
     heading = np.abs(np.asarray(wrap_angle(visible.tracks.cuboids.yaw + 0.5 * np.pi)))
@@ -58,13 +58,13 @@ def figures_of(
     scene: Scene, seeds: Iterable[int], progress: Callable[[], None] | None = None
 ) -> Figures:
     """The mean figures of the runs of some seeds; progress: called after each frame."""
-    found = [figures_of_take(Take.of(scene, seed), progress) for seed in seeds]
+    found = [figures_of_take(Rollout.of(scene, seed), progress) for seed in seeds]
     return Figures(
         *(float(np.mean([getattr(one, each.name) for one in found])) for each in fields(Figures))
     )
 
 
-def in_sight(truth: Truth) -> np.ndarray:
+def cars_in_sight(truth: Truth) -> np.ndarray:
     """Which cars are large and near enough, with a pixel to be seen; bool, one a row."""
     cuboids = truth.tracks.cuboids
     assert cuboids is not None
@@ -73,7 +73,9 @@ def in_sight(truth: Truth) -> np.ndarray:
     return (height >= MIN_HEIGHT) & (distance <= MAX_DISTANCE) & (truth.pixels > 0)
 
 
-def _told(worlds: Iterable[World], progress: Callable[[], None] | None) -> Iterator[World]:
+def _told(
+    worlds: Iterable[TrafficState], progress: Callable[[], None] | None
+) -> Iterator[TrafficState]:
     for world in worlds:
         yield world
         if progress is not None:

@@ -10,7 +10,7 @@ from numpy import ndarray as Array
 
 from mot_sim.metrics.clear import match_in_time
 from mot_sim.metrics.overlaps import Overlaps
-from mot_sim.metrics.preprocessing import counted, counted_output, prepare
+from mot_sim.metrics.preprocessing import counted_output, prepare_sequence, scored_rows
 from tracker import Tracks
 
 Kind = Literal["switch", "miss", "false positive"]
@@ -67,8 +67,8 @@ class Mistakes:
     @classmethod
     def of(cls, truth: Tracks, output: Tracks, frame_count: int) -> "Mistakes":
         """Of an output; what TrackEval's rules ignore is no mistake."""
-        contest = prepare(truth, output, frame_count)
-        overlaps = counted(contest)
+        contest = prepare_sequence(truth, output, frame_count)
+        overlaps = scored_rows(contest)
         cars = contest.overlaps.truth.ids[~contest.neutral]
         names = contest.overlaps.output.ids[counted_output(contest)]
         busy = np.intersect1d(overlaps.truth.frames, overlaps.output.frames)

@@ -14,7 +14,7 @@ from numpy import ndarray as Array
 from scipy.linalg import eigh
 
 from mot_sim.files.settings import versions
-from mot_sim.training.identities import EDGE_STD, Drive, Sight
+from mot_sim.training.identities import EDGE_STD, RenderedDrive, Sight
 from tracker.descriptors import Descriptor, Learned, Weights, features_of
 from tracker.errors import BadConfig
 from tracker.shape import Hourglass
@@ -45,7 +45,7 @@ class LearningOptions:
 
 
 @dataclass(frozen=True, eq=False)
-class Lesson:
+class DescriptorDataset:
     """Vectors of sightings of cars. cars: which car each is. drives, frames: where it was seen."""
 
     vectors: Float[Array, "n f"]
@@ -54,7 +54,9 @@ class Lesson:
     frames: Int[Array, " n"]
 
     @classmethod
-    def of(cls, sights: Iterable[Sight], look: Callable[[Sight], Float[Array, "m f"]]) -> "Lesson":
+    def of(
+        cls, sights: Iterable[Sight], look: Callable[[Sight], Float[Array, "m f"]]
+    ) -> "DescriptorDataset":
         """The vectors of all boxes of all pictures; boxes without one are left out.
 
         Raises BadConfig when fewer than FEWEST_CARS cars are seen more than once.
@@ -78,17 +80,19 @@ class Lesson:
             )
         return whole.select(count[car] > 1)
 
-    def select(self, rows: Bool[Array, " n"]) -> "Lesson":
+    def select(self, rows: Bool[Array, " n"]) -> "DescriptorDataset":
         """Some of the sightings."""
-        return Lesson(self.vectors[rows], self.cars[rows], self.drives[rows], self.frames[rows])
+        return DescriptorDataset(
+            self.vectors[rows], self.cars[rows], self.drives[rows], self.frames[rows]
+        )
 
 
 @dataclass(frozen=True, eq=False)
-class Lore:
+class LearnedDescriptor:
     """Learned weights, and the descriptors that they give the cars which they come from."""
 
     weights: Weights
-    described: Lesson
+    described: DescriptorDataset
 
     @property
     def equal_error(self) -> float:
@@ -105,7 +109,9 @@ class Lore:
             f"{100 * self.equal_error:.1f} % wrong of either, at distance {self.weights.unit:.4f}"
         )
 
-    def training(self, drives: Sequence[Drive], options: LearningOptions) -> dict[str, object]:
+    def training(
+        self, drives: Sequence[RenderedDrive], options: LearningOptions
+    ) -> dict[str, object]:
         """How they came about, to be kept with the weights."""
         return {
             "drives": [asdict(drive) for drive in drives],
@@ -120,7 +126,7 @@ class Lore:
 
 def learn(
     sights: Iterable[Sight], hourglass: Hourglass, options: LearningOptions | None = None
-) -> Lore:
+) -> LearnedDescriptor:
     """The weights for a network's activations. Raises BadConfig for too few cars."""
     options = options or LearningOptions()
 
@@ -128,7 +134,7 @@ def learn(
         maps = hourglass(np.ascontiguousarray(sight.image[:, :, ::-1]), sight.boxes).activations
         return features_of(sight.image, sight.boxes, maps, options.grid).astype(float)
 
-    lesson = Lesson.of(sights, look)
+    lesson = DescriptorDataset.of(sights, look)
     spread = lesson.vectors.std(axis=0)
     spread = np.maximum(spread, LEAST_SPREAD * np.median(spread)) + 1e-9
     even = replace(lesson, vectors=lesson.vectors / spread)
@@ -137,11 +143,11 @@ def learn(
     arrays = axes.astype(np.float32), mean.astype(np.float32)
     content = Weights(*arrays, options.grid, hourglass.sha256, 1.0)
     described = replace(lesson, vectors=Learned(*content).project(lesson.vectors.astype("f4")))
-    return Lore(content._replace(unit=unit_of(described)), described)
+    return LearnedDescriptor(content._replace(unit=unit_of(described)), described)
 
 
 def likelihood_map(
-    lesson: Lesson, length: int, shrink: float
+    lesson: DescriptorDataset, length: int, shrink: float
 ) -> tuple[Float[Array, " f"], Float[Array, "f d"]]:
     """The mean of the vectors, and the map after which a squared distance tells one car from two.
 
@@ -169,7 +175,7 @@ def likelihood_map(
     return x.mean(axis=0), axes * np.sqrt(ratio / (1.0 + ratio))
 
 
-def unit_of(lesson: Lesson) -> float:
+def unit_of(lesson: DescriptorDataset) -> float:
     """The distance at which as many pairs of one car are farther apart as pairs of two are nearer.
 
     Pairs are of one drive and at most APART frames apart, in two pictures: what a tracker compares.
@@ -181,7 +187,7 @@ def unit_of(lesson: Lesson) -> float:
     return float(edges[np.argmax(taken >= missed)])
 
 
-def pair_distances(lesson: Lesson) -> tuple[Float[Array, " s"], Float[Array, " o"]]:
+def pair_distances(lesson: DescriptorDataset) -> tuple[Float[Array, " s"], Float[Array, " o"]]:
     """Distances of pairs of one car, and of pairs of two cars."""
     same, other = [], []
     for drive in np.unique(lesson.drives):
@@ -199,4 +205,4 @@ def pair_distances(lesson: Lesson) -> tuple[Float[Array, " s"], Float[Array, " o
 
 def unit_of_descriptor(sights: Iterable[Sight], descriptor: Descriptor) -> float:
     """The unit of a descriptor that needs no network, in its own lengths."""
-    return unit_of(Lesson.of(sights, lambda sight: descriptor(sight.image, sight.boxes)))
+    return unit_of(DescriptorDataset.of(sights, lambda sight: descriptor(sight.image, sight.boxes)))

@@ -11,10 +11,10 @@ from jaxtyping import Float, Int, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.random_numbers import named_stream
-from mot_sim.simulation.truth import Seen
+from mot_sim.simulation.truth import KeypointVisibility
 from mot_sim.training.camera_effects import through_camera
 from mot_sim.training.crops import OWN, WIDE, Crops
-from mot_sim.training.domain_randomization import background, disguised
+from mot_sim.training.domain_randomization import background, randomized
 from tracker.shape import CROP_SIDE, windows_of
 
 HALF = 18  # keypoints of a side; the mirror image of row i is row i + 18 of 36
@@ -27,22 +27,22 @@ HIDDEN_BY = 0.18  # share of crops with something laid over the car
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
-    """What the network is shown: images (BGR), keypoints as shares of them, a `Seen` each."""
+class AugmentedCrops:
+    """What the network is shown: images (BGR), keypoints as shares of them, a `KeypointVisibility` each."""
 
     images: UInt8[Array, "n s s 3"]
     keypoints: Float[Array, "n 36 2"]
     states: UInt8[Array, "n 36"]
 
 
-def exactly(crops: Crops) -> Shown:
+def exactly(crops: Crops) -> AugmentedCrops:
     """Crops as they were drawn, around the exact boxes."""
     return _stacked(
         [_warped(crops, row, crops.boxes[row] * WIDE - 0.5) for row in range(len(crops))]
     )
 
 
-def varied(crops: Crops, rows: Int[Array, " n"], seed: int, epoch: int) -> Shown:
+def varied(crops: Crops, rows: Int[Array, " n"], seed: int, epoch: int) -> AugmentedCrops:
     """Some crops as they are shown in an epoch, and then the mirror image of each."""
     ones = [
         _varied(crops, row, named_stream(seed, f"epoch {epoch} row {row}")) for row in rows.tolist()
@@ -50,7 +50,7 @@ def varied(crops: Crops, rows: Int[Array, " n"], seed: int, epoch: int) -> Shown
     return _stacked([*ones, *map(mirrored, ones)])
 
 
-def as_detected(crops: Crops, seed: int) -> Shown:
+def as_detected(crops: Crops, seed: int) -> AugmentedCrops:
     """Crops as a camera and a detector give them, in their own colours: what is judged on."""
     return _stacked(
         [_as_detected(crops, row, named_stream(seed, f"judged {row}")) for row in range(len(crops))]
@@ -68,8 +68,8 @@ class One:
     pixels: float
 
 
-def _stacked(ones: list[One]) -> Shown:
-    return Shown(
+def _stacked(ones: list[One]) -> AugmentedCrops:
+    return AugmentedCrops(
         np.array([one.image for one in ones]).reshape(-1, CROP_SIDE, CROP_SIDE, 3),
         np.array([one.keypoints for one in ones]).reshape(-1, 2 * HALF, 2),
         np.array([one.states for one in ones], np.uint8).reshape(-1, 2 * HALF),
@@ -82,7 +82,7 @@ def _varied(crops: Crops, row: int, rng: np.random.Generator) -> One:
     noise = WORSE if rng.uniform() < OFTEN else JITTER
     one = _warped(crops, row, box + rng.normal(0.0, noise, 4) * size, rng.normal(0.0, TURN))
     other = background(crops, int(rng.integers(len(crops))), CROP_SIDE, rng)
-    image = disguised(one.image, one.parts, other, rng)
+    image = randomized(one.image, one.parts, other, rng)
     states = one.states
     if rng.uniform() < HIDDEN_BY:
         image, states = _hidden(image, one, other, rng)
@@ -108,7 +108,7 @@ def _warped(crops: Crops, row: int, box: Float[Array, "4"], turn: float = 0.0) -
     points = (crops.keypoints[row] * WIDE - 0.5) @ A[:, :2].T + A[:, 2]
     shares = (points + 0.5) / CROP_SIDE
     states = crops.states[row].copy()
-    states[~((shares > 0.0) & (shares < 1.0)).all(axis=1)] = Seen.TRUNCATED
+    states[~((shares > 0.0) & (shares < 1.0)).all(axis=1)] = KeypointVisibility.TRUNCATED
     return One(
         cv2.warpAffine(crops.images[row], A, size, flags=finer, borderMode=cv2.BORDER_REPLICATE),
         cv2.warpAffine(crops.parts[row], A, size, flags=cv2.INTER_NEAREST),
@@ -148,5 +148,9 @@ def _hidden(
     cv2.copyTo(cover, mask, image)
     at = np.clip(np.nan_to_num(one.keypoints) * CROP_SIDE, 0, CROP_SIDE - 1).astype(np.int64)
     covered = mask[at[:, 1], at[:, 0]] > 0
-    states = np.where(covered & (one.states == Seen.VISIBLE), Seen.OCCLUDED, one.states)
+    states = np.where(
+        covered & (one.states == KeypointVisibility.VISIBLE),
+        KeypointVisibility.OCCLUDED,
+        one.states,
+    )
     return image, states.astype(np.uint8)

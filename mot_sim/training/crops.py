@@ -8,9 +8,9 @@ from jaxtyping import Float, Int, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers import Rendered, Renderer, find_renderer
-from mot_sim.simulation.scenery import look
+from mot_sim.simulation.scenery import post_process
 from mot_sim.simulation.truth import Truth, annotate_frame
-from mot_sim.training.random_views import MOMENTS, STAYS, Moment, Place, moment, stand
+from mot_sim.training.random_views import MOMENTS, STAYS, Place, RandomView, random_view, viewpoint
 from tracker.shape import CROP_MARGIN as MARGIN
 from tracker.shape import cut_crops, to_shares, windows_of
 from tracker.types import Rows
@@ -47,16 +47,16 @@ class Crops(Rows):
 def make_crops(seed: int, moments: int = MOMENTS) -> Crops:
     """The crops of some moments in one place; a function of the seed alone."""
     place, renderer = Place.of(seed), find_renderer("raster")
-    parts, here = [], stand(place)
+    parts, here = [], viewpoint(place)
     for number in range(moments):
         if number and number % STAYS == 0:
-            here = stand(place)
-        now = moment(place, here)
+            here = viewpoint(place)
+        now = random_view(place, here)
         parts.append(crops_of(now, renderer, place.seed, number))
     return Crops.concatenate(parts)
 
 
-def crops_of(now: Moment, renderer: Renderer, seed: int, frame: int) -> Crops:
+def crops_of(now: RandomView, renderer: Renderer, seed: int, frame: int) -> Crops:
     """The crops of the cars of a moment that can be told at all."""
     scenery = now.view.placed
     count = len(now.world)
@@ -68,7 +68,7 @@ def crops_of(now: Moment, renderer: Renderer, seed: int, frame: int) -> Crops:
     told = (height >= LEAST_HEIGHT) & (truth.visible >= LEAST_VISIBLE) & (truth.cut <= MOST_CUT)
     truth = truth.select(told)
     drawn = renderer.render(now.view)
-    image = look(now.weather, now.view, drawn, seed, frame)
+    image = post_process(now.weather, now.view, drawn, seed, frame)
     return cut_from(image, drawn, truth, now.finer)
 
 

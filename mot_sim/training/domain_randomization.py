@@ -20,7 +20,7 @@ ELSEWHERE = 12.0
 GAINS = 0.25  # of the logarithm of brightness, of each kind of surface
 
 
-def disguised(
+def randomized(
     image: UInt8[Array, "s s 3"],
     parts: UInt8[Array, "s s"],
     other: UInt8[Array, "s s 3"],

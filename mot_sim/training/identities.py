@@ -8,9 +8,9 @@ from jaxtyping import Float, Int, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation import random_numbers
-from mot_sim.simulation.imaging import Drawn
+from mot_sim.simulation.imaging import RenderedImages
 from mot_sim.simulation.registry import find_scene
-from mot_sim.simulation.scene import Knob, Take
+from mot_sim.simulation.scene import Knob, Rollout
 from mot_sim.simulation.scenery import find_weather
 from mot_sim.simulation.truth.annotate import annotate_frame
 
@@ -33,7 +33,7 @@ class Sight:
 
 
 @dataclass(frozen=True)
-class Drive:
+class RenderedDrive:
     """A run of a scene, drawn in one or more weathers; the cars are the same in all of them.
 
     frames: those that are drawn, in each weather. beside: how many houses, trees and lamps stand
@@ -69,16 +69,16 @@ LESSON_SEEDS = tuple(range(100, 105))
 LESSON_FRAMES = tuple(range(0, 120, 6))
 
 
-def lessons(seeds: Sequence[int] = LESSON_SEEDS) -> list[Drive]:
+def lessons(seeds: Sequence[int] = LESSON_SEEDS) -> list[RenderedDrive]:
     """The drives that weights are learned from: every scene with every seed."""
     pairs = [(scene, seed) for seed in seeds for scene in LESSON_SCENES]
     return [
-        Drive(scene, seed, LESSON_WEATHERS[number % len(LESSON_WEATHERS)], LESSON_FRAMES)
+        RenderedDrive(scene, seed, LESSON_WEATHERS[number % len(LESSON_WEATHERS)], LESSON_FRAMES)
         for number, (scene, seed) in enumerate(pairs)
     ]
 
 
-def sights_of(drive: Drive, edge_std: float = EDGE_STD) -> Iterator[Sight]:
+def sights_of(drive: RenderedDrive, edge_std: float = EDGE_STD) -> Iterator[Sight]:
     """The pictures of a drive, all frames of one weather and then of the next.
 
     edge_std: of the boxes' edges, as a share of their sides; drawn by (seed, id, frame).
@@ -86,7 +86,7 @@ def sights_of(drive: Drive, edge_std: float = EDGE_STD) -> Iterator[Sight]:
     beside = dict.fromkeys(("houses", "trees", "furniture"), drive.beside)
     knobs: dict[str, Knob] = {"weather": drive.weathers[0], **beside}
     first = find_scene(drive.scene, frames=max(drive.frames) + 1, **knobs)
-    take = Take.of(first, drive.seed)
+    take = Rollout.of(first, drive.seed)
     truths = {}
     for frame in drive.frames:
         world = take.worlds[frame]
@@ -94,7 +94,7 @@ def sights_of(drive: Drive, edge_std: float = EDGE_STD) -> Iterator[Sight]:
         truths[frame] = annotate_frame(world, take.stage, frame, None, scenery).truth
     for number, weather in enumerate(drive.weathers):
         scene = replace(first, weather=find_weather(weather))
-        drawn = Drawn(Take(scene, drive.seed, take.traffic))
+        drawn = RenderedImages(Rollout(scene, drive.seed, take.traffic))
         for frame in drive.frames:
             truth = truths[frame]
             boxes, ids = truth.tracks.boxes, truth.tracks.ids

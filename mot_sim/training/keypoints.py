@@ -9,7 +9,7 @@ from mot_sim.plotting import write_image
 from mot_sim.training.curve import curve_picture
 from mot_sim.training.export import export
 from mot_sim.training.learning import CHECKPOINT, Tell, train
-from mot_sim.training.plan import Plan
+from mot_sim.training.plan import TrainingPlan
 from mot_sim.training.pytorch import load_torch
 from mot_sim.training.scores import Judged
 from mot_sim.training.shards import HELD_OUT, gather
@@ -19,7 +19,7 @@ PLACES_A_SEED = 1_000  # so many places belong to one seed
 WEIGHTS, CURVE, PICTURE, CROPS = "hourglass.onnx", "curve.csv", "curve.png", "crops"
 
 
-def train_keypoints(plan: Plan, out: Path, tell: Tell, resume: bool = False) -> Judged:
+def train_keypoints(plan: TrainingPlan, out: Path, tell: Tell, resume: bool = False) -> Judged:
     """Draw the crops, train, judge on held-out ones, and write ONNX, JSON and learning curve.
 
     What is already in `out` of the same plan is used again. Raises NoTorch, OutputExists for a

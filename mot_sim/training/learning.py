@@ -16,7 +16,7 @@ from mot_sim.training.augment import as_detected, varied
 from mot_sim.training.crops import Crops
 from mot_sim.training.loss import loss_of, wanted
 from mot_sim.training.network import build_network, size_of
-from mot_sim.training.plan import Plan
+from mot_sim.training.plan import TrainingPlan
 from mot_sim.training.pytorch import load_torch
 from mot_sim.training.scores import Judged, judge
 from tracker.errors import BadConfig, BadFile, DatasetNotFound
@@ -37,7 +37,7 @@ Tell = Callable[[str, int, int], None]
 class Learner:
     """A network on its way. mean: of its weights over the last steps; curve: rows of a table."""
 
-    plan: Plan
+    plan: TrainingPlan
     network: Any
     mean: Any
     optimiser: Any
@@ -46,7 +46,7 @@ class Learner:
     lately: list[float] = field(default_factory=list)
 
     @classmethod
-    def begin(cls, plan: Plan) -> "Learner":
+    def begin(cls, plan: TrainingPlan) -> "Learner":
         """Before the first step; a function of the plan alone."""
         torch = load_torch()
         torch.manual_seed(plan.seed)
@@ -107,14 +107,14 @@ class Learner:
         return judge(np.concatenate(found), shown.keypoints, shown.states, longer)
 
 
-def rate_at(step: int, plan: Plan) -> float:
+def rate_at(step: int, plan: TrainingPlan) -> float:
     """The rate of learning: up in a line, then down to nothing along a cosine."""
     warm = min(1.0, (step + 1) / min(WARM_UP, 1 + plan.steps // 10))
     return float(plan.rate * warm * 0.5 * (1.0 + np.cos(np.pi * step / plan.steps)))
 
 
 def train(
-    plan: Plan,
+    plan: TrainingPlan,
     crops: Crops,
     held_out: Crops,
     folder: Path,

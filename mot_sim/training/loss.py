@@ -6,19 +6,19 @@ import numpy as np
 from jaxtyping import Bool, Float32
 from numpy import ndarray as Array
 
-from mot_sim.simulation.truth import Seen
-from mot_sim.training.augment import Shown
+from mot_sim.simulation.truth import KeypointVisibility
+from mot_sim.training.augment import AugmentedCrops
 from mot_sim.training.pytorch import load_torch
 
 SPREAD = 0.8  # cells: the standard deviation of the wanted map around a keypoint
 
 
-def wanted(shown: Shown, cells: int) -> tuple[Float32[Array, "n k c"], Bool[Array, "n k"]]:
+def wanted(shown: AugmentedCrops, cells: int) -> tuple[Float32[Array, "n k c"], Bool[Array, "n k"]]:
     """The wanted chance of each of cells x cells cells, and then that of `not seen`.
 
     A visible keypoint is a small hill, any other is not seen; the second: which are visible.
     """
-    seen = shown.states == Seen.VISIBLE
+    seen = shown.states == KeypointVisibility.VISIBLE
     at = np.where(seen[:, :, None], shown.keypoints, 0.5) * cells - 0.5
     off = np.arange(cells) - at[:, :, :, None]
     hills = np.exp(-0.5 * (off / SPREAD) ** 2)

@@ -8,7 +8,7 @@ from tracker.errors import BadConfig
 
 
 @dataclass(frozen=True)
-class Plan:
+class TrainingPlan:
     """A training. The defaults are those of the shipped network.
 
     crops: how many are drawn. held_out: more of them, of other places, to judge on. epochs: each

@@ -6,14 +6,14 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.simulation.cars import BODIES, Cast, load_fleet
+from mot_sim.simulation.cars import BODIES, Vehicles, load_fleet
 from mot_sim.simulation.random_numbers import named_stream
 from mot_sim.simulation.registry import find_scene
 from mot_sim.simulation.renderers import View
 from mot_sim.simulation.rig import KITTI_HEIGHT, KITTI_IMAGE_SIZE, KITTI_K, Rig
+from mot_sim.simulation.scene_meshes import SceneMeshes
 from mot_sim.simulation.scenery import Knobs, Light, Neighbourhood, Weather
-from mot_sim.simulation.stage import Stage
-from mot_sim.simulation.traffic import Roads, World, colliding_pairs
+from mot_sim.simulation.traffic import Roads, TrafficState, colliding_pairs
 from tracker.types import Camera
 
 PLACES = ("street", "intersection", "roundabout", "t_junction", "merge", "highway")
@@ -60,7 +60,7 @@ class Place:
 
 
 @dataclass(frozen=True, eq=False)
-class Stand:
+class Viewpoint:
     """Where the camera is. ego: x, y, heading. depths: metres, from where to where cars stand.
 
     finer: pixels for one of KITTI's.
@@ -73,30 +73,30 @@ class Stand:
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class RandomView:
     """What is drawn: cars, camera, light. finer: pixels for one of KITTI's."""
 
-    stage: Stage
-    world: World
+    stage: SceneMeshes
+    world: TrafficState
     view: View
     weather: Weather
     finer: float
 
 
-def stand(place: Place) -> Stand:
+def viewpoint(place: Place) -> Viewpoint:
     """Somewhere in a place."""
     finer, depths = VIEWS[int(place.rng.integers(len(VIEWS)))]
-    return Stand(place.somewhere(), Rig(camera_of(place.rng, finer)), depths, finer)
+    return Viewpoint(place.somewhere(), Rig(camera_of(place.rng, finer)), depths, finer)
 
 
-def moment(place: Place, here: Stand) -> Moment:
+def random_view(place: Place, here: Viewpoint) -> RandomView:
     """Other cars, another light, where the camera stands."""
     rng, rig, ego = place.rng, here.rig, here.ego
     world, cast = cars_before(rig, ego, here.depths, rng)
-    stage = Stage(cast, rig)
+    stage = SceneMeshes(cast, rig)
     view = place.neighbourhood.view(rig.camera, ego, stage.placed(world))
     view = replace(view, sun=light_of(rng).sun(float(ego[2])))
-    return Moment(stage, world, view, weather_of(rng), here.finer)
+    return RandomView(stage, world, view, weather_of(rng), here.finer)
 
 
 def camera_of(rng: np.random.Generator, finer: float) -> Camera:
@@ -115,7 +115,7 @@ def camera_of(rng: np.random.Generator, finer: float) -> Camera:
 
 def cars_before(
     rig: Rig, ego: Float[Array, "3"], depths: tuple[float, float], rng: np.random.Generator
-) -> tuple[World, Cast]:
+) -> tuple[TrafficState, Vehicles]:
     """Cars of any shape in the view, near ones as often as far ones; none in another."""
     n = int(rng.integers(*CARS))
     fleet, camera = load_fleet(COEFFICIENTS), rig.camera
@@ -129,7 +129,7 @@ def cars_before(
     heading = rng.uniform(-np.pi, np.pi, n)
     road = ego[2] + np.pi * rng.integers(0, 2, n) + rng.normal(0.0, 0.1, n)
     heading = np.where(rng.uniform(size=n) < ALIGNED, road, heading)
-    crowd = World(
+    crowd = TrafficState(
         0.0, np.arange(n), ego[0] + c * z - s * x, ego[1] + s * z + c * x, heading, np.zeros(n),
         size, ego, np.array([4.4, 1.45, 1.8]),
     )  # fmt: skip
@@ -147,7 +147,7 @@ def cars_before(
     names = np.array(list(BODIES))[cars.bodies[rows]]
     paints = np.array(cars.paints)[rows]
     kinds = np.where(names == "van", "Van", "Car")
-    return world, Cast(ids, kinds, names, paints, cars.coefficients[rows], size[rows])
+    return world, Vehicles(ids, kinds, names, paints, cars.coefficients[rows], size[rows])
 
 
 def light_of(rng: np.random.Generator) -> Light:

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.simulation.truth import Seen
+from mot_sim.simulation.truth import KeypointVisibility
 
 SHARE = 0.1  # of the longer side of the box: so near is right
 BINS = 10
@@ -52,7 +52,7 @@ def judge(
     share: float = SHARE,
 ) -> Judged:
     """Found points (x, y, confidence) beside true ones; longer: sides of boxes, same unit."""
-    seen = states == Seen.VISIBLE
+    seen = states == KeypointVisibility.VISIBLE
     apart = found[:, :, :2] - np.where(seen[:, :, None], keypoints, 0.0)
     off = np.hypot(apart[:, :, 0], apart[:, :, 1])
     return Judged((off <= share * longer[:, None]) & seen, seen, found[:, :, 2])

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from tests.tracker.samples import LEVEL, beliefs_at, locked, pairing_of
 from tracker.beliefs import Beliefs
-from tracker.costs import COSTS, Cost, Pairing
+from tracker.costs import COSTS, Cost, GatedPairs
 
 every_cost = pytest.mark.parametrize("cost", [make() for make in COSTS.values()], ids=list(COSTS))
 ROUNDING = 1e-9
@@ -24,7 +24,7 @@ def scattered(seed: int, n: int) -> Beliefs:
     return beliefs
 
 
-def matrix_of(cost: Cost, pairing: Pairing) -> np.ndarray:
+def matrix_of(cost: Cost, pairing: GatedPairs) -> np.ndarray:
     """Rows expected, columns observed; inf where the pair is outside the search area."""
     matrix = np.full(pairing.shape, np.inf)
     matrix[pairing.pairs] = cost(pairing)

@@ -7,9 +7,11 @@ import pytest
 
 from tests.tracker.samples import beliefs_at, locked
 from tracker.beliefs import Beliefs
-from tracker.dynamics import ConstantVelocity, Dynamics, Still
+from tracker.dynamics import ConstantPosition, ConstantVelocity, Dynamics
 
-every_dynamics = pytest.mark.parametrize("dynamics", [Still(), ConstantVelocity()], ids=repr)
+every_dynamics = pytest.mark.parametrize(
+    "dynamics", [ConstantPosition(), ConstantVelocity()], ids=repr
+)
 
 
 def three_cars() -> Beliefs:

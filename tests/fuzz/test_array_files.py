@@ -14,7 +14,7 @@ import pytest
 from numpy import ndarray as Array
 
 from mot_sim.files.array_files import HEAD, checksum
-from mot_sim.simulation.episodes import Places, read_episode, record_episode
+from mot_sim.simulation.episodes import EpisodeFiles, read_episode, record_episode
 from mot_sim.simulation.traffic import RecordedTraffic
 from tests.fuzz.door import fuzz
 from tests.fuzz.mutations import spoiled_bytes, spoiled_json
@@ -94,7 +94,7 @@ def changed(arrays: dict[str, Array], name: str, rng: Random) -> dict[str, Array
 @pytest.fixture(scope="module")
 def episode(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """The extra file of a small episode."""
-    places = Places(tmp_path_factory.mktemp("episode"), "0000")
+    places = EpisodeFiles(tmp_path_factory.mktemp("episode"), "0000")
     record_episode(small(frames=2), 3, places)
     return packed(held(places.extra.read_bytes()))
 
@@ -103,7 +103,7 @@ def episode(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 def traffic(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """A small recording."""
     root = tmp_path_factory.mktemp("traffic")
-    record_episode(small(frames=3), 3, Places(root, "0000"))
+    record_episode(small(frames=3), 3, EpisodeFiles(root, "0000"))
     read_episode(root).traffic.save(root / "traffic.npz")
     return packed(held((root / "traffic.npz").read_bytes()))
 

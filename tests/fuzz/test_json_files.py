@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
-from mot_sim.evaluation.run_folder import RUN_FILE, Counts, RunFolder
+from mot_sim.evaluation.run_folder import RUN_FILE, RunFolder, SequenceStatistics
 from mot_sim.experiments.guests.exchange import read_seconds
 from mot_sim.experiments.results.result_file import (
     Made,
@@ -19,7 +19,7 @@ from mot_sim.experiments.results.result_file import (
     write_result,
 )
 from mot_sim.experiments.sweep.store import SWEEP_FILE, SweepFolder
-from mot_sim.experiments.sweep.trial import Outcome
+from mot_sim.experiments.sweep.trial import TrialOutcome
 from mot_sim.simulation.episodes import EpisodeFolder
 from tests.fuzz.door import fuzz
 from tests.fuzz.mutations import spoiled_json
@@ -32,7 +32,7 @@ KEY = "ab" * 16
 
 def run_file(folder: Path) -> Path:
     with RunFolder.open(folder, SETTINGS, ["0000", "0001"]) as run:
-        run.add("0000", Tracks.empty(), Counts(3, 2, 1, 1, 0.1, stages={"boxes": 0.1}))
+        run.add("0000", Tracks.empty(), SequenceStatistics(3, 2, 1, 1, 0.1, stages={"boxes": 0.1}))
     return folder / RUN_FILE
 
 
@@ -66,7 +66,7 @@ def read_sweep(path: Path) -> None:
 
 def trial_file(folder: Path) -> Path:
     sweep = SweepFolder(folder)
-    sweep.write(KEY, Outcome({"HOTA": 0.5, "IDSW": 3}, None, 10, 9, 0.1), {"seed": 1})
+    sweep.write(KEY, TrialOutcome({"HOTA": 0.5, "IDSW": 3}, None, 10, 9, 0.1), {"seed": 1})
     return sweep.trial(KEY)
 
 

@@ -11,7 +11,7 @@ import pytest
 from mot_sim.evaluation.run_folder import RUN_FILE, RunFolder
 from mot_sim.experiments.stress.suites import read_suites
 from mot_sim.experiments.sweep.design_files import read_design
-from mot_sim.simulation.episodes import EpisodeFolder, Places, record_episode, verify_episode
+from mot_sim.simulation.episodes import EpisodeFiles, EpisodeFolder, record_episode, verify_episode
 from mot_sim.simulation.episodes.extra import Metadata, arrays_of, read_extra, write_extra
 from mot_sim.simulation.episodes.reading import read_episode
 from mot_sim.simulation.registry import find_scene
@@ -54,7 +54,7 @@ def test_a_list_of_episodes_cannot_name_what_lies_outside(name: str, folder: Pat
 
 
 def test_an_episode_cannot_name_a_profile_outside(folder: Path) -> None:
-    places = Places(folder / "tree", "0000")
+    places = EpisodeFiles(folder / "tree", "0000")
     record_episode(small(), 3, places)
     stored = read_episode(folder / "tree")
     for where, expected in (("tree/mine.toml", False), ("mine.toml", True)):

@@ -8,7 +8,7 @@ import pytest
 
 from mot_sim import demo
 from mot_sim.datasets import read_labels, read_results
-from mot_sim.demo import run_demo, track
+from mot_sim.demo import run_demo, track_episode
 from mot_sim.metrics import evaluate_sequence
 from mot_sim.plotting.video import count_frames
 from mot_sim.simulation.episode import record
@@ -104,7 +104,7 @@ def test_another_tracker_can_be_shown(tmp_path) -> None:
 def test_on_the_whole_crossing_memory_beats_two_frames() -> None:
     episode = record(find_scene("crossing"))
     scores = {
-        make.__name__: evaluate_sequence(episode.truth, track(episode, make), len(episode))
+        make.__name__: evaluate_sequence(episode.truth, track_episode(episode, make), len(episode))
         for make in (Tracker.default, Tracker.paper)
     }
     assert scores["default"]["HOTA"] > scores["paper"]["HOTA"]

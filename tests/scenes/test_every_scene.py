@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mot_sim.simulation.registry import SCENES, find_scene
-from mot_sim.simulation.scene import Take, record_scene_traffic
+from mot_sim.simulation.scene import Rollout, record_scene_traffic
 from mot_sim.simulation.traffic import collisions
 from mot_sim.simulation.truth import annotate
 
@@ -13,8 +13,8 @@ SCRIPTED = ("crossing",)  # the same traffic for every seed
 
 
 @pytest.fixture(scope="module", params=sorted(SCENES))
-def take(request) -> Take:
-    return Take.of(find_scene(request.param, frames=FRAMES), 3)
+def take(request) -> Rollout:
+    return Rollout.of(find_scene(request.param, frames=FRAMES), 3)
 
 
 def test_nobody_touches_anybody(take) -> None:

@@ -6,10 +6,10 @@ from dataclasses import dataclass, fields, is_dataclass
 import numpy as np
 
 from tracker.beliefs import Beliefs
-from tracker.costs import Pairing
+from tracker.costs import GatedPairs
 from tracker.geometry import box_iou, homogeneous, invert, rotation_y, transform
 from tracker.types import Camera, Cuboids, Detections, Frame
-from tracker.types.embedding import Look
+from tracker.types.embedding import Embedding
 from tracker.types.shape_pose import ShapePose
 
 K = np.array([[700.0, 0.0, 620.0], [0.0, 710.0, 187.0], [0.0, 0.0, 1.0]])
@@ -51,16 +51,16 @@ def beliefs_at(
     looks = ShapePose(
         0.05 * cuboids.base[:, ::2], cuboids.yaw, np.tile(0.01 * np.eye(3), (n, 1, 1))
     )
-    look = Look(0.05 * cuboids.base[:, ::2])
+    look = Embedding(0.05 * cuboids.base[:, ::2])
     return Beliefs(cuboids, np.zeros((n, 2)), cov, boxes, looks, look)
 
 
 def pairing_of(
     expected: Beliefs, observed: Beliefs, sigmas: float = 1.0, camera: Camera = LEVEL
-) -> Pairing:
+) -> GatedPairs:
     """What a cost receives when these were expected and those observed."""
     detections = Detections(observed.boxes, np.ones(len(observed)))
-    return Pairing(expected, observed, detections, camera, sigmas)
+    return GatedPairs(expected, observed, detections, camera, sigmas)
 
 
 @dataclass(frozen=True)

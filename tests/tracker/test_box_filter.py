@@ -5,7 +5,7 @@ import pytest
 
 from tests.tracker.samples import LEVEL, beliefs_at
 from tracker.box_filter import BoxFilter, Gains
-from tracker.lifecycle import Population
+from tracker.lifecycle import ActiveTracks
 
 DT = 0.1
 
@@ -17,7 +17,7 @@ def tracks(boxes: np.ndarray, surprises: np.ndarray | None = None, sightings: in
     beliefs.boxes[:] = boxes
     off = np.full((n, 4), np.nan) if surprises is None else surprises
     ones, seen = np.ones(n), np.full(n, sightings)
-    return Population(np.arange(n), beliefs, DT * ones, seen, ones, off, np.nan * ones)
+    return ActiveTracks(np.arange(n), beliefs, DT * ones, seen, ones, off, np.nan * ones)
 
 
 def run(noise: float, walk: float, frames: int = 400, n: int = 6) -> tuple[Gains, float, float]:
@@ -84,6 +84,6 @@ def test_a_box_cut_by_the_border_is_taken_as_it_is(new) -> None:
 def test_nobody_and_no_time_are_no_error() -> None:
     start = BoxFilter().start()
     none = np.zeros((0, 4))
-    assert BoxFilter()(start, Population.empty(), none, DT, LEVEL).boxes.shape == (0, 4)
+    assert BoxFilter()(start, ActiveTracks.empty(), none, DT, LEVEL).boxes.shape == (0, 4)
     box = np.array([[400.0, 150.0, 500.0, 230.0]])
     assert np.isfinite(BoxFilter()(start, tracks(box), box, 0.0, LEVEL).boxes).all()

@@ -7,8 +7,8 @@ import pytest
 
 from tests.tracker.samples import LEVEL, Car, drive
 from tracker import Tracker
-from tracker.camera_rotation_filter import TurnFilter
-from tracker.ego_motion import transport
+from tracker.camera_rotation_filter import CameraRotationFilter
+from tracker.ego_motion import compensate_ego_motion
 from tracker.errors import BadConfig
 from tracker.geometry import homogeneous, rotation_x, rotation_y
 from tracker.multi_frame import NetworkFlow
@@ -28,7 +28,7 @@ def one_step(yaw: float, pitch: float = 0.0):
     first, second = drive(STREET, forward, 2).frames
     wrong = homogeneous(rotation_y(yaw) @ rotation_x(pitch)) @ second.T_now_before
     before = Tracker.default(LEVEL).lift(first.detections, LEVEL)
-    expected = transport(before, LEVEL, wrong, np.zeros((6, 6)))
+    expected = compensate_ego_motion(before, LEVEL, wrong, np.zeros((6, 6)))
     return expected.boxes, second.detections.boxes, wrong, second.T_now_before
 
 
@@ -42,7 +42,7 @@ def angles(T: np.ndarray) -> np.ndarray:
 )
 def test_a_turn_that_is_stated_wrongly_is_corrected(yaw: float, pitch: float) -> None:
     expected, detected, wrong, right = one_step(yaw * DEGREE, pitch * DEGREE)
-    found, cov = TurnFilter()(expected, detected, wrong, OPEN, LEVEL)
+    found, cov = CameraRotationFilter()(expected, detected, wrong, OPEN, LEVEL)
     np.testing.assert_allclose(angles(found), angles(right), atol=0.12 * DEGREE)
     assert cov[4, 4] < 0.1 * OPEN[4, 4]
     assert cov[3, 3] < 0.1 * OPEN[3, 3]
@@ -52,7 +52,7 @@ def test_a_turn_that_is_stated_wrongly_is_corrected(yaw: float, pitch: float) ->
 def test_a_car_that_moves_on_its_own_does_not_turn_the_camera() -> None:
     expected, detected, wrong, right = one_step(DEGREE)
     detected[1, ::2] += 25.0
-    found, _ = TurnFilter()(expected, detected, wrong, OPEN, LEVEL)
+    found, _ = CameraRotationFilter()(expected, detected, wrong, OPEN, LEVEL)
     np.testing.assert_allclose(angles(found), angles(right), atol=0.2 * DEGREE)
 
 
@@ -60,15 +60,15 @@ def test_only_what_the_covariance_leaves_open_is_corrected() -> None:
     expected, detected, wrong, _ = one_step(DEGREE, 0.5 * DEGREE)
     level = OPEN.copy()
     level[3, 3] = 1e-8
-    found, cov = TurnFilter()(expected, detected, wrong, level, LEVEL)
+    found, cov = CameraRotationFilter()(expected, detected, wrong, level, LEVEL)
     assert angles(found)[1] == pytest.approx(0.5 * DEGREE, abs=1e-6)
     assert cov[3, 3] == level[3, 3]
 
 
 def test_a_turn_known_to_within_a_pixel_is_left_alone() -> None:
     known = np.diag(np.square([0.02, 0.02, 0.05, 5e-4, 5e-4, 5e-4]))  # KITTI's GPS/IMU
-    assert not TurnFilter().is_open(known, LEVEL)
-    assert TurnFilter().is_open(OPEN, LEVEL)
+    assert not CameraRotationFilter().is_open(known, LEVEL)
+    assert CameraRotationFilter().is_open(OPEN, LEVEL)
 
 
 @pytest.mark.parametrize("nothing", ["expected", "detected", "near"])
@@ -80,7 +80,7 @@ def test_where_nothing_can_be_compared_the_motion_stays(nothing: str) -> None:
         detected = detected[:0]
     else:
         detected = detected + 5000.0
-    found, cov = TurnFilter()(expected, detected, wrong, OPEN, LEVEL)
+    found, cov = CameraRotationFilter()(expected, detected, wrong, OPEN, LEVEL)
     np.testing.assert_array_equal(found, wrong)
     np.testing.assert_array_equal(cov, OPEN)
 
@@ -117,4 +117,4 @@ def test_the_network_flow_corrects_the_turn_as_well() -> None:
 @pytest.mark.parametrize("wrong", [{"least": 0.0}, {"jitter": (-1.0, 0.1)}, {"jitter": (0.0, 0.0)}])
 def test_numbers_that_cannot_be_are_refused(wrong) -> None:
     with pytest.raises(BadConfig, match="TurnFilter"):
-        TurnFilter(**wrong)
+        CameraRotationFilter(**wrong)

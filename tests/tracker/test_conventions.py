@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.tracker.samples import AWAY, CAR, LEVEL, beliefs_at, cars, drive, outlines
-from tracker.ego_motion import transport
+from tracker.ego_motion import compensate_ego_motion
 from tracker.geometry import homogeneous, invert, rotation_y, transform
 from tracker.types import Cuboids
 
@@ -57,7 +57,7 @@ def test_positive_yaw_turns_the_front_from_the_right_towards_the_camera() -> Non
 def test_an_ego_car_that_drives_a_metre_forward_finds_static_points_a_metre_nearer() -> None:
     T_now_before = ego_step(z=1.0)
     np.testing.assert_allclose(transform(T_now_before, np.array([2.0, 1.0, 10.0])), [2, 1, 9])
-    near = transport(beliefs_at((2.0, 10.0)), LEVEL, T_now_before, NO_DOUBT)
+    near = compensate_ego_motion(beliefs_at((2.0, 10.0)), LEVEL, T_now_before, NO_DOUBT)
     np.testing.assert_allclose(near.cuboids.base, [[2.0, 0.0, 9.0]], atol=1e-12)
     before = beliefs_at((2.0, 10.0)).boxes[0]
     assert near.boxes[0, 2] - near.boxes[0, 0] > before[2] - before[0]
@@ -66,7 +66,7 @@ def test_an_ego_car_that_drives_a_metre_forward_finds_static_points_a_metre_near
 def test_an_ego_car_that_turns_left_finds_static_points_further_right() -> None:
     T_now_before = ego_step(turn=-0.1)
     belief = beliefs_at((0.0, 20.0))
-    now = transport(belief, LEVEL, T_now_before, NO_DOUBT)
+    now = compensate_ego_motion(belief, LEVEL, T_now_before, NO_DOUBT)
     assert now.cuboids.base[0, 0] == pytest.approx(20.0 * np.sin(0.1))
     assert (now.boxes[0, ::2] > belief.boxes[0, ::2] + 50.0).all()
     assert now.cuboids.yaw[0] == pytest.approx(AWAY + 0.1)

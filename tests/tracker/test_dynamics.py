@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.tracker.samples import beliefs_at
 from tracker.beliefs import Beliefs
-from tracker.dynamics import ConstantVelocity, Still, inverse_2x2
+from tracker.dynamics import ConstantPosition, ConstantVelocity, inverse_2x2
 from tracker.types import Cuboids
 
 PLACES = ((-4.0, 12.0), (0.0, 25.0), (6.0, 40.0))
@@ -106,7 +106,7 @@ def test_covariances_stay_symmetric_and_positive_over_five_hundred_steps() -> No
 
 
 def test_still_cars_stay_where_they_were_last_seen_with_growing_doubt() -> None:
-    before, still = beliefs_at(*PLACES), Still(speed_std=(1.0, 5.0))
+    before, still = beliefs_at(*PLACES), ConstantPosition(speed_std=(1.0, 5.0))
     later, way = still.predict(before, 0.2)
     assert way is None
     np.testing.assert_array_equal(later.cuboids.base, before.cuboids.base)
@@ -116,7 +116,7 @@ def test_still_cars_stay_where_they_were_last_seen_with_growing_doubt() -> None:
 
 def test_still_believes_exactly_what_it_sees() -> None:
     seen = beliefs_at((1.0, 21.0))
-    assert Still().update(beliefs_at((0.0, 20.0)), seen) is seen
+    assert ConstantPosition().update(beliefs_at((0.0, 20.0)), seen) is seen
 
 
 @given(st.integers(0, 10_000), st.integers(0, 5))

@@ -16,7 +16,7 @@ from tests.tracker.samples import (
     locked,
 )
 from tracker.beliefs import Beliefs
-from tracker.ego_motion import MIN_SCALE, transport
+from tracker.ego_motion import MIN_SCALE, compensate_ego_motion
 from tracker.geometry import homogeneous, invert, rotation_x, rotation_y, transform, wrap_angle
 from tracker.lifecycle import in_view
 from tracker.types import Camera
@@ -39,7 +39,7 @@ def some_beliefs(camera: Camera = LEVEL) -> Beliefs:
 @cameras
 def test_standing_still_leaves_everything(camera: Camera) -> None:
     before = some_beliefs(camera)
-    now = transport(before, camera, np.eye(4), NO_DOUBT)
+    now = compensate_ego_motion(before, camera, np.eye(4), NO_DOUBT)
     np.testing.assert_allclose(now.cuboids.base, before.cuboids.base, atol=1e-12)
     np.testing.assert_allclose(now.cuboids.yaw, before.cuboids.yaw, atol=1e-12)
     np.testing.assert_allclose(now.boxes, before.boxes, atol=1e-9)
@@ -54,8 +54,10 @@ def test_two_steps_equal_the_step_that_they_make(camera: Camera, first, second) 
     before = some_beliefs(camera)
     before.velocity[:] = [1.0, 5.0]
     before.cov[:, 0, 1] = before.cov[:, 1, 0] = 0.1
-    twice = transport(transport(before, camera, T_b_a, NO_DOUBT), camera, T_c_b, NO_DOUBT)
-    once = transport(before, camera, T_c_b @ T_b_a, NO_DOUBT)
+    twice = compensate_ego_motion(
+        compensate_ego_motion(before, camera, T_b_a, NO_DOUBT), camera, T_c_b, NO_DOUBT
+    )
+    once = compensate_ego_motion(before, camera, T_c_b @ T_b_a, NO_DOUBT)
     np.testing.assert_allclose(twice.cuboids.base, once.cuboids.base, atol=1e-9)
     turned = wrap_angle(twice.cuboids.yaw - once.cuboids.yaw)
     np.testing.assert_allclose(turned, 0.0, atol=1e-9)
@@ -68,7 +70,7 @@ def test_two_steps_equal_the_step_that_they_make(camera: Camera, first, second) 
 def test_a_cuboid_stays_where_it_is_in_the_world(camera: Camera, step) -> None:
     """Corners in the road frame of before, seen from now, are the corners of the carried one."""
     before = some_beliefs(camera)
-    now = transport(before, camera, step_of(camera, *step), NO_DOUBT)
+    now = compensate_ego_motion(before, camera, step_of(camera, *step), NO_DOUBT)
     T_before_now = homogeneous(rotation_y(step[2]), np.array([step[0], 0.0, step[1]]))
     seen_from_now = transform(invert(T_before_now), before.cuboids.corners())
     np.testing.assert_allclose(now.cuboids.corners(), seen_from_now, atol=1e-9)
@@ -76,7 +78,7 @@ def test_a_cuboid_stays_where_it_is_in_the_world(camera: Camera, step) -> None:
 
 def test_a_nod_of_the_camera_moves_cars_off_the_road_plane_and_keeps_their_yaw() -> None:
     nod = homogeneous(rotation_x(0.01))
-    now = transport(some_beliefs(), LEVEL, nod, NO_DOUBT)
+    now = compensate_ego_motion(some_beliefs(), LEVEL, nod, NO_DOUBT)
     assert (np.abs(now.cuboids.base[:, 1]) > 0.05).all()
     np.testing.assert_allclose(now.cuboids.yaw, -1.2, atol=1e-9)
 
@@ -85,7 +87,9 @@ def test_velocity_and_doubt_turn_with_the_road_frame() -> None:
     before = beliefs_at((0.0, 20.0))
     before.velocity[0] = [0.0, 10.0]
     before.cov[0, :2, :2] = np.diag([1.0, 9.0])
-    now = transport(before, LEVEL, step_of(LEVEL, turn=np.pi / 2), NO_DOUBT)  # to the right
+    now = compensate_ego_motion(
+        before, LEVEL, step_of(LEVEL, turn=np.pi / 2), NO_DOUBT
+    )  # to the right
     np.testing.assert_allclose(now.velocity, [[-10.0, 0.0]], atol=1e-12)
     np.testing.assert_allclose(now.cov[0, :2, :2], np.diag([9.0, 1.0]), atol=1e-12)
     np.testing.assert_allclose(now.cuboids.base, [[-20.0, 0.0, 0.0]], atol=1e-12)
@@ -99,7 +103,7 @@ def test_doubt_along_a_ray_stays_along_it_when_the_camera_turns_to_it() -> None:
     before = beliefs_at(tuple(20.0 * ray))
     before.cov[0, :2, :2] = 9.0 * np.outer(ray, ray)
     before.cov[0, 2:, 2:] = 4.0 * np.outer(ray, ray)
-    now = transport(before, LEVEL, step_of(LEVEL, turn=angle), NO_DOUBT)
+    now = compensate_ego_motion(before, LEVEL, step_of(LEVEL, turn=angle), NO_DOUBT)
     np.testing.assert_allclose(now.cuboids.base, [[0.0, 0.0, 20.0]], atol=1e-12)
     np.testing.assert_allclose(now.cov[0], np.diag([0.0, 9.0, 0.0, 4.0]), atol=1e-12)
 
@@ -108,7 +112,7 @@ def test_the_motions_doubt_is_added_by_hand() -> None:
     """Translation adds itself; a doubt of yaw moves a car at 20 m across by 20 m a radian."""
     before = beliefs_at((0.0, 20.0))
     motion_cov = np.diag([0.01, 7.0, 0.04, 0.0, 0.001, 0.0])
-    now = transport(before, LEVEL, np.eye(4), motion_cov)
+    now = compensate_ego_motion(before, LEVEL, np.eye(4), motion_cov)
     added = now.cov[0] - before.cov[0]
     by_hand = np.zeros((4, 4))
     by_hand[0, 0], by_hand[1, 1] = 0.01 + 20.0**2 * 0.001, 0.04
@@ -119,8 +123,8 @@ def test_the_motions_doubt_is_added_by_hand() -> None:
 def test_the_motions_doubt_only_ever_adds(step, seed) -> None:
     A = np.random.default_rng(seed).normal(0.0, 0.05, (6, 6))
     T = step_of(PITCHED, *step)
-    sure = transport(some_beliefs(PITCHED), PITCHED, T, NO_DOUBT)
-    unsure = transport(some_beliefs(PITCHED), PITCHED, T, A @ A.T)
+    sure = compensate_ego_motion(some_beliefs(PITCHED), PITCHED, T, NO_DOUBT)
+    unsure = compensate_ego_motion(some_beliefs(PITCHED), PITCHED, T, A @ A.T)
     assert np.linalg.eigvalsh(unsure.cov - sure.cov).min() > -1e-9
     np.testing.assert_array_equal(sure.cuboids.base, unsure.cuboids.base)
 
@@ -132,14 +136,14 @@ def test_a_turning_camera_carries_boxes_like_windows_in_a_far_wall(turn, nod) ->
     corners = before.boxes.reshape(-1, 2)
     wall_cam = LEVEL.rays(corners) * 1e5
     by_homography = LEVEL.project(wall_cam @ R.T).reshape(-1, 4)
-    now = transport(before, LEVEL, homogeneous(R), NO_DOUBT)
+    now = compensate_ego_motion(before, LEVEL, homogeneous(R), NO_DOUBT)
     np.testing.assert_allclose(now.boxes, by_homography, atol=1e-6)
 
 
 def test_driving_towards_a_car_widens_its_box_about_the_point_driven_to() -> None:
     """The window stands a quarter of the length before the centre: at 20 - 0.975 m."""
     before = beliefs_at((2.0, 20.0))
-    now = transport(before, LEVEL, step_of(LEVEL, z=5.0), NO_DOUBT)
+    now = compensate_ego_motion(before, LEVEL, step_of(LEVEL, z=5.0), NO_DOUBT)
     centre = LEVEL.K[[0, 1, 0, 1], [2, 2, 2, 2]]
     depth = 20.0 - 0.25 * CAR[0]
     by_hand = centre + (before.boxes - centre) * depth / (depth - 5.0)
@@ -153,7 +157,7 @@ def test_expected_boxes_of_static_cars_are_near_the_seen_ones(camera: Camera) ->
     first, second = path.frames
     before = beliefs_at((-4.0, 18.0), (3.0, 25.0), (8.0, 40.0), camera=camera)
     before.boxes[:] = first.detections.boxes
-    now = transport(before, camera, second.T_now_before, second.motion_cov)
+    now = compensate_ego_motion(before, camera, second.T_now_before, second.motion_cov)
     assert path.cars[1] == [0, 1, 2]
     np.testing.assert_allclose(now.boxes, second.detections.boxes, atol=2.5)
 
@@ -161,8 +165,8 @@ def test_expected_boxes_of_static_cars_are_near_the_seen_ones(camera: Camera) ->
 def test_a_car_that_moves_two_metres_is_like_a_camera_that_moves_back_two() -> None:
     before = some_beliefs()
     moved = np.tile([0.5, 2.0], (3, 1))
-    by_car = transport(before, LEVEL, np.eye(4), NO_DOUBT, moved)
-    by_camera = transport(before, LEVEL, step_of(LEVEL, x=-0.5, z=-2.0), NO_DOUBT)
+    by_car = compensate_ego_motion(before, LEVEL, np.eye(4), NO_DOUBT, moved)
+    by_camera = compensate_ego_motion(before, LEVEL, step_of(LEVEL, x=-0.5, z=-2.0), NO_DOUBT)
     np.testing.assert_allclose(by_car.cuboids.base, by_camera.cuboids.base, atol=1e-12)
     np.testing.assert_allclose(by_car.boxes, by_camera.boxes, atol=1e-9)
 
@@ -171,8 +175,10 @@ def test_a_car_that_moves_two_metres_is_like_a_camera_that_moves_back_two() -> N
 @given(ego_steps)
 def test_a_cars_own_way_is_measured_in_the_road_frame_of_before(camera: Camera, step) -> None:
     T, moved = step_of(camera, *step), np.array([[1.0, 3.0]])
-    carried = transport(beliefs_at((0.0, 20.0), camera=camera), camera, T, NO_DOUBT, moved)
-    stood = transport(beliefs_at((1.0, 23.0), camera=camera), camera, T, NO_DOUBT)
+    carried = compensate_ego_motion(
+        beliefs_at((0.0, 20.0), camera=camera), camera, T, NO_DOUBT, moved
+    )
+    stood = compensate_ego_motion(beliefs_at((1.0, 23.0), camera=camera), camera, T, NO_DOUBT)
     np.testing.assert_allclose(carried.cuboids.base, stood.cuboids.base, atol=1e-9)
 
 
@@ -180,16 +186,16 @@ def test_a_cars_own_way_is_measured_in_the_road_frame_of_before(camera: Camera, 
 def test_a_cars_way_and_the_cameras_turn_may_come_one_after_the_other(camera: Camera) -> None:
     before, turn = some_beliefs(camera), step_of(camera, turn=0.2)
     moved = np.tile([1.0, 3.0], (3, 1))
-    once = transport(before, camera, turn, NO_DOUBT, moved)
-    gone = transport(before, camera, np.eye(4), NO_DOUBT, moved)
-    twice = transport(gone, camera, turn, NO_DOUBT)
+    once = compensate_ego_motion(before, camera, turn, NO_DOUBT, moved)
+    gone = compensate_ego_motion(before, camera, np.eye(4), NO_DOUBT, moved)
+    twice = compensate_ego_motion(gone, camera, turn, NO_DOUBT)
     np.testing.assert_allclose(once.boxes, twice.boxes, atol=1e-6)
     np.testing.assert_allclose(once.cuboids.base, twice.cuboids.base, atol=1e-9)
 
 
 def test_a_car_that_falls_behind_the_camera_is_finite_and_out_of_view() -> None:
     before = beliefs_at((1.5, 6.0), (1.5, 30.0))
-    now = transport(before, LEVEL, step_of(LEVEL, z=10.0), NO_DOUBT)
+    now = compensate_ego_motion(before, LEVEL, step_of(LEVEL, z=10.0), NO_DOUBT)
     np.testing.assert_allclose(now.cuboids.base[:, 2], [-4.0, 20.0])
     assert np.isfinite(now.boxes).all()
     width = np.diff(now.boxes[:, ::2])[0] / np.diff(before.boxes[:, ::2])[0]
@@ -200,8 +206,8 @@ def test_a_car_that_falls_behind_the_camera_is_finite_and_out_of_view() -> None:
 def test_transport_leaves_its_inputs_as_they_were() -> None:
     before, moved = locked(some_beliefs()), np.ones((3, 2))
     T, motion_cov = step_of(LEVEL, 1.0, 1.0, 0.1), np.eye(6)
-    transport(before, LEVEL, *locked((T, motion_cov, moved)))
+    compensate_ego_motion(before, LEVEL, *locked((T, motion_cov, moved)))
 
 
 def test_nothing_is_carried_to_nothing() -> None:
-    assert len(transport(Beliefs.empty(), LEVEL, step_of(LEVEL, z=1.0), np.eye(6))) == 0
+    assert len(compensate_ego_motion(Beliefs.empty(), LEVEL, step_of(LEVEL, z=1.0), np.eye(6))) == 0

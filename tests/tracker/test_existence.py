@@ -5,19 +5,19 @@ import pytest
 
 from tests.tracker.samples import LEVEL, beliefs_at
 from tracker.errors import BadConfig
-from tracker.existence import Evidence, Rates, covered_share
-from tracker.lifecycle import Population
+from tracker.existence import DetectorStatistics, ExistenceFilter, covered_share
+from tracker.lifecycle import ActiveTracks
 
 DT = 0.1
-CLEAN, CLUTTERED = Rates(950, 1000, 190, 200), Rates(800, 1000, 40, 200)
+CLEAN, CLUTTERED = DetectorStatistics(950, 1000, 190, 200), DetectorStatistics(800, 1000, 40, 200)
 
 
-def tracks(existence: list[float], sightings: int = 9, unseen: float = DT) -> Population:
+def tracks(existence: list[float], sightings: int = 9, unseen: float = DT) -> ActiveTracks:
     """Tracks side by side, in the middle of the image."""
     n = len(existence)
     beliefs = beliefs_at(*[(2.0 * i, 20.0) for i in range(n)])
     surprises = np.full((n, 4), np.nan)
-    return Population(
+    return ActiveTracks(
         np.arange(n),
         beliefs,
         np.full(n, unseen),
@@ -30,26 +30,26 @@ def tracks(existence: list[float], sightings: int = 9, unseen: float = DT) -> Po
 
 def test_a_miss_is_bayes_rule() -> None:
     """P(exists | missed) = e (1 - P_D) / (1 - e P_D), by hand with P_D = .8."""
-    evidence = Evidence(detection_prior=1e-9)
-    after = evidence.miss(tracks([0.9]), np.zeros(1), Rates(hits=80, tries=100))
+    evidence = ExistenceFilter(detection_prior=1e-9)
+    after = evidence.miss(tracks([0.9]), np.zeros(1), DetectorStatistics(hits=80, tries=100))
     np.testing.assert_allclose(after, 0.9 * 0.2 / (1.0 - 0.9 * 0.8))
 
 
 def test_who_is_hidden_cannot_be_missed() -> None:
-    after = Evidence().miss(tracks([0.9, 0.9]), np.array([1.0, 0.0]), CLEAN)
+    after = ExistenceFilter().miss(tracks([0.9, 0.9]), np.array([1.0, 0.0]), CLEAN)
     np.testing.assert_allclose(after[0], 0.9)
     assert after[1] < 0.5
 
 
 def test_a_hit_never_says_less_than_a_first_sighting() -> None:
-    evidence = Evidence()
+    evidence = ExistenceFilter()
     after = evidence.hit(tracks([1e-6, 0.5]), np.array([0.9, 0.9]), CLEAN)
     np.testing.assert_allclose(after[0], evidence.newborn(np.array([0.9]), CLEAN)[0])
     assert after[1] > 0.9
 
 
 def test_newborns_of_a_clean_detector_are_written_at_once_of_a_cluttered_one_later() -> None:
-    evidence, scores = Evidence(), np.array([0.95])
+    evidence, scores = ExistenceFilter(), np.array([0.95])
     clean = tracks([float(evidence.newborn(scores, CLEAN)[0])], sightings=1, unseen=0.0)
     doubtful = tracks([float(evidence.newborn(scores, CLUTTERED)[0])], sightings=1, unseen=0.0)
     assert evidence.written(clean).tolist() == [True]
@@ -59,29 +59,34 @@ def test_newborns_of_a_clean_detector_are_written_at_once_of_a_cluttered_one_lat
 
 
 def test_a_prediction_is_written_for_a_while_and_never_after_one_sighting() -> None:
-    evidence = Evidence()
+    evidence = ExistenceFilter()
     assert evidence.written(tracks([0.9, 0.9], unseen=0.3)).all()
     assert not evidence.written(tracks([0.9], unseen=3.0)).any()
     assert not evidence.written(tracks([0.999], sightings=1, unseen=0.1)).any()
 
 
 def test_the_rates_count_hits_misses_and_newborns_once() -> None:
-    evidence = Evidence()
+    evidence = ExistenceFilter()
     seen, lost = tracks([0.9, 0.9]), tracks([0.9])
-    rates = evidence.learn(Rates(), seen, lost, np.zeros(1), DT, LEVEL)
-    assert rates == Rates(hits=2, tries=3, confirmed=0, newborns=0)
+    rates = evidence.learn(DetectorStatistics(), seen, lost, np.zeros(1), DT, LEVEL)
+    assert rates == DetectorStatistics(hits=2, tries=3, confirmed=0, newborns=0)
     young = tracks([0.5], sightings=1)
-    rates = evidence.learn(Rates(), young, young, np.zeros(1), DT, LEVEL)
-    assert rates == Rates(hits=0, tries=0, confirmed=1, newborns=2)
+    rates = evidence.learn(DetectorStatistics(), young, young, np.zeros(1), DT, LEVEL)
+    assert rates == DetectorStatistics(hits=0, tries=0, confirmed=1, newborns=2)
     late = tracks([0.5], sightings=1, unseen=5 * DT)
-    assert evidence.learn(Rates(), late, late, np.zeros(1), DT, LEVEL) == Rates()
+    assert (
+        evidence.learn(DetectorStatistics(), late, late, np.zeros(1), DT, LEVEL)
+        == DetectorStatistics()
+    )
 
 
 def test_hidden_and_leaving_cars_tell_nothing_of_the_detector() -> None:
     lost = tracks([0.9, 0.9])
     lost.beliefs.boxes[1] = [0.0, 150.0, 50.0, 200.0]
-    rates = Evidence().learn(Rates(), tracks([]), lost, np.array([0.9, 0.0]), DT, LEVEL)
-    assert rates == Rates()
+    rates = ExistenceFilter().learn(
+        DetectorStatistics(), tracks([]), lost, np.array([0.9, 0.0]), DT, LEVEL
+    )
+    assert rates == DetectorStatistics()
 
 
 @pytest.mark.parametrize(
@@ -89,12 +94,14 @@ def test_hidden_and_leaving_cars_tell_nothing_of_the_detector() -> None:
 )
 def test_settings_that_are_no_probabilities_or_times_are_refused(wrong) -> None:
     with pytest.raises(BadConfig, match=next(iter(wrong))):
-        Evidence(**wrong)
+        ExistenceFilter(**wrong)
 
 
-@pytest.mark.parametrize("rates", [Rates(), CLEAN, CLUTTERED, Rates(0, 10**6, 0, 10**6)])
+@pytest.mark.parametrize(
+    "rates", [DetectorStatistics(), CLEAN, CLUTTERED, DetectorStatistics(0, 10**6, 0, 10**6)]
+)
 def test_probabilities_stay_probabilities(rates) -> None:
-    evidence, existence = Evidence(), tracks([0.0, 1e-9, 0.5, 0.999])
+    evidence, existence = ExistenceFilter(), tracks([0.0, 1e-9, 0.5, 0.999])
     scores = np.array([0.0, 1.0, 5.0, 0.3])  # scores beyond 1 are no reason to fail
     for values in (
         evidence.hit(existence, scores, rates),

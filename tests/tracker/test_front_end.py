@@ -10,7 +10,7 @@ from tests.tracker.samples import IMAGE, LEVEL, locked
 from tracker import Detections, Frame, Sequence
 from tracker.descriptors import DESCRIPTORS, Classical, Learned
 from tracker.errors import BadConfig, BadImage, BadWeights, UnknownName
-from tracker.front_end import CUE_SETS, CUES, STAGES, FrontEnd, Seen, parse_cues
+from tracker.front_end import CUE_SETS, CUES, STAGES, FrontEnd, SequenceWithCues, parse_cues
 from tracker.shape import Hourglass, ShapeFit
 
 BOXES = [[100.0, 180.0, 260.0, 280.0], [600.0, 170.0, 680.0, 230.0], [5.0, 5.0, 5.5, 5.5]]
@@ -142,7 +142,7 @@ class Short:
 
 def test_a_drive_is_played_with_its_cues_and_the_time_of_every_stage_is_kept(everything) -> None:
     drive = Short((frame(picture()), frame(picture(1), index=1)))
-    seen = Seen(drive, everything)
+    seen = SequenceWithCues(drive, everything)
     assert isinstance(seen, Sequence)
     assert (seen.name, seen.camera, len(seen)) == ("short", LEVEL, 2)
     played = list(seen)
@@ -150,6 +150,6 @@ def test_a_drive_is_played_with_its_cues_and_the_time_of_every_stage_is_kept(eve
     assert all(one.detections.descriptor is not None for one in played)
     assert tuple(seen.seconds) == STAGES
     assert min(seen.seconds.values()) > 0.0
-    few = Seen(drive, FrontEnd.of("classical"))
+    few = SequenceWithCues(drive, FrontEnd.of("classical"))
     assert len(list(few)) == 2
     assert tuple(few.seconds) == ("descriptor",)

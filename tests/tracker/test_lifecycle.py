@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from tests.tracker.samples import LEVEL, beliefs_at
-from tracker.lifecycle import Lifecycle, Population, in_view
+from tracker.lifecycle import ActiveTracks, Lifecycle, in_view
 
 
-def population(*unseen: float) -> Population:
+def population(*unseen: float) -> ActiveTracks:
     """Tracks 10, 11, ... that were not seen for so long, side by side 20 m ahead."""
     n = len(unseen)
     beliefs = beliefs_at(*[(2.0 * i, 20.0) for i in range(n)])
     ids, times, surprises = np.arange(10, 10 + n), np.array(unseen), np.full((n, 4), np.nan)
     scores = np.where(times > 0.0, np.nan, 0.9)
-    return Population(ids, beliefs, times, np.full(n, 3), np.full(n, 0.9), surprises, scores)
+    return ActiveTracks(ids, beliefs, times, np.full(n, 3), np.full(n, 0.9), surprises, scores)
 
 
 def test_those_seen_again_keep_their_ids_and_count_one_sighting_more() -> None:
@@ -30,7 +30,7 @@ def test_those_seen_again_keep_their_ids_and_count_one_sighting_more() -> None:
 
 def test_births_take_consecutive_ids_in_the_order_of_detections() -> None:
     observed = beliefs_at((0.0, 20.0), (3.0, 20.0))
-    born = Population.born(observed, np.array([0.9, 0.95]), np.array([0.4, 0.8]), next_id=7)
+    born = ActiveTracks.born(observed, np.array([0.9, 0.95]), np.array([0.4, 0.8]), next_id=7)
     assert born.ids.tolist() == [7, 8]
     assert born.sightings.tolist() == [1, 1]
     assert born.existence.tolist() == [0.4, 0.8]
@@ -63,7 +63,7 @@ def test_without_memory_every_lost_track_ends() -> None:
 
 
 def test_nobody_lost_is_nobody() -> None:
-    assert len(Lifecycle(max_gap=9.0).living(Population.empty(), LEVEL)) == 0
+    assert len(Lifecycle(max_gap=9.0).living(ActiveTracks.empty(), LEVEL)) == 0
 
 
 def test_the_coasting_keep_how_long_they_were_unseen() -> None:
@@ -103,5 +103,5 @@ def test_a_lost_track_out_of_view_ends_at_once() -> None:
 
 
 def test_nobody_is_in_view_of_nobody() -> None:
-    assert in_view(Population.empty().beliefs, LEVEL).shape == (0,)
-    assert len(Population.empty()) == 0
+    assert in_view(ActiveTracks.empty().beliefs, LEVEL).shape == (0,)
+    assert len(ActiveTracks.empty()) == 0

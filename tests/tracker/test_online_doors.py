@@ -7,9 +7,9 @@ import pytest
 
 from tests.tracker.samples import LEVEL, Car, drive, frames_with
 from tracker import Detections, Frame, Tracker
-from tracker.costs import ImageOverlap, Pairing, Reprojection, Volume
+from tracker.costs import GatedPairs, ImageOverlap, Reprojection, Volume
 from tracker.errors import BadConfig
-from tracker.state import Counts
+from tracker.state import TrackerStatistics
 
 BOX = [[600.0, 180.0, 650.0, 230.0]]
 
@@ -47,7 +47,7 @@ def test_costs_are_computed_only_inside_the_search_areas_and_counted() -> None:
     compared = []
 
     class Spy:
-        def __call__(self, pairing: Pairing) -> np.ndarray:
+        def __call__(self, pairing: GatedPairs) -> np.ndarray:
             costs = ImageOverlap()(pairing)
             compared.append(len(costs))
             return costs
@@ -56,12 +56,12 @@ def test_costs_are_computed_only_inside_the_search_areas_and_counted() -> None:
     for frame in drive([Car(-10.0, 20.0), Car(0.0, 20.0), Car(10.0, 20.0)], count=4).frames:
         tracker.step(frame)
     assert compared == [3, 3, 3]
-    assert tracker.state.counts == Counts(frames=4, pairs=27, compared=9)
+    assert tracker.state.counts == TrackerStatistics(frames=4, pairs=27, compared=9)
     assert tracker.state.counts.skipped_share == pytest.approx(2 / 3)
 
 
 def test_costs_that_were_not_measured_are_counted() -> None:
-    def blind(pairing: Pairing) -> np.ndarray:
+    def blind(pairing: GatedPairs) -> np.ndarray:
         return np.full(len(pairing.pairs[0]), np.nan)
 
     tracker = Tracker(LEVEL, ((1.0, blind), (1.0, ImageOverlap())))
@@ -71,7 +71,7 @@ def test_costs_that_were_not_measured_are_counted() -> None:
 
 
 def test_nothing_compared_means_nothing_skipped() -> None:
-    assert Counts().skipped_share == 0.0
+    assert TrackerStatistics().skipped_share == 0.0
 
 
 def test_equal_costs_are_decided_by_the_distance_in_the_image() -> None:

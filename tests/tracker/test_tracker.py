@@ -7,7 +7,7 @@ import pytest
 
 from tests.tracker.samples import LEVEL, PITCHED, Car, Drive, drive, frames_with, ids_of
 from tracker import Detections, Frame, Tracker
-from tracker.state import Counts
+from tracker.state import TrackerStatistics
 from tracker.suppression import Suppression
 
 PRESETS = pytest.mark.parametrize("preset", [Tracker.paper, Tracker.default])
@@ -162,7 +162,7 @@ def test_a_thousand_empty_frames_give_no_tracks_and_no_memory(preset) -> None:
         assert len(tracks) == 0
     assert tracks.boxes.shape == (0, 4)
     assert len(tracker.state.population) == 0
-    assert tracker.state.counts == Counts(frames=1000)
+    assert tracker.state.counts == TrackerStatistics(frames=1000)
 
 
 def test_tracks_that_left_the_view_are_forgotten_before_their_time() -> None:

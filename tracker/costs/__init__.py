@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from tracker.costs.appearance import Appearance
-from tracker.costs.gating import Pairing
+from tracker.costs.gating import GatedPairs
 from tracker.costs.image_overlap import ImageOverlap
 from tracker.costs.reprojection import Reprojection
 from tracker.costs.shape_pose import ShapeAndPose
@@ -19,7 +19,7 @@ from tracker.costs.volume import Volume
 class Cost(Protocol):
     """A pure function of a pairing: one number in [0, 1] a pair, NaN where its cue is missing."""
 
-    def __call__(self, pairing: Pairing) -> Float[Array, " k"]:
+    def __call__(self, pairing: GatedPairs) -> Float[Array, " k"]:
         """The cost of every pair of the pairing."""
         ...
 
@@ -44,7 +44,7 @@ class Sum(NamedTuple):
     unmeasured: int
 
 
-def weighted_sum(pairing: Pairing, costs: WeightedCosts) -> Sum:
+def weighted_sum(pairing: GatedPairs, costs: WeightedCosts) -> Sum:
     """The overall pairwise cost of the paper, divided by the sum of the weights.
 
     A NaN takes that cost out of its pair and the other weights renormalise; a pair without any
@@ -69,8 +69,8 @@ __all__ = [
     "COSTS",
     "Appearance",
     "Cost",
+    "GatedPairs",
     "ImageOverlap",
-    "Pairing",
     "Reprojection",
     "ShapeAndPose",
     "Sum",

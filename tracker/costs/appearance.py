@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.costs.gating import Pairing
+from tracker.costs.gating import GatedPairs
 from tracker.errors import BadConfig, BadDetections, MissingCue
-from tracker.types.embedding import Look
+from tracker.types.embedding import Embedding
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Appearance:
         if not 0.0 < self.eta_app < np.inf:
             raise BadConfig(f"eta_app {self.eta_app:g}: give a finite number above 0")
 
-    def __call__(self, pairing: Pairing) -> Float[Array, " k"]:
+    def __call__(self, pairing: GatedPairs) -> Float[Array, " k"]:
         """The cost of every pair; NaN where a descriptor was not measured.
 
         Raises MissingCue when the detections, or the tracks, have no descriptors at all,
@@ -47,7 +47,7 @@ class Appearance:
         return -np.expm1(-self.eta_app * square)
 
 
-def _required(look: Look | None, whose: str) -> Float[Array, "n d"]:
+def _required(look: Embedding | None, whose: str) -> Float[Array, "n d"]:
     """The column, or what to do about its absence."""
     if look is None:
         raise MissingCue(

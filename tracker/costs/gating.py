@@ -16,7 +16,7 @@ NEAREST_CORNER = 0.25 * NEAR
 
 
 @dataclass(frozen=True, eq=False)
-class Pairing:
+class GatedPairs:
     """Expected beliefs (rows) against observed ones (columns), both in the road frame of now.
 
     Costs are computed only for the pairs (rows[k], columns[k]) whose detection lies in the

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.costs.gating import Pairing
+from tracker.costs.gating import GatedPairs
 from tracker.geometry import box_iou
 
 
@@ -22,7 +22,7 @@ class ImageOverlap:
 
     buffer: float = 0.0
 
-    def __call__(self, pairing: Pairing) -> Float[Array, " k"]:
+    def __call__(self, pairing: GatedPairs) -> Float[Array, " k"]:
         """The cost of every pair of the pairing, in [0, 1]."""
         rows, columns = pairing.pairs
         expected = widened(pairing.expected.boxes, self.buffer)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.costs.gating import Pairing
+from tracker.costs.gating import GatedPairs
 from tracker.geometry.overlap import box_area, box_intersection
 
 
@@ -16,7 +16,7 @@ class Reprojection:
     The part of a box outside the image does not count; a box without area costs NaN.
     """
 
-    def __call__(self, pairing: Pairing) -> Float[Array, " k"]:
+    def __call__(self, pairing: GatedPairs) -> Float[Array, " k"]:
         """The cost of every pair of the pairing, in [0, 1]."""
         rows, columns = pairing.pairs
         boxes = pairing.boxes_in_image[columns]

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.costs.gating import Pairing
+from tracker.costs.gating import GatedPairs
 from tracker.errors import MissingCue
 from tracker.geometry import wrap_angle
 from tracker.types.shape_pose import ShapePose
@@ -28,7 +28,7 @@ class ShapeAndPose:
     shape_floor: float = 0.02
     yaw_floor: float = 0.03
 
-    def __call__(self, pairing: Pairing) -> Float[Array, " k"]:
+    def __call__(self, pairing: GatedPairs) -> Float[Array, " k"]:
         """The cost of every pair; NaN where a fit is missing or not trusted.
 
         Raises MissingCue when the detections, or the tracks, have no shapes and poses at all.

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.costs.gating import Pairing
+from tracker.costs.gating import GatedPairs
 from tracker.geometry import convex_intersection
 
 
@@ -18,7 +18,7 @@ class Volume:
     on a road, so areas serve for volumes, as the paper says.
     """
 
-    def __call__(self, pairing: Pairing) -> Float[Array, " k"]:
+    def __call__(self, pairing: GatedPairs) -> Float[Array, " k"]:
         """The cost of every pair of the pairing, in [0, 1]."""
         rows, columns = pairing.pairs
         expected, observed = pairing.expected_regions, pairing.observed_regions

@@ -7,7 +7,7 @@ from jaxtyping import Float, Float32, Shaped
 from numpy import ndarray as Array
 
 from tracker.descriptors.classical import Classical
-from tracker.descriptors.learned import Learned, features_of, pooled
+from tracker.descriptors.learned import Learned, features_of, pool_maps
 from tracker.descriptors.patches import can_be_cut, patches, require_rgb
 from tracker.descriptors.weights import Weights, read_training, write_weights
 
@@ -53,7 +53,7 @@ __all__ = [
     "can_be_cut",
     "features_of",
     "patches",
-    "pooled",
+    "pool_maps",
     "read_training",
     "require_rgb",
     "write_weights",

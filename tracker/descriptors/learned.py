@@ -98,10 +98,10 @@ def features_of(
     The network learns to find keypoints whatever the paint: it forgets much of the colours.
     """
     colours = COLOURS(image, boxes).astype(np.float32)
-    return np.concatenate((pooled(activations, boxes, grid), colours), axis=1)
+    return np.concatenate((pool_maps(activations, boxes, grid), colours), axis=1)
 
 
-def pooled(
+def pool_maps(
     activations: Float32[Array, "n c s s"], boxes: Float[Array, "n 4"], grid: int
 ) -> Float32[Array, "n f"]:
     """The means of every map's roots over the cells of a grid on each box, a row a box.

@@ -42,7 +42,7 @@ def write_weights(path: Path, content: Weights, training: Mapping[str, object]) 
         hourglass=np.array(content.hourglass),
         unit=np.array(content.unit),
         training=np.array(told),
-        sha256=np.array(digest(content)),
+        sha256=np.array(weights_digest(content)),
     )
     path.write_bytes(buffer.getvalue())
 
@@ -57,7 +57,7 @@ def read_training(path: Path) -> dict[str, object]:
     return _read(path)[1]
 
 
-def digest(content: Weights) -> str:
+def weights_digest(content: Weights) -> str:
     """The sha256 of the numbers and of the network that they are for."""
     found = hashlib.sha256(f"{content.grid} {content.hourglass} {content.unit!r}".encode())
     for array in (content.weights, content.mean):
@@ -84,7 +84,7 @@ def _read(path: Path) -> tuple[Weights, dict[str, object]]:
     if version > FORMAT:
         raise BadWeights(f"{path}: format {version}, this mot-sim reads up to {FORMAT}; update it")
     _require_shapes(path, content)
-    if digest(content) != stated:
+    if weights_digest(content) != stated:
         raise BadWeights(f"{path}: damaged weights, their sha256 is not the stated one; {CURE}")
     return content, told
 

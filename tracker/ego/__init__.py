@@ -5,21 +5,20 @@ camera's height. Here: corners and optical flow, an essential matrix, the road's
 the metres, and a filter that coasts rather than believe a wild measurement.
 """
 
-from tracker.ego.ahead import ahead
 from tracker.ego.features import CornerFlow, Features
-from tracker.ego.filter import Coasting, Measured
+from tracker.ego.filter import Coasting, MotionMeasurement
 from tracker.ego.odometry import VisualOdometry
 from tracker.ego.road import RoadScale
-from tracker.ego.visual_sequence import VisualSequence, watch
+from tracker.ego.visual_sequence import VisualSequence, prefetch, with_visual_motion
 
 __all__ = [
     "Coasting",
     "CornerFlow",
     "Features",
-    "Measured",
+    "MotionMeasurement",
     "RoadScale",
     "VisualOdometry",
     "VisualSequence",
-    "ahead",
-    "watch",
+    "prefetch",
+    "with_visual_motion",
 ]

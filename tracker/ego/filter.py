@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.ego.rotations import cross_matrix, motion_of
+from tracker.ego.rotations import cross_matrix, motion_transform
 from tracker.errors import BadConfig
 from tracker.types import Camera
 
@@ -20,7 +20,7 @@ MOST_DOUBTS = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class MotionMeasurement:
     """A motion that was seen: translation and rotation vector, and their covariance.
 
     doubted: it surprised whoever measured it.
@@ -32,7 +32,7 @@ class Measured:
 
 
 @dataclass(frozen=True, eq=False)
-class Rates:
+class CameraVelocity:
     """What is known of the camera's velocity.
 
     age: seconds since something was measured. doubts: surprising measurements in a row.
@@ -69,17 +69,23 @@ class Coasting:
         if not low > 0.0:
             raise BadConfig(f"a filter of the camera's motion with {low:g}: give more than 0")
 
-    def foretell(self, rates: Rates | None, camera: Camera, seconds: float) -> Rates:
+    def foretell(
+        self, rates: CameraVelocity | None, camera: Camera, seconds: float
+    ) -> CameraVelocity:
         """The rates after some seconds of which nothing is known."""
         if rates is None:
-            return Rates(np.zeros(6), _in_camera(self.start, camera))
+            return CameraVelocity(np.zeros(6), _in_camera(self.start, camera))
         wider = 4.0 ** min(rates.doubts, MOST_DOUBTS)  # surprises in a row: it does move like that
         grown = rates.cov + wider * _in_camera(self.change, camera) * (seconds / 0.1)
-        return Rates(rates.mean, grown, rates.age + seconds, rates.doubts)
+        return CameraVelocity(rates.mean, grown, rates.age + seconds, rates.doubts)
 
     def step(
-        self, rates: Rates | None, measured: Measured | None, camera: Camera, seconds: float
-    ) -> tuple[Rates | None, Motion]:
+        self,
+        rates: CameraVelocity | None,
+        measured: MotionMeasurement | None,
+        camera: Camera,
+        seconds: float,
+    ) -> tuple[CameraVelocity | None, Motion]:
         """The rates after this frame, and its T_now_before with the covariance of `Frame`.
 
         Without a believable measurement: the motion that the rates foretell; without rates, or
@@ -93,7 +99,9 @@ class Coasting:
             after = None if forgotten else replace(expected, doubts=doubts)
         return after, UNKNOWN if after is None else self._motion(after, seconds)
 
-    def _combine(self, expected: Rates, measured: Measured, seconds: float) -> Rates | None:
+    def _combine(
+        self, expected: CameraVelocity, measured: MotionMeasurement, seconds: float
+    ) -> CameraVelocity | None:
         """Kalman's update; None for a measurement that is not to be believed."""
         seen, noise = measured.twist / seconds, measured.cov / seconds**2
         if not (np.isfinite(seen).all() and np.isfinite(noise).all() and self._possible(seen)):
@@ -106,13 +114,15 @@ class Coasting:
         mean, keep = expected.mean + gain @ surprise, np.eye(6) - gain
         cov = keep @ expected.cov @ keep.T + gain @ noise @ gain.T
         doubts = expected.doubts + 1 if measured.doubted else 0
-        return Rates(mean, 0.5 * (cov + cov.T), 0.0, doubts) if self._possible(mean) else None
+        return (
+            CameraVelocity(mean, 0.5 * (cov + cov.T), 0.0, doubts) if self._possible(mean) else None
+        )
 
     def _possible(self, rates: Float[Array, "6"]) -> bool:
         moved, turned = np.linalg.norm(rates[:3]), np.linalg.norm(rates[3:])
         return bool(moved <= self.speed and turned <= self.turn)
 
-    def _motion(self, rates: Rates, seconds: float) -> Motion:
+    def _motion(self, rates: CameraVelocity, seconds: float) -> Motion:
         """T_now_before, and the covariance of (t, rotation vector) as a left perturbation.
 
         A perturbation (rho, phi) moves t by rho + phi x t, so rho = dt + [t]x phi.
@@ -122,7 +132,7 @@ class Coasting:
         left = np.eye(6)
         left[:3, 3:] = cross_matrix(twist[:3])
         cov = left @ cov @ left.T
-        return motion_of(twist), 0.5 * (cov + cov.T)
+        return motion_transform(twist), 0.5 * (cov + cov.T)
 
 
 def _in_camera(

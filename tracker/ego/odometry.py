@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Float32, UInt8
 from numpy import ndarray as Array
 
 from tracker.ego.features import CornerFlow, Features
-from tracker.ego.filter import Coasting, Measured, Motion, Rates
+from tracker.ego.filter import CameraVelocity, Coasting, Motion, MotionMeasurement
 from tracker.ego.relative import Relative, relative_motion, turn_alone
 from tracker.ego.road import Length, RoadScale
 from tracker.ego.rotations import rotation_vector
@@ -62,8 +62,8 @@ class VisualOdometry:
     road: RoadScale | None = None
     coasting: Coasting = field(default_factory=Coasting)
     limits: Limits = field(default_factory=Limits)
-    rates: Rates | None = None
-    measured: Measured | None = None  # what the last step saw; None where it coasted
+    rates: CameraVelocity | None = None
+    measured: MotionMeasurement | None = None  # what the last step saw; None where it coasted
     _before: _View | None = None
 
     def __post_init__(self) -> None:
@@ -102,7 +102,7 @@ class VisualOdometry:
         grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
         return _View(grey, free, self._road.texture(grey))
 
-    def _measure(self, before: _View, now: _View, seconds: float) -> Measured | None:
+    def _measure(self, before: _View, now: _View, seconds: float) -> MotionMeasurement | None:
         """What the two images say; None when too few points agree on anything."""
         pixels_before, pixels_now = self.features(before.grey, now.grey, before.free)
         if len(pixels_before) < FEWEST_POINTS:
@@ -119,7 +119,7 @@ class VisualOdometry:
             return None
         return self._moving(before, now, relative, seconds)
 
-    def _still(self, before: _View, now: _View, R: Float[Array, "3 3"]) -> Measured:
+    def _still(self, before: _View, now: _View, R: Float[Array, "3 3"]) -> MotionMeasurement:
         """No motion, or a rotation: only the road can tell small steps from none."""
         ahead = -self.camera.T_cam_road[:3, 2]
         guesses = np.linspace(-0.2, 0.2, 11)
@@ -130,11 +130,11 @@ class VisualOdometry:
         across = max(0.3 * std, self.limits.length_std[1])
         cov = np.diag(np.r_[np.full(3, across), np.full(3, self.limits.rotation_std)] ** 2)
         cov[:3, :3] += (std**2 - across**2) * np.outer(ahead, ahead) if std > across else 0.0
-        return Measured(np.concatenate((metres * ahead, rotation_vector(R))), cov)
+        return MotionMeasurement(np.concatenate((metres * ahead, rotation_vector(R))), cov)
 
     def _moving(
         self, before: _View, now: _View, relative: Relative, seconds: float
-    ) -> Measured | None:
+    ) -> MotionMeasurement | None:
         """The motion in metres; where the road cannot be read, of the length foretold."""
         d = relative.direction
         expected = self.coasting.foretell(self.rates, self.camera, seconds)
@@ -155,7 +155,9 @@ class VisualOdometry:
                 std = float(np.sqrt((surprise / SURPRISE) ** 2 - spread**2))
         return self._metric(relative, metres, std, doubted)
 
-    def _metric(self, relative: Relative, metres: float, std: float, doubted: bool) -> Measured:
+    def _metric(
+        self, relative: Relative, metres: float, std: float, doubted: bool
+    ) -> MotionMeasurement:
         """A motion of known length; its covariance from its parts', never below the limits'."""
         floor = [self.limits.direction_std] * 2 + [self.limits.rotation_std] * 3
         cov = np.diag([*np.square(floor), std**2])
@@ -164,7 +166,7 @@ class VisualOdometry:
         parts[:3, :2], parts[:3, 5] = metres * relative.tangents, relative.direction
         parts[3:, 2:5] = np.eye(3)
         twist = np.concatenate((metres * relative.direction, rotation_vector(relative.R)))
-        return Measured(twist, parts @ cov @ parts.T, doubted)
+        return MotionMeasurement(twist, parts @ cov @ parts.T, doubted)
 
     def _length_std(self, length: Length) -> float:
         """What a length is off by; the less alike the road looks, the more."""

@@ -31,7 +31,7 @@ def rotation_vector(R: Float[Array, "3 3"]) -> Float[Array, "3"]:
     return axis * (angle / sine if sine > 1e-12 else 1.0)
 
 
-def motion_of(twist: Float[Array, "6"]) -> Float[Array, "4 4"]:
+def motion_transform(twist: Float[Array, "6"]) -> Float[Array, "4 4"]:
     """The transform with a translation and a rotation vector, each as it is."""
     return homogeneous(rotation_of(twist[3:]), twist[:3])
 

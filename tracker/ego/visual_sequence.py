@@ -1,15 +1,18 @@
 """Any sequence with images, its frames' motion seen in them."""
 
 from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
-from tracker.ego.ahead import ahead
 from tracker.ego.odometry import VisualOdometry
 from tracker.errors import MissingCue
 from tracker.types import Camera, Frame, Sequence
 
+Item = TypeVar("Item")
 
-def watch(frames: Iterable[Frame], odometry: VisualOdometry) -> Iterator[Frame]:
+
+def with_visual_motion(frames: Iterable[Frame], odometry: VisualOdometry) -> Iterator[Frame]:
     """The frames with T_now_before and motion_cov from their images, their boxes left out.
 
     Frames without an image coast, see `VisualOdometry.step`; MissingCue after the last frame if
@@ -54,5 +57,19 @@ class VisualSequence:
         return len(self.sequence)
 
     def __iter__(self) -> Iterator[Frame]:
-        frames = watch(self.sequence, VisualOdometry(self.camera))
-        return ahead(frames) if self.threaded else frames
+        frames = with_visual_motion(self.sequence, VisualOdometry(self.camera))
+        return prefetch(frames) if self.threaded else frames
+
+
+def prefetch(items: Iterable[Item]) -> Iterator[Item]:
+    """The same items in the same order, each started while the one before it is used.
+
+    All of them are made on one thread, one after the other, so nothing about them changes; an
+    error comes out where its item was due.
+    """
+    iterator, end = iter(items), object()
+    with ThreadPoolExecutor(1, thread_name_prefix="ahead") as thread:
+        coming = thread.submit(next, iterator, end)
+        while (item := coming.result()) is not end:
+            coming = thread.submit(next, iterator, end)
+            yield item  # type: ignore[misc]

@@ -11,10 +11,10 @@ from tracker.geometry.overlap import (
 from tracker.geometry.transforms import (
     homogeneous,
     invert,
+    propagate_covariance,
     rotation_x,
     rotation_y,
     rotation_z,
-    spread,
     transform,
     wrap_angle,
 )
@@ -27,12 +27,12 @@ __all__ = [
     "homogeneous",
     "invert",
     "polygon_area",
+    "propagate_covariance",
     "road_contact",
     "road_contact_jacobian",
     "rotation_x",
     "rotation_y",
     "rotation_z",
-    "spread",
     "transform",
     "wrap_angle",
 ]

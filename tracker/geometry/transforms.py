@@ -60,7 +60,9 @@ def transform(T: Float[Array, "4 4"], points: Float[Array, "*n 3"]) -> Float[Arr
     return points @ T[:3, :3].T + T[:3, 3]
 
 
-def spread(A: Float[Array, "k k"], covariances: Float[Array, "n k k"]) -> Float[Array, "n k k"]:
+def propagate_covariance(
+    A: Float[Array, "k k"], covariances: Float[Array, "n k k"]
+) -> Float[Array, "n k k"]:
     """A C A' of symmetric C, for one A: two products of plain matrices, not of n small ones."""
     k = len(A)
     half = covariances.reshape(-1, k).dot(A.T).reshape(-1, k, k)

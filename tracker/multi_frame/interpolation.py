@@ -8,13 +8,13 @@ from numpy import ndarray as Array
 
 from tracker.beliefs import NEAR, Beliefs
 from tracker.geometry import invert
-from tracker.multi_frame.linking import Sighted
+from tracker.multi_frame.linking import FrameNodes
 from tracker.smoothing import smoothed
 from tracker.types import Camera, Cuboids, Tracks
 
 
-def trail(
-    seen: Sequence[Sighted],
+def fill_gaps(
+    seen: Sequence[FrameNodes],
     sightings: Int[Array, " k"],
     name: int,
     camera: Camera,
@@ -52,7 +52,7 @@ def trail(
     return Tracks(frames, ids, boxes, filled, cuboids=cuboids).select(kept)
 
 
-def between(
+def interpolate(
     times: Float[Array, " n"], known: Int[Array, " k"], values: Float[Array, "k c"]
 ) -> Float[Array, "n c"]:
     """The columns at all times, linear between the known ones."""
@@ -61,7 +61,7 @@ def between(
 
 
 def _cuboids(
-    span: Sequence[Sighted],
+    span: Sequence[FrameNodes],
     times: Float[Array, " n"],
     known: Int[Array, " k"],
     observed: Beliefs,
@@ -77,9 +77,9 @@ def _cuboids(
     base = np.empty((len(span), 3))
     base[:, ::2] = (Ts_road_world[:, :3:2, :3:2] @ path.states[:, :2, None])[:, :, 0]
     base[:, ::2] += Ts_road_world[:, :3:2, 3]
-    base[:, 1] = between(times, known, observed.cuboids.base[:, 1:2])[:, 0]
-    yaw = between(times, known, np.unwrap(observed.cuboids.yaw)[:, None])[:, 0]
-    return Cuboids(base, yaw, between(times, known, observed.cuboids.size))
+    base[:, 1] = interpolate(times, known, observed.cuboids.base[:, 1:2])[:, 0]
+    yaw = interpolate(times, known, np.unwrap(observed.cuboids.yaw)[:, None])[:, 0]
+    return Cuboids(base, yaw, interpolate(times, known, observed.cuboids.size))
 
 
 def _boxes(
@@ -94,5 +94,5 @@ def _boxes(
     pixels = (on_road @ camera.T_cam_road[:3, :3].T + camera.T_cam_road[:3, 3]) @ camera.K.T
     depth = np.maximum(pixels[:, 2:], NEAR)
     place = np.tile(pixels[:, :2] / depth, (1, 2))
-    outline = between(times, known, (boxes - place[known]) * depth[known])
+    outline = interpolate(times, known, (boxes - place[known]) * depth[known])
     return camera.clip_boxes(place + outline / depth)

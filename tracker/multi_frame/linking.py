@@ -12,12 +12,12 @@ from scipy.optimize import linear_sum_assignment
 from tracker.association.min_cost_flow import Arcs
 from tracker.beliefs import Beliefs
 from tracker.box_filter import Gains
-from tracker.costs import Pairing, weighted_sum
+from tracker.costs import GatedPairs, weighted_sum
 from tracker.errors import BadConfig
 from tracker.geometry import homogeneous, invert, rotation_y
-from tracker.lifecycle import NOBODY, ROUNDING, Population, in_view
+from tracker.lifecycle import NO_TRACKS, ROUNDING, ActiveTracks, in_view
 from tracker.multi_frame.flow_costs import FlowCosts
-from tracker.state import Counts
+from tracker.state import TrackerStatistics
 from tracker.tracker import Tracker, elapsed
 from tracker.types import Camera, Cuboids, Detections, Frame, Tracks
 
@@ -26,7 +26,7 @@ NO_ROWS = replace(Tracks.empty(), cuboids=Cuboids.empty())
 
 
 @dataclass(frozen=True, eq=False)
-class Sighted:
+class FrameNodes:
     """One frame: its detections are sightings `first`, `first` + 1, ...
 
     observed: where each puts its car alone; beliefs: with its likeliest forerunners. arcs: all
@@ -49,23 +49,23 @@ class Sighted:
 
 
 @dataclass(frozen=True, eq=False)
-class Pool:
+class LinkerState:
     """All that linking remembers, and where we are.
 
     recent: the sightings of the last seconds, each as a track that ends there; ids: their
     numbers. gains: what was learned of the noise of boxes.
     """
 
-    recent: Population = NOBODY
+    recent: ActiveTracks = NO_TRACKS
     next_sighting: int = 0
     time: float | None = None
     T_world_road: Float[Array, "4 4"] | None = None
-    counts: Counts = Counts()
+    counts: TrackerStatistics = TrackerStatistics()
     gains: Gains | None = None
 
 
 @dataclass(frozen=True, eq=False)
-class Linking:
+class Linker:
     """Compares the detections of a frame with every sighting of the last seconds.
 
     tracker: gives the components: what is suppressed, how boxes are lifted, how cars move, the
@@ -86,14 +86,14 @@ class Linking:
         if not 0.0 < self.max_cost < np.inf:
             raise BadConfig(f"max_cost {self.max_cost:g}: the largest cost is finite, above 0")
 
-    def __call__(self, pool: Pool, frame: Frame) -> tuple[Pool, Sighted]:
+    def __call__(self, pool: LinkerState, frame: Frame) -> tuple[LinkerState, FrameNodes]:
         """What is remembered after the frame, and its sightings with the links to them."""
         tracker = self.tracker
         detections = tracker.suppress(frame.detections, tracker.camera)
         observed = tracker.lift(detections, tracker.camera)
         expected, T_world_road = self._expect(pool, frame, detections)
         step = 0.0 if pool.time is None else frame.time - pool.time
-        pairing = Pairing(expected.beliefs, observed, detections, tracker.camera, tracker.sigmas)
+        pairing = GatedPairs(expected.beliefs, observed, detections, tracker.camera, tracker.sigmas)
         costs, unmeasured = self._costs(pairing)
         possible = ~(costs >= self.max_cost)  # what is no number is found by Arcs
         rows, columns = pairing.pairs[0][possible], pairing.pairs[1][possible]
@@ -104,33 +104,33 @@ class Linking:
 
         gains = np.zeros(pairing.shape)
         gains[rows, columns] = np.minimum(links - self.flow_costs.birth, 0.0)
-        new = Population.born(
+        new = ActiveTracks.born(
             observed, detections.scores, np.ones(len(detections)), pool.next_sighting
         )
         new, learned = self._filtered(pool.gains, expected, new, gains, step)
-        sighted = Sighted(
+        sighted = FrameNodes(
             frame.index, frame.time, pool.next_sighting, detections, observed, new.beliefs, arcs,
             T_world_road,
         )  # fmt: skip
         recent = expected.unseen <= tracker.lifecycle.max_gap + ROUNDING
         recent &= in_view(expected.beliefs, tracker.camera)
-        kept = Population.concatenate((expected.select(recent), new))
+        kept = ActiveTracks.concatenate((expected.select(recent), new))
         next_sighting = pool.next_sighting + len(detections)
-        counts = counted(pool.counts, pairing, unmeasured)
-        return Pool(kept, next_sighting, frame.time, T_world_road, counts, learned), sighted
+        counts = updated_statistics(pool.counts, pairing, unmeasured)
+        return LinkerState(kept, next_sighting, frame.time, T_world_road, counts, learned), sighted
 
     def _expect(
-        self, pool: Pool, frame: Frame, detections: Detections
-    ) -> tuple[Population, Float[Array, "4 4"]]:
+        self, pool: LinkerState, frame: Frame, detections: Detections
+    ) -> tuple[ActiveTracks, Float[Array, "4 4"]]:
         """The recent sightings at this frame, and T_world_road of it."""
         if pool.time is None or pool.T_world_road is None:
-            return NOBODY, np.eye(4)
+            return NO_TRACKS, np.eye(4)
         dt, old = elapsed(frame, pool.time), pool.recent
         beliefs, T_now_before = self.tracker.carry(old, frame, dt, detections)
         T_world_road = pool.T_world_road @ invert(on_the_road(T_now_before, self.tracker.camera))
         return old.replaced(beliefs=beliefs, unseen=old.unseen + dt), T_world_road
 
-    def _costs(self, pairing: Pairing) -> tuple[Float[Array, " k"], int]:
+    def _costs(self, pairing: GatedPairs) -> tuple[Float[Array, " k"], int]:
         """The cost of every pair of the pairing; how many single costs were NaN."""
         if len(pairing.pairs[0]) == 0:
             return np.zeros(0), 0
@@ -142,11 +142,11 @@ class Linking:
     def _filtered(
         self,
         learned: Gains | None,
-        expected: Population,
-        new: Population,
+        expected: ActiveTracks,
+        new: ActiveTracks,
         gains: Float[Array, "n m"],
         dt: float,
-    ) -> tuple[Population, Gains | None]:
+    ) -> tuple[ActiveTracks, Gains | None]:
         """The new sightings, each after those that fit best by two frames; what was learned."""
         rows, columns = linear_sum_assignment(gains)
         made = gains[rows, columns] < 0.0
@@ -166,14 +166,18 @@ def on_the_road(T_now_before: Float[Array, "4 4"], camera: Camera) -> Float[Arra
     return homogeneous(rotation_y(turn), T_road[:3, 3] * (1.0, 0.0, 1.0))
 
 
-def counted(old: Counts, pairing: Pairing, unmeasured: int) -> Counts:
+def updated_statistics(
+    old: TrackerStatistics, pairing: GatedPairs, unmeasured: int
+) -> TrackerStatistics:
     """The counts after another frame."""
     n, m = pairing.shape
     compared = old.compared + len(pairing.pairs[0])
-    return Counts(old.frames + 1, old.pairs + n * m, compared, old.unmeasured + unmeasured)
+    return TrackerStatistics(
+        old.frames + 1, old.pairs + n * m, compared, old.unmeasured + unmeasured
+    )
 
 
-def arcs_of(seen: Sequence[Sighted]) -> Arcs:
+def arcs_of(seen: Sequence[FrameNodes]) -> Arcs:
     """All links that end in these frames."""
     parts = [sighted.arcs for sighted in seen]
     none = np.zeros(0, np.int64)

@@ -7,9 +7,9 @@ import numpy as np
 from tracker.association.min_cost_flow import cheapest_flow
 from tracker.dynamics import ConstantVelocity
 from tracker.multi_frame.flow_costs import FlowCosts
-from tracker.multi_frame.interpolation import trail
-from tracker.multi_frame.linking import NO_ROWS, Linking, Pool, Sighted, arcs_of
-from tracker.state import Counts
+from tracker.multi_frame.interpolation import fill_gaps
+from tracker.multi_frame.linking import NO_ROWS, FrameNodes, Linker, LinkerState, arcs_of
+from tracker.state import TrackerStatistics
 from tracker.tracker import Tracker
 from tracker.types import Frame, Tracks
 
@@ -18,8 +18,8 @@ from tracker.types import Frame, Tracks
 class WholeState:
     """Everything that was seen so far; never modified, so keeping it is a copy."""
 
-    pool: Pool = Pool()
-    seen: tuple[Sighted, ...] = ()
+    pool: LinkerState = LinkerState()
+    seen: tuple[FrameNodes, ...] = ()
 
 
 @dataclass
@@ -27,7 +27,7 @@ class NetworkFlow:
     """Minimum-cost network flow over the whole drive: exact, and all rows come at the end.
 
     Which detections are cars, which belong together and where tracks begin is decided at once;
-    weak tracks are dropped, and gaps filled (see `trail`). tracker: its components are used,
+    weak tracks are dropped, and gaps filled (see `fill_gaps`). tracker: its components are used,
     not its association. acceleration_std: of the smoother, m/s^2.
     """
 
@@ -38,7 +38,7 @@ class NetworkFlow:
 
     def step(self, frame: Frame) -> Tracks:
         """Nothing yet."""
-        pool, sighted = Linking(self.tracker, self.flow_costs)(self.state.pool, frame)
+        pool, sighted = Linker(self.tracker, self.flow_costs)(self.state.pool, frame)
         self.state = WholeState(pool, (*self.state.seen, sighted))
         return NO_ROWS
 
@@ -55,12 +55,12 @@ class NetworkFlow:
         for name, track in enumerate(np.unique(tracks).tolist()):
             sightings = used[tracks == track]
             given = (self.tracker.camera, self.acceleration_std)
-            parts.append(trail(seen, sightings, name, *given))
+            parts.append(fill_gaps(seen, sightings, name, *given))
         rows = Tracks.concatenate(parts)
         return rows.select(np.lexsort((rows.ids, rows.frames)))
 
     @property
-    def counts(self) -> Counts:
+    def counts(self) -> TrackerStatistics:
         """What was done since the reset."""
         return self.state.pool.counts
 

@@ -11,9 +11,9 @@ from tracker.dynamics import ConstantVelocity
 from tracker.errors import BadConfig
 from tracker.lifecycle import ROUNDING
 from tracker.multi_frame.flow_costs import MOST, FlowCosts
-from tracker.multi_frame.interpolation import trail
-from tracker.multi_frame.linking import NO_ROWS, Linking, Pool, Sighted, arcs_of
-from tracker.state import Counts
+from tracker.multi_frame.interpolation import fill_gaps
+from tracker.multi_frame.linking import NO_ROWS, FrameNodes, Linker, LinkerState, arcs_of
+from tracker.state import TrackerStatistics
 from tracker.tracker import Tracker
 from tracker.types import Frame, Tracks
 
@@ -26,9 +26,9 @@ class WindowState:
     that are open. ends: the last decided sighting of every track, ids: of those tracks.
     """
 
-    pool: Pool = Pool()
-    past: tuple[Sighted, ...] = ()
-    window: tuple[Sighted, ...] = ()
+    pool: LinkerState = LinkerState()
+    past: tuple[FrameNodes, ...] = ()
+    window: tuple[FrameNodes, ...] = ()
     ends: Int[Array, " n"] = field(default_factory=lambda: np.zeros(0, np.int64))
     ids: Int[Array, " n"] = field(default_factory=lambda: np.zeros(0, np.int64))
     next_id: int = 0
@@ -60,7 +60,7 @@ class Window:
 
     def step(self, frame: Frame) -> Tracks:
         """The rows of the frame `lag` frames ago; none at first."""
-        pool, sighted = Linking(self.tracker, self.flow_costs)(self.state.pool, frame)
+        pool, sighted = Linker(self.tracker, self.flow_costs)(self.state.pool, frame)
         self.state = replace(self.state, pool=pool, window=(*self.state.window, sighted))
         return self._decide() if len(self.state.window) > self.lag else NO_ROWS
 
@@ -72,7 +72,7 @@ class Window:
         return Tracks.concatenate(parts)
 
     @property
-    def counts(self) -> Counts:
+    def counts(self) -> TrackerStatistics:
         """What was done since the reset."""
         return self.state.pool.counts
 
@@ -132,12 +132,12 @@ class Window:
             chains.append(chain)
         return chains, names, next_id
 
-    def _row(self, chain: Int[Array, " k"], name: int, oldest: Sighted) -> Tracks:
+    def _row(self, chain: Int[Array, " k"], name: int, oldest: FrameNodes) -> Tracks:
         """The track's row in the oldest frame of the window, or none."""
         mine = chain[(chain >= oldest.first) & (chain < oldest.first + len(oldest.detections))]
         frames = (*self.state.past, *self.state.window)
         if len(mine) == 0:
-            rows = trail(frames, chain[:2], name, self.tracker.camera, self.acceleration_std)
+            rows = fill_gaps(frames, chain[:2], name, self.tracker.camera, self.acceleration_std)
             return rows.select(rows.frames == oldest.index)
         row = mine - oldest.first
         cuboids = oldest.beliefs.cuboids.select(row)

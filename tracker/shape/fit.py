@@ -19,7 +19,7 @@ from tracker.shape.fit_start import Rays, rays_to, starts, visibility_score
 from tracker.shape.fitted import FittedCars
 from tracker.shape.model import CarModel
 from tracker.shape.prior import load_prior
-from tracker.shape.projection import SCALE, SHAPE, YAW, Sightings, X, Z
+from tracker.shape.projection import SCALE, SHAPE, YAW, ObservedPoints, X, Z
 from tracker.shape.solver import Solved, inverses, solve
 from tracker.types import Camera
 
@@ -130,7 +130,7 @@ class ShapeFit:
         confidence: Float[Array, "n k"],
         sigmas: Float[Array, "n 2"],
         camera: Camera,
-    ) -> tuple[Sightings, Rays]:
+    ) -> tuple[ObservedPoints, Rays]:
         """The seen points of every car, put together: those not seen cost no time."""
         most = int(np.count_nonzero(confidence, axis=1).max())
         chosen = np.argsort(-confidence, axis=1, kind="stable")[:, :most]
@@ -148,7 +148,7 @@ class ShapeFit:
         angle = np.sqrt(sigmas[:, 0] * sigmas[:, 1] / (camera.K[0, 0] * camera.K[1, 1]))
         around = Rays(rays, conf, mean, self.model.point_var[chosen], centre, angle)
         flat = (np.ascontiguousarray(part.transpose(0, 2, 1)) for part in (pixels, mean))
-        return Sightings(next(flat), weights, next(flat), vectors, P), around
+        return ObservedPoints(next(flat), weights, next(flat), vectors, P), around
 
     def _fit(
         self,

@@ -67,7 +67,7 @@ def starts(
     seen: which of all points of the model were detected; a yaw is likely when those are the ones
     that the car does not hide itself.
     """
-    cost, place = scan(given)
+    cost, place = scan_yaws(given)
     angle = np.arange(YAWS) * (2.0 * np.pi / YAWS)
     cost = cost - visibility_score(model, seen, angle[None], place, given.centre)
     found = np.zeros((len(cost), count, columns))
@@ -81,7 +81,7 @@ def starts(
     return found
 
 
-def scan(given: Rays) -> tuple[Float[Array, "n yaws"], Float[Array, "n yaws 2"]]:
+def scan_yaws(given: Rays) -> tuple[Float[Array, "n yaws"], Float[Array, "n yaws 2"]]:
     """For every yaw the cost (a negative log-likelihood) of the best place, and that place."""
     n, k = given.weights.shape
     x, y, z = (given.mean[:, :, axis] for axis in range(3))

@@ -15,7 +15,7 @@ NEAREST = 0.5  # metres before the camera: no point of a car that is seen lies n
 
 
 @dataclass(frozen=True, eq=False)
-class Sightings:
+class ObservedPoints:
     """Points seen of cars; rows are cars, padded with weight 0 to the same number of points.
 
     The points stand on the last axis, where arithmetic on arrays is fastest. pixels: u, v.
@@ -29,9 +29,9 @@ class Sightings:
     vectors: Float[Array, "n 3 b k"]
     P: Float[Array, "3 4"]
 
-    def rows(self, rows: Int[Array, " m"]) -> "Sightings":
+    def rows(self, rows: Int[Array, " m"]) -> "ObservedPoints":
         """The sightings of some cars, repeated as often as they are named."""
-        return Sightings(
+        return ObservedPoints(
             self.pixels.take(rows, axis=0),
             self.weights.take(rows, axis=0),
             self.mean.take(rows, axis=0),
@@ -39,13 +39,13 @@ class Sightings:
             self.P,
         )
 
-    def weighted(self, weights: Float[Array, "n 2 k"]) -> "Sightings":
+    def weighted(self, weights: Float[Array, "n 2 k"]) -> "ObservedPoints":
         """The same points with other weights."""
-        return Sightings(self.pixels, weights, self.mean, self.vectors, self.P)
+        return ObservedPoints(self.pixels, weights, self.mean, self.vectors, self.P)
 
 
 def residuals(
-    sightings: Sightings, cars: Float[Array, "n p"], free: Int[Array, " f"]
+    sightings: ObservedPoints, cars: Float[Array, "n p"], free: Int[Array, " f"]
 ) -> tuple[Float[Array, "n 2 k"], Float[Array, "n f 2 k"], Float[Array, "n k"]]:
     """Expected minus seen pixels, their derivatives by the `free` unknowns, and depths.
 

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
-from tracker.shape.projection import NEAREST, Sightings, residuals
+from tracker.shape.projection import NEAREST, ObservedPoints, residuals
 
 SMALLEST = 1e-4  # of a last step; in standard deviations of the result, 1 % of one
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-4, 1e-9, 1e8
@@ -36,7 +36,7 @@ class _Point:
 
 
 def _evaluate(
-    sightings: Sightings,
+    sightings: ObservedPoints,
     cars: Float[Array, "n p"],
     free: Int[Array, " f"],
     precision: Float[Array, " p"],
@@ -63,7 +63,7 @@ def _evaluate(
 
 
 def solve(
-    sightings: Sightings,
+    sightings: ObservedPoints,
     cars: Float[Array, "n p"],
     free: Int[Array, " f"],
     precision: Float[Array, " p"],

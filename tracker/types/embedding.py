@@ -11,23 +11,23 @@ from tracker.types.rows import Rows
 
 
 @dataclass(frozen=True, eq=False)
-class Look(Rows):
+class Embedding(Rows):
     """descriptor: psi of eq. 5, as last measured; NaN rows where it never was."""
 
     descriptor: Float[Array, "n d"]
 
     @classmethod
-    def of(cls, detections: Detections) -> "Look | None":
+    def of(cls, detections: Detections) -> "Embedding | None":
         """What detections tell; None without a column of descriptors."""
         return None if detections.descriptor is None else cls(detections.descriptor)
 
-    def unknown(self, count: int) -> "Look":
+    def unknown(self, count: int) -> "Embedding":
         """So many rows like these, of which nobody knows the look."""
-        return Look(np.full((count, self.descriptor.shape[1]), np.nan))
+        return Embedding(np.full((count, self.descriptor.shape[1]), np.nan))
 
-    def or_before(self, before: "Look | None") -> "Look":
+    def or_before(self, before: "Embedding | None") -> "Embedding":
         """The same, with the rows of `before` where nothing is known."""
         known = np.isfinite(self.descriptor).all(axis=1)
         if before is None or known.all():
             return self
-        return Look(np.where(known[:, None], self.descriptor, before.descriptor))
+        return Embedding(np.where(known[:, None], self.descriptor, before.descriptor))

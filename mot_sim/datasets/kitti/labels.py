@@ -14,7 +14,7 @@ from mot_sim.datasets.kitti.cuboid_rows import (
     cuboids_of_rows,
     rows_of_cuboids,
 )
-from mot_sim.files.text import Table, read_table
+from mot_sim.files.text import TextTable, read_table
 from mot_sim.files.writing import write_lines
 from tracker.errors import BadTracks
 from tracker.types import Tracks
@@ -54,7 +54,7 @@ def write_labels(
 
 
 def tracks_of_table(
-    table: Table, T_road_label: Float[Array, "4 4"] | None, frame_count: int | None
+    table: TextTable, T_road_label: Float[Array, "4 4"] | None, frame_count: int | None
 ) -> Tracks:
     """The tracks of a table with the columns of labels, and perhaps `score`."""
     cuboids = None
@@ -74,7 +74,7 @@ def tracks_of_table(
     return in_order(tracks, table)
 
 
-def require_boxes(table: Table) -> Float[Array, "n 4"]:
+def require_boxes(table: TextTable) -> Float[Array, "n 4"]:
     """The boxes x1 y1 x2 y2 of a table; BadFile for NaN, infinity and inverted ones."""
     boxes = table.finite(BOX_COLUMNS)
     inverted = np.asarray((boxes[:, 2:] < boxes[:, :2]).any(axis=1))
@@ -82,7 +82,7 @@ def require_boxes(table: Table) -> Float[Array, "n 4"]:
     return boxes
 
 
-def in_order(tracks: Tracks, table: Table) -> Tracks:
+def in_order(tracks: Tracks, table: TextTable) -> Tracks:
     """The tracks in the order of frames; BadFile with the line of an id twice in a frame."""
     order = np.lexsort((tracks.ids, tracks.frames))
     frames, ids = tracks.frames[order], tracks.ids[order]

@@ -1,35 +1,35 @@
 """Other people's trackers on the same detections, through files, in environments of their own."""
 
-from mot_sim.experiments.guests.comparison import Contest, Entry, Failure, hold_contest
-from mot_sim.experiments.guests.contestants import (
-    BASELINES,
-    Contestant,
-    GuestTracker,
-    Outcome,
-    OwnTracker,
-    find_contestant,
-)
+from mot_sim.experiments.guests.comparison import Comparison, Entry, Failure, run_comparison
 from mot_sim.experiments.guests.environments import Environment
-from mot_sim.experiments.guests.failure import GuestFailed
-from mot_sim.experiments.guests.live import LiveGuest
-from mot_sim.experiments.guests.register import GUESTS, Guest, parse_scores, with_scores
+from mot_sim.experiments.guests.failure import ExternalTrackerFailed
+from mot_sim.experiments.guests.live import ExternalOnlineTracker
+from mot_sim.experiments.guests.register import GUESTS, ExternalTracker, parse_scores, with_scores
+from mot_sim.experiments.guests.sequence_trackers import (
+    BASELINES,
+    ExternalSequenceTracker,
+    OwnTracker,
+    SequenceTracker,
+    TrackedSequences,
+    find_sequence_tracker,
+)
 
 __all__ = [
     "BASELINES",
     "GUESTS",
-    "Contest",
-    "Contestant",
+    "Comparison",
     "Entry",
     "Environment",
+    "ExternalOnlineTracker",
+    "ExternalSequenceTracker",
+    "ExternalTracker",
+    "ExternalTrackerFailed",
     "Failure",
-    "Guest",
-    "GuestFailed",
-    "GuestTracker",
-    "LiveGuest",
-    "Outcome",
     "OwnTracker",
-    "find_contestant",
-    "hold_contest",
+    "SequenceTracker",
+    "TrackedSequences",
+    "find_sequence_tracker",
     "parse_scores",
+    "run_comparison",
     "with_scores",
 ]

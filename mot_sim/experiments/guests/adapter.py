@@ -60,7 +60,7 @@ def detections_of(rows: list[list[float]]) -> Any:
     return sv.Detections(xyxy=grid[:, :4], confidence=grid[:, 4], class_id=kinds)
 
 
-def track(tracker: Any, frames: list[int], given: dict[int, Any]) -> tuple[list[Row], float]:
+def track_rows(tracker: Any, frames: list[int], given: dict[int, Any]) -> tuple[list[Row], float]:
     """The rows of one sequence, and the CPU seconds of the tracker's calls alone."""
     nothing = detections_of([])
     rows: list[Row] = []
@@ -93,7 +93,7 @@ def live(tracker: Any, lines: TextIO, answers: TextIO) -> None:
         answers.flush()
 
 
-def main(name: str, detections: str, *more: str) -> None:
+def run_adapter(name: str, detections: str, *more: str) -> None:
     """Track every sequence of the folder; results, then the seconds of each. Or track live."""
     warnings.simplefilter("ignore")  # of the guests' own dependencies
     if detections == "live":
@@ -107,11 +107,11 @@ def main(name: str, detections: str, *more: str) -> None:
     for sequence, described in sequences.items():
         given = detections_by_frame(Path(detections) / f"{sequence}.txt")
         tracker = make(described["frame_rate"])
-        rows, seconds[sequence] = track(tracker, described["frames"], given)
+        rows, seconds[sequence] = track_rows(tracker, described["frames"], given)
         text = "".join(" ".join(map(str, row)) + "\n" for row in rows)
         (Path(results) / f"{sequence}.txt").write_text(text)
     (Path(results) / "seconds.json").write_text(json.dumps(seconds))
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    run_adapter(*sys.argv[1:])

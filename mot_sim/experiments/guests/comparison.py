@@ -5,9 +5,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from mot_sim.datasets.recorded import RecordedSequence
-from mot_sim.experiments.guests.contestants import Contestant, Outcome, require_different_names
-from mot_sim.experiments.guests.failure import GuestFailed
+from mot_sim.experiments.guests.failure import ExternalTrackerFailed
 from mot_sim.experiments.guests.processes import one_core
+from mot_sim.experiments.guests.sequence_trackers import (
+    SequenceTracker,
+    TrackedSequences,
+    require_different_names,
+)
 from mot_sim.metrics import Evaluation, evaluate
 from mot_sim.tables.grid import Column, Table, Value
 from tracker.errors import BadConfig, TrackingError
@@ -39,7 +43,7 @@ class Failure:
 
 
 @dataclass(frozen=True, eq=False)
-class Contest:
+class Comparison:
     """Entries and failures by tracker, in the order in which they ran."""
 
     entries: dict[str, Entry | Failure]
@@ -66,13 +70,13 @@ class Contest:
         return Table(columns, rows, title)
 
 
-def hold_contest(
-    contestants: Sequence[Contestant],
+def run_comparison(
+    contestants: Sequence[SequenceTracker],
     drives: Sequence[RecordedSequence],
     truths: Mapping[str, Tracks],
     rules: str = "trackeval",
     keep: Keep | None = None,
-) -> Contest:
+) -> Comparison:
     """Every tracker over all drives, one after the other on one core.
 
     truths: the labels of each drive. keep: is given the tracks. A tracker that fails with an
@@ -89,17 +93,17 @@ def hold_contest(
                 outcome = contestant.track(drives)
             entries[contestant.name] = _entry(outcome, drives, truths, rules, frames)
         except TrackingError as error:
-            stderr = error.stderr if isinstance(error, GuestFailed) else ""
+            stderr = error.stderr if isinstance(error, ExternalTrackerFailed) else ""
             entries[contestant.name] = Failure(str(error), stderr)
             continue
         if keep is not None:
             keep(contestant.name, outcome.tracks)
         log.info("%s: done", contestant.name)
-    return Contest(entries)
+    return Comparison(entries)
 
 
 def _entry(
-    outcome: Outcome,
+    outcome: TrackedSequences,
     drives: Sequence[RecordedSequence],
     truths: Mapping[str, Tracks],
     rules: str,

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
-from mot_sim.experiments.guests.failure import GuestFailed
-from mot_sim.experiments.guests.processes import run_command
+from mot_sim.experiments.guests.failure import ExternalTrackerFailed
+from mot_sim.experiments.guests.processes import run_process
 from mot_sim.files.writing import write_lines
 from tracker.errors import BadOutput
 
@@ -60,7 +60,7 @@ class Environment:
         """Its interpreter; GuestFailed, with the cure, when it was not set up."""
         if not self.is_ready:
             cure = f"`mot-sim compare --setup {guest}` makes it, once"
-            raise GuestFailed(guest, f"no environment in {self.path}; {cure}")
+            raise ExternalTrackerFailed(guest, f"no environment in {self.path}; {cure}")
         return self.python
 
     def set_up(self, guest: str) -> Path:
@@ -82,9 +82,9 @@ class Environment:
         options = ("--disable-pip-version-check", "--quiet", "install")
         try:
             self._run(guest, [*pip, *options, *self.requirements])
-        except GuestFailed as failed:
+        except ExternalTrackerFailed as failed:
             self._clear()
-            raise GuestFailed(
+            raise ExternalTrackerFailed(
                 guest,
                 f"{', '.join(self.requirements)} cannot be installed; that needs a package index "
                 "once: go online, or name a mirror or a folder of wheels (PIP_INDEX_URL, "
@@ -95,7 +95,7 @@ class Environment:
         return self.python
 
     def _run(self, guest: str, command: list[str]) -> None:
-        run_command(guest, command, SETUP_SECONDS)
+        run_process(guest, command, SETUP_SECONDS)
 
     def _clear(self) -> None:
         """Remove what is left of an earlier attempt, and make sure that there is a place."""

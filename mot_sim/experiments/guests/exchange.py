@@ -11,7 +11,7 @@ from mot_sim.datasets.kitti.labels import BOX_COLUMNS, in_order, require_boxes, 
 from mot_sim.datasets.kitti.results import VARIANTS
 from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.files.documents import read_json
-from mot_sim.files.text import Table, read_table
+from mot_sim.files.text import TextTable, read_table
 from mot_sim.files.writing import write_lines
 from tracker.errors import BadFile
 from tracker.types import Tracks
@@ -90,7 +90,7 @@ def _read_drive(drive: RecordedSequence, path: Path) -> Tracks:
     return _plain_tracks(table)
 
 
-def _plain_tracks(table: Table) -> Tracks:
+def _plain_tracks(table: TextTable) -> Tracks:
     """The tracks of `frame id x1 y1 x2 y2 score` rows, frames from 0."""
     scores = table.finite(["score"])[:, 0]
     ids = table.integers("id")

@@ -3,7 +3,7 @@
 from tracker.errors import TrackingError
 
 
-class GuestFailed(TrackingError):
+class ExternalTrackerFailed(TrackingError):
     """A guest that could not be set up or started, failed, took too long or wrote rubbish.
 
     guest: its name. stderr: the end of what it said, "" for nothing; the message does not have it.

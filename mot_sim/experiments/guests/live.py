@@ -10,25 +10,25 @@ from weakref import finalize
 
 import numpy as np
 
-from mot_sim.experiments.guests.failure import GuestFailed
+from mot_sim.experiments.guests.failure import ExternalTrackerFailed
 from mot_sim.experiments.guests.processes import guest_environ, kill, last_lines
-from mot_sim.experiments.guests.register import GUESTS, PYTHON, Guest
+from mot_sim.experiments.guests.register import GUESTS, PYTHON, ExternalTracker
 from tracker.errors import BadConfig, UnknownName
 from tracker.types import Detections, Frame, Tracks
 
 
-class LiveGuest:
+class ExternalOnlineTracker:
     """A guest with `step(frame)`, like our own trackers; one for every drive.
 
     guest: a name of GUESTS, or a guest with a `live` command. That command is told the frame rate
     in its first line; then each line is a frame, a JSON list of x1 y1 x2 y2 score, which it
     answers with a line of id x1 y1 x2 y2 score. It starts with the first step (a second or two:
-    the package imports slowly) and ends with this object. Speeds are those of `GuestTracker`;
+    the package imports slowly) and ends with this object. Speeds are those of `ExternalSequenceTracker`;
     here the pipe counts too. Raises BadConfig for a guest that knows only folders.
     """
 
     def __init__(
-        self, guest: str | Guest, frame_rate: float = 10.0, min_score: float | None = None
+        self, guest: str | ExternalTracker, frame_rate: float = 10.0, min_score: float | None = None
     ) -> None:
         if isinstance(guest, str):
             if guest not in GUESTS:
@@ -107,7 +107,7 @@ class LiveGuest:
             raise self._failed("it ended before its drive did")
         return answer
 
-    def _failed(self, reason: str) -> GuestFailed:
+    def _failed(self, reason: str) -> ExternalTrackerFailed:
         """The error; the process is ended."""
         process, stderr = self._process, self._stderr
         if process is not None:
@@ -115,7 +115,9 @@ class LiveGuest:
         said = last_lines(stderr) if stderr is not None else ""
         self.close()
         last = said.splitlines()[-1] if said else ""
-        return GuestFailed(self.guest.name, f"{reason}{f'; it said: {last}' if last else ''}", said)
+        return ExternalTrackerFailed(
+            self.guest.name, f"{reason}{f'; it said: {last}' if last else ''}", said
+        )
 
 
 def _rows(seen: Detections) -> list[list[float]]:

@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
-from mot_sim.experiments.guests.failure import GuestFailed
+from mot_sim.experiments.guests.failure import ExternalTrackerFailed
 
 STDERR_LINES, STDERR_BYTES = 20, 16_384  # how much of the end of stderr is shown
 GRACE = 5.0  # seconds that a killed process has to be gone
@@ -17,7 +17,7 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXP
 OURS = ("PYTHONPATH", "PYTHONHOME", "PYTHONSTARTUP", "VIRTUAL_ENV")  # not the guests' business
 
 
-def run_command(guest: str, command: Sequence[str], timeout: float) -> str:
+def run_process(guest: str, command: Sequence[str], timeout: float) -> str:
     """Run a command to its end; gives the end of its stderr.
 
     stdin is empty, stdout is dropped, numerical libraries have one thread. Raises GuestFailed
@@ -36,7 +36,9 @@ def run_command(guest: str, command: Sequence[str], timeout: float) -> str:
             )
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
-            raise GuestFailed(guest, f"{command[0]!r} cannot be started: {reason}") from None
+            raise ExternalTrackerFailed(
+                guest, f"{command[0]!r} cannot be started: {reason}"
+            ) from None
         with process:
             try:
                 status = process.wait(timeout)
@@ -44,13 +46,13 @@ def run_command(guest: str, command: Sequence[str], timeout: float) -> str:
                 kill(process)
                 said = last_lines(stderr)
                 reason = f"not done after {timeout:g} s and killed; --timeout gives it longer"
-                raise GuestFailed(guest, reason, said) from None
+                raise ExternalTrackerFailed(guest, reason, said) from None
             except BaseException:
                 kill(process)
                 raise
         said = last_lines(stderr)
     if status != 0:
-        raise GuestFailed(guest, f"{_ending(status)} from {Path(command[0]).name}", said)
+        raise ExternalTrackerFailed(guest, f"{_ending(status)} from {Path(command[0]).name}", said)
     return said
 
 

@@ -16,13 +16,13 @@ ADAPTER = str(Path(__file__).with_name("adapter.py"))
 
 
 @dataclass(frozen=True)
-class Guest:
+class ExternalTracker:
     """Somebody else's tracker: a program that reads a folder and writes one; see docs/guests.md.
 
     command: its words; {detections} and {results} become folders, {python} the interpreter of
     its environment (ours, without one). min_score: boxes below it are not shown to it, a
     probability. timeout: seconds for all sequences together. live: what runs it frame by frame
-    (see `LiveGuest`); None: it knows only folders.
+    (see `ExternalOnlineTracker`); None: it knows only folders.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Guest:
             raise BadConfig(f"guest {self.name}: timeout {self.timeout:g} s; give one above 0")
 
     @classmethod
-    def parse(cls, text: str) -> "Guest":
+    def parse(cls, text: str) -> "ExternalTracker":
         """From `NAME=COMMAND`, the command as one would type it."""
         name, _, command = text.partition("=")
         name = name.strip()
@@ -83,17 +83,17 @@ class Guest:
 TRACKERS_PACKAGE = Environment("trackers", ("trackers==2.6.1",))
 
 
-def _of_the_package(name: str, *settings: str) -> Guest:
+def _of_the_package(name: str, *settings: str) -> ExternalTracker:
     """A tracker of the package `trackers`; settings: what is not as its authors have it."""
     command = (PYTHON, "-I", ADAPTER, name, DETECTIONS, RESULTS, *settings)
     live = (PYTHON, "-I", ADAPTER, name, "live", *settings)
-    return Guest(name, command, TRACKERS_PACKAGE, live=live)
+    return ExternalTracker(name, command, TRACKERS_PACKAGE, live=live)
 
 
 # Memory, births and `min_score` were chosen by MOTA on KITTI's ten given sequences, RRC boxes
 # (`python -m benchmarks.peers`): the best that each can do there, not its authors' defaults.
 # lost_track_buffer counts frames at 30 Hz: 90 are 3 seconds.
-GUESTS: dict[str, Guest] = {
+GUESTS: dict[str, ExternalTracker] = {
     guest.name: guest
     for guest in (
         _of_the_package("sort", "minimum_consecutive_frames=1"),
@@ -119,7 +119,9 @@ def parse_scores(text: str) -> dict[str, float]:
     return scores
 
 
-def with_scores(guests: Mapping[str, Guest], scores: Mapping[str, float]) -> dict[str, Guest]:
+def with_scores(
+    guests: Mapping[str, ExternalTracker], scores: Mapping[str, float]
+) -> dict[str, ExternalTracker]:
     """The guests with other least scores; UnknownName for one that is not among them."""
     for name in scores:
         if name and name not in guests:

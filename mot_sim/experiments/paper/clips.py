@@ -9,8 +9,8 @@ import numpy as np
 from mot_sim.datasets import KittiSequence, kitti_sequence
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.evaluation.scoring import choose_sequences
-from mot_sim.experiments.tuning.labelled import Labelled
-from tracker.front_end import FrontEnd, Seen
+from mot_sim.experiments.tuning.labelled import LabelledSequence
+from tracker.front_end import FrontEnd, SequenceWithCues
 from tracker.types import Detections
 
 
@@ -30,13 +30,13 @@ def clips_with_images(
             yield drive.subset(frames)
 
 
-def cued(clip: KittiSequence, front_end: FrontEnd) -> Labelled:
+def cued(clip: KittiSequence, front_end: FrontEnd) -> LabelledSequence:
     """The clip with what the front end measures as columns of its detections, without images."""
     frames, parts = [np.zeros(0, np.int64)], []
-    for frame in Seen(clip, front_end):
+    for frame in SequenceWithCues(clip, front_end):
         frames.append(np.full(len(frame.detections), frame.index))
         parts.append(frame.detections)
     seen = DetectionLog(np.concatenate(frames), Detections.concatenate(parts))
     if clip.truth is None:
         raise ValueError(f"{clip.name} has no labels")  # `clips_with_images` gives no such clip
-    return Labelled.of(replace(clip, log=seen, images=None), clip.truth, clip.name)
+    return LabelledSequence.of(replace(clip, log=seen, images=None), clip.truth, clip.name)

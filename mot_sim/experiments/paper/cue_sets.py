@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
 
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.files.writing import write_lines
 from mot_sim.simulation.sensors import find_profile
 from mot_sim.simulation.sensors.profile import profile_lines
@@ -36,10 +36,10 @@ ALL_CUES = "image_overlap=0.5+volume=0.15+reprojection=0.03+appearance=0.31+shap
 CUES = ("pose", "keypoints", "shape", "appearance")
 
 
-def two_frame(rows: Mapping[str, str]) -> tuple[Contender, ...]:
+def two_frame(rows: Mapping[str, str]) -> tuple[TrackerSpec, ...]:
     """The paper's tracker with the costs of each row; appearance alone is not gated."""
     return tuple(
-        Contender(
+        TrackerSpec(
             name,
             "paper",
             {"costs": costs} | ({"sigmas": UNGATED} if costs == "appearance" else {}),
@@ -48,10 +48,10 @@ def two_frame(rows: Mapping[str, str]) -> tuple[Contender, ...]:
     )
 
 
-def in_frameworks(rows: Mapping[str, str], made_by: str = "default") -> tuple[Contender, ...]:
+def in_frameworks(rows: Mapping[str, str], made_by: str = "default") -> tuple[TrackerSpec, ...]:
     """A tracker with the costs of each row, in every framework: COSTS, FRAMEWORK."""
     return tuple(
-        Contender(f"{name}, {framework}", made_by, {"costs": costs, "associate": framework})
+        TrackerSpec(f"{name}, {framework}", made_by, {"costs": costs, "associate": framework})
         for name, costs in rows.items()
         for framework in FRAMEWORKS
     )

@@ -4,12 +4,12 @@ from collections.abc import Iterator, Mapping
 
 from mot_sim.experiments.paper import quoted
 from mot_sim.experiments.paper.cue_sets import two_frame
-from mot_sim.experiments.paper.made_rows import Pooled
+from mot_sim.experiments.paper.made_rows import PairedScores
 from mot_sim.experiments.paper.rendering import interval_table, score_rows
-from mot_sim.experiments.paper.studies import Studies, on_clips
+from mot_sim.experiments.paper.studies import PaperConfig, on_clips
 from mot_sim.experiments.sweep.paths import Level
-from mot_sim.experiments.sweep.tracker_specs import Contender
-from mot_sim.experiments.tuning.cross_validation import Search, tune
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
+from mot_sim.experiments.tuning.cross_validation import WeightSearch, tune
 from mot_sim.experiments.tuning.labelled import made_drives
 from mot_sim.experiments.tuning.weighing import WHOLE, Method, Scale
 from mot_sim.tables.grid import Table
@@ -23,7 +23,7 @@ CONDITIONS: dict[str, Mapping[str, Level]] = {
 }
 
 
-def intersections(studies: Studies) -> Iterator[Table]:
+def intersections(studies: PaperConfig) -> Iterator[Table]:
     """2D-2D with and without shape and pose, on drawn junctions and on the real clips."""
     profile = studies.profile("subcnn")
     for said, settings in CONDITIONS.items():
@@ -47,7 +47,7 @@ def intersections(studies: Studies) -> Iterator[Table]:
             )  # fmt: skip
 
 
-def _cut(pooled: Pooled) -> str:
+def _cut(pooled: PairedScores) -> str:
     """How many switches shape and pose spare."""
     cut = pooled.cut(BOTH, ALONE, "IDSW")
     if cut is None:
@@ -56,16 +56,16 @@ def _cut(pooled: Pooled) -> str:
     return f"shape and pose cut switches from {before:,} to {after:,}, by {100 * cut:.1f} %"
 
 
-def tuned_costs(studies: Studies, profile: str, conditions: Mapping[str, Level]) -> str:
+def tuned_costs(studies: PaperConfig, profile: str, conditions: Mapping[str, Level]) -> str:
     """The weights of 2D-2D and of shape and pose that are best on other seeds, as costs."""
     seeds = range(TUNING_SEEDS, TUNING_SEEDS + studies.tuning)
     settings = {"scene.profile": profile, "scene.frames": studies.frames, **conditions}
     folder = studies.folder / "tuning"
     studies.tell("drives to tune on", 0, len(seeds) * len(studies.scenes))
     drives = made_drives(folder, studies.scenes, seeds, settings)
-    method = Method(("image_overlap", "shape_pose"), Contender("2D-2D", "paper"))
+    method = Method(("image_overlap", "shape_pose"), TrackerSpec("2D-2D", "paper"))
     scale = Scale.of(method, drives, "devkit2018", folder, studies.jobs)
-    search = Search("MOTA", samples=4, folds=min(4, len(drives)))
+    search = WeightSearch("MOTA", samples=4, folds=min(4, len(drives)))
     tuned = tune(scale, search, (0.8, 0.2), studies.tell)
     return "+".join(
         f"{name}={weight / WHOLE:g}"

@@ -13,13 +13,13 @@ from mot_sim.experiments.sweep.design import Design
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.running import sweep
 from mot_sim.experiments.sweep.summary import Interval
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.tuning.measuring import Progress
 from tracker.errors import BadConfig
 
 
 @dataclass(frozen=True)
-class Stand:
+class SyntheticBenchmark:
     """Synthetic drives that trackers are compared on. Recorded traffic is shared by all rows."""
 
     folder: Path
@@ -31,11 +31,11 @@ class Stand:
     def run(
         self,
         profile: str,
-        contenders: Sequence[Contender],
+        contenders: Sequence[TrackerSpec],
         rules: str,
         tell: Progress,
         settings: Mapping[str, Level] | None = None,
-    ) -> "Pooled":
+    ) -> "PairedScores":
         """All trackers on all drives, seen through a profile (a name, or a file).
 
         settings: of other axes, the same for all. Raises BadConfig for a tracker that fails on
@@ -54,11 +54,11 @@ class Stand:
                         f"{row['tracker']} on {scene}, seed {row['seed']}: {row['error']}"
                     )
                 values[row["tracker"]].append(row)
-        return Pooled(values)
+        return PairedScores(values)
 
 
 @dataclass(frozen=True, eq=False)
-class Pooled:
+class PairedScores:
     """Results by tracker, in the same order of drives."""
 
     rows: Mapping[str, Sequence[Mapping[str, Any]]]

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Literal
 
-from mot_sim.experiments.paper.made_rows import Pooled
+from mot_sim.experiments.paper.made_rows import PairedScores
 from mot_sim.experiments.paper.quoted import Quoted
 from mot_sim.experiments.sweep.summary_tables import TITLES, shown
 from mot_sim.metrics import Scores
@@ -42,7 +42,7 @@ def quoted_rows(title: str, names: Sequence[str], rows: Mapping[str, Quoted]) ->
 
 
 def interval_table(
-    title: str, pooled: Pooled, names: Sequence[str], against: str | None = None
+    title: str, pooled: PairedScores, names: Sequence[str], against: str | None = None
 ) -> Table:
     """A row a tracker: means with half of the 95 % interval, and differences of MOTA and IDSW.
 

@@ -6,16 +6,16 @@ from pathlib import Path
 
 from mot_sim.experiments.paper.clips import clips_with_images, cued
 from mot_sim.experiments.paper.cue_sets import with_cues
-from mot_sim.experiments.paper.made_rows import Stand
-from mot_sim.experiments.sweep.tracker_specs import Contender
-from mot_sim.experiments.tuning.measuring import Bench, Progress
+from mot_sim.experiments.paper.made_rows import SyntheticBenchmark
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
+from mot_sim.experiments.tuning.measuring import KittiBenchmark, Progress
 from tracker.front_end import FrontEnd
 
 JUNCTIONS = ("intersection", "roundabout")
 
 
 @dataclass(frozen=True)
-class Studies:
+class PaperConfig:
     """Where the tables' results are kept, and on how much they are measured.
 
     root: of a KITTI tree; None: the environment's. kitti: whether there is one. seeds: synthetic
@@ -33,13 +33,15 @@ class Studies:
     tell: Progress = field(default=lambda what, done, total: None)
 
     @property
-    def bench(self) -> Bench:
+    def bench(self) -> KittiBenchmark:
         """For real drives."""
-        return Bench(self.folder, self.jobs, self.tell)
+        return KittiBenchmark(self.folder, self.jobs, self.tell)
 
-    def stand(self, scenes: tuple[str, ...]) -> Stand:
+    def stand(self, scenes: tuple[str, ...]) -> SyntheticBenchmark:
         """For synthetic drives; all tables share what was recorded."""
-        return Stand(self.folder / "drives", scenes, self.seeds, self.frames, self.jobs)
+        return SyntheticBenchmark(
+            self.folder / "drives", scenes, self.seeds, self.frames, self.jobs
+        )
 
     def profile(self, name: str) -> str:
         """A profile with all cues."""
@@ -47,7 +49,7 @@ class Studies:
 
 
 def on_clips(
-    studies: Studies, what: str, contenders: Sequence[Contender], ego: str = "oxts"
+    studies: PaperConfig, what: str, contenders: Sequence[TrackerSpec], ego: str = "oxts"
 ) -> dict:
     """Scores on the clips with images, cues measured there; empty without any image."""
     front_end = FrontEnd.of("all")

@@ -14,8 +14,8 @@ from mot_sim.experiments.paper.cue_sets import (
 )
 from mot_sim.experiments.paper.intersections import intersections
 from mot_sim.experiments.paper.rendering import interval_table, quoted_rows, score_rows
-from mot_sim.experiments.paper.studies import Studies, on_clips
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.paper.studies import PaperConfig, on_clips
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.tuning.labelled import kitti_drives
 from mot_sim.tables.grid import Table
 from tracker import FRAMEWORKS
@@ -23,16 +23,16 @@ from tracker import FRAMEWORKS
 TRACKEVAL = ("HOTA", "DetA", "AssA", "MOTA", "IDF1", "CLR_FP", "CLR_FN", "IDSW", "Frag")
 
 
-def overall(studies: Studies) -> Iterator[Table]:
+def overall(studies: PaperConfig) -> Iterator[Table]:
     """Table I: the paper's rows, and ours on the given drives by both sets of rules."""
     if not studies.kitti:
         return
     drives = kitti_drives(studies.root)
     ours = (
-        Contender("paper", "paper"),
-        Contender("default"),
+        TrackerSpec("paper", "paper"),
+        TrackerSpec("default"),
         *(
-            Contender(f"default, {name}", settings={"associate": name})
+            TrackerSpec(f"default, {name}", settings={"associate": name})
             for name in ("window", "network_flow")
         ),
     )
@@ -51,14 +51,14 @@ def overall(studies: Studies) -> Iterator[Table]:
     )
 
 
-def server(studies: Studies) -> Iterator[Table]:
+def server(studies: PaperConfig) -> Iterator[Table]:
     """Table II: what the test server said of others; ours are files to send there."""
     del studies
     title = "Table II, test set: quoted; ours are written as files, only the server can score them"
     yield quoted_rows(title, quoted.SERVER_COLUMNS, quoted.SERVER)
 
 
-def ablation(studies: Studies) -> Iterator[Table]:
+def ablation(studies: PaperConfig) -> Iterator[Table]:
     """Table III: cues x detectors, by MOTA of the devkit of 2018."""
     if studies.kitti:
         yield from _real_ablation(studies)
@@ -73,7 +73,7 @@ def ablation(studies: Studies) -> Iterator[Table]:
         )  # fmt: skip
 
 
-def _real_ablation(studies: Studies) -> Iterator[Table]:
+def _real_ablation(studies: PaperConfig) -> Iterator[Table]:
     """Of KITTI: rows without images on all given drives, all rows where there are images."""
     for detector in ("rrc", "pointrcnn"):
         drives = kitti_drives(studies.root, detections=detector)
@@ -93,7 +93,7 @@ def _real_ablation(studies: Studies) -> Iterator[Table]:
         )
 
 
-def frameworks(studies: Studies) -> Iterator[Table]:
+def frameworks(studies: PaperConfig) -> Iterator[Table]:
     """Table V: the same costs in every framework."""
     for detector in ("rrc", "pointrcnn") if studies.kitti else ():
         drives = kitti_drives(studies.root, detections=detector)
@@ -134,7 +134,7 @@ def verdict(values: Mapping[str, float]) -> str:
     return f"{said}; not in {', '.join(losses)}" if losses else said
 
 
-TABLES: dict[str, Callable[[Studies], Iterator[Table]]] = {
+TABLES: dict[str, Callable[[PaperConfig], Iterator[Table]]] = {
     "I": overall,
     "II": server,
     "III": ablation,

@@ -9,7 +9,7 @@ import pyarrow as pa
 
 from mot_sim.experiments.results.result_file import Cell, ResultTable
 from mot_sim.experiments.results.shown_tables import ends, plain, result_table
-from mot_sim.experiments.sweep.summary import METRICS, Interval, Line
+from mot_sim.experiments.sweep.summary import METRICS, Interval, SummaryRow
 
 if TYPE_CHECKING:
     import mot_sim.experiments.guests
@@ -27,14 +27,16 @@ def spread(interval: Interval | None) -> tuple[Cell, ...]:
     return (None,) * 3 if interval is None else (interval.mean, interval.low, interval.high)
 
 
-def means(lines: Sequence[Line], metrics: Sequence[str] = METRICS) -> ResultTable:
+def means(lines: Sequence[SummaryRow], metrics: Sequence[str] = METRICS) -> ResultTable:
     """A row a point and tracker: levels by axis (None: its own value), scores, seeds, failures."""
     return _of_lines(
         "means", "Scores", lines, metrics, lambda line: line.metrics, with_failures=True
     )
 
 
-def differences(lines: Sequence[Line], metrics: Sequence[str] = METRICS) -> ResultTable | None:
+def differences(
+    lines: Sequence[SummaryRow], metrics: Sequence[str] = METRICS
+) -> ResultTable | None:
     """The differences to the first tracker, paired by seed; None where there is only one."""
     others = [line for line in lines if line.less is not None]
     if not others:
@@ -45,7 +47,7 @@ def differences(lines: Sequence[Line], metrics: Sequence[str] = METRICS) -> Resu
 
 
 def _of_lines(
-    name: str, title: str, lines: Sequence[Line], metrics: Sequence[str], scores: Any,
+    name: str, title: str, lines: Sequence[SummaryRow], metrics: Sequence[str], scores: Any,
     with_failures: bool = False,
 ) -> ResultTable:  # fmt: skip
     """A row a line, with the intervals that `scores` gives of it."""
@@ -95,7 +97,7 @@ def design_table(design: Mapping[str, Any]) -> ResultTable:
     return ResultTable("design", "What was run", ("setting", "value"), tuple(rows))
 
 
-def sweep_tables(table: pa.Table, lines: Sequence[Line], design: Mapping[str, Any]) -> Any:
+def sweep_tables(table: pa.Table, lines: Sequence[SummaryRow], design: Mapping[str, Any]) -> Any:
     """The tables of a sweep: means, differences, failures, and the design."""
     found = (means(lines), differences(lines), failures(table), design_table(design))
     return tuple(each for each in found if each is not None)
@@ -171,7 +173,7 @@ def breaking_tables(
     )
 
 
-def contest_tables(contest: "mot_sim.experiments.guests.Contest") -> Iterator[ResultTable]:
+def contest_tables(contest: "mot_sim.experiments.guests.Comparison") -> Iterator[ResultTable]:
     """The trackers side by side; those that failed, and why; the scores of every drive."""
     yield result_table("scores", contest.table("All drives together"))
     if contest.failures:

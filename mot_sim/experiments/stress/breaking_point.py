@@ -10,11 +10,11 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from mot_sim.experiments.stress.bisection import Reach
-from mot_sim.experiments.stress.breaking_point_spec import Question
+from mot_sim.experiments.stress.breaking_point_spec import BreakingPointSpec
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.running import sweep
-from mot_sim.experiments.sweep.summary import Interval, Line
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.summary import Interval, SummaryRow
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from tracker.errors import BadConfig
 
 RUNS = "runs"  # the sweep's folder inside that of a search
@@ -44,23 +44,23 @@ class BreakingPoint:
     failed: int = 0
     error: str | None = None
 
-    def lines(self, axis: str, metric: str) -> list[Line]:
+    def lines(self, axis: str, metric: str) -> list[SummaryRow]:
         """The curve as lines of a sweep's summary, for its picture."""
         return [
-            Line(0, {axis: level}, self.tracker, {metric: score}, None, 0, None)
+            SummaryRow(0, {axis: level}, self.tracker, {metric: score}, None, 0, None)
             for level, score, _ in self.curve
         ]
 
 
 @dataclass(eq=False)
-class Search:
+class BreakingPointSearch:
     """The search for one tracker; every level is run once, through the sweep's trial files.
 
     question: with this tracker alone.
     """
 
-    question: Question
-    contender: Contender
+    question: BreakingPointSpec
+    contender: TrackerSpec
     folder: Path
     jobs: int = 1
     tell: Telling | None = None
@@ -149,7 +149,7 @@ class Search:
 
 
 def breaking_points(
-    question: Question,
+    question: BreakingPointSpec,
     folder: Path | None = None,
     *,
     jobs: int = 1,
@@ -165,9 +165,9 @@ def breaking_points(
     with TemporaryDirectory() if folder is None else nullcontext(folder) as place:
         path = Path(place).absolute()
         return [
-            Search(replace(question, trackers=(each,)), each, path, jobs, tell).run()
+            BreakingPointSearch(replace(question, trackers=(each,)), each, path, jobs, tell).run()
             for each in contenders
         ]
 
 
-__all__ = ["BreakingPoint", "Question", "breaking_points"]
+__all__ = ["BreakingPoint", "BreakingPointSpec", "breaking_points"]

@@ -8,7 +8,7 @@ from math import isfinite
 from mot_sim.experiments.stress.bisection import Reach
 from mot_sim.experiments.sweep.design import Design
 from mot_sim.experiments.sweep.paths import Level
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.tables.grid import RATES
 from tracker.errors import BadConfig, UnknownName
 
@@ -16,7 +16,7 @@ FARTHEST = 64.0  # first steps, where nobody says how far to go
 
 
 @dataclass(frozen=True)
-class Question:
+class BreakingPointSpec:
     """At which level of an axis does a score fall by `drop` from what it is at `start`?
 
     metric: a rate (HOTA, IDF1, ...); drop: in fractions. start: where nothing is wrong. end: the
@@ -33,7 +33,7 @@ class Question:
     end: Level | None = None
     levels: tuple[Level, ...] = ()
     precision: float = 0.1
-    trackers: Sequence[str | Contender] = ("default", "paper")
+    trackers: Sequence[str | TrackerSpec] = ("default", "paper")
     scene: str = "intersection"
     seeds: int = 8
     first_seed: int = 0

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from typing import Any
 
 from mot_sim.experiments.stress.breaking_point import BreakingPoint
-from mot_sim.experiments.stress.breaking_point_spec import Question
+from mot_sim.experiments.stress.breaking_point_spec import BreakingPointSpec
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.summary_tables import shown
 from mot_sim.tables.grid import Column, Table
 
 
-def breaking_table(question: Question, points: Sequence[BreakingPoint]) -> Table:
+def breaking_table(question: BreakingPointSpec, points: Sequence[BreakingPoint]) -> Table:
     """A row a tracker: its score where nothing is wrong, and the level that costs the drop."""
     titles = (
         "tracker", f"{question.metric} at {_word(question.best)}", "breaks at", "95 % interval",
@@ -31,7 +31,9 @@ def breaking_table(question: Question, points: Sequence[BreakingPoint]) -> Table
     return Table(tuple(Column(each) for each in titles), rows, title)
 
 
-def breaking_content(question: Question, points: Sequence[BreakingPoint]) -> dict[str, Any]:
+def breaking_content(
+    question: BreakingPointSpec, points: Sequence[BreakingPoint]
+) -> dict[str, Any]:
     """The points and their curves in plain values, ready for JSON."""
     asked = ("axis", "metric", "drop", "scene", "seeds", "first_seed", "frames", "precision")
     return {

@@ -11,7 +11,7 @@ from mot_sim.experiments.sweep.design import Design
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.running import Progress, sweep
 from mot_sim.experiments.sweep.summary import Interval, summary
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.files.documents import read_toml, require_inside
 from mot_sim.tables.grid import COUNTS
 from tracker.errors import BadFile, UnknownName
@@ -37,7 +37,7 @@ class Suite:
     settings: Mapping[str, Level] = field(default_factory=dict)
 
     def design(
-        self, trackers: Sequence[str | Contender], seeds: int = SEEDS, first_seed: int = 0
+        self, trackers: Sequence[str | TrackerSpec], seeds: int = SEEDS, first_seed: int = 0
     ) -> Design:
         """The sweep with one point that runs it."""
         return Design(
@@ -111,7 +111,7 @@ def find_suites(names: Sequence[str], known: Mapping[str, Suite]) -> list[Suite]
 
 def stress(
     suite: Suite,
-    trackers: Sequence[str | Contender] = ("default",),
+    trackers: Sequence[str | TrackerSpec] = ("default",),
     folder: Path | None = None,
     *,
     seeds: int = SEEDS,
@@ -162,7 +162,7 @@ def bound_from(metric: str, reached: Interval) -> Bound | None:
     return Bound(metric, round(floor((reached.mean - margin) / step) * step, 6))
 
 
-def as_content(verdicts: Sequence[Verdict]) -> Iterator[dict[str, Any]]:
+def verdict_content(verdicts: Sequence[Verdict]) -> Iterator[dict[str, Any]]:
     """The verdicts in plain values, ready for JSON."""
     for each in verdicts:
         yield {
@@ -173,6 +173,13 @@ def as_content(verdicts: Sequence[Verdict]) -> Iterator[dict[str, Any]]:
 
 
 __all__ = [
-    "SEEDS", "Suite", "Verdict", "as_content", "bound_from", "find_suites", "measured",
-    "read_suites", "stress",
+    "SEEDS",
+    "Suite",
+    "Verdict",
+    "bound_from",
+    "find_suites",
+    "measured",
+    "read_suites",
+    "stress",
+    "verdict_content",
 ]  # fmt: skip

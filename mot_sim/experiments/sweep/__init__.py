@@ -4,6 +4,6 @@ from mot_sim.experiments.sweep.design import Design, Range
 from mot_sim.experiments.sweep.design_files import DESIGNS, read_design
 from mot_sim.experiments.sweep.executor import WorkersLost
 from mot_sim.experiments.sweep.running import sweep
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 
-__all__ = ["DESIGNS", "Contender", "Design", "Range", "WorkersLost", "read_design", "sweep"]
+__all__ = ["DESIGNS", "Design", "Range", "TrackerSpec", "WorkersLost", "read_design", "sweep"]

@@ -24,7 +24,7 @@ from mot_sim.simulation.sensors import (
     find_profile,
     in_weather,
 )
-from mot_sim.simulation.traffic.world import STEP
+from mot_sim.simulation.traffic.traffic_state import STEP
 from tracker.errors import BadConfig
 from tracker.types import Camera
 

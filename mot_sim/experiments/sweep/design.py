@@ -10,9 +10,9 @@ from mot_sim.experiments.sweep.paths import Level, unknown
 from mot_sim.experiments.sweep.points import MODES, Levels, Point, Range, points_of, require_levels
 from mot_sim.experiments.sweep.tracker_specs import (
     BY_NAME,
-    Contender,
-    contenders_of,
+    TrackerSpec,
     tracker_settings,
+    tracker_specs_of,
 )
 from mot_sim.metrics import RULES
 from mot_sim.simulation.rig import Rig
@@ -26,7 +26,7 @@ TRACKER = "tracker."  # what the names of the trackers' axes begin with
 class Design:
     """What a sweep runs: every point with every seed and every tracker. Checked when it is made.
 
-    axes: levels by axis, or a Range. trackers: see `Contender.parse`. seeds: how many, from
+    axes: levels by axis, or a Range. trackers: see `TrackerSpec.parse`. seeds: how many, from
     first_seed on; every point and tracker gets the same traffic and the same draws. frames: of
     each run, at 10 Hz. fixed: axes that are the same everywhere. mode: grid (all combinations),
     one_at_a_time (the others keep their own value), random (`samples` points, a Latin hypercube).
@@ -34,7 +34,7 @@ class Design:
     """
 
     axes: Mapping[str, Levels]
-    trackers: Sequence[str | Contender] = ("default", "paper")
+    trackers: Sequence[str | TrackerSpec] = ("default", "paper")
     scene: str = "intersection"
     seeds: int = 20
     first_seed: int = 0
@@ -65,9 +65,9 @@ class Design:
         self._check_points()
 
     @cached_property
-    def contenders(self) -> tuple[Contender, ...]:
+    def contenders(self) -> tuple[TrackerSpec, ...]:
         """The trackers."""
-        return contenders_of(self.trackers)
+        return tracker_specs_of(self.trackers)
 
     @cached_property
     def points(self) -> tuple[Point, ...]:
@@ -97,7 +97,7 @@ class Design:
             self.scene, {axis: value for axis, value in settings.items() if not is_tracker(axis)}
         )
 
-    def rivals(self, point: Point) -> tuple[Contender, ...]:
+    def rivals(self, point: Point) -> tuple[TrackerSpec, ...]:
         """The trackers with the settings of a point."""
         settings = {**self.fixed, **point}
         own = {

@@ -9,7 +9,7 @@ from typing import Any
 from mot_sim.experiments.sweep.design import Design
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.points import Levels, Range
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.files.documents import read_toml, require_inside
 from tracker.errors import BadConfig, UnknownName
 
@@ -63,7 +63,7 @@ def _levels(value: Any, where: str) -> Levels:
     return tuple(value)
 
 
-def _trackers(value: Any, path: Path) -> tuple[str | Contender, ...]:
+def _trackers(value: Any, path: Path) -> tuple[str | TrackerSpec, ...]:
     """A list of words, or a table of tables."""
     if isinstance(value, list) and all(isinstance(each, str) for each in value):
         return tuple(value)
@@ -73,7 +73,7 @@ def _trackers(value: Any, path: Path) -> tuple[str | Contender, ...]:
         for key, setting in settings.items():
             if not isinstance(setting, Level):
                 raise BadConfig(f"{path}: tracker {name}: {key} = {setting!r}: give one value")
-        found.append(Contender(name, str(settings.pop("made_by", "default")), settings))
+        found.append(TrackerSpec(name, str(settings.pop("made_by", "default")), settings))
     return tuple(found)
 
 

@@ -13,17 +13,17 @@ from mot_sim.files.fingerprint import code_digest, digest
 from mot_sim.files.settings import versions
 from mot_sim.simulation.episode import episode_of
 from mot_sim.simulation.episodes.extra import Extra, Metadata, arrays_of, read_extra, write_extra
-from mot_sim.simulation.scene import Take, record_scene_traffic
+from mot_sim.simulation.scene import Rollout, record_scene_traffic
 from mot_sim.simulation.sensors import Detector, Timed
 from mot_sim.simulation.traffic.recording import RecordedTraffic
-from mot_sim.simulation.traffic.world import STEP
+from mot_sim.simulation.traffic.traffic_state import STEP
 from mot_sim.simulation.truth import annotate, labels
 from tracker.errors import BadFile
 from tracker.types import Sequence, Tracks
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
+class TrialSequence:
     """What a tracker is given, and what it is scored against; truth: of the frames that come."""
 
     sequence: Sequence
@@ -78,7 +78,7 @@ class Recordings:
     def _annotate(self, conditions: Conditions, seed: int, path: Path) -> None:
         """Write the truth of a run."""
         scene = replace(conditions.make_scene(), detector=Detector("perfect"))
-        take = Take.of(scene, seed, self.traffic(conditions, seed))
+        take = Rollout.of(scene, seed, self.traffic(conditions, seed))
         episode = episode_of(take, annotate(take.worlds, take.stage, take.scenery_in))
         metadata = Metadata(
             scene.name,
@@ -107,7 +107,7 @@ def _read(path: Path) -> Extra:
     return read_extra(path)
 
 
-def drive_of(conditions: Conditions, recorded: Extra, seed: int) -> Drive:
+def drive_of(conditions: Conditions, recorded: Extra, seed: int) -> TrialSequence:
     """A recorded run as detector, odometry, clock and calibration of these conditions show it.
 
     All draws hang on (seed, effect, object, frame): levels that differ share them.
@@ -132,4 +132,4 @@ def drive_of(conditions: Conditions, recorded: Extra, seed: int) -> Drive:
     arriving: Timed = conditions.timing(whole, seed)
     labelled = labels(truth)
     came = np.isin(labelled.frames, arriving.sequence.frame_indices)
-    return Drive(arriving, labelled.select(came), count)
+    return TrialSequence(arriving, labelled.select(came), count)

@@ -15,7 +15,7 @@ from tracker.errors import BadConfig
 
 
 @dataclass(frozen=True)
-class Crew:
+class Executor:
     """jobs: processes of this machine; 1: this one alone, -1: one a core.
 
     scheduler: the address of a Dask scheduler, tcp://HOST:PORT, whose workers are used instead.
@@ -31,17 +31,17 @@ class Crew:
             raise BadConfig("--jobs is for this machine, --scheduler for a cluster: keep one")
 
     @contextmanager
-    def at_work(self) -> "Iterator[Shift]":
+    def at_work(self) -> "Iterator[WorkerPool]":
         """The crew, reached. Raises WorkersLost for a cluster that does not answer."""
         if self.scheduler is not None:
             with cluster_backend(self.scheduler) as backend:
-                yield Shift(-1, {"backend": backend})
+                yield WorkerPool(-1, {"backend": backend})
         else:
-            yield Shift(self.jobs, {"backend": "loky", "inner_max_num_threads": 1})
+            yield WorkerPool(self.jobs, {"backend": "loky", "inner_max_num_threads": 1})
 
 
 @dataclass(frozen=True)
-class Shift:
+class WorkerPool:
     """A crew at work. jobs: 1: this process. backend: of joblib."""
 
     jobs: int
@@ -87,4 +87,4 @@ def run_packed(packed: bytes) -> int:
     return run_alone(job)
 
 
-__all__ = ["Crew", "Shift", "WorkersLost"]
+__all__ = ["Executor", "WorkerPool", "WorkersLost"]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy import ndarray as Array
 
 from mot_sim.experiments.sweep.seeded_episodes import SeededEpisode
-from mot_sim.experiments.sweep.tracker_specs import BadRows, Contender, Steps, Updated
+from mot_sim.experiments.sweep.tracker_specs import BadRows, Steps, TrackerSpec, Updated
 from mot_sim.experiments.sweep.trial import require_rows
 from tracker import Camera, Tracks
 from tracker.errors import BadConfig, TrackingError
@@ -74,7 +74,7 @@ def follow(tracker: Any, episode: SeededEpisode) -> Tracks:
 def stepping_of(tracker: Any, camera: Camera) -> Steps:
     """The tracker as something with `step`, reset where it can be; see `follow`."""
     if isinstance(tracker, str):
-        return Contender.parse(tracker).build(camera)
+        return TrackerSpec.parse(tracker).build(camera)
     if isinstance(tracker, type) or not (_has(tracker, "step") or _has(tracker, "update")):
         tracker = _made(tracker, camera)
     elif _has(tracker, "reset"):

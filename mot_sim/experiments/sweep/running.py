@@ -14,10 +14,10 @@ import pyarrow.parquet as pq
 
 from mot_sim.experiments.sweep.design import Design, Point
 from mot_sim.experiments.sweep.drives import Recordings, truth_key
-from mot_sim.experiments.sweep.executor import Crew, Shift, WorkersLost
+from mot_sim.experiments.sweep.executor import Executor, WorkerPool, WorkersLost
 from mot_sim.experiments.sweep.store import TABLE_FILE, SweepFolder
-from mot_sim.experiments.sweep.tracker_specs import Contender
-from mot_sim.experiments.sweep.trial import Outcome
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
+from mot_sim.experiments.sweep.trial import TrialOutcome
 from mot_sim.experiments.sweep.work import Job
 from mot_sim.files.fingerprint import code_digest, digest
 from mot_sim.files.settings import versions
@@ -34,12 +34,12 @@ class Trial:
     number: int
     point: Point
     seed: int
-    contender: Contender
+    contender: TrackerSpec
     key: str
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class SweepPlan:
     """The trials of a design, in the order of the table."""
 
     design: Design
@@ -114,17 +114,17 @@ def sweep(
     tracker, TrackEval's scores, frames, detections, error (null: none; then there are no scores)
     and cpu_seconds. All but the last are equal to the last bit however the work was spread.
     folder: of this sweep, where it goes on; None: one that is thrown away. jobs, scheduler: see
-    `Crew`. extend, overwrite: see `SweepFolder.open`. retry: do failed trials again. progress:
+    `Executor`. extend, overwrite: see `SweepFolder.open`. retry: do failed trials again. progress:
     called as trials are finished. Raises as `SweepFolder.open` and WorkersLost; all that was
     finished by then is kept.
     """
-    crew = Crew(jobs, scheduler)
+    crew = Executor(jobs, scheduler)
     if folder is None and scheduler is not None:
         raise WorkersLost("a cluster needs a folder that all its workers can write to: give one")
     place = TemporaryDirectory() if folder is None else nullcontext(str(folder))
     with place as name:
         path = Path(name).absolute()
-        plan = Plan(design, path)
+        plan = SweepPlan(design, path)
         kept = SweepFolder.open(path, design.description(), extend=extend, overwrite=overwrite)
         done = kept.finished(plan.keys, failed_too=not retry)
         todo = plan.jobs(done)
@@ -134,12 +134,14 @@ def sweep(
             done = kept.finished(plan.keys)
             _require_all(plan, done, path)
             kept.sweep_up()
-        table = table_of(plan, done)
+        table = trials_table(plan, done)
         write_table(path / TABLE_FILE, table)
     return table
 
 
-def _run(shift: Shift, todo: list[Job], before: int, total: int, progress: Progress | None) -> None:
+def _run(
+    shift: WorkerPool, todo: list[Job], before: int, total: int, progress: Progress | None
+) -> None:
     """First the truths that several jobs share, then the trials."""
     tell = progress or (lambda what, done, of: None)
     truths = truth_jobs(todo)
@@ -152,7 +154,7 @@ def _run(shift: Shift, todo: list[Job], before: int, total: int, progress: Progr
         tell("trials", done, total)
 
 
-def _require_all(plan: Plan, done: Mapping[str, Outcome], folder: Path) -> None:
+def _require_all(plan: SweepPlan, done: Mapping[str, TrialOutcome], folder: Path) -> None:
     """Raise WorkersLost for trials that workers wrote where we cannot see them."""
     lacking = sum(key not in done for key in plan.keys)
     if lacking:
@@ -162,7 +164,7 @@ def _require_all(plan: Plan, done: Mapping[str, Outcome], folder: Path) -> None:
         )
 
 
-def table_of(plan: Plan, done: Mapping[str, Outcome]) -> pa.Table:
+def trials_table(plan: SweepPlan, done: Mapping[str, TrialOutcome]) -> pa.Table:
     """The table of a sweep; done: the outcomes by key."""
     outcomes = [done[trial.key] for trial in plan.trials]
     columns: dict[str, pa.Array] = {"point": pa.array([trial.number for trial in plan.trials])}

@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from mot_sim.experiments.sweep.conditions import Conditions
-from mot_sim.experiments.sweep.drives import Drive, Recordings, drive_of
+from mot_sim.experiments.sweep.drives import Recordings, TrialSequence, drive_of
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.work import one_thread
 from mot_sim.files.fingerprint import code_digest
@@ -58,7 +58,7 @@ class SeededEpisode:
     scene: str
     seed: int
     settings: dict[str, Level]
-    drive: Drive
+    drive: TrialSequence
 
     @property
     def name(self) -> str:
@@ -119,7 +119,9 @@ def mot_episode(
 
 
 @lru_cache(maxsize=IN_MEMORY)
-def _drive(scene: str, seed: int, axes: tuple[tuple[str, Level], ...], cache: Path) -> Drive:
+def _drive(
+    scene: str, seed: int, axes: tuple[tuple[str, Level], ...], cache: Path
+) -> TrialSequence:
     """The run under these conditions."""
     conditions = Conditions.of(scene, dict(axes))
     with one_thread():

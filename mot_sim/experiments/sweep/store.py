@@ -9,7 +9,7 @@ from pathlib import Path
 from shutil import rmtree
 from typing import Any
 
-from mot_sim.experiments.sweep.trial import Outcome
+from mot_sim.experiments.sweep.trial import TrialOutcome
 from mot_sim.files.documents import read_json
 from mot_sim.files.fingerprint import FORMAT, code_digest
 from mot_sim.files.settings import holds_something, versions
@@ -101,7 +101,7 @@ class SweepFolder:
         """Where a trial lies, or will lie."""
         return self.path / "trials" / key[:2] / f"{key}.json"
 
-    def finished(self, keys: Iterable[str], *, failed_too: bool = True) -> dict[str, Outcome]:
+    def finished(self, keys: Iterable[str], *, failed_too: bool = True) -> dict[str, TrialOutcome]:
         """The trials among these that stand here; failed_too: those with an error as well."""
         found = {key: self.read(key) for key in dict.fromkeys(keys)}
         return {
@@ -110,18 +110,18 @@ class SweepFolder:
             if outcome is not None and (failed_too or outcome.error is None)
         }
 
-    def write(self, key: str, outcome: Outcome, about: Mapping[str, Any]) -> None:
+    def write(self, key: str, outcome: TrialOutcome, about: Mapping[str, Any]) -> None:
         """Keep a trial; about: what a person wants to know who opens the file."""
         content = asdict(outcome)
         whole = {"format": FORMAT, "about": about, "sha256": _hash(content), "outcome": content}
         write_lines(self.trial(key), [json.dumps(whole)])
 
-    def read(self, key: str) -> Outcome | None:
+    def read(self, key: str) -> TrialOutcome | None:
         """A trial; None where there is none, or where a crash of the machine left half of one."""
         try:
             whole = read_json(self.trial(key))
             content = whole["outcome"]
-            return Outcome(**content) if whole["sha256"] == _hash(content) else None
+            return TrialOutcome(**content) if whole["sha256"] == _hash(content) else None
         except (BadFile, ValueError, TypeError, KeyError):
             return None
 

@@ -46,7 +46,7 @@ class Interval:
 
 
 @dataclass(frozen=True)
-class Line:
+class SummaryRow:
     """A point and tracker of a sweep. levels: by axis, None: its own value.
 
     metrics: over the seeds without an error. less: the differences to the first tracker, of the
@@ -73,7 +73,7 @@ def _design(table: pa.Table) -> dict[str, Any]:
     return about["design"]
 
 
-def summary(table: pa.Table, metrics: Sequence[str] = METRICS) -> list[Line]:
+def summary(table: pa.Table, metrics: Sequence[str] = METRICS) -> list[SummaryRow]:
     """A line a point and tracker, in the order of the table; metrics that it lacks are left out."""
     axes = axes_of(table)
     rows: dict[tuple[int, str], list[dict[str, Any]]] = {}
@@ -90,7 +90,7 @@ def summary(table: pa.Table, metrics: Sequence[str] = METRICS) -> list[Line]:
         if tracker != first:
             less = {name: Interval.of(_differences(trials, rivals, name)) for name in there}
         lines.append(
-            Line(
+            SummaryRow(
                 point,
                 {axis: trials[0][axis] for axis in axes},
                 tracker,

@@ -7,7 +7,7 @@ from typing import Any
 import pyarrow as pa
 
 from mot_sim.experiments.sweep.paths import Level
-from mot_sim.experiments.sweep.summary import Interval, Line
+from mot_sim.experiments.sweep.summary import Interval, SummaryRow
 from mot_sim.tables.grid import COUNTS, RATES, Column, Table
 
 SHOWN = ("HOTA", "AssA", "MOTA", "IDF1", "IDSW")
@@ -26,7 +26,7 @@ def words(levels: Mapping[str, Level | None]) -> str:
     )
 
 
-def mean_table(lines: Sequence[Line], metrics: Sequence[str] = SHOWN) -> Table:
+def mean_table(lines: Sequence[SummaryRow], metrics: Sequence[str] = SHOWN) -> Table:
     """A row a point and tracker: mean ± half of the 95 % interval over the seeds."""
     rows = tuple(
         (
@@ -41,7 +41,7 @@ def mean_table(lines: Sequence[Line], metrics: Sequence[str] = SHOWN) -> Table:
     return Table(_columns(metrics, "seeds", "failed"), rows, title)
 
 
-def difference_table(lines: Sequence[Line], metrics: Sequence[str] = SHOWN) -> Table | None:
+def difference_table(lines: Sequence[SummaryRow], metrics: Sequence[str] = SHOWN) -> Table | None:
     """A row a point and tracker but the first: its differences to the first, paired by seed."""
     first = lines[0].tracker
     rows = tuple(
@@ -87,7 +87,7 @@ def failures(table: pa.Table) -> list[str]:
     return lines + [f"and {more} other errors: see the table's column error"] * (more > 0)
 
 
-def as_content(lines: Sequence[Line]) -> list[dict[str, Any]]:
+def summary_content(lines: Sequence[SummaryRow]) -> list[dict[str, Any]]:
     """The summary in plain values, ready for JSON."""
     return [
         {

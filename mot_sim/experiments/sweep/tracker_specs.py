@@ -40,7 +40,7 @@ class Steps(Protocol):
 
 
 @dataclass(frozen=True)
-class Contender:
+class TrackerSpec:
     """One tracker of a sweep.
 
     name: in tables. made_by: a name of TRACKERS, or MODULE:CALLABLE, which is given the camera
@@ -54,7 +54,7 @@ class Contender:
     settings: Mapping[str, Level] = field(default_factory=dict)
 
     @classmethod
-    def parse(cls, text: str) -> "Contender":
+    def parse(cls, text: str) -> "TrackerSpec":
         """From [NAME=]TRACKER[:SETTING=VALUE]..., TRACKER as in `made_by`."""
         head, *parts = text.split(":")
         name, equals, made_by = head.partition("=")
@@ -78,7 +78,7 @@ class Contender:
         """Whether it is a tracker of TRACKERS."""
         return ":" not in self.made_by
 
-    def with_settings(self, more: Mapping[str, Level]) -> "Contender":
+    def with_settings(self, more: Mapping[str, Level]) -> "TrackerSpec":
         """The same with more set."""
         return replace(self, settings={**self.settings, **more}) if more else self
 
@@ -179,9 +179,9 @@ def _described(built: Any) -> dict[str, Any]:
     return own if inner is None else {**own, "tracker": _described(inner)}
 
 
-def contenders_of(trackers: Sequence[str | Contender]) -> tuple[Contender, ...]:
+def tracker_specs_of(trackers: Sequence[str | TrackerSpec]) -> tuple[TrackerSpec, ...]:
     """The trackers of a design. Raises BadConfig for none, and for two of one name."""
-    found = [Contender.parse(each) if isinstance(each, str) else each for each in trackers]
+    found = [TrackerSpec.parse(each) if isinstance(each, str) else each for each in trackers]
     names = [each.name for each in found]
     if not found:
         raise BadConfig("no trackers: give --trackers default,paper")
@@ -222,4 +222,4 @@ class BadRows(TrackingError):
     """A tracker's output that cannot be scored."""
 
 
-__all__ = ["BadRows", "Contender", "Steps", "Updated", "contenders_of", "tracker_settings"]
+__all__ = ["BadRows", "Steps", "TrackerSpec", "Updated", "tracker_settings", "tracker_specs_of"]

@@ -6,8 +6,8 @@ from time import thread_time
 
 import numpy as np
 
-from mot_sim.experiments.sweep.drives import Drive
-from mot_sim.experiments.sweep.tracker_specs import BadRows, Contender
+from mot_sim.experiments.sweep.drives import TrialSequence
+from mot_sim.experiments.sweep.tracker_specs import BadRows, TrackerSpec
 from mot_sim.metrics import evaluate_sequence
 from tracker import Tracks
 
@@ -15,7 +15,7 @@ MOST_WORDS = 300  # letters of an error that are kept
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class TrialOutcome:
     """What came of a trial. scores: by TrackEval's names; none where there is an error.
 
     frames: that came. detections: in them. cpu_seconds: of tracking; the only value that differs
@@ -29,7 +29,9 @@ class Outcome:
     cpu_seconds: float = 0.0
 
 
-def run_trial(contender: Contender, drive: Drive, rules: str = "trackeval") -> Outcome:
+def run_trial(
+    contender: TrackerSpec, drive: TrialSequence, rules: str = "trackeval"
+) -> TrialOutcome:
     """Track and score; whatever a tracker raises, or gives that is no output, is the error."""
     start, detections = thread_time(), 0
     came: list[int] = []
@@ -57,9 +59,9 @@ def run_trial(contender: Contender, drive: Drive, rules: str = "trackeval") -> O
     except (Exception, SystemExit) as error:  # noqa: BLE001
         kind = "" if isinstance(error, BadRows) else f"{type(error).__name__}: "
         words = " ".join(f"{at}: {kind}{error}".split())[:MOST_WORDS]
-        return Outcome({}, words, len(came), detections, thread_time() - start)
+        return TrialOutcome({}, words, len(came), detections, thread_time() - start)
     numbers = {name: _plain(number) for name, number in scores.numbers().items()}
-    return Outcome(numbers, None, len(came), detections, seconds)
+    return TrialOutcome(numbers, None, len(came), detections, seconds)
 
 
 def require_rows(rows: object, allowed: list[int]) -> None:

@@ -11,16 +11,16 @@ import pyarrow as pa
 from mot_sim.experiments.results.result_file import FAULTS
 from mot_sim.experiments.sweep.design import Design
 from mot_sim.experiments.sweep.points import Range
-from mot_sim.experiments.sweep.running import Plan
+from mot_sim.experiments.sweep.running import SweepPlan
 from mot_sim.experiments.sweep.store import SWEEP_FILE, SweepFolder
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.files.fingerprint import FORMAT, digest
 from mot_sim.files.text import read_text
 from tracker.errors import BadFile, TrackingError
 
 
 @dataclass(frozen=True, eq=False)
-class HalfSweep:
+class PartialSweep:
     """What a folder holds of a sweep. table: of the finished trials; None of none.
 
     done, wanted: trials. description, code, versions: as `sweep.json` has them.
@@ -34,7 +34,7 @@ class HalfSweep:
     versions: dict[str, str]
 
 
-def read_half(folder: Path) -> HalfSweep:
+def read_partial(folder: Path) -> PartialSweep:
     """Of the design in `sweep.json`, whatever is finished in `trials/`.
 
     Raises BadFile for a damaged `sweep.json`, for another format, and for a design that this
@@ -51,7 +51,7 @@ def read_half(folder: Path) -> HalfSweep:
     if form != FORMAT:
         raise BadFile(f"{file}: a sweep of format {form!r:.20}, this mot-sim reads {FORMAT}")
     try:
-        plan = Plan(_design(description), folder)
+        plan = SweepPlan(_design(description), folder)
     except (TrackingError, *FAULTS) as error:
         raise BadFile(
             f"{file}: its design cannot be understood here: {str(error)[:200]}; run its command "
@@ -74,7 +74,7 @@ def read_half(folder: Path) -> HalfSweep:
         table = pa.Table.from_pylist([{name: row.get(name) for name in names} for row in rows])
         told = json.dumps({"design": description})
         table = table.replace_schema_metadata({"mot-sim sweep": told})
-    return HalfSweep(table, len(rows), len(plan.trials), description, code, versions)
+    return PartialSweep(table, len(rows), len(plan.trials), description, code, versions)
 
 
 def _design(description: Mapping[str, Any]) -> Design:
@@ -88,7 +88,7 @@ def _design(description: Mapping[str, Any]) -> Design:
         for axis, levels in description["axes"].items()
     }
     given["trackers"] = tuple(
-        Contender(
+        TrackerSpec(
             name, each["made_by"], {key: each[key] for key in each if key != "made_by"}
         )
         for name, each in description["trackers"].items()
@@ -96,8 +96,8 @@ def _design(description: Mapping[str, Any]) -> Design:
     return Design(**given)
 
 
-def _keys(plan: Plan, code: str) -> list[str]:
-    """The keys of all trials, which other code may have made; see `Plan`."""
+def _keys(plan: SweepPlan, code: str) -> list[str]:
+    """The keys of all trials, which other code may have made; see `SweepPlan`."""
     same = [code, plan.design.rules]
     seen = [digest(each.description()) for each in plan.design.conditions]
     does: dict[int, str] = {}  # a tracker is the same object for all seeds of a point

@@ -9,10 +9,10 @@ import cv2
 from threadpoolctl import threadpool_limits
 
 from mot_sim.experiments.sweep.conditions import Conditions
-from mot_sim.experiments.sweep.drives import Drive, Recordings, drive_of
+from mot_sim.experiments.sweep.drives import Recordings, TrialSequence, drive_of
 from mot_sim.experiments.sweep.store import SweepFolder
-from mot_sim.experiments.sweep.tracker_specs import Contender
-from mot_sim.experiments.sweep.trial import MOST_WORDS, Outcome, run_trial
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
+from mot_sim.experiments.sweep.trial import MOST_WORDS, TrialOutcome, run_trial
 from mot_sim.files.fingerprint import code_digest
 from tracker.errors import BadConfig
 
@@ -30,7 +30,7 @@ class Job:
     rules: str
     conditions: Conditions
     seed: int
-    trials: tuple[tuple[str, Contender], ...] = ()
+    trials: tuple[tuple[str, TrackerSpec], ...] = ()
 
 
 def run_job(job: Job) -> int:
@@ -48,15 +48,15 @@ def run_job(job: Job) -> int:
     drive = _drive(job)
     for key, contender in job.trials:
         about = {"tracker": contender.name, "scene": job.conditions.scene, "seed": job.seed}
-        if isinstance(drive, Drive):
+        if isinstance(drive, TrialSequence):
             outcome = run_trial(contender, drive, job.rules)
         else:
-            outcome = Outcome({}, drive)
+            outcome = TrialOutcome({}, drive)
         folder.write(key, outcome, about)
     return len(job.trials)
 
 
-def _drive(job: Job) -> Drive | str:
+def _drive(job: Job) -> TrialSequence | str:
     """What the trackers are given; or what went wrong with it."""
     try:
         recorded = Recordings(job.folder).truth(job.conditions, job.seed)

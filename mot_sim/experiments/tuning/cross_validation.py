@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from mot_sim.experiments.tuning.folds import balanced_folds, traits_of
-from mot_sim.experiments.tuning.labelled import Labelled
+from mot_sim.experiments.tuning.labelled import LabelledSequence
 from mot_sim.experiments.tuning.weighing import WHOLE, Scale, Weights, weights_of
 from mot_sim.metrics import Scores, combine
 from mot_sim.simulation import random_numbers
@@ -26,7 +26,7 @@ Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
-class Search:
+class WeightSearch:
     """How weights are sought. samples: drawn at random; objective: what counts; seed: of random_numbers."""
 
     objective: str = "HOTA"
@@ -81,7 +81,7 @@ class Tuned:
 
 
 def tune(
-    scale: Scale, search: Search, start: Sequence[float], tell: Progress | None = None
+    scale: Scale, search: WeightSearch, start: Sequence[float], tell: Progress | None = None
 ) -> Tuned:
     """The weights that are best where they were not chosen. start: weights to begin with.
 
@@ -118,7 +118,7 @@ def tune(
     )
 
 
-def candidates(start: Weights, search: Search) -> list[Weights]:
+def candidates(start: Weights, search: WeightSearch) -> list[Weights]:
     """What the random search weighs: the start, each cost alone, all alike, then random_numbers.
 
     Draws are even over the simplex (Dirichlet's distribution with ones).
@@ -132,8 +132,8 @@ def candidates(start: Weights, search: Search) -> list[Weights]:
 
 def refined(
     scale: Scale,
-    search: Search,
-    train: Sequence[Labelled],
+    search: WeightSearch,
+    train: Sequence[LabelledSequence],
     known: Sequence[Weights],
     tell: Callable[[int, int], None],
 ) -> Weights:
@@ -165,18 +165,20 @@ def neighbours(weights: Weights, step: int) -> list[Weights]:
     return list(dict.fromkeys(found))
 
 
-def worth(scale: Scale, search: Search, drives: Sequence[Labelled], weights: Weights) -> float:
+def worth(
+    scale: Scale, search: WeightSearch, drives: Sequence[LabelledSequence], weights: Weights
+) -> float:
     """The objective of known weights on some drives together."""
     return float(together(scale, drives, weights)[search.objective])
 
 
-def together(scale: Scale, drives: Sequence[Labelled], weights: Weights) -> Scores:
+def together(scale: Scale, drives: Sequence[LabelledSequence], weights: Weights) -> Scores:
     """The scores of known weights on some drives together."""
     return combine([scale.known[weights][drive.name] for drive in drives])
 
 
 def _fold(
-    scale: Scale, search: Search, placed: Int[Array, " n"], fold: int, weights: Weights
+    scale: Scale, search: WeightSearch, placed: Int[Array, " n"], fold: int, weights: Weights
 ) -> Fold:
     train = [drive for drive, place in zip(scale.drives, placed, strict=True) if place != fold]
     held = [drive for drive, place in zip(scale.drives, placed, strict=True) if place == fold]
@@ -191,7 +193,7 @@ def _fold(
 
 
 def _unseen(
-    scale: Scale, search: Search, placed: Int[Array, " n"], chosen: Sequence[Weights]
+    scale: Scale, search: WeightSearch, placed: Int[Array, " n"], chosen: Sequence[Weights]
 ) -> float:
     """The objective over all drives, each by the weights that were chosen without it."""
     scores = [

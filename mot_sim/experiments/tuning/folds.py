@@ -28,7 +28,7 @@ def traits_of(truth: Tracks) -> Float[Array, " t"]:
     occluded = (none if cars.occlusion is None else cars.occlusion) > 0
     truncated = (none if cars.truncation is None else cars.truncation) > MAX_TRUNCATION
     hidden = (none if cars.occlusion is None else cars.occlusion) > MAX_OCCLUSION
-    approaching, sideways = motion_of(cars)
+    approaching, sideways = box_motion(cars)
     counted = ~hidden & ~truncated
     values = (
         len(np.unique(cars.ids[counted])), np.count_nonzero(counted), np.count_nonzero(occluded),
@@ -37,7 +37,7 @@ def traits_of(truth: Tracks) -> Float[Array, " t"]:
     return np.array(values, float)
 
 
-def motion_of(cars: Tracks) -> tuple[float, float]:
+def box_motion(cars: Tracks) -> tuple[float, float]:
     """Summed over neighbouring frames of each car: |change of log height|, |shift| / height."""
     order = np.lexsort((cars.frames, cars.ids))
     boxes, ids, frames = cars.boxes[order], cars.ids[order], cars.frames[order]

@@ -17,7 +17,7 @@ from tracker.errors import BadConfig, DatasetNotFound
 
 
 @dataclass(frozen=True, eq=False)
-class Labelled:
+class LabelledSequence:
     """What a tracker is given, what it is scored against, and a hash of both."""
 
     name: str
@@ -27,7 +27,7 @@ class Labelled:
     content: str
 
     @classmethod
-    def of(cls, sequence: RecordedSequence | Timed, truth: Tracks, name: str) -> "Labelled":
+    def of(cls, sequence: RecordedSequence | Timed, truth: Tracks, name: str) -> "LabelledSequence":
         """A drive; its images are not part of the hash, since no tracker sees them."""
         recorded = sequence.sequence if isinstance(sequence, Timed) else sequence
         times = sequence.stamps if isinstance(sequence, Timed) else recorded.frame_rate
@@ -43,7 +43,7 @@ def kitti_drives(
     sequences: str = "given",
     detections: str = "rrc",
     ego: str = "oxts",
-) -> tuple[Labelled, ...]:
+) -> tuple[LabelledSequence, ...]:
     """Sequences of a KITTI tree; all must have labels.
 
     Raises DatasetNotFound for one without labels, and as `choose_sequences` and `kitti_sequence`.
@@ -52,19 +52,19 @@ def kitti_drives(
     return tuple(labelled(kitti_sequence(root, name, detections, ego)) for name in names)
 
 
-def labelled(drive: KittiSequence) -> Labelled:
+def labelled(drive: KittiSequence) -> LabelledSequence:
     """A KITTI drive as one of these. Raises DatasetNotFound when it has no labels."""
     if drive.truth is None:
         raise DatasetNotFound(
             f"sequence {drive.name}: no labels (label_02/{drive.name}.txt); choose others: "
             "--sequences given takes those that have some"
         )
-    return Labelled.of(replace(drive, images=None), drive.truth, drive.name)
+    return LabelledSequence.of(replace(drive, images=None), drive.truth, drive.name)
 
 
 def made_drives(
     folder: Path, scenes: Many[str], seeds: Many[int], settings: dict[str, Level]
-) -> tuple[Labelled, ...]:
+) -> tuple[LabelledSequence, ...]:
     """Synthetic drives, a scene and seed each; their truth is recorded once, in the folder."""
     if not scenes or not seeds:
         raise BadConfig("no drives: give at least one scene and one seed")
@@ -75,5 +75,5 @@ def made_drives(
             drive = drive_of(conditions, Recordings(folder).truth(conditions, seed), seed)
             arriving = drive.sequence
             assert isinstance(arriving, Timed)  # `drive_of` makes no other
-            found.append(Labelled.of(arriving, drive.truth, f"{scene}/{seed}"))
+            found.append(LabelledSequence.of(arriving, drive.truth, f"{scene}/{seed}"))
     return tuple(found)

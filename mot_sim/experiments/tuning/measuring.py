@@ -7,10 +7,10 @@ from pathlib import Path
 from joblib import Parallel, delayed, parallel_config
 
 from mot_sim.evaluation.runs import track_sequence
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.sweep.work import one_thread
-from mot_sim.experiments.tuning.labelled import Labelled
-from mot_sim.experiments.tuning.score_cache import Tallies
+from mot_sim.experiments.tuning.labelled import LabelledSequence
+from mot_sim.experiments.tuning.score_cache import ScoreCache
 from mot_sim.files.fingerprint import code_digest, digest
 from mot_sim.metrics import RULES, Scores, combine, evaluate_sequence
 
@@ -21,7 +21,7 @@ Measured = dict[str, dict[str, Scores]]
 
 
 @dataclass(frozen=True)
-class Bench:
+class KittiBenchmark:
     """Where measurements are kept, how many processes measure, and who is told."""
 
     folder: Path
@@ -29,10 +29,10 @@ class Bench:
     tell: Progress = lambda what, done, total: None
 
     def measure(
-        self, what: str, drives: Sequence[Labelled], contenders: Sequence[Contender]
+        self, what: str, drives: Sequence[LabelledSequence], contenders: Sequence[TrackerSpec]
     ) -> Measured:
         """The scores of trackers of ours on all drives together. Raises as the trackers do."""
-        kept = Tallies(self.folder / "measured")
+        kept = ScoreCache(self.folder / "measured")
         keys = {
             (drive.name, each.name): digest([code_digest(), drive.content, each.description()])
             for drive in drives
@@ -68,7 +68,9 @@ class Bench:
         }
 
 
-def _measured(place: int, drive: Labelled, contender: Contender) -> tuple[int, dict[str, Scores]]:
+def _measured(
+    place: int, drive: LabelledSequence, contender: TrackerSpec
+) -> tuple[int, dict[str, Scores]]:
     """A worker's task; place: of the task."""
     tracker = contender.build(drive.sequence.camera)
     rows, _ = track_sequence(tracker, drive.sequence)  # type: ignore[arg-type]

@@ -1,6 +1,6 @@
 """Costs of all pairs of neighbouring frames, computed once: a two-frame tracker by any weights.
 
-With `Still`, births from any score and no memory (`Tracker.paper`), what is expected in a frame
+With `ConstantPosition`, births from any score and no memory (`Tracker.paper`), what is expected in a frame
 are the detections of the frame before, whatever was matched with what. So every cost of every
 pair is known before any weight is chosen, and a weight vector costs an assignment a frame.
 """
@@ -13,7 +13,7 @@ from numpy import ndarray as Array
 
 from tracker import Sequence, Tracker, Tracks
 from tracker.association import Match
-from tracker.costs import Cost, Pairing
+from tracker.costs import Cost, GatedPairs
 from tracker.errors import BadConfig
 
 
@@ -24,7 +24,7 @@ class Checked:
     name: str
     cost: Cost
 
-    def __call__(self, pairing: Pairing) -> Float[Array, " k"]:
+    def __call__(self, pairing: GatedPairs) -> Float[Array, " k"]:
         """The cost of every pair; NaN where its cue is missing."""
         values = self.cost(pairing)
         bad = np.isinf(values) | (values < 0.0)
@@ -43,7 +43,7 @@ class _Recorder:
     costs: tuple[Cost, ...]
     kept: list[tuple[Array, Array, Array, Array]] = field(default_factory=list)
 
-    def __call__(self, pairing: Pairing) -> Float[Array, " k"]:
+    def __call__(self, pairing: GatedPairs) -> Float[Array, " k"]:
         rows, columns = pairing.pairs
         values = np.array([cost(pairing) for cost in self.costs])
         self.kept.append((rows, columns, values, pairing.image_distance))

@@ -46,7 +46,7 @@ def _plain(family: Any) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Tallies:
+class ScoreCache:
     """A folder of scores, a file each, by the hash of all that decides them.
 
     A file is whole or it is not there; one that is damaged counts as not there.

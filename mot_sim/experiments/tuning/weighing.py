@@ -9,11 +9,11 @@ import numpy as np
 from joblib import Parallel, delayed, parallel_config
 
 from mot_sim.evaluation.runs import track_sequence
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.sweep.work import one_thread
-from mot_sim.experiments.tuning.labelled import Labelled
+from mot_sim.experiments.tuning.labelled import LabelledSequence
 from mot_sim.experiments.tuning.pair_costs import Checked, PairCosts
-from mot_sim.experiments.tuning.score_cache import Tallies
+from mot_sim.experiments.tuning.score_cache import ScoreCache
 from mot_sim.files.fingerprint import code_digest, digest
 from mot_sim.metrics import Scores, evaluate_sequence
 from tracker import Delayed, Tracker
@@ -51,7 +51,7 @@ class Method:
     """The tracker whose costs are weighed. names: of COSTS. contender: all but its costs."""
 
     names: tuple[str, ...]
-    contender: Contender = Contender("default")
+    contender: TrackerSpec = TrackerSpec("default")
 
     def __post_init__(self) -> None:
         for name in self.names:
@@ -64,7 +64,7 @@ class Method:
                 f"tracker {self.contender.made_by}: only ours have weights: default, paper"
             )
 
-    def build(self, drive: Labelled, weights: Weights) -> Tracker | Delayed:
+    def build(self, drive: LabelledSequence, weights: Weights) -> Tracker | Delayed:
         """The tracker for a drive, its costs checked as they come."""
         made: Any = self.contender.build(drive.sequence.camera)
         costs = tuple(
@@ -76,7 +76,7 @@ class Method:
             return replace(made, costs=costs)
         return replace(made, tracker=replace(made.tracker, costs=costs))
 
-    def pair_costs(self, drive: Labelled) -> PairCosts | None:
+    def pair_costs(self, drive: LabelledSequence) -> PairCosts | None:
         """The costs of all pairs, where they do not hang on the weights."""
         tracker = self.build(drive, tuple(1 for _ in self.names))
         if not isinstance(tracker, Tracker):
@@ -85,7 +85,7 @@ class Method:
 
 
 def score(
-    method: Method, drive: Labelled, cached: PairCosts | None, weights: Weights, rules: str
+    method: Method, drive: LabelledSequence, cached: PairCosts | None, weights: Weights, rules: str
 ) -> Scores:
     """The scores of one drive by these weights."""
     if cached is not None:
@@ -97,7 +97,7 @@ def score(
 
 def _score_many(
     method: Method,
-    drive: Labelled,
+    drive: LabelledSequence,
     cached: PairCosts | None,
     batch: Sequence[Weights],
     rules: str,
@@ -114,9 +114,9 @@ class Scale:
     """
 
     method: Method
-    drives: tuple[Labelled, ...]
+    drives: tuple[LabelledSequence, ...]
     rules: str = "trackeval"
-    kept: Tallies | None = None
+    kept: ScoreCache | None = None
     jobs: int = 1
     known: dict[Weights, dict[str, Scores]] = field(default_factory=dict)
     fresh: int = 0
@@ -130,13 +130,13 @@ class Scale:
     def of(
         cls,
         method: Method,
-        drives: Sequence[Labelled],
+        drives: Sequence[LabelledSequence],
         rules: str = "trackeval",
         folder: Path | None = None,
         jobs: int = 1,
     ) -> "Scale":
         """A scale whose log lies in a folder. Raises MissingCue for a cost without its cue."""
-        kept = None if folder is None else Tallies(folder / "weights")
+        kept = None if folder is None else ScoreCache(folder / "weights")
         return cls(method, tuple(drives), rules, kept, jobs)
 
     def key(self, weights: Weights) -> str:

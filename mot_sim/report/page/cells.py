@@ -15,7 +15,7 @@ SAME = 1e-9  # halves of an interval that differ by less are alike
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownColumn:
     """A column to show: its title, the columns it is made of, and whether it holds numbers."""
 
     title: str
@@ -26,7 +26,7 @@ class Shown:
     is_fraction: bool = False
 
 
-def shown_columns(table: ResultTable) -> list[Shown]:
+def shown_columns(table: ResultTable) -> list[ShownColumn]:
     """The columns of a table, with the ends of an interval in that of its value."""
     ends = {
         f"{name} {end}"
@@ -49,7 +49,7 @@ def shown_columns(table: ResultTable) -> list[Shown]:
         title = TITLES.get(name, name)
         title = f"{title.removesuffix(' %')}, %" if is_part else title
         found.append(
-            Shown(
+            ShownColumn(
                 title, name, f"{name} low" if has_ends else None,
                 f"{name} high" if has_ends else None, is_number or has_ends, is_part,
             )
@@ -120,11 +120,18 @@ def point(table: ResultTable, row: Sequence[Cell], names: Sequence[str]) -> str:
     )
 
 
-def place(value: Cell) -> Place:
+def chart_place(value: Cell) -> Place:
     """Where a value stands in a chart."""
     return word(value) if value is None or isinstance(value, str | bool) else value
 
 
 __all__ = [
-    "Shown", "is_fraction", "number", "place", "point", "shown_columns", "with_ends", "word",
+    "ShownColumn",
+    "chart_place",
+    "is_fraction",
+    "number",
+    "point",
+    "shown_columns",
+    "with_ends",
+    "word",
 ]  # fmt: skip

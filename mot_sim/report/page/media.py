@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from mot_sim.report.page.sources import Source
+from mot_sim.report.page.sources import ResultSource
 
 TYPES = {
     ".mp4": "video/mp4", ".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg",
@@ -35,7 +35,7 @@ class Medium:
         return PurePosixPath(self.name).stem.replace("-", " ").replace("_", " ")
 
 
-def load_media(sources: Sequence[Source], room: int) -> dict[int, list[Medium]]:
+def load_media(sources: Sequence[ResultSource], room: int) -> dict[int, list[Medium]]:
     """The files of every source, by its place; in turns, until `room` bytes are taken."""
     found: dict[int, list[Medium]] = {place: [] for place in range(len(sources))}
     most = max((len(source.result.files) for source in sources), default=0)

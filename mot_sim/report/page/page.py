@@ -17,7 +17,7 @@ from mot_sim.report.page.media import Medium, load_media
 from mot_sim.report.page.panels import panels_of
 from mot_sim.report.page.plots import plot_of
 from mot_sim.report.page.sections import anchor, card_of, charts_of, section_of
-from mot_sim.report.page.sources import Source, find_sources
+from mot_sim.report.page.sources import ResultSource, find_sources
 from tracker.errors import BadConfig, OutputExists
 
 MOST_BYTES = 10_000_000  # of a page; clips and pictures that would break it are left out
@@ -27,12 +27,12 @@ TITLE = "mot-sim report"
 
 
 @dataclass(frozen=True)
-class Report:
+class WrittenReport:
     """A written report. left_out: files of the results that it does not hold."""
 
     path: Path
     size: int
-    sources: tuple[Source, ...]
+    sources: tuple[ResultSource, ...]
     left_out: tuple[Path, ...]
     figures: tuple[Path, ...] = ()
 
@@ -44,7 +44,7 @@ def write_report(
     title: str = TITLE,
     figures: Path | None = None,
     overwrite: bool = False,
-) -> Report:
+) -> WrittenReport:
     """Write the report on some folders to an HTML file.
 
     figures: a folder that gets every chart as PNG, SVG and PDF too. Raises BadConfig, BadFile for
@@ -63,11 +63,11 @@ def write_report(
     content = text.encode()
     write_bytes(out, content)
     drawn = () if figures is None else tuple(write_figures(figures, sources, panels))
-    return Report(out, len(content), tuple(sources), left_out, drawn)
+    return WrittenReport(out, len(content), tuple(sources), left_out, drawn)
 
 
 def page_of(
-    sources: Sequence[Source], panels: Sequence[Sequence[Panel]], title: str
+    sources: Sequence[ResultSource], panels: Sequence[Sequence[Panel]], title: str
 ) -> tuple[str, tuple[Path, ...]]:
     """The page, and the files that are left out of it. panels: of every source."""
     charts = [charts_of(held, place) for place, held in enumerate(panels)]
@@ -77,14 +77,14 @@ def page_of(
     return _whole(sources, panels, charts, title, media), left_out
 
 
-def _captions(sources: Sequence[Source]) -> int:
+def _captions(sources: Sequence[ResultSource]) -> int:
     """Room for what stands around clips and pictures, with some to spare."""
     names = [(name, source.folder) for source in sources for name in source.result.files]
     return sum(600 + 4 * len(name) + 2 * len(str(folder)) for name, folder in names)
 
 
 def _whole(
-    sources: Sequence[Source],
+    sources: Sequence[ResultSource],
     panels: Sequence[Sequence[Panel]],
     charts: Sequence[Markup],
     title: str,
@@ -126,7 +126,7 @@ def _head(title: str) -> Markup:
     )
 
 
-def _top(sources: Sequence[Source], title: str) -> Markup:
+def _top(sources: Sequence[ResultSource], title: str) -> Markup:
     """The title, and a card a result."""
     count = f"{len(sources)} result{'s' * (len(sources) != 1)}"
     cards = [card_of(source, place) for place, source in enumerate(sources)]
@@ -190,7 +190,7 @@ def _hash(script: str) -> str:
 
 
 def write_figures(
-    folder: Path, sources: Sequence[Source], panels: Sequence[Sequence[Panel]]
+    folder: Path, sources: Sequence[ResultSource], panels: Sequence[Sequence[Panel]]
 ) -> list[Path]:
     """Every chart of every panel as PNG, SVG and PDF; gives the paths. Raises BadOutput."""
     written = []
@@ -206,4 +206,4 @@ def write_figures(
     return written
 
 
-__all__ = ["MOST_BYTES", "Report", "write_report"]
+__all__ = ["MOST_BYTES", "WrittenReport", "write_report"]

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from mot_sim.plotting.charts import Panel, svg_of
 from mot_sim.report.page.markup import Markup, element, joined
 from mot_sim.report.page.media import Medium
-from mot_sim.report.page.sources import Source
-from mot_sim.report.page.tables import table_of
+from mot_sim.report.page.sources import ResultSource
+from mot_sim.report.page.tables import table_markup
 from mot_sim.report.page.verdicts import verdicts_of
 
 KINDS = {
@@ -18,7 +18,7 @@ KINDS = {
 ASIDE = ("design", "settings")  # tables that stand with how a result was made
 
 
-def card_of(source: Source, place: int) -> Markup:
+def card_of(source: ResultSource, place: int) -> Markup:
     """A result in the summary: what it is, how complete, and what came of it."""
     result = source.result
     said = [
@@ -31,7 +31,7 @@ def card_of(source: Source, place: int) -> Markup:
     )
 
 
-def badges_of(source: Source) -> Markup:
+def badges_of(source: ResultSource) -> Markup:
     """The kind of the result, whether it is finished, and its folder."""
     made = source.result.made
     is_whole = made.finished and (made.trials is None or made.trials[0] >= made.trials[1])
@@ -45,7 +45,7 @@ def badges_of(source: Source) -> Markup:
     )
 
 
-def section_of(source: Source, place: int, charts: Markup, media: Sequence[Medium]) -> Markup:
+def section_of(source: ResultSource, place: int, charts: Markup, media: Sequence[Medium]) -> Markup:
     """All of a result: charts, tables, clips and pictures, how it was made."""
     result = source.result
     tables = [table for table in result.tables if table.name not in ASIDE]
@@ -55,7 +55,7 @@ def section_of(source: Source, place: int, charts: Markup, media: Sequence[Mediu
         badges_of(source),
         charts,
         element("h3", "Tables") if tables else None,
-        joined(*(table_of(table) for table in tables)),
+        joined(*(table_markup(table) for table in tables)),
         media_of(media),
         made_of(source),
         class_="result", id=anchor(place), aria_labelledby=f"{anchor(place)}-title",
@@ -118,7 +118,7 @@ def _figure(medium: Medium, shown: Markup) -> Markup:
     )  # fmt: skip
 
 
-def made_of(source: Source) -> Markup:
+def made_of(source: ResultSource) -> Markup:
     """The exact command, settings, versions and hashes."""
     made = source.result.made
     facts = [
@@ -128,7 +128,7 @@ def made_of(source: Source) -> Markup:
         ("versions", ", ".join(f"{name} {each}" for name, each in made.versions.items())),
     ]
     told = [part for name, text in facts for part in (element("dt", name), element("dd", text))]
-    aside = [table_of(table) for table in source.result.tables if table.name in ASIDE]
+    aside = [table_markup(table) for table in source.result.tables if table.name in ASIDE]
     command = element("pre", made.command) if made.command else None
     unknown = element("p", "The command was not kept.", class_="faint")
     return joined(

@@ -19,7 +19,7 @@ from mot_sim.experiments.results.result_file import (
 from mot_sim.experiments.results.result_tables import sweep_tables
 from mot_sim.experiments.sweep.store import SWEEP_FILE
 from mot_sim.experiments.sweep.summary import summary
-from mot_sim.experiments.sweep.unfinished import read_half
+from mot_sim.experiments.sweep.unfinished import read_partial
 from mot_sim.files.text import read_text
 from tracker.errors import BadConfig, BadFile
 
@@ -28,7 +28,7 @@ SHOWN_FILES = (".mp4", ".png")
 
 
 @dataclass(frozen=True)
-class Source:
+class ResultSource:
     """A result and the folder that it lies in. sha256: of the file it was read from."""
 
     folder: Path
@@ -36,14 +36,14 @@ class Source:
     sha256: str
 
 
-def find_sources(folders: Sequence[Path]) -> list[Source]:
+def find_sources(folders: Sequence[Path]) -> list[ResultSource]:
     """What the folders hold, each with those right below where it is none itself.
 
     Raises BadConfig for no folder, BadFile for one that holds nothing of ours, or what is damaged.
     """
     if not folders:
         raise BadConfig("nothing to report: name folders that a command got as --out")
-    found: dict[Path, Source] = {}
+    found: dict[Path, ResultSource] = {}
     for folder in folders:
         places = list(_places(folder))
         if not places:
@@ -74,16 +74,16 @@ def _is_ours(folder: Path) -> bool:
     return any((folder / name).is_file() for name in FILES)
 
 
-def read_source(folder: Path) -> Source:
+def read_source(folder: Path) -> ResultSource:
     """What one folder holds. Raises BadFile."""
     if (folder / RESULT_FILE).is_file():
         result = read_result(folder)
         if (folder / SWEEP_FILE).is_file() and not result.made.finished:
             result = _half_way(folder, result.made.command)
-        return Source(folder, result, _hash(folder / RESULT_FILE))
+        return ResultSource(folder, result, _hash(folder / RESULT_FILE))
     if (folder / SWEEP_FILE).is_file():
-        return Source(folder, _half_way(folder), _hash(folder / SWEEP_FILE))
-    return Source(folder, _run(folder), _hash(folder / RUN_FILE))
+        return ResultSource(folder, _half_way(folder), _hash(folder / SWEEP_FILE))
+    return ResultSource(folder, _run(folder), _hash(folder / RUN_FILE))
 
 
 def _hash(path: Path) -> str:
@@ -92,7 +92,7 @@ def _hash(path: Path) -> str:
 
 def _half_way(folder: Path, command: str = "") -> Result:
     """A sweep that was not finished, with the tables of what is there."""
-    half = read_half(folder)
+    half = read_partial(folder)
     tables = ()
     if half.table is not None:
         tables = sweep_tables(half.table, summary(half.table), half.description)
@@ -143,4 +143,4 @@ def _cell(value: object) -> Cell:
     return json.dumps(value)
 
 
-__all__ = ["Source", "find_sources", "read_source"]
+__all__ = ["ResultSource", "find_sources", "read_source"]

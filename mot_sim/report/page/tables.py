@@ -1,7 +1,7 @@
 """Tables of a result as HTML that needs no script."""
 
 from mot_sim.experiments.results.result_file import Cell, ResultTable
-from mot_sim.report.page.cells import Shown, is_fraction, shown_columns, with_ends, word
+from mot_sim.report.page.cells import ShownColumn, is_fraction, shown_columns, with_ends, word
 from mot_sim.report.page.markup import Child, Markup, element, joined
 
 MOST_ROWS = 400  # of a table; the rest stands in the folder
@@ -11,7 +11,7 @@ OF_METRIC = ("bound", "reached")  # columns whose rows are each of the metric be
 TONES = {"pass": "good", "FAIL": "bad"}
 
 
-def table_of(table: ResultTable) -> Markup:
+def table_markup(table: ResultTable) -> Markup:
     """The table with its caption; values with their intervals in one cell."""
     columns = shown_columns(table)
     if not columns:
@@ -45,7 +45,7 @@ def _left_out(table: ResultTable) -> str:
     return f"{MOST_ROWS} of {len(table.rows):,} rows; all stand in result.json." if more > 0 else ""
 
 
-def _row(table: ResultTable, row: tuple[Cell, ...], columns: list[Shown]) -> Markup:
+def _row(table: ResultTable, row: tuple[Cell, ...], columns: list[ShownColumn]) -> Markup:
     """A row; its first cell names it."""
     values = dict(zip(table.columns, row, strict=True))
     cells = []
@@ -61,7 +61,7 @@ def _row(table: ResultTable, row: tuple[Cell, ...], columns: list[Shown]) -> Mar
     return element("tr", joined(*cells))
 
 
-def _text(table: ResultTable, values: dict[str, Cell], column: Shown) -> str:
+def _text(table: ResultTable, values: dict[str, Cell], column: ShownColumn) -> str:
     """A cell, with its interval where it has one."""
     value = values[column.name]
     is_part = column.is_fraction
@@ -73,7 +73,7 @@ def _text(table: ResultTable, values: dict[str, Cell], column: Shown) -> str:
     return with_ends(value, values[column.low], values[column.high], is_part, sign)
 
 
-def _with_faint_spread(text: str, column: Shown) -> Child:
+def _with_faint_spread(text: str, column: ShownColumn) -> Child:
     """The cell with its interval set apart, which leaves the value to be read first."""
     value, space, spread = text.partition(" ")
     if column.low is None or not space:
@@ -81,8 +81,8 @@ def _with_faint_spread(text: str, column: Shown) -> Child:
     return joined(value, " ", element("span", spread, class_="spread"))
 
 
-def _kind(column: Shown) -> str:
+def _kind(column: ShownColumn) -> str:
     return "number" if column.is_number else ""
 
 
-__all__ = ["table_of"]
+__all__ = ["table_markup"]

@@ -3,10 +3,10 @@
 from mot_sim.simulation.cars.carshape import CarShape
 from mot_sim.simulation.cars.design import BODIES
 from mot_sim.simulation.cars.files import export_car, load_car
-from mot_sim.simulation.cars.fleet import Cars, Fleet, load_fleet, look_alikes
+from mot_sim.simulation.cars.fleet import Cars, Fleet, load_fleet, look_alike_ids
 from mot_sim.simulation.cars.paint import PAINTS, paint_colour
 from mot_sim.simulation.cars.topology import PARTS, Topology, topology
-from mot_sim.simulation.cars.vehicles import Cast, Casting, Models
+from mot_sim.simulation.cars.vehicles import Models, Vehicles, VehicleSampler
 
 __all__ = [
     "BODIES",
@@ -14,15 +14,15 @@ __all__ = [
     "PARTS",
     "CarShape",
     "Cars",
-    "Cast",
-    "Casting",
     "Fleet",
     "Models",
     "Topology",
+    "VehicleSampler",
+    "Vehicles",
     "export_car",
     "load_car",
     "load_fleet",
-    "look_alikes",
+    "look_alike_ids",
     "paint_colour",
     "topology",
 ]

@@ -25,7 +25,7 @@ AT_EDGE = 1e-6  # metres
 DECIMALS = 6  # micrometres: what differs between processors stays below
 
 
-def build() -> Components:
+def build_components() -> Components:
     """The components of the population, rounded as they are shipped."""
     exact = components(*population())
     return Components(*(np.round(getattr(exact, name), DECIMALS) + 0.0 for name in ARRAYS))
@@ -52,17 +52,17 @@ def coarse_arrays(fleet: Components) -> dict[str, Any]:
     return arrays
 
 
-def main(
+def build_files(
     fleet_path: Path = SHIPPED_FLEET,
     prior_path: Path = SHIPPED_PRIOR,
     coarse_path: Path = SHIPPED_COARSE,
 ) -> None:
     """Write the files."""
-    fleet = build()
+    fleet = build_components()
     np.savez_compressed(fleet_path, **{name: getattr(fleet, name) for name in ARRAYS})
     save_prior(keypoint_prior(fleet), prior_path)
     np.savez_compressed(coarse_path, **coarse_arrays(fleet))
 
 
 if __name__ == "__main__":
-    main()
+    build_files()

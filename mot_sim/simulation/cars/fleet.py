@@ -113,7 +113,7 @@ class Fleet:
         """A car for every id: shape, body and paint depend on (seed, id) alone.
 
         body: all of that body; otherwise the bodies of European streets. Equal ids give equal
-        cars; see `look_alikes`.
+        cars; see `look_alike_ids`.
         """
         if body is not None and body not in BODIES:
             raise UnknownName.of("body", body, BODIES)
@@ -214,7 +214,7 @@ def read_fleet(path: Path, coefficients: int = 5) -> Fleet:
     return Fleet(Components(mean, vectors[b], std[b], means[:, b], roots[:, b, b]))
 
 
-def look_alikes(
+def look_alike_ids(
     seed: int, ids: Int[Array, " n"], share: float, groups: int = 1
 ) -> Int[Array, " n"]:
     """The ids to draw cars with so that about a `share` of them look like each other.

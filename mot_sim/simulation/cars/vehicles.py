@@ -10,7 +10,7 @@ from trimesh.triangles import closest_point
 
 from mot_sim.simulation.cars.carshape import CarShape
 from mot_sim.simulation.cars.design import BODIES
-from mot_sim.simulation.cars.fleet import Cars, Fleet, load_fleet, look_alikes
+from mot_sim.simulation.cars.fleet import Cars, Fleet, load_fleet, look_alike_ids
 from mot_sim.simulation.cars.paint import paint_colour
 from mot_sim.simulation.traffic.recording import RecordedTraffic
 from tracker.errors import BadConfig, UnknownName
@@ -22,7 +22,7 @@ VAN_MODEL = 1 << 40  # the id that parked vans are drawn with; no car has it
 
 
 @dataclass(frozen=True, eq=False)
-class Cast(Rows):
+class Vehicles(Rows):
     """A row for each car of a run, by ascending id.
 
     kinds: KITTI's class, 'Car' or 'Van'. bodies: of BODIES. paints: of PAINTS. coefficients: of
@@ -38,7 +38,7 @@ class Cast(Rows):
     size: Float[Array, "n 3"]
 
     @classmethod
-    def empty(cls, coefficients: int = 5) -> "Cast":
+    def empty(cls, coefficients: int = 5) -> "Vehicles":
         """Nobody."""
         words = np.zeros(0, "<U9")
         return cls(
@@ -112,7 +112,7 @@ class Models:
 
 
 @dataclass(frozen=True)
-class Casting:
+class VehicleSampler:
     """How cars are chosen: so many models (shapes) are drawn, and every car is one of them.
 
     body: all cars have this one; None: as on European streets. paint: all cars have this one;
@@ -135,7 +135,7 @@ class Casting:
         if self.paint is not None:
             paint_colour(self.paint)
         load_fleet(self.coefficients)
-        look_alikes(0, np.zeros(0, np.int64), self.alike, self.groups)
+        look_alike_ids(0, np.zeros(0, np.int64), self.alike, self.groups)
 
     @property
     def fleet(self) -> Fleet:
@@ -145,18 +145,18 @@ class Casting:
     def models_of(self, seed: int) -> Models:
         """The models of a run."""
         own = np.arange(self.models)
-        drawn = look_alikes(seed, own, self.alike, self.groups)
+        drawn = look_alike_ids(seed, own, self.alike, self.groups)
         cars = self.fleet.sample(seed, drawn, self.body)
         van = self.fleet.sample(seed, np.array([VAN_MODEL]), VAN)
         length, height, width = self.fleet.size(van.coefficients)[0].tolist()
         sizes = self.fleet.size(cars.coefficients)
         return Models(cars, np.where(drawn == own, own, drawn), sizes, van, (length, height, width))
 
-    def cast(self, traffic: RecordedTraffic, seed: int) -> Cast:
+    def cast(self, traffic: RecordedTraffic, seed: int) -> Vehicles:
         """Everybody who appears in the traffic. A car's look hangs on (seed, id, size) alone."""
         ids, (sizes, kinds) = traffic.ids, _everybody(traffic)
         if not len(ids):
-            return Cast.empty(self.coefficients)
+            return Vehicles.empty(self.coefficients)
         models = self.models_of(seed)
         known = np.concatenate((models.size, [models.van_size]))
         coefficients = np.concatenate((models.cars.coefficients, models.van.coefficients))
@@ -168,7 +168,7 @@ class Casting:
             lambdas[row], body[row] = self._like(sizes[row], str(kinds[row]))
         names = np.array(list(BODIES))[body]
         by_body = np.where(names == VAN, "Van", "Car")
-        return Cast(
+        return Vehicles(
             ids, np.where(kinds == "", by_body, kinds), names,
             self._paints(models, model, is_model, ids, seed), lambdas, sizes,
         )  # fmt: skip

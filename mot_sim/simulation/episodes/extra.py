@@ -13,7 +13,7 @@ from numpy import ndarray as Array
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.files.array_files import ArrayFormat, checksum, require_columns
 from mot_sim.files.documents import parse_json
-from mot_sim.simulation.cars.vehicles import Cast
+from mot_sim.simulation.cars.vehicles import Vehicles
 from mot_sim.simulation.episode import SimulatedDrive
 from mot_sim.simulation.episodes.soundness import ALWAYS, require_metadata, require_sound
 from mot_sim.simulation.scene import Knob
@@ -27,7 +27,7 @@ Kind = TypeVar("Kind")
 
 # The tables of the file, and the tables that stand in their columns.
 TABLES: dict[str, type] = {
-    "traffic": RecordedTraffic, "cast": Cast, "truth": Truth, "occlusions": Occlusions,
+    "traffic": RecordedTraffic, "cast": Vehicles, "truth": Truth, "occlusions": Occlusions,
     "events": Events, "log": DetectionLog, "camera": Camera,
 }  # fmt: skip
 INSIDE: dict[str, type] = {"tracks": Tracks, "cuboids": Cuboids, "detections": Detections}
@@ -71,7 +71,7 @@ class Extra:
 
     metadata: Metadata
     traffic: RecordedTraffic
-    cast: Cast
+    cast: Vehicles
     annotations: Annotations
     events: Events
     log: DetectionLog
@@ -123,7 +123,7 @@ def read_extra(path: Path) -> Extra:
     return Extra(
         metadata,
         _table("traffic", RecordedTraffic, arrays),
-        _table("cast", Cast, arrays),
+        _table("cast", Vehicles, arrays),
         truth,
         _table("events", Events, arrays),
         _table("log", DetectionLog, arrays),

@@ -12,7 +12,7 @@ from mot_sim.files.documents import read_json
 from mot_sim.files.settings import Settings, holds_something, plain_settings, require_same, versions
 from mot_sim.files.writing import write_lines
 from mot_sim.simulation.episodes.extra import read_extra
-from mot_sim.simulation.episodes.places import EPISODES_FILE, Places, stored_episodes
+from mot_sim.simulation.episodes.places import EPISODES_FILE, EpisodeFiles, stored_episodes
 from mot_sim.simulation.episodes.recording import NO_PICTURES, PictureOptions, record_episode
 from mot_sim.simulation.scene import Scene
 from tracker.errors import BadConfig, BadFile, BadOutput, OutputExists
@@ -73,7 +73,9 @@ class EpisodeFolder:
         if overwrite:
             return cls(path, settings, wanted, stale=names)
         require_same(path, before, settings)
-        finished = frozenset(name for name in wanted if _is_whole(Places(path, name), frame_count))
+        finished = frozenset(
+            name for name in wanted if _is_whole(EpisodeFiles(path, name), frame_count)
+        )
         return cls(path, settings, wanted, finished)
 
     @property
@@ -85,7 +87,7 @@ class EpisodeFolder:
         self.made = tuple(place for place in (self.path, *self.path.parents) if not place.exists())
         try:
             for name in self.stale:
-                Places(self.path, name).remove()
+                EpisodeFiles(self.path, name).remove()
             self._write_file(complete=False)
         except OSError as error:
             raise BadOutput(f"{self.path}: cannot be written: {error.strerror}") from None
@@ -136,7 +138,7 @@ def record_episodes(
     with folder:
         for name in folder.missing:
             advance = None if progress is None else _naming(progress, name)
-            places = Places(folder.path, name)
+            places = EpisodeFiles(folder.path, name)
             record_episode(scene, seed + folder.wanted.index(name), places, options, advance)
 
 
@@ -144,7 +146,7 @@ def _naming(progress: Callable[[str], None], name: str) -> Callable[[], None]:
     return lambda: progress(name)
 
 
-def _is_whole(places: Places, frame_count: int) -> bool:
+def _is_whole(places: EpisodeFiles, frame_count: int) -> bool:
     """Whether an episode was finished, with all its frames."""
     try:
         return read_extra(places.extra).metadata.frames == frame_count

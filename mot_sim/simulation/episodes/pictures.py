@@ -12,7 +12,7 @@ from numpy import ndarray as Array
 
 from mot_sim.datasets.images import decoded
 from mot_sim.files.writing import write_bytes
-from mot_sim.simulation.episodes.places import PICTURES, Places
+from mot_sim.simulation.episodes.places import PICTURES, EpisodeFiles
 from mot_sim.simulation.renderers import Rendered
 from tracker.errors import BadConfig, BadFile
 
@@ -31,7 +31,7 @@ class Pictures:
     """
 
     parts: Sequence[str]
-    places: Places | None = None
+    places: EpisodeFiles | None = None
     hashes: dict[str, list[bytes]] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -52,7 +52,7 @@ class Pictures:
         return {part: _together(hashes[:count]) for part, hashes in self.hashes.items()}
 
 
-def digest_of_folder(places: Places, part: str, count: int) -> str:
+def digest_of_folder(places: EpisodeFiles, part: str, count: int) -> str:
     """The same hash of the pictures on disk. Raises BadFile for a missing or broken one."""
     return _together([_hash(_decode(places.picture(part, frame))) for frame in range(count)])
 

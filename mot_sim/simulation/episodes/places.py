@@ -26,7 +26,7 @@ EPISODES_FILE = "episodes.json"  # in the root: how the episodes were made
 
 
 @dataclass(frozen=True)
-class Places:
+class EpisodeFiles:
     """The files of one episode. The extra file comes last: where it is, the episode is whole."""
 
     root: Path

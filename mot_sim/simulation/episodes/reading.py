@@ -9,10 +9,10 @@ import numpy as np
 from mot_sim.datasets.images import ImageFolder
 from mot_sim.simulation.episode import SimulatedDrive
 from mot_sim.simulation.episodes.extra import Metadata, read_extra
-from mot_sim.simulation.episodes.places import Places, stored_episodes
+from mot_sim.simulation.episodes.places import EpisodeFiles, stored_episodes
 from mot_sim.simulation.rig import Rig
-from mot_sim.simulation.stage import Stage
-from mot_sim.simulation.traffic.world import STEP
+from mot_sim.simulation.scene_meshes import SceneMeshes
+from mot_sim.simulation.traffic.traffic_state import STEP
 from mot_sim.simulation.truth import Events
 from tracker.errors import DatasetNotFound
 
@@ -37,7 +37,7 @@ def read_episode(root: Path | str, name: str = "0000", images: bool = False) -> 
     same, rounded as they are printed; `kitti_sequence` reads those. Raises DatasetNotFound
     where there is no such episode, BadFile for a damaged, older or foreign file.
     """
-    places = Places(Path(root), name)
+    places = EpisodeFiles(Path(root), name)
     if not places.extra.is_file():
         there = ", ".join(stored_episodes(places.root)) or "none"
         raise DatasetNotFound(
@@ -57,7 +57,7 @@ def read_episode(root: Path | str, name: str = "0000", images: bool = False) -> 
         frame_rate=1.0 / STEP,
         seed=extra.metadata.seed,
         traffic=extra.traffic,
-        stage=Stage(extra.cast, rig),
+        stage=SceneMeshes(extra.cast, rig),
         annotations=extra.annotations,
         metadata=extra.metadata,
         kept_events=extra.events,

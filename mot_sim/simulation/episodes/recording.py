@@ -8,10 +8,10 @@ from mot_sim.files.settings import versions
 from mot_sim.simulation.episode import episode_of
 from mot_sim.simulation.episodes.extra import Metadata, array_digests, arrays_of, write_extra
 from mot_sim.simulation.episodes.pictures import Pictures
-from mot_sim.simulation.episodes.places import PICTURES, Places
+from mot_sim.simulation.episodes.places import PICTURES, EpisodeFiles
 from mot_sim.simulation.episodes.texts import write_texts
-from mot_sim.simulation.imaging import Drawn
-from mot_sim.simulation.scene import Scene, Take
+from mot_sim.simulation.imaging import RenderedImages
+from mot_sim.simulation.scene import Rollout, Scene
 from mot_sim.simulation.truth import Annotations, annotate_frame
 from tracker.errors import BadConfig, UnknownName
 
@@ -37,7 +37,7 @@ NO_PICTURES = PictureOptions(())
 def record_episode(
     scene: Scene,
     seed: int,
-    places: Places,
+    places: EpisodeFiles,
     options: PictureOptions = NO_PICTURES,
     progress: Callable[[], None] | None = None,
 ) -> Metadata:
@@ -50,8 +50,8 @@ def record_episode(
     """
     places.remove()
     try:
-        take = Take.of(scene, seed)
-        drawn = Drawn(take, options.renderer) if options.parts else None
+        take = Rollout.of(scene, seed)
+        drawn = RenderedImages(take, options.renderer) if options.parts else None
         parts, pictures, interrupt = _look(take, drawn, Pictures(options.parts, places), progress)
         if interrupt is not None and not parts:
             raise interrupt
@@ -66,11 +66,11 @@ def record_episode(
 
 
 def replay_digests(
-    scene: Scene, seed: int, scratch: Places, options: PictureOptions
+    scene: Scene, seed: int, scratch: EpisodeFiles, options: PictureOptions
 ) -> dict[str, str]:
     """What every part hashes to when the scene is run again; text files go to `scratch`."""
-    take = Take.of(scene, seed)
-    drawn = Drawn(take, options.renderer) if options.parts else None
+    take = Rollout.of(scene, seed)
+    drawn = RenderedImages(take, options.renderer) if options.parts else None
     parts, pictures, interrupt = _look(take, drawn, Pictures(options.parts), None)
     if interrupt is not None:
         raise interrupt
@@ -78,8 +78,8 @@ def replay_digests(
 
 
 def _look(
-    take: Take,
-    drawn: Drawn | None,
+    take: Rollout,
+    drawn: RenderedImages | None,
     pictures: Pictures,
     progress: Callable[[], None] | None,
 ) -> tuple[list[Annotations], Pictures, KeyboardInterrupt | None]:
@@ -100,11 +100,11 @@ def _look(
 
 
 def _finish(
-    take: Take,
+    take: Rollout,
     parts: Sequence[Annotations],
     pictures: Pictures,
-    drawn: Drawn | None,
-    places: Places,
+    drawn: RenderedImages | None,
+    places: EpisodeFiles,
 ) -> Metadata:
     """Cut everything to the finished frames, and write all but the pictures; extra file last."""
     places.trim(len(parts))

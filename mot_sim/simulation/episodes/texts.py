@@ -17,7 +17,7 @@ from mot_sim.files.writing import write_lines
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.episode import SimulatedDrive
 from mot_sim.simulation.episodes.oxts_rows import calibration_of, oxts_lines
-from mot_sim.simulation.episodes.places import TEXTS, Places
+from mot_sim.simulation.episodes.places import TEXTS, EpisodeFiles
 from mot_sim.simulation.truth import Truth
 from tracker.geometry import homogeneous, invert
 from tracker.types import Detections
@@ -26,7 +26,7 @@ NOISY_MOTION_STD = ORBSLAM3_MOTION_STD  # what the source of ego-motion `noisy` 
 THINNEST = 1.5e-6  # pixels; a thinner box has no area when it is printed with six decimals
 
 
-def write_texts(drive: SimulatedDrive, places: Places) -> dict[str, str]:
+def write_texts(drive: SimulatedDrive, places: EpisodeFiles) -> dict[str, str]:
     """Write labels, detections, calibration and motion; gives the SHA-256 of each file."""
     calibration = calibration_of(drive.camera)
     assert drive.Ts_world_cam is not None

@@ -12,7 +12,7 @@ from mot_sim.simulation.episodes.places import (
     EPISODES_FILE,
     PICTURES,
     TEXTS,
-    Places,
+    EpisodeFiles,
     begun_episodes,
     file_digest,
     stored_episodes,
@@ -33,7 +33,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True)
-class Finding:
+class EpisodeVerification:
     """What was found of one episode. parts: `same`, or what differs, a part each.
 
     trouble: why nothing could be compared; None where all could be.
@@ -61,7 +61,7 @@ def verify_tree(
     find_scene: Callable[..., Scene],
     pictures: bool = False,
     progress: Callable[[str, int], None] | None = None,
-) -> list[Finding]:
+) -> list[EpisodeVerification]:
     """What is found of every episode of a tree; a bad one does not keep the others from it.
 
     progress: called after every episode with its name and how many there are. Raises
@@ -81,19 +81,19 @@ def verify_tree(
 
 def verify_episode(
     root: Path, name: str, find_scene: Callable[..., Scene], pictures: bool = False
-) -> Finding:
+) -> EpisodeVerification:
     """Compare the hashes of an episode's metadata with its files, and with a new run.
 
     find_scene: gives the scene of a name and its knobs. pictures: decode and draw them too.
     """
-    places = Places(root, name)
+    places = EpisodeFiles(root, name)
     if not places.extra.is_file():
         trouble = "half-made: it has no extra file; mot-sim record --resume does it again"
-        return Finding(name, 0, {}, trouble)
+        return EpisodeVerification(name, 0, {}, trouble)
     try:
         metadata = read_episode(root, name).metadata
     except TrackingError as error:
-        return Finding(name, 0, {}, str(error))
+        return EpisodeVerification(name, 0, {}, str(error))
     parts = {part: SAME for part in metadata.sha256 if pictures or part not in PICTURES}
     for part, what in _changes(places, metadata, pictures).items():
         parts[part] = what
@@ -103,14 +103,14 @@ def verify_episode(
             require_inside(profile, f"{places.extra}", root, Path.cwd())
         replayed = _replay(find_scene(metadata.scene, **metadata.knobs), metadata, pictures)
     except TrackingError as error:
-        return Finding(name, metadata.frames, parts, f"cannot be run again: {error}")
+        return EpisodeVerification(name, metadata.frames, parts, f"cannot be run again: {error}")
     for part, told in metadata.sha256.items():
         if parts.get(part) == SAME and replayed.get(part) != told:
             parts[part] = "a new run differs"
-    return Finding(name, metadata.frames, parts)
+    return EpisodeVerification(name, metadata.frames, parts)
 
 
-def _changes(places: Places, metadata: Metadata, pictures: bool) -> dict[str, str]:
+def _changes(places: EpisodeFiles, metadata: Metadata, pictures: bool) -> dict[str, str]:
     """What the files on disk have become since they were written."""
     changed = {}
     for part in TEXTS:
@@ -134,4 +134,4 @@ def _replay(scene: Scene, metadata: Metadata, pictures: bool) -> dict[str, str]:
     options = PictureOptions(drawn, metadata.renderer or "raster")
     with TemporaryDirectory() as folder:
         short = replace(scene, frame_count=metadata.frames)
-        return replay_digests(short, metadata.seed, Places(Path(folder), "0000"), options)
+        return replay_digests(short, metadata.seed, EpisodeFiles(Path(folder), "0000"), options)

@@ -9,23 +9,30 @@ from mot_sim.simulation.renderers.silhouettes import (
     Layer,
     Scan,
     Silhouettes,
-    scan,
+    scan_view,
     silhouettes,
 )
 from mot_sim.simulation.renderers.surroundings import Road, Sky, Sun, Texture
 from mot_sim.simulation.renderers.triangles import NEAR
-from mot_sim.simulation.renderers.view import NOBODY, Mesh, Placed, Rendered, Semantic, View
+from mot_sim.simulation.renderers.view import (
+    NO_INSTANCE,
+    Mesh,
+    MeshInstances,
+    Rendered,
+    Semantic,
+    View,
+)
 from tracker.errors import TrackingError, UnknownName
 
 __all__ = [
     "AUTO",
     "NEAR",
-    "NOBODY",
+    "NO_INSTANCE",
     "RENDERERS",
     "Hidden",
     "Layer",
     "Mesh",
-    "Placed",
+    "MeshInstances",
     "Rendered",
     "Renderer",
     "Road",
@@ -37,7 +44,7 @@ __all__ = [
     "Texture",
     "View",
     "find_renderer",
-    "scan",
+    "scan_view",
     "silhouettes",
 ]
 

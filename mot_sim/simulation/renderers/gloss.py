@@ -16,7 +16,7 @@ SHINE[Semantic.CAR] = 0.02, 0.5, 18.0
 SHINE[Semantic.GLASS] = 0.16, 0.7, 40.0
 
 
-def mirrored(
+def specular_light(
     semantics: UInt8[Array, " k"],
     points: Float[Array, "k 3"],
     normals: Float[Array, "k 3"],

@@ -11,7 +11,7 @@ from numpy import ndarray as Array
 from mot_sim.simulation.renderers.context import load_pyrender, offscreen
 from mot_sim.simulation.renderers.raster import RasterRenderer
 from mot_sim.simulation.renderers.triangles import NEAR
-from mot_sim.simulation.renderers.view import NOBODY, Mesh, Rendered, View
+from mot_sim.simulation.renderers.view import NO_INSTANCE, Mesh, Rendered, View
 from tracker.errors import BadConfig
 
 FAR = 2000.0  # metres; nothing farther is drawn
@@ -51,7 +51,7 @@ class MeshRenderer:
         coded, depth = self._target.render(scene, flags=flags.SEG, seg_node_map=seg_map)
         codes = coded.astype(np.int64) @ (1, 1 << 8, 1 << 16)
         covered = (codes > 0).astype(np.uint8)
-        instances = np.concatenate(([NOBODY], view.placed.instances[rows])).astype(np.int32)
+        instances = np.concatenate(([NO_INSTANCE], view.placed.instances[rows])).astype(np.int32)
         kinds = np.concatenate(([0], semantics)).astype(np.uint8)
         # The edges' colours come mixed with the black of nothing: add the backdrop's share.
         left = cv2.merge([cv2.bitwise_not(rgba[..., 3])] * 3)

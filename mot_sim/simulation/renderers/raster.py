@@ -6,12 +6,12 @@ from jaxtyping import Float, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers.filling import Canvas, Fragments
-from mot_sim.simulation.renderers.gloss import mirrored
+from mot_sim.simulation.renderers.gloss import specular_light
 from mot_sim.simulation.renderers.ground import horizon, road_rgba, road_semantics, sky_image
 from mot_sim.simulation.renderers.shadows import shadow_mask
 from mot_sim.simulation.renderers.surroundings import Sun
 from mot_sim.simulation.renderers.triangles import NEAR, Triangles
-from mot_sim.simulation.renderers.view import NOBODY, Rendered, Semantic, View
+from mot_sim.simulation.renderers.view import NO_INSTANCE, Rendered, Semantic, View
 from tracker.errors import BadConfig
 
 ROUNDING = 1e-3  # so that 99.99999 is 100
@@ -43,7 +43,7 @@ class RasterRenderer:
         """The view without its objects, but with their shadows."""
         camera, road = view.camera, view.road
         image = sky_image(camera, view.sky)
-        instances = np.full(image.shape[:2], NOBODY, np.int32)
+        instances = np.full(image.shape[:2], NO_INSTANCE, np.int32)
         if road is None:
             depth = np.full(image.shape[:2], np.inf, np.float32)
             return Rendered(image, depth, instances, np.zeros(image.shape[:2], np.uint8))
@@ -51,12 +51,12 @@ class RasterRenderer:
         rgba = road_rgba(camera, road)
         ground = cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB) if len(rgba) else rgba[..., :3]
         if self.shadows and len(view.placed) and len(ground):
-            ground = darkened(ground, shadow_mask(view, self.near)[seen.first :], view.sun.shade)
+            ground = shade_image(ground, shadow_mask(view, self.near)[seen.first :], view.sun.shade)
         cv2.copyTo(ground, seen.below[seen.first :], image[seen.first :])
         return Rendered(image, seen.depth.copy(), instances, road_semantics(camera, road, rgba))
 
 
-def darkened(
+def shade_image(
     image: UInt8[Array, "h w 3"], mask: UInt8[Array, "h w"], shade: float
 ) -> UInt8[Array, "h w 3"]:
     """The image with less light: all of `shade` is taken where the mask is 255."""
@@ -71,7 +71,10 @@ def _lay(rendered: Rendered, fragments: Fragments, view: View, triangles: Triang
     shown[numbers.ravel()] = True
     shown[0] = False
     seen = np.flatnonzero(shown)
-    codes, instances = np.zeros((len(shown), 4), np.uint8), np.full(len(shown), NOBODY, np.int32)
+    codes, instances = (
+        np.zeros((len(shown), 4), np.uint8),
+        np.full(len(shown), NO_INSTANCE, np.int32),
+    )
     codes[seen] = paints(view, triangles.at(seen - 1))
     instances[seen] = view.placed.instances[triangles.objects[seen - 1]]
     rows = slice(fragments.top, fragments.top + len(numbers))
@@ -95,7 +98,9 @@ def paints(view: View, triangles: Triangles) -> UInt8[Array, "k 4"]:
     colours = codes[:, :3] * strength(semantics, normals @ up, normals @ sun, view.sun)[:, None]
     shiny = np.flatnonzero((semantics == Semantic.CAR) | (semantics == Semantic.GLASS))
     points = triangles.corners[shiny, 0]
-    colours[shiny] += mirrored(semantics[shiny], points, normals[shiny], up, sun, view.sun.shade)
+    colours[shiny] += specular_light(
+        semantics[shiny], points, normals[shiny], up, sun, view.sun.shade
+    )
     codes[:, :3] = np.minimum(colours + ROUNDING, 255.0)
     return codes
 

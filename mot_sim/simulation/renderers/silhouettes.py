@@ -8,7 +8,7 @@ from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers.filling import Canvas, depth_of, near_far
 from mot_sim.simulation.renderers.triangles import NEAR, Triangles
-from mot_sim.simulation.renderers.view import NOBODY, View
+from mot_sim.simulation.renderers.view import NO_INSTANCE, View
 from tracker.types import Camera, Rows
 
 NO_BOX = (np.inf, np.inf, -np.inf, -np.inf)
@@ -77,7 +77,7 @@ class Scan:
     @property
     def instances(self) -> Int32[Array, "h w"]:
         """As in a `Rendered` of `raster`."""
-        return self.numbers + np.int32(NOBODY)
+        return self.numbers + np.int32(NO_INSTANCE)
 
     @property
     def depth(self) -> Float32[Array, "h w"]:
@@ -90,16 +90,16 @@ class Scan:
         return np.where(nearness > 0.0, depth, np.float32(np.inf))
 
 
-def scan(view: View, near: float = NEAR) -> Scan:
+def scan_view(view: View, near: float = NEAR) -> Scan:
     """Draw every instance alone and lay them over one another: exact counts, boxes, occluders.
 
     Of the scenery only what may hide an instance is drawn.
     """
     triangles = Triangles.of(view.placed, view.camera, near)
     owners = view.placed.instances
-    every = np.unique(owners[owners != NOBODY])
+    every = np.unique(owners[owners != NO_INSTANCE])
     full_boxes, farthest = extents(triangles, view.camera, owners, every)
-    scenery = triangles.of_objects(np.flatnonzero(owners == NOBODY))
+    scenery = triangles.of_objects(np.flatnonzero(owners == NO_INSTANCE))
     scenery, over = hiders(scenery, view.camera, full_boxes, farthest)
     canvas, range_ = Canvas(view.camera), near_far(triangles)
     width, height = view.camera.image_size
@@ -108,15 +108,15 @@ def scan(view: View, near: float = NEAR) -> Scan:
     nearest = np.zeros((height, width), np.float32)
     layers: list[Layer] = []
     boxes = pixel_boxes(np.concatenate((over, full_boxes)), view.camera)
-    for number, box in zip([NOBODY, *every.tolist()], boxes, strict=True):
+    for number, box in zip([NO_INSTANCE, *every.tolist()], boxes, strict=True):
         left, top, right, bottom = box
         if left < right and top < bottom:
             mine = scenery
-            if number != NOBODY:
+            if number != NO_INSTANCE:
                 mine = triangles.of_objects(np.flatnonzero(owners == number))
             alone = 1.0 - canvas.draw_alone(mine, box, range_)
             crop = nearest[top:bottom, left:right]
-            np.copyto(numbers[top:bottom, left:right], number - NOBODY, where=alone > crop)
+            np.copyto(numbers[top:bottom, left:right], number - NO_INSTANCE, where=alone > crop)
             np.maximum(alone, crop, out=crop)
             layers.append(Layer(number, box, alone))
     silhouettes, hidden = _measured(every, full_boxes, layers, numbers)
@@ -125,7 +125,7 @@ def scan(view: View, near: float = NEAR) -> Scan:
 
 def silhouettes(view: View, near: float = NEAR) -> Silhouettes:
     """The silhouettes of a view's instances. Visible is at most whole."""
-    return scan(view, near).silhouettes
+    return scan_view(view, near).silhouettes
 
 
 def _measured(
@@ -140,17 +140,17 @@ def _measured(
     hiding: list[tuple[int, int, int]] = []
     for layer in layers:
         (left, top, right, bottom), number = layer.box, layer.instance
-        if number == NOBODY:
+        if number == NO_INSTANCE:
             continue
         row = int(np.searchsorted(every, number))
         silhouette, shown = layer.nearness > 0.0, numbers[top:bottom, left:right]
-        mine = shown == number - NOBODY
+        mine = shown == number - NO_INSTANCE
         whole[row], visible[row] = np.count_nonzero(silhouette), np.count_nonzero(mine)
         seen_boxes[row] = box_around(mine) + (left, top, left, top)
         if visible[row] < whole[row]:
             others, pixels = np.unique(shown[silhouette & ~mine], return_counts=True)
             hiding += [
-                (number, other + NOBODY, count)
+                (number, other + NO_INSTANCE, count)
                 for other, count in zip(others.tolist(), pixels.tolist(), strict=True)
             ]
     columns = np.array(hiding, dtype=np.int64).reshape(-1, 3).T
@@ -170,7 +170,7 @@ def extents(
         points = triangles.corners.reshape(-1, 3)
         pixels = projected(points, camera)
         rows = np.searchsorted(ids, owners[triangles.objects[starts]])
-        known = owners[triangles.objects[starts]] != NOBODY
+        known = owners[triangles.objects[starts]] != NO_INSTANCE
         low = np.minimum.reduceat(pixels, 3 * starts)
         high = np.maximum.reduceat(pixels, 3 * starts)
         deep = np.maximum.reduceat(points[:, 2], 3 * starts)

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.simulation.renderers.view import Placed
+from mot_sim.simulation.renderers.view import MeshInstances
 from tracker.types import Camera
 
 NEAR = 0.3  # metres before the camera; nothing nearer is in its view
@@ -17,7 +17,7 @@ NEAR = 0.3  # metres before the camera; nothing nearer is in its view
 class Triangles:
     """A soup of triangles in the camera's frame, grouped by object.
 
-    corners: metres. objects: rows of `Placed`, ascending. faces: rows of that object's mesh;
+    corners: metres. objects: rows of `MeshInstances`, ascending. faces: rows of that object's mesh;
     a face that the near plane cuts into two triangles stands here twice.
     """
 
@@ -29,10 +29,10 @@ class Triangles:
         return len(self.corners)
 
     @classmethod
-    def of(cls, placed: Placed, camera: Camera, near: float) -> "Triangles":
+    def of(cls, placed: MeshInstances, camera: Camera, near: float) -> "Triangles":
         """What may appear in the image: back faces culled, cut at the near plane, metres."""
         corners, objects, faces = [np.zeros((0, 3, 3))], [], [np.zeros(0, np.int64)]
-        for row in np.flatnonzero(in_sight(placed, camera, near)).tolist():
+        for row in np.flatnonzero(sphere_in_view(placed, camera, near)).tolist():
             mesh, T_cam_object = placed.meshes[row], placed.T_cam_object[row]
             eye = -T_cam_object[:3, :3].T @ T_cam_object[:3, 3]  # the camera, seen by the object
             facing = np.flatnonzero(mesh.normals @ eye > mesh.offsets)
@@ -84,7 +84,7 @@ class Triangles:
         return float(self.corners[..., 2].min()), float(self.corners[..., 2].max())
 
 
-def in_sight(placed: Placed, camera: Camera, near: float) -> Bool[Array, " n"]:
+def sphere_in_view(placed: MeshInstances, camera: Camera, near: float) -> Bool[Array, " n"]:
     """Whether any of an object's bounding sphere lies in the camera's view, past the near plane."""
     if not len(placed):
         return np.zeros(0, bool)

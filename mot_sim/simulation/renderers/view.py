@@ -12,7 +12,7 @@ from mot_sim.simulation.renderers.surroundings import Road, Sky, Sun
 from tracker.errors import BadConfig
 from tracker.types import Camera
 
-NOBODY = -1  # the instance id of scenery, road and sky
+NO_INSTANCE = -1  # the instance id of scenery, road and sky
 
 
 class Semantic(IntEnum):
@@ -102,7 +102,7 @@ class Mesh:
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
+class MeshInstances:
     """Objects before the camera: a mesh each (the same one may stand in many places).
 
     T_cam_object: from the objects' frames to the camera's, rigid. instances: an id each, NOBODY
@@ -121,17 +121,17 @@ class Placed:
             )
         if not np.isfinite(self.T_cam_object).all():
             raise BadConfig("an object's place T_cam_object is not finite")
-        if self.instances.size and self.instances.min() < NOBODY:
+        if self.instances.size and self.instances.min() < NO_INSTANCE:
             raise BadConfig(f"instance id {self.instances.min()}: ids are 0 or more, -1 is nobody")
 
     @classmethod
-    def empty(cls) -> "Placed":
+    def empty(cls) -> "MeshInstances":
         """No object at all."""
         return cls((), np.zeros((0, 4, 4)), np.zeros(0, np.int64))
 
-    def beside(self, others: "Placed") -> "Placed":
+    def beside(self, others: "MeshInstances") -> "MeshInstances":
         """These objects, and then the others."""
-        return Placed(
+        return MeshInstances(
             self.meshes + others.meshes,
             np.concatenate((self.T_cam_object, others.T_cam_object)),
             np.concatenate((self.instances, others.instances)),
@@ -149,7 +149,7 @@ class View:
     """
 
     camera: Camera
-    placed: Placed
+    placed: MeshInstances
     road: Road | None = field(default_factory=Road)
     sky: Sky = field(default_factory=Sky)
     sun: Sun = field(default_factory=Sun)

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float32, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.simulation.renderers import NOBODY, Rendered, Semantic
+from mot_sim.simulation.renderers import NO_INSTANCE, Rendered, Semantic
 from tracker.types import Camera
 
 Image = UInt8[Array, "h w 3"]
@@ -19,7 +19,7 @@ WARM = (255, 206, 132)  # windows and street lamps
 SMALLER = 4  # the glow is blurred in a picture so many times smaller
 
 
-def darkened(
+def lit_at_night(
     image: Image, camera: Camera, rendered: Rendered, night: float, headlights: float
 ) -> Image:
     """The image at night; what is made of light keeps its own, and glows."""
@@ -38,7 +38,7 @@ def darkened(
     glowing = (rendered.semantics == Semantic.LIGHT).view(np.uint8)
     if not glowing.any():
         return dark
-    nobody = (rendered.instances == NOBODY).view(np.uint8)
+    nobody = (rendered.instances == NO_INSTANCE).view(np.uint8)
     own = np.zeros_like(image)
     cv2.copyTo(cv2.convertScaleAbs(image, alpha=2.0), glowing, own)
     cv2.copyTo(_warm(camera), cv2.bitwise_and(glowing, glowing, mask=nobody), own)

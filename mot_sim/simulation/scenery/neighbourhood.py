@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.simulation.renderers import Placed, Road, Sky, Sun, View
+from mot_sim.simulation.renderers import MeshInstances, Road, Sky, Sun, View
 from mot_sim.simulation.renderers.triangles import NEAR
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scenery.ground import Ground
@@ -31,7 +31,7 @@ class Neighbourhood:
     def build(
         cls, roads: Roads, seed: int, light: Light | None = None, knobs: Knobs | None = None
     ) -> "Neighbourhood":
-        """The neighbourhood of roads; light: of a `Weather`, by default a clear noon's."""
+        """The neighbourhood of roads; light: of a `SensorWeather`, by default a clear noon's."""
         light, knobs = light or Light(), knobs or Knobs()
         scenery = Scenery.around(roads, seed, knobs)
         shadows = shadows_of(scenery.items, light.towards_world, light.shade)
@@ -42,7 +42,9 @@ class Neighbourhood:
         """The painted road plane before the camera, for an ego pose x, y, heading."""
         return self.windows.road(checked(ego), Rig(camera).T_world_road(ego), camera)
 
-    def scenery_at(self, ego: Float[Array, "3"], camera: Camera, near: float = NEAR) -> Placed:
+    def scenery_at(
+        self, ego: Float[Array, "3"], camera: Camera, near: float = NEAR
+    ) -> MeshInstances:
         """The houses, trees and other things that the camera may see; all of them NOBODY's."""
         return self.scenery.seen_from(ego, camera, near)
 
@@ -54,7 +56,7 @@ class Neighbourhood:
         """The sun as the ego sees it."""
         return self.light.sun(float(ego[2]))
 
-    def view(self, camera: Camera, ego: Float[Array, "3"], cars: Placed) -> View:
+    def view(self, camera: Camera, ego: Float[Array, "3"], cars: MeshInstances) -> View:
         """Everything before the camera: the cars, and the world around them."""
         return View(
             camera,

@@ -14,7 +14,7 @@ from numpy import ndarray as Array
 from mot_sim.simulation.random_numbers import named_stream, uniform
 from mot_sim.simulation.renderers import Rendered, Semantic, View
 from mot_sim.simulation.renderers.ground import horizon
-from mot_sim.simulation.scenery.lamps import darkened
+from mot_sim.simulation.scenery.lamps import lit_at_night
 from mot_sim.simulation.scenery.rain import rained_on
 from mot_sim.simulation.scenery.weather import Weather
 from tracker.types import Camera
@@ -26,7 +26,7 @@ GREY_SKY = (196, 201, 206)
 STEPS = 4  # pictures whose mean a motion blur is
 
 
-def look(
+def post_process(
     weather: Weather,
     view: View,
     rendered: Rendered,
@@ -48,7 +48,7 @@ def look(
     if weather.rain:
         image = rained_on(image, camera, rendered.semantics, weather.rain, seed, frame)
     if weather.night:
-        image = darkened(image, camera, rendered, weather.night, weather.headlights)
+        image = lit_at_night(image, camera, rendered, weather.night, weather.headlights)
     lens = _vignette(camera, weather.vignetting)
     is_last = not (weather.glare or weather.motion_blur)  # then air and lens are one sum
     if np.isfinite(weather.visibility):

@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.simulation.renderers import NOBODY, Mesh, Placed
-from mot_sim.simulation.renderers.triangles import NEAR, in_sight
+from mot_sim.simulation.renderers import NO_INSTANCE, Mesh, MeshInstances
+from mot_sim.simulation.renderers.triangles import NEAR, sphere_in_view
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scenery.knobs import Knobs
 from mot_sim.simulation.scenery.patches import Patches
@@ -81,7 +81,9 @@ class Scenery:
             self.made[key] = join(solids).mesh(self.origins[row])
         return self.made[key]
 
-    def seen_from(self, ego: Float[Array, "3"], camera: Camera, near: float = NEAR) -> Placed:
+    def seen_from(
+        self, ego: Float[Array, "3"], camera: Camera, near: float = NEAR
+    ) -> MeshInstances:
         """What of it the camera of an ego pose (x, y, heading) may see; all of it NOBODY's."""
         T_world_cam = Rig(camera).T_world_cam(checked(ego))
         apart = self.origins - ego[:2]
@@ -90,15 +92,15 @@ class Scenery:
         rows = np.flatnonzero(close)
         rows = rows[np.argsort(ahead[rows], kind="stable")]  # near first: less is drawn over
         if not len(rows):
-            return Placed.empty()
+            return MeshInstances.empty()
         T_cam_world = invert(T_world_cam)
         T_world_piece = np.tile(homogeneous(R_world_piece, np.zeros(3)), (len(rows), 1, 1))
         T_world_piece[:, :2, 3] = self.origins[rows]
         details = np.searchsorted(NEARBY, np.hypot(*apart[rows].T) - 0.5 * PIECE)
         meshes = tuple(map(self.mesh, rows.tolist(), details.tolist()))
-        placed = Placed(meshes, T_cam_world @ T_world_piece, np.full(len(rows), NOBODY))
-        seen = np.flatnonzero(in_sight(placed, camera, near))
-        return Placed(
+        placed = MeshInstances(meshes, T_cam_world @ T_world_piece, np.full(len(rows), NO_INSTANCE))
+        seen = np.flatnonzero(sphere_in_view(placed, camera, near))
+        return MeshInstances(
             tuple(meshes[row] for row in seen), placed.T_cam_object[seen], placed.instances[seen]
         )
 

@@ -25,7 +25,7 @@ MEADOW = np.array((*GRASS, 0), np.uint8).view(np.uint32)[0]
 
 
 @dataclass(eq=False)
-class Window:
+class SceneryWindow:
     """The tiles of one level around a place; those in sight are filled."""
 
     origin: tuple[int, int]
@@ -33,7 +33,7 @@ class Window:
     filled: Bool[Array, "a a"]
 
     @classmethod
-    def at(cls, origin: tuple[int, int], before: "Window | None" = None) -> "Window":
+    def at(cls, origin: tuple[int, int], before: "SceneryWindow | None" = None) -> "SceneryWindow":
         """A new one with the tiles that another one has already.
 
         origin: column and row of its first tile.
@@ -86,7 +86,7 @@ class Windows:
     tiles: OrderedDict[tuple[int, int, int], UInt8[Array, "t t 4"]] = field(
         default_factory=OrderedDict
     )
-    now: dict[int, Window] = field(default_factory=dict)
+    now: dict[int, SceneryWindow] = field(default_factory=dict)
 
     def road(
         self, ego: Float[Array, "3"], T_world_road: Float[Array, "4 4"], camera: Camera
@@ -106,7 +106,7 @@ class Windows:
         column, row = np.floor(middle / side - 0.5 * ACROSS + 0.5).astype(int).tolist()
         window = self.now.get(number)
         if window is None or window.origin != (column, row):
-            window = self.now[number] = Window.at((column, row), window)
+            window = self.now[number] = SceneryWindow.at((column, row), window)
         is_last = number == LEVELS - 1
         reach = np.inf if is_last else REACH * 2.0**number
         seen = footprint(camera, FARTHEST if is_last else reach + 1.0)

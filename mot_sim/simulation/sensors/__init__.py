@@ -1,6 +1,6 @@
 """Noise on exact truth or labels, one file an effect: functions over arrays, level 0 = exact."""
 
-from mot_sim.simulation.sensors.correlated_noise import Memory, latent
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlated_normals
 from mot_sim.simulation.sensors.detector import Detector
 from mot_sim.simulation.sensors.miscalibration import Miscalibration
 from mot_sim.simulation.sensors.odometry import Odometry
@@ -14,8 +14,8 @@ __all__ = [
     "EFFECTS",
     "PROFILES",
     "WEATHERS",
+    "Autocorrelation",
     "Detector",
-    "Memory",
     "Miscalibration",
     "Odometry",
     "Profile",
@@ -24,7 +24,7 @@ __all__ = [
     "Sightings",
     "Timed",
     "Timing",
+    "correlated_normals",
     "find_profile",
     "in_weather",
-    "latent",
 ]

@@ -8,13 +8,13 @@ from numpy import ndarray as Array
 
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.sensors.checks import require_sigmas
-from mot_sim.simulation.sensors.correlated_noise import Memory, latent
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlated_normals
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.errors import BadConfig
 
 
 @dataclass(frozen=True)
-class Appearance:
+class AppearanceNoise:
     """size: numbers of a descriptor. noise: std over a descriptor's length. view: length of the
     part that turns with the viewpoint. alike: how many cars in a row of ids share one look.
     unit: the distance of vectors of length 1 at which two cars are as likely one as two; what is
@@ -25,7 +25,7 @@ class Appearance:
     noise: float = 0.0
     view: float = 0.0
     alike: int = 1
-    memory: Memory = field(default_factory=Memory)
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
     unit: float = 1.0
 
     def __post_init__(self) -> None:
@@ -53,7 +53,9 @@ class Appearance:
             )
             vectors = vectors + level * self.view * turning / np.sqrt(self.size)
         if level and self.noise:
-            x = latent(seed, "appearance/noise", ids, frames, self.memory, step, self.size)
+            x = correlated_normals(
+                seed, "appearance/noise", ids, frames, self.memory, step, self.size
+            )
             vectors = vectors + level * self.noise * x / np.sqrt(self.size)
         return (_unit(vectors) if turns or (level and self.noise) else vectors) / self.unit
 

@@ -5,12 +5,12 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 from scipy.special import ndtr
 
-from mot_sim.simulation.sensors.correlated_noise import Memory, latent
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlated_normals
 
 FRAME = -1  # the id of what belongs to a frame and to no object
 
 
-def with_glare(
+def with_frame_noise(
     own: Float[Array, " n"],
     seed: int,
     effect: str,
@@ -24,7 +24,9 @@ def with_glare(
         return own
     every, row = np.unique(frames, return_inverse=True)
     nobody = np.full_like(every, FRAME)
-    common = latent(seed, f"{effect}/frame", nobody, every, Memory((1.0,), (seconds,)), step)
+    common = correlated_normals(
+        seed, f"{effect}/frame", nobody, every, Autocorrelation((1.0,), (seconds,)), step
+    )
     return np.sqrt(1.0 - shared) * own + np.sqrt(shared) * common[row, 0]
 
 
@@ -34,7 +36,7 @@ def bursts(
     effect: str,
     ids: Int[Array, " n"],
     frames: Int[Array, " n"],
-    memory: Memory,
+    memory: Autocorrelation,
     step: float,
 ) -> Bool[Array, " n"]:
     """Where the event happens; no rate, no event. A higher rate has the same events and more.
@@ -44,6 +46,6 @@ def bursts(
     happens = np.zeros(len(ids), bool)
     possible = np.flatnonzero(rates > 0.0)
     if len(possible):
-        x = latent(seed, effect, ids[possible], frames[possible], memory, step)[:, 0]
+        x = correlated_normals(seed, effect, ids[possible], frames[possible], memory, step)[:, 0]
         happens[possible] = ndtr(x) < rates[possible]
     return happens

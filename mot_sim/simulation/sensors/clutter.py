@@ -10,7 +10,7 @@ from scipy.special import expit
 
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.sensors.checks import require_sigmas
-from mot_sim.simulation.sensors.correlated_noise import Memory
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.gauss_markov import BLOCK
 from mot_sim.simulation.sensors.quantiles import Quantiles
 from tracker.errors import BadConfig
@@ -25,7 +25,7 @@ START = 1 << 20  # births before frame 0 have a positive number too
 
 
 @dataclass(frozen=True, eq=False)
-class Ghosts(Rows):
+class FalseAlarms(Rows):
     """Rows by frame: the ghosts that are there."""
 
     frames: Int[Array, " n"]
@@ -43,7 +43,7 @@ class Clutter:
     """
 
     rate: float = 0.0
-    memory: Memory = field(default_factory=Memory)
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
     height: Quantiles = Quantiles((25.0, 60.0))
     aspect: Quantiles = Quantiles((1.0, 2.5))
     x: Quantiles = Quantiles((0.0, 1.0))
@@ -62,7 +62,7 @@ class Clutter:
         camera: Camera,
         step: float,
         level: float = 1.0,
-    ) -> Ghosts:
+    ) -> FalseAlarms:
         """The ghosts of the given frames (ascending); as many a frame at any frame rate."""
         rate = level * self.rate
         ids = when = np.zeros(0, np.int64)
@@ -72,12 +72,12 @@ class Clutter:
             found = [_present_in(frame, seed, rate, self.memory, step) for frame in frames.tolist()]
             ids, when = (np.concatenate(column) for column in zip(*found, strict=True))
         if not len(ids):
-            return Ghosts(ids, when, np.zeros((0, 4)), np.zeros(0))
+            return FalseAlarms(ids, when, np.zeros((0, 4)), np.zeros(0))
         boxes = self._boxes(ids, when, seed, camera)
         x = random_numbers.normal(seed, "clutter/score/step", ids, np.ones_like(ids))[:, 0]
         wavering = random_numbers.normal(seed, "clutter/waver", ids, when)[:, 0]
         scores = expit(self.log_odds.of_normal(0.8 * x + 0.6 * wavering))
-        return Ghosts(when, ids, boxes, scores)
+        return FalseAlarms(when, ids, boxes, scores)
 
     def _boxes(
         self, ids: Int[Array, " n"], frames: Int[Array, " n"], seed: int, camera: Camera
@@ -97,7 +97,7 @@ class Clutter:
 
 
 def _present(
-    frames: Int[Array, " f"], seed: int, rate: float, memory: Memory, step: float
+    frames: Int[Array, " f"], seed: int, rate: float, memory: Autocorrelation, step: float
 ) -> tuple[Int[Array, " n"], Int[Array, " n"]]:
     """Ids and frames of the ghosts of all shares, by frame."""
     alive = [
@@ -111,7 +111,7 @@ def _present(
 
 
 def _present_in(
-    frame: int, seed: int, rate: float, memory: Memory, step: float
+    frame: int, seed: int, rate: float, memory: Autocorrelation, step: float
 ) -> tuple[Int[Array, " n"], Int[Array, " n"]]:
     """The same for a frame, from the block of it that is kept."""
     ids, when = _present_from(frame // BLOCK, seed, rate, memory, step)
@@ -121,7 +121,7 @@ def _present_in(
 
 @lru_cache(maxsize=64)
 def _present_from(
-    block: int, seed: int, rate: float, memory: Memory, step: float
+    block: int, seed: int, rate: float, memory: Autocorrelation, step: float
 ) -> tuple[Int[Array, " n"], Int[Array, " n"]]:
     """The same for a block of frames."""
     return _present(np.arange(BLOCK) + block * BLOCK, seed, rate, memory, step)

@@ -8,7 +8,7 @@ from numpy import ndarray as Array
 
 from mot_sim.simulation.sensors.bursts import bursts
 from mot_sim.simulation.sensors.checks import require_rates
-from mot_sim.simulation.sensors.correlated_noise import Memory
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.sightings import Sightings
 
 
@@ -18,7 +18,7 @@ class Confusion:
 
     van: float = 0.0
     truck: float = 0.0
-    memory: Memory = field(default_factory=Memory)
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_rates("confusion", self.van, self.truck)

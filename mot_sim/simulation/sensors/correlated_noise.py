@@ -8,7 +8,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from mot_sim.simulation.sensors.checks import require_rates, require_sigmas
-from mot_sim.simulation.sensors.gauss_markov import BLOCK, FAR, Stream, chain_of, draw_blocks
+from mot_sim.simulation.sensors.gauss_markov import BLOCK, FAR, NoiseStream, chain_of, draw_blocks
 from tracker.errors import BadConfig
 
 FEW = 64  # rows up to which whole blocks are kept: a live step
@@ -18,7 +18,7 @@ LONGEST = 1e5  # seconds; a memory from here on is a constant of the object
 
 
 @dataclass(frozen=True)
-class Memory:
+class Autocorrelation:
     """Of what a latent is made: shares of its variance, and how long each share remembers.
 
     The autocorrelation after t seconds is the sum of share * exp(-t / seconds); 0 seconds is
@@ -52,7 +52,7 @@ class Memory:
             for share, tau, kind in zip(self.shares, self.seconds, smooth, strict=True)
         ]
 
-    def slower(self, factor: float) -> "Memory":
+    def slower(self, factor: float) -> "Autocorrelation":
         """The same mixture with all times so many times as long."""
         ends = [SMOOTHEST if smooth else np.inf for _, _, smooth in self.parts]
         seconds = [
@@ -73,16 +73,18 @@ def kept(seconds: float, tau: float, smooth: bool) -> float:
     return float(np.exp(-a) * (1.0 + a if smooth else 1.0))
 
 
-WHITE = Memory()
-Wanted = tuple[tuple[str, tuple[Memory, ...]], ...]  # effects, and the memory of each column
+WHITE = Autocorrelation()
+Wanted = tuple[
+    tuple[str, tuple[Autocorrelation, ...]], ...
+]  # effects, and the memory of each column
 
 
-def latent(
+def correlated_normals(
     seed: int,
     effect: str,
     ids: Int[Array, " n"],
     frames: Int[Array, " n"],
-    memory: Memory,
+    memory: Autocorrelation,
     step: float,
     columns: int = 1,
 ) -> Float[Array, "n {columns}"]:
@@ -91,15 +93,15 @@ def latent(
     A row depends on (seed, effect, id, frame) alone: not on which other rows are asked for, nor
     on gaps. Frames count from 0. Columns are independent of each other.
     """
-    return latents(seed, effect, ids, frames, (memory,) * columns, step)
+    return correlated_normal_columns(seed, effect, ids, frames, (memory,) * columns, step)
 
 
-def latents(
+def correlated_normal_columns(
     seed: int,
     effect: str,
     ids: Int[Array, " n"],
     frames: Int[Array, " n"],
-    memories: tuple[Memory, ...],
+    memories: tuple[Autocorrelation, ...],
     step: float,
 ) -> Float[Array, "n k"]:
     """The same, a column a memory: one call for all of an effect costs what one column costs."""
@@ -120,7 +122,7 @@ def latents(
     return np.array(rows)
 
 
-def prepare(
+def prefetch_draws(
     seed: int, ids: Int[Array, " n"], frames: Int[Array, " n"], wanted: Wanted, step: float
 ) -> None:
     """For a live step: draws what several effects will ask for at once, which saves time only."""
@@ -164,13 +166,13 @@ def _blocks(
 
 
 @dataclass(frozen=True)
-class Plan:
+class MixingPlan:
     """How memories are made of what a stream draws.
 
     Of each process, constant and white number: the column that it goes to, and its weight.
     """
 
-    stream: Stream
+    stream: NoiseStream
     columns: int
     moving: list[tuple[int, float]]
     fixed: list[tuple[int, float]]
@@ -178,7 +180,7 @@ class Plan:
 
 
 @lru_cache(maxsize=256)
-def _plan(effect: str, memories: tuple[Memory, ...], step: float) -> Plan:
+def _plan(effect: str, memories: tuple[Autocorrelation, ...], step: float) -> MixingPlan:
     moving, fixed, white = [], [], []
     for column, memory in enumerate(memories):
         for share, tau, smooth in memory.parts:
@@ -192,13 +194,13 @@ def _plan(effect: str, memories: tuple[Memory, ...], step: float) -> Plan:
             else:
                 moving.append((where, (step / tau, smooth)))
     chain, order = chain_of([part for _, part in moving])
-    stream = Stream(effect, chain, len(fixed), len(white))
-    return Plan(stream, len(memories), [moving[k][0] for k in order], fixed, white)
+    stream = NoiseStream(effect, chain, len(fixed), len(white))
+    return MixingPlan(stream, len(memories), [moving[k][0] for k in order], fixed, white)
 
 
 @lru_cache(maxsize=256)
 def _store(
-    seed: int, effect: str, memories: tuple[Memory, ...], step: float
+    seed: int, effect: str, memories: tuple[Autocorrelation, ...], step: float
 ) -> dict[int, Float[Array, "b k"]]:
     """Blocks of latents by piece."""
     return {}

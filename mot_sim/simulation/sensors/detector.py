@@ -8,14 +8,14 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from mot_sim.datasets.recorded import DetectionLog
-from mot_sim.simulation.cars import Cast
+from mot_sim.simulation.cars import Vehicles
 from mot_sim.simulation.sensors.border import Border, has_area
 from mot_sim.simulation.sensors.checks import require_sigmas
-from mot_sim.simulation.sensors.correlated_noise import Memory, Wanted, prepare
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, Wanted, prefetch_draws
 from mot_sim.simulation.sensors.profile import Profile, find_profile
 from mot_sim.simulation.sensors.provenance import Provenance, Sensed
 from mot_sim.simulation.sensors.sightings import Sightings
-from mot_sim.simulation.traffic.world import STEP
+from mot_sim.simulation.traffic.traffic_state import STEP
 from mot_sim.simulation.truth import Truth
 from tracker.types import Camera, Detections
 
@@ -53,7 +53,7 @@ class Detector:
         seed: int,
         camera: Camera,
         frame_count: int | None = None,
-        cast: Cast | None = None,
+        cast: Vehicles | None = None,
     ) -> DetectionLog:
         """The detections of all frames of an episode, clipped to the image.
 
@@ -77,7 +77,7 @@ class Detector:
         """
         if frames is None:
             frames = np.arange(int(sightings.frames.max(initial=-1)) + 1)
-        prepare(seed, sightings.ids, sightings.frames, self._wanted, step)
+        prefetch_draws(seed, sightings.ids, sightings.frames, self._wanted, step)
         boxes, seen, scores, missed = self._objects(sightings, seed, step)
         parts = self._merge_and_split(sightings, boxes, seen, scores, seed, step)
         parts += self._false(sightings, missed, frames, seed, camera, step)
@@ -87,7 +87,7 @@ class Detector:
     def _wanted(self) -> Wanted:
         """The latents that every sighting needs."""
         effects = self.effects
-        found: list[tuple[str, tuple[Memory, ...]]] = []
+        found: list[tuple[str, tuple[Autocorrelation, ...]]] = []
         if effects.misses is not None:
             found.append(("miss", effects.misses.memories))
         if effects.jitter is not None:

@@ -9,7 +9,7 @@ from scipy.special import expit
 
 from mot_sim.simulation.sensors.bursts import bursts
 from mot_sim.simulation.sensors.checks import require_rates, require_table
-from mot_sim.simulation.sensors.correlated_noise import Memory, latent
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlated_normals
 from mot_sim.simulation.sensors.jitter import move_boxes
 from mot_sim.simulation.sensors.misses import VISIBLE
 from mot_sim.simulation.sensors.quantiles import Quantiles
@@ -32,7 +32,7 @@ class Duplicates:
     dw: Quantiles = STILL
     dh: Quantiles = STILL
     log_odds: Quantiles = STILL
-    memory: Memory = field(default_factory=Memory)
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         for rates in (self.seen, self.missed):
@@ -59,7 +59,7 @@ class Duplicates:
         if not len(rows):
             return rows, np.zeros((0, 4)), np.zeros(0)
         ids, frames = ids[rows], frames[rows]
-        x = latent(seed, "duplicate/box", ids, frames, self.memory, step, 5)
+        x = correlated_normals(seed, "duplicate/box", ids, frames, self.memory, step, 5)
         parts = (self.dx, self.dy, self.dw, self.dh)
         moves = [part.of_normal(x[:, column]) for column, part in enumerate(parts)]
         boxes = move_boxes(sightings.boxes[rows], *moves)

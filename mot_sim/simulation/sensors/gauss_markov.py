@@ -116,7 +116,7 @@ def added(a: float) -> Float[Array, "2 2"]:
 
 
 @dataclass(frozen=True)
-class Stream:
+class NoiseStream:
     """What is drawn under one name: the processes of a chain, constants and white numbers."""
 
     name: str
@@ -130,7 +130,7 @@ class Stream:
         return len(self.chain.rough) + 2 * len(self.chain.smooth)
 
 
-class Drawn(NamedTuple):
+class DrawnBlocks(NamedTuple):
     """All frames of some blocks, constants of their objects, and white numbers."""
 
     path: Float[Array, "p b n"]
@@ -138,7 +138,9 @@ class Drawn(NamedTuple):
     white: Float[Array, "p b w"]
 
 
-def draw_blocks(seed: int, pieces: Int[Array, " p"], streams: tuple[Stream, ...]) -> list[Drawn]:
+def draw_blocks(
+    seed: int, pieces: Int[Array, " p"], streams: tuple[NoiseStream, ...]
+) -> list[DrawnBlocks]:
     """The blocks of some streams, whose processes run side by side; a piece: id * FAR + block."""
     owner_ids, block = pieces // FAR, pieces % FAR
     objects, owner = np.unique(owner_ids, return_inverse=True)
@@ -161,12 +163,14 @@ def draw_blocks(seed: int, pieces: Int[Array, " p"], streams: tuple[Stream, ...]
         path = _paths(chain, _noise(anchors, streams, order), _noise(steps, streams, order),
                       owner, block)  # fmt: skip
     return [
-        Drawn(path[..., mine], a[owner, 0, each.width :], s[..., each.width :])
+        DrawnBlocks(path[..., mine], a[owner, 0, each.width :], s[..., each.width :])
         for each, mine, a, s in zip(streams, where, anchors, steps, strict=True)
     ]
 
 
-def _noise(drawn: list[Array], streams: tuple[Stream, ...], order: Array) -> Float[Array, "p t nm"]:
+def _noise(
+    drawn: list[Array], streams: tuple[NoiseStream, ...], order: Array
+) -> Float[Array, "p t nm"]:
     """What the chains eat, as all of them side by side want it."""
     if len(drawn) == 1:
         return drawn[0][..., : streams[0].width]
@@ -197,7 +201,7 @@ def _paths(
 
 @lru_cache(maxsize=256)
 def side_by_side(
-    streams: tuple[Stream, ...],
+    streams: tuple[NoiseStream, ...],
 ) -> tuple[Chain, Int[Array, " nm"], list[Int[Array, " _"]]]:
     """One chain for all streams; the order of its white numbers; which processes are whose."""
     rough = [len(each.chain.rough) for each in streams]

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.simulation.sensors.checks import require_finite, require_sigmas
-from mot_sim.simulation.sensors.correlated_noise import Memory, latents
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlated_normal_columns
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.errors import BadConfig
 
@@ -32,7 +32,7 @@ class Component:
     skew: float = 0.0
     hidden: float = 0.0
     by_height: float = 0.0
-    memory: Memory = field(default_factory=Memory)
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_sigmas("jitter spread, tail", self.spread, self.tail)
@@ -66,7 +66,9 @@ class Jitter:
             raise BadConfig(f"jitter level {level:g}: 0 (none) or more")
         if level == 0.0 or not self._numbers[:2].any():
             return boxes
-        x = latents(seed, "jitter", sightings.ids, sightings.frames, self.memories, step)
+        x = correlated_normal_columns(
+            seed, "jitter", sightings.ids, sightings.frames, self.memories, step
+        )
         spread, bias, tail, skew, hidden, by_height = self._numbers
         grown = hidden * (0.95 - sightings.visible)[:, None]
         grown += by_height * np.log(np.maximum(sightings.height, 5.0) / 50.0)[:, None]
@@ -75,7 +77,7 @@ class Jitter:
         return move_boxes(boxes, *errors.T)
 
     @cached_property
-    def memories(self) -> tuple[Memory, ...]:
+    def memories(self) -> tuple[Autocorrelation, ...]:
         """Of the four."""
         return self.x.memory, self.y.memory, self.width.memory, self.height.memory
 

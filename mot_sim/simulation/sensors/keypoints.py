@@ -9,7 +9,7 @@ from numpy import ndarray as Array
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.sensors.bursts import bursts
 from mot_sim.simulation.sensors.checks import require_rates, require_sigmas
-from mot_sim.simulation.sensors.correlated_noise import Memory, latent
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlated_normals
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.errors import BadConfig
 
@@ -27,7 +27,7 @@ class Keypoints:
     spread: tuple[float, ...] = (0.0,) * STATES
     misses: tuple[float, ...] = (0.0,) * STATES
     flips: float = 0.0
-    memory: Memory = field(default_factory=Memory)
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         if len(self.spread) != STATES or len(self.misses) != STATES:
@@ -45,7 +45,7 @@ class Keypoints:
         count, points = true.shape[:2]
         state = sightings.keypoint_states.astype(np.int64)
         sides = sightings.boxes[:, 2:] - sightings.boxes[:, :2]
-        x = latent(seed, "keypoints", ids, frames, self.memory, step, 2 * points)
+        x = correlated_normals(seed, "keypoints", ids, frames, self.memory, step, 2 * points)
         spread = level * np.array(self.spread)[state] * sides.max(axis=1, initial=0.0)[:, None]
         uv = true + spread[..., None] * x.reshape(count, points, 2) if level else true
         rates = np.full(count, min(level * self.flips, 1.0))

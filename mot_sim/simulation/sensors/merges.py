@@ -9,7 +9,7 @@ from numpy import ndarray as Array
 from mot_sim.metrics.overlaps import same_frame_pairs
 from mot_sim.simulation.sensors.bursts import bursts
 from mot_sim.simulation.sensors.checks import require_rates
-from mot_sim.simulation.sensors.correlated_noise import Memory
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.geometry import box_iou
 
@@ -20,7 +20,7 @@ class Merges:
 
     rate: float = 0.0
     min_iou: float = 0.3
-    memory: Memory = field(default_factory=Memory)
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_rates("merges", self.rate, self.min_iou)

@@ -9,7 +9,7 @@ from numpy import ndarray as Array
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.sensors.bursts import FRAME
 from mot_sim.simulation.sensors.checks import require_finite, require_sigmas
-from mot_sim.simulation.sensors.correlated_noise import Memory, latent
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlated_normals
 from tracker.geometry import homogeneous, invert, rotation_x
 from tracker.types import Camera
 
@@ -27,7 +27,7 @@ class Miscalibration:
     height: float = 0.0
     slope: float = 0.0
     vibration: float = 0.0
-    memory: Memory = field(default_factory=Memory)
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_sigmas("miscalibration", self.focal, self.pitch, self.height, self.vibration)
@@ -59,6 +59,6 @@ class Miscalibration:
         if level == 0.0 or self.vibration == 0.0:
             return boxes
         owner = np.full_like(frames, FRAME)
-        x = latent(seed, "vibration", owner, frames, self.memory, step)[:, 0]
+        x = correlated_normals(seed, "vibration", owner, frames, self.memory, step)[:, 0]
         rise = camera.K[1, 1] * np.tan(level * self.vibration * x)
         return boxes + rise[:, None] * np.array([0.0, 1.0, 0.0, 1.0])

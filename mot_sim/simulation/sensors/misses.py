@@ -8,14 +8,14 @@ from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 from scipy.special import expit, ndtr, ndtri
 
-from mot_sim.simulation.sensors.bursts import with_glare
+from mot_sim.simulation.sensors.bursts import with_frame_noise
 from mot_sim.simulation.sensors.checks import (
     require_finite,
     require_rates,
     require_sigmas,
     require_table,
 )
-from mot_sim.simulation.sensors.correlated_noise import Memory, latents
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlated_normal_columns
 from mot_sim.simulation.sensors.sightings import Sightings
 
 # Where the log-odds of being found are given; straight lines between, level outside.
@@ -42,9 +42,9 @@ class Misses:
     by_cut: tuple[float, ...] = (0.0,) * len(CUTS)
     by_both: tuple[float, ...] = (0.0,) * (len(VISIBLE) * len(HEIGHTS))
     cut_by_height: tuple[float, ...] = (0.0,) * len(CUTS)
-    memory: Memory = field(default_factory=Memory)
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
     flutter: tuple[float, ...] = (0.0,) * len(VISIBLE)
-    flutter_memory: Memory = field(default_factory=Memory)
+    flutter_memory: Autocorrelation = field(default_factory=Autocorrelation)
     shared: float = 0.0
     shared_seconds: float = 0.0
 
@@ -68,7 +68,7 @@ class Misses:
         return np.where(sightings.visible <= 0.0, 1.0, np.minimum(level * expit(-odds), 1.0))
 
     @property
-    def memories(self) -> tuple[Memory, Memory]:
+    def memories(self) -> tuple[Autocorrelation, Autocorrelation]:
         """Of both latents."""
         return self.memory, self.flutter_memory
 
@@ -108,10 +108,10 @@ class Misses:
     def _pressure(self, sightings: Sightings, seed: int, step: float) -> Float[Array, " n"]:
         """The latent: a standard normal number a row, whatever it is made of."""
         ids, frames = sightings.ids, sightings.frames
-        own, fast = latents(seed, "miss", ids, frames, self.memories, step).T
+        own, fast = correlated_normal_columns(seed, "miss", ids, frames, self.memories, step).T
         share = np.interp(sightings.visible, VISIBLE, self.flutter)
         own = np.sqrt(1.0 - share) * own + np.sqrt(share) * fast
-        return with_glare(own, seed, "miss", frames, self.shared, self.shared_seconds, step)
+        return with_frame_noise(own, seed, "miss", frames, self.shared, self.shared_seconds, step)
 
 
 def cut_growth(sightings: Sightings) -> Float[Array, " n"]:

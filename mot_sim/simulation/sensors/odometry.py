@@ -8,7 +8,7 @@ from numpy import ndarray as Array
 
 from mot_sim.simulation.sensors.bursts import FRAME, bursts
 from mot_sim.simulation.sensors.checks import require_finite, require_rates, require_sigmas
-from mot_sim.simulation.sensors.correlated_noise import Memory, latent
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlated_normals
 from tracker.geometry import homogeneous, invert, rotation_y
 
 
@@ -24,8 +24,8 @@ class Odometry:
     drift: float = 0.0
     slip: float = 0.0
     dropouts: float = 0.0
-    memory: Memory = field(default_factory=Memory)
-    dropout_memory: Memory = field(default_factory=Memory)
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
+    dropout_memory: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_finite("odometry scale", self.scale)
@@ -40,7 +40,7 @@ class Odometry:
             return Ts_world_cam
         frames = np.arange(1, len(Ts_world_cam))
         owner = np.full_like(frames, FRAME)
-        x = latent(seed, "odometry", owner, frames, self.memory, step, 2)
+        x = correlated_normals(seed, "odometry", owner, frames, self.memory, step, 2)
         rates = np.full(len(frames), min(level * self.dropouts, 1.0))
         lost = bursts(rates, seed, "odometry/lost", owner, frames, self.dropout_memory, step)
         Ts_before_now = invert(Ts_world_cam[:-1]) @ Ts_world_cam[1:]

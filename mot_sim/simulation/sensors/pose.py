@@ -8,7 +8,7 @@ from numpy import ndarray as Array
 
 from mot_sim.simulation.sensors.bursts import bursts
 from mot_sim.simulation.sensors.checks import require_rates, require_sigmas
-from mot_sim.simulation.sensors.correlated_noise import Memory, latent
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlated_normals
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.geometry import wrap_angle
 
@@ -25,8 +25,8 @@ class Pose:
     hidden: float = 0.0
     flips: float = 0.0
     size: float = 0.0
-    memory: Memory = field(default_factory=Memory)
-    flip_memory: Memory = field(default_factory=Memory)
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
+    flip_memory: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_sigmas("pose yaw, hidden, size", self.yaw, self.hidden, self.size)
@@ -42,7 +42,7 @@ class Pose:
         if level == 0.0:
             return yaw, size
         ids, frames = sightings.ids, sightings.frames
-        x = latent(seed, "pose", ids, frames, self.memory, step, 4)
+        x = correlated_normals(seed, "pose", ids, frames, self.memory, step, 4)
         spread = self.std(sightings, level)
         rates = np.full(len(ids), min(level * self.flips, 1.0))
         turned = bursts(rates, seed, "flip", ids, frames, self.flip_memory, step)

@@ -8,7 +8,7 @@ from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
 from mot_sim.files.documents import read_toml
-from mot_sim.simulation.sensors.appearance import Appearance
+from mot_sim.simulation.sensors.appearance import AppearanceNoise
 from mot_sim.simulation.sensors.border import Border
 from mot_sim.simulation.sensors.clutter import Clutter
 from mot_sim.simulation.sensors.confusion import Confusion
@@ -19,7 +19,7 @@ from mot_sim.simulation.sensors.merges import Merges
 from mot_sim.simulation.sensors.misses import Misses
 from mot_sim.simulation.sensors.occlusion import VisiblePart
 from mot_sim.simulation.sensors.pose import Pose
-from mot_sim.simulation.sensors.scores import Scores
+from mot_sim.simulation.sensors.scores import ScoreNoise
 from mot_sim.simulation.sensors.shape import Shape
 from mot_sim.simulation.sensors.splits import Splits
 from tracker.errors import BadConfig, BadFile, UnknownName
@@ -34,7 +34,7 @@ EFFECTS: dict[str, type] = {
     "visible_part": VisiblePart,
     "jitter": Jitter,
     "border": Border,
-    "scores": Scores,
+    "scores": ScoreNoise,
     "duplicates": Duplicates,
     "merges": Merges,
     "splits": Splits,
@@ -42,7 +42,7 @@ EFFECTS: dict[str, type] = {
     "pose": Pose,
     "keypoints": Keypoints,
     "shape": Shape,
-    "appearance": Appearance,
+    "appearance": AppearanceNoise,
 }
 
 
@@ -60,7 +60,7 @@ class Profile:
     visible_part: VisiblePart | None = None
     jitter: Jitter | None = None
     border: Border | None = None
-    scores: Scores | None = None
+    scores: ScoreNoise | None = None
     duplicates: Duplicates | None = None
     merges: Merges | None = None
     splits: Splits | None = None
@@ -68,7 +68,7 @@ class Profile:
     pose: Pose | None = None
     keypoints: Keypoints | None = None
     shape: Shape | None = None
-    appearance: Appearance | None = None
+    appearance: AppearanceNoise | None = None
 
 
 def find_profile(name: str) -> Profile:
@@ -96,11 +96,11 @@ def read_profile(path: Path) -> Profile:
     for key, table in content.items():
         if key not in EFFECTS:
             raise UnknownName.of(f"effect in {path.name}:", key, EFFECTS)
-        given[key] = build(EFFECTS[key], table, f"{path}: [{key}]")
+        given[key] = dataclass_from_table(EFFECTS[key], table, f"{path}: [{key}]")
     return Profile(**given)
 
 
-def build(kind: type, table: Any, where: str) -> Any:
+def dataclass_from_table(kind: type, table: Any, where: str) -> Any:
     """A dataclass from a TOML table, its own dataclasses from theirs. Raises BadConfig."""
     if not isinstance(table, Mapping):
         raise BadConfig(f"{where}: {table!r} is no table of parameters")
@@ -121,7 +121,7 @@ def _value(hint: Any, value: Any, where: str) -> Any:
     if isinstance(hint, UnionType):
         hint = next(each for each in get_args(hint) if each is not type(None))
     if is_dataclass(hint):
-        return build(hint, value, where)  # type: ignore[arg-type]
+        return dataclass_from_table(hint, value, where)  # type: ignore[arg-type]
     if get_origin(hint) is tuple:
         if not isinstance(value, list):
             raise BadConfig(f"{where}: {value!r} is no list of numbers")

@@ -11,7 +11,7 @@ from mot_sim.datasets.recorded import DetectionLog
 from tracker.types import Rows
 
 Source = Literal["object", "duplicate", "merged", "split", "clutter"]
-NOBODY = -1
+NO_OBJECT = -1
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Provenance(Rows):
     @classmethod
     def of(cls, source: Source, ids: Int[Array, " n"]) -> "Provenance":
         """Rows of one source."""
-        nobody = np.full(len(ids), NOBODY)
+        nobody = np.full(len(ids), NO_OBJECT)
         return cls(np.full(len(ids), source, "<U9"), ids, nobody)
 
 

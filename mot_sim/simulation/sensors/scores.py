@@ -8,13 +8,13 @@ from numpy import ndarray as Array
 from scipy.special import expit
 
 from mot_sim.simulation.sensors.checks import require_rates, require_rising, require_table
-from mot_sim.simulation.sensors.correlated_noise import Memory, latent
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlated_normals
 from mot_sim.simulation.sensors.misses import HEIGHTS, LOG_HEIGHTS, VISIBLE
 from mot_sim.simulation.sensors.sightings import Sightings
 
 
 @dataclass(frozen=True)
-class Scores:
+class ScoreNoise:
     """A latent y = by_visible + by_height + noise, mapped from y_knots to log_odds.
 
     coupling: the part of the noise (a correlation) that comes from how nearly the object was
@@ -27,7 +27,7 @@ class Scores:
     by_visible: tuple[float, ...] = (0.0,) * len(VISIBLE)
     by_height: tuple[float, ...] = (0.0,) * len(HEIGHTS)
     coupling: float = 0.0
-    memory: Memory = field(default_factory=Memory)
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_rising("scores y_knots", self.y_knots)
@@ -55,7 +55,9 @@ class Scores:
         """Probabilities in [0, 1]: 1 - level * the model's doubt. ease: see `Misses`."""
         if level == 0.0:
             return np.ones(len(sightings))
-        own = latent(seed, "score", sightings.ids, sightings.frames, self.memory, step)[:, 0]
+        own = correlated_normals(seed, "score", sightings.ids, sightings.frames, self.memory, step)[
+            :, 0
+        ]
         noise = self.coupling * ease + np.sqrt(1.0 - self.coupling**2) * own
         odds = np.interp(self.mean(sightings) + noise, self.y_knots, self.log_odds)
         if level == 1.0:

@@ -7,7 +7,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.simulation.sensors.checks import require_rates, require_sigmas
-from mot_sim.simulation.sensors.correlated_noise import Memory, latent
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlated_normals
 from mot_sim.simulation.sensors.sightings import Sightings
 
 NEAR = 10.0  # metres: where `spread` is given
@@ -27,7 +27,7 @@ class Shape:
     shrink: float = 0.0
     pull: float = 0.0
     stated: float = 0.0
-    memory: Memory = field(default_factory=Memory)
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_sigmas("shape spread, growth, stated", self.spread, self.growth, self.stated)
@@ -40,7 +40,9 @@ class Shape:
         if sightings.shape is None or level == 0.0:
             return sightings.shape
         columns = sightings.shape.shape[1]
-        x = latent(seed, "shape", sightings.ids, sightings.frames, self.memory, step, columns)
+        x = correlated_normals(
+            seed, "shape", sightings.ids, sightings.frames, self.memory, step, columns
+        )
         kept = 1.0 - np.minimum(level * self.shrink * (1.0 - sightings.visible), 1.0)
         kept *= 1.0 - min(level * self.pull, 1.0)
         return kept[:, None] * sightings.shape + self.std(sightings, level)[:, None] * x

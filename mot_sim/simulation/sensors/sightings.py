@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int, Shaped, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.simulation.cars import Cast
+from mot_sim.simulation.cars import Vehicles
 from mot_sim.simulation.truth import Truth
 from tracker.types import Cuboids, Rows, Tracks
 
@@ -50,7 +50,7 @@ class Sightings(Rows):
         return self.boxes[:, 3] - self.boxes[:, 1]
 
     @classmethod
-    def from_truth(cls, truth: Truth, cast: Cast | None = None) -> "Sightings":
+    def from_truth(cls, truth: Truth, cast: Vehicles | None = None) -> "Sightings":
         """Of a synthetic episode; cast: who the cars are, where shapes are to be seen too."""
         tracks = truth.tracks
         return cls(

@@ -9,7 +9,7 @@ from numpy import ndarray as Array
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.sensors.bursts import bursts
 from mot_sim.simulation.sensors.checks import require_rates, require_sigmas
-from mot_sim.simulation.sensors.correlated_noise import Memory
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.sightings import Sightings
 
 
@@ -19,7 +19,7 @@ class Splits:
 
     rate: float = 0.0
     min_width: float = 200.0
-    memory: Memory = field(default_factory=Memory)
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_rates("splits", self.rate)

@@ -11,7 +11,7 @@ from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.sensors.bursts import FRAME, bursts
 from mot_sim.simulation.sensors.checks import require_rates, require_sigmas
-from mot_sim.simulation.sensors.correlated_noise import Memory
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from tracker.types import Camera, Frame
 
 LARGEST = 0.45  # steps that a time stamp is off at most, so that time goes forward
@@ -24,7 +24,7 @@ class Timing:
     """
 
     drops: float = 0.0
-    memory: Memory = field(default_factory=Memory)
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
     jitter: float = 0.0
     latency: float = 0.0
 

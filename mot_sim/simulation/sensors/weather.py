@@ -7,7 +7,7 @@ from tracker.errors import UnknownName
 
 
 @dataclass(frozen=True)
-class Weather:
+class SensorWeather:
     """odds: added to the log-odds of being found; far: more of it for boxes below 35 px.
 
     glare: share of the misses that a frame's objects share, over half a second. jitter, clutter:
@@ -48,12 +48,12 @@ class Weather:
         return replace(profile, misses=misses, jitter=jitter, scores=scores, clutter=clutter)
 
 
-WEATHERS: dict[str, Weather] = {
-    "clear": Weather(),
-    "rain": Weather(-0.7, -0.3, 0.15, 1.3, 1.5, -0.3),
-    "fog": Weather(-0.5, -2.0, 0.1, 1.2, 0.8, -0.5),
-    "glare": Weather(-0.5, 0.0, 0.5, 1.2, 1.5, -0.4),
-    "night": Weather(-1.0, -0.7, 0.2, 1.4, 2.0, -0.6),
+WEATHERS: dict[str, SensorWeather] = {
+    "clear": SensorWeather(),
+    "rain": SensorWeather(-0.7, -0.3, 0.15, 1.3, 1.5, -0.3),
+    "fog": SensorWeather(-0.5, -2.0, 0.1, 1.2, 0.8, -0.5),
+    "glare": SensorWeather(-0.5, 0.0, 0.5, 1.2, 1.5, -0.4),
+    "night": SensorWeather(-1.0, -0.7, 0.2, 1.4, 2.0, -0.6),
 }
 
 

@@ -8,7 +8,7 @@ from mot_sim.simulation.traffic.kitti_replay import kitti_recording, kitti_repla
 from mot_sim.simulation.traffic.recording import RecordedTraffic, Replay, record_traffic
 from mot_sim.simulation.traffic.roads import Roads, Surface
 from mot_sim.simulation.traffic.scripted import Improvised, Route, Script, Scripted
-from mot_sim.simulation.traffic.world import Traffic, World
+from mot_sim.simulation.traffic.traffic_state import Traffic, TrafficState
 
 __all__ = [
     "Improvised",
@@ -20,7 +20,7 @@ __all__ = [
     "Scripted",
     "Surface",
     "Traffic",
-    "World",
+    "TrafficState",
     "colliding_pairs",
     "collisions",
     "kitti_recording",

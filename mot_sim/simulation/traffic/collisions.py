@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.simulation.traffic.world import World, outline
+from mot_sim.simulation.traffic.traffic_state import TrafficState, outline
 
 
 def colliding_pairs(poses: Float[Array, "n 3"], size: Float[Array, "n 3"]) -> Int[Array, "p 2"]:
@@ -20,7 +20,7 @@ def colliding_pairs(poses: Float[Array, "n 3"], size: Float[Array, "n 3"]) -> In
     return near[touch]
 
 
-def collisions(world: World) -> Int[Array, "p 2"]:
+def collisions(world: TrafficState) -> Int[Array, "p 2"]:
     """Ids of the cars of a world that overlap, the smaller id first; -1 is the ego car."""
     poses = np.column_stack((world.x, world.y, world.heading))
     pairs = colliding_pairs(np.vstack((world.ego, poses)), np.vstack((world.ego_size, world.size)))

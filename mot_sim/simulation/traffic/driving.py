@@ -5,7 +5,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from mot_sim.simulation.traffic.world import World
+from mot_sim.simulation.traffic.traffic_state import TrafficState
 
 # The first lets the ego car drive itself; the others are highway-env's discrete meta actions.
 COMMANDS = ("autopilot", "lane_left", "idle", "lane_right", "faster", "slower")
@@ -35,7 +35,7 @@ class Driving:
 class Driven(Protocol):
     """Live traffic whose ego car can be told what to do; see `Traffic`."""
 
-    def reset_live(self, rng: np.random.Generator) -> World:
+    def reset_live(self, rng: np.random.Generator) -> TrafficState:
         """A new run of which nothing is driven ahead; the first world."""
         ...
 
@@ -43,7 +43,7 @@ class Driven(Protocol):
         """What the ego car does from now on, one of COMMANDS."""
         ...
 
-    def step(self) -> World:
+    def step(self) -> TrafficState:
         """The world 0.1 s later."""
         ...
 

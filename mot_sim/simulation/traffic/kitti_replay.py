@@ -16,7 +16,7 @@ from numpy import ndarray as Array
 from mot_sim.datasets.kitti import KittiSequence
 from mot_sim.simulation.traffic.recording import RecordedTraffic, Replay
 from mot_sim.simulation.traffic.scripted import SEDAN
-from mot_sim.simulation.traffic.world import STEP, World
+from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
 from tracker.errors import BadConfig
 from tracker.geometry import invert
 from tracker.types import Tracks
@@ -96,9 +96,9 @@ def _world(
     speed: Float[Array, " n"],
     ego: Float[Array, "3"],
     frame: int,
-) -> World:
+) -> TrafficState:
     assert cars.cuboids is not None
-    return World(
+    return TrafficState(
         time=frame * STEP,
         ids=cars.ids,
         x=poses[:, 0],

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, Int, Shaped, jaxtyped
 from numpy import ndarray as Array
 
 from mot_sim.files.array_files import ArrayFormat, checksum, require_columns
-from mot_sim.simulation.traffic.world import STEP, Traffic, World
+from mot_sim.simulation.traffic.traffic_state import STEP, Traffic, TrafficState
 from tracker.errors import BadConfig, BadFile
 
 FORMAT = ArrayFormat("recorded traffic", 1)
@@ -22,7 +22,7 @@ class RecordedTraffic:
     """Who was where, every 0.1 s from `start` on: rows are worlds, columns are cars.
 
     ids: of the columns, increasing. present: whether a car was there; where not, its other
-    values are NaN. size: length, height, width. z, crashed: as in `World`. kinds: of the columns.
+    values are NaN. size: length, height, width. z, crashed: as in `TrafficState`. kinds: of the columns.
     """
 
     start: Float[Array, ""]
@@ -46,10 +46,10 @@ class RecordedTraffic:
         """The first worlds of it, and only the cars of those; at least one."""
         return RecordedTraffic.of(self.world(index) for index in range(min(count, len(self))))
 
-    def world(self, index: int) -> World:
+    def world(self, index: int) -> TrafficState:
         """The world of a row; the same bits that were recorded."""
         there = self.present[index]
-        return World(
+        return TrafficState(
             time=float(self.start) + index * STEP,
             ids=self.ids[there],
             x=self.x[index, there],
@@ -65,7 +65,7 @@ class RecordedTraffic:
         )
 
     @property
-    def worlds(self) -> tuple[World, ...]:
+    def worlds(self) -> tuple[TrafficState, ...]:
         """All worlds."""
         return tuple(self.world(index) for index in range(len(self)))
 
@@ -80,7 +80,7 @@ class RecordedTraffic:
         return {name: array for name, array in named.items() if array is not None}
 
     @classmethod
-    def of(cls, worlds: Iterable[World]) -> "RecordedTraffic":
+    def of(cls, worlds: Iterable[TrafficState]) -> "RecordedTraffic":
         """The recording of worlds, 0.1 s apart. Raises BadConfig for rows not in order of ids."""
         worlds = list(worlds)
         if not worlds:
@@ -150,12 +150,12 @@ class Replay:
     recording: RecordedTraffic
     index: int = field(default=0, init=False)
 
-    def reset(self, rng: np.random.Generator) -> World:
+    def reset(self, rng: np.random.Generator) -> TrafficState:
         """The first world; nothing is drawn from the generator."""
         self.index = 0
         return self.recording.world(0)
 
-    def step(self) -> World:
+    def step(self) -> TrafficState:
         """The next world. Raises BadConfig after the last one."""
         if self.index + 1 >= len(self.recording):
             raise BadConfig(

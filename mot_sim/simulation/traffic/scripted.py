@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.simulation.traffic.world import STEP, World
+from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
 from tracker.errors import BadConfig
 from tracker.geometry import wrap_angle
 
@@ -145,22 +145,22 @@ class Scripted:
     ego: Script
     steps: int = field(default=0, init=False)
 
-    def reset(self, rng: np.random.Generator) -> World:
+    def reset(self, rng: np.random.Generator) -> TrafficState:
         """The world at time 0; nothing is drawn from the generator."""
         self.steps = 0
         return self.at(0.0)
 
-    def step(self) -> World:
+    def step(self) -> TrafficState:
         """The world 0.1 s later."""
         self.steps += 1
         return self.at(self.steps * STEP)
 
-    def at(self, time: float) -> World:
+    def at(self, time: float) -> TrafficState:
         """The world at any time."""
         ids = [number for number, car in enumerate(self.cars) if car.is_there(time)]
         cars = [self.cars[number] for number in ids]
         poses = np.array([car.pose(time) for car in cars]).reshape(-1, 3)
-        return World(
+        return TrafficState(
             time=time,
             ids=np.array(ids, dtype=np.int64),
             x=poses[:, 0],
@@ -181,12 +181,12 @@ class Improvised:
     write: Callable[[np.random.Generator], Scripted]
     _scripted: Scripted | None = field(default=None, init=False)
 
-    def reset(self, rng: np.random.Generator) -> World:
+    def reset(self, rng: np.random.Generator) -> TrafficState:
         """The first world of a new script."""
         self._scripted = self.write(rng)
         return self._scripted.reset(rng)
 
-    def step(self) -> World:
+    def step(self) -> TrafficState:
         """The world 0.1 s later. Raises BadConfig before the first `reset`."""
         if self._scripted is None:
             raise BadConfig("traffic makes its first step: call reset(rng) before")

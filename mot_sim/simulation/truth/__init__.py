@@ -4,14 +4,14 @@ from mot_sim.simulation.truth.annotate import Annotations, annotate, annotate_fr
 from mot_sim.simulation.truth.cuboid_boxes import boxes_around, clip_to_image, project_edges
 from mot_sim.simulation.truth.events import EVENTS, Events, find_events
 from mot_sim.simulation.truth.labels import labels
-from mot_sim.simulation.truth.table import Occlusions, Seen, Truth, occlusion_level
+from mot_sim.simulation.truth.table import KeypointVisibility, Occlusions, Truth, occlusion_level
 
 __all__ = [
     "EVENTS",
     "Annotations",
     "Events",
+    "KeypointVisibility",
     "Occlusions",
-    "Seen",
     "Truth",
     "annotate",
     "annotate_frame",

@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.simulation.renderers import Placed, Scan, View, scan
-from mot_sim.simulation.stage import Stage
-from mot_sim.simulation.traffic.world import World
+from mot_sim.simulation.renderers import MeshInstances, Scan, View, scan_view
+from mot_sim.simulation.scene_meshes import SceneMeshes
+from mot_sim.simulation.traffic.traffic_state import TrafficState
 from mot_sim.simulation.truth.cuboid_boxes import clip_to_image
 from mot_sim.simulation.truth.keypoints import seen_keypoints
 from mot_sim.simulation.truth.table import MAX_CUT, Occlusions, Truth, occlusion_level
@@ -34,16 +34,16 @@ class Annotations:
 
 
 def annotate(
-    worlds: Iterable[World],
-    stage: Stage,
-    scenery_in: Callable[[World], Placed | None] | None = None,
+    worlds: Iterable[TrafficState],
+    stage: SceneMeshes,
+    scenery_in: Callable[[TrafficState], MeshInstances | None] | None = None,
 ) -> Annotations:
     """The truth of a run of one or more worlds; world i is frame i.
 
     scenery_in: what else the camera may see in a world.
     """
     parts: list[Annotations] = []
-    before: World | None = None
+    before: TrafficState | None = None
     for frame, world in enumerate(worlds):
         scenery = None if scenery_in is None else scenery_in(world)
         parts.append(annotate_frame(world, stage, frame, before, scenery))
@@ -52,16 +52,16 @@ def annotate(
 
 
 def annotate_frame(
-    world: World,
-    stage: Stage,
+    world: TrafficState,
+    stage: SceneMeshes,
     frame: int,
-    before: World | None = None,
-    scenery: Placed | None = None,
+    before: TrafficState | None = None,
+    scenery: MeshInstances | None = None,
 ) -> Annotations:
     """The truth of one frame; before: the world a step earlier. scenery hides cars, has no row."""
     rig, cuboids = stage.rig, stage.rig.cuboids(world)
     placed = stage.placed(world, scenery)
-    scanned = scan(View(rig.camera, placed, road=None))
+    scanned = scan_view(View(rig.camera, placed, road=None))
     seen = scanned.silhouettes
     boxes, cut = clip_to_image(seen.full_boxes, rig.camera)
     rows = np.flatnonzero((seen.whole > 0) & (boxes[:, 2:] > boxes[:, :2]).all(axis=1))
@@ -108,7 +108,9 @@ def occlusions_of(scanned: Scan, truth: Truth, frame: int) -> Occlusions:
     return Occlusions(frames, hidden.instances, hidden.by, hidden.pixels)
 
 
-def rates(world: World, before: World | None) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+def rates(
+    world: TrafficState, before: TrafficState | None
+) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
     """Acceleration and yaw rate since the world before; 0 for who was not there."""
     acceleration, yaw_rate = np.zeros(len(world)), np.zeros(len(world))
     if before is not None and len(before):

@@ -8,7 +8,7 @@ from jaxtyping import Int, Shaped
 from numpy import ndarray as Array
 
 from mot_sim.simulation.traffic.collisions import collisions
-from mot_sim.simulation.traffic.world import World
+from mot_sim.simulation.traffic.traffic_state import TrafficState
 from mot_sim.simulation.truth.table import Truth
 from tracker.types import Rows
 
@@ -44,7 +44,7 @@ class Events(Rows):
         )  # fmt: skip
 
 
-def find_events(truth: Truth, worlds: Iterable[World]) -> Events:
+def find_events(truth: Truth, worlds: Iterable[TrafficState]) -> Events:
     """All events of a run; world i is frame i of the truth."""
     worlds = list(worlds)
     rows: list[Row] = []
@@ -103,7 +103,7 @@ def crossings(truth: Truth, frame_count: int) -> list[Row]:
     return rows
 
 
-def crashes(worlds: list[World]) -> list[Row]:
+def crashes(worlds: list[TrafficState]) -> list[Row]:
     """Pairs of cars that begin to touch."""
     rows: list[Row] = []
     before: set[tuple[int, int]] = set()

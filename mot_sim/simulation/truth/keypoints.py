@@ -4,9 +4,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.simulation.renderers import NOBODY, Layer, Scan
+from mot_sim.simulation.renderers import NO_INSTANCE, Layer, Scan
 from mot_sim.simulation.renderers.triangles import NEAR
-from mot_sim.simulation.truth.table import Seen
+from mot_sim.simulation.truth.table import KeypointVisibility
 from tracker.types import Camera
 
 # How far behind its own car's drawn surface a point may seem to lie and still be on it: metres,
@@ -23,7 +23,7 @@ def seen_keypoints(
     scanned: Scan,
     camera: Camera,
 ) -> tuple[Float[Array, "n k 2"], UInt8[Array, "n k"]]:
-    """The pixels of the keypoints of cars, and a `Seen` of each.
+    """The pixels of the keypoints of cars, and a `KeypointVisibility` of each.
 
     faces_us: which points lie on a face of their car that looks at the camera. All others are
     self-occluded, and so are points where their own car, drawn alone, is nearer in all nine pixels
@@ -34,20 +34,20 @@ def seen_keypoints(
     width, height = camera.image_size
     nearest = np.floor(np.where(depth[..., None] > NEAR, pixels, -9.0) + 0.5).astype(np.int64)
     inside = ((nearest >= 0) & (nearest < (width, height))).all(axis=2) & (depth > NEAR)
-    states = np.full(depth.shape, Seen.TRUNCATED, np.uint8)
+    states = np.full(depth.shape, KeypointVisibility.TRUNCATED, np.uint8)
     layers = {layer.instance: layer for layer in scanned.layers}
     for row, number in enumerate(ids.tolist()):
         here = np.flatnonzero(inside[row])
         u, v = nearest[row, here].T
-        shown = scanned.numbers[v, u] + NOBODY
+        shown = scanned.numbers[v, u] + NO_INSTANCE
         others = (shown != number) & (scanned.nearness[v, u] > 0.0)
-        state = np.where(others, Seen.OCCLUDED, Seen.VISIBLE)
-        state[~faces_us[row, here]] = Seen.SELF_OCCLUDED
+        state = np.where(others, KeypointVisibility.OCCLUDED, KeypointVisibility.VISIBLE)
+        state[~faces_us[row, here]] = KeypointVisibility.SELF_OCCLUDED
         tested = np.flatnonzero(faces_us[row, here])
         if number in layers and len(tested):
             points = nearest[row, here[tested]], depth[row, here[tested]]
             own = behind_itself(layers[number], scanned, *points, camera)
-            state[tested[own]] = Seen.SELF_OCCLUDED
+            state[tested[own]] = KeypointVisibility.SELF_OCCLUDED
         states[row, here] = state
     return pixels, states
 

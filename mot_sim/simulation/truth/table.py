@@ -17,7 +17,7 @@ OCCLUSION_LEVELS = (0.8, 0.5, 0.2)
 MAX_CUT = 0.05
 
 
-class Seen(IntEnum):
+class KeypointVisibility(IntEnum):
     """Whether a keypoint is seen, and if not, why; the first reason in this order counts."""
 
     VISIBLE = 0
@@ -37,7 +37,7 @@ class Truth(Rows):
     full_boxes: not clipped to the image, of what is before the near plane. seen_boxes: around
     the visible pixels' centres, NaN where there are none. pixels, whole_pixels: seen, and of the
     silhouette. keypoints: the 36 of `tracker.shape.KEYPOINTS_36` in pixels, NaN behind the
-    camera; keypoint_states: a `Seen` each. speed: m/s, forward. velocity: m/s along x and y of
+    camera; keypoint_states: a `KeypointVisibility` each. speed: m/s, forward. velocity: m/s along x and y of
     the world. acceleration (m/s^2) and yaw_rate (rad/s, about world z, down): over the step from
     the frame before, 0 at first sight.
     """

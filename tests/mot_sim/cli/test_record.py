@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from mot_sim.simulation import registry
-from mot_sim.simulation.episodes import Places, read_episode
+from mot_sim.simulation.episodes import EpisodeFiles, read_episode
 from mot_sim.simulation.episodes import recording as recording_module
 from tests.mot_sim.cli.conftest import CommandLine, files
 from tests.mot_sim.simulation.episodes.small import FRAMES
@@ -151,7 +151,7 @@ def test_ctrl_c_before_the_first_frame_leaves_nothing(
 
 def test_verify_names_a_changed_byte_and_ends_with_1(mot_sim: CommandLine, out: Path) -> None:
     mot_sim("record", "small", "--out", out, "--no-images", "--episodes", 2)
-    path = Places(out, "0001").text("labels")
+    path = EpisodeFiles(out, "0001").text("labels")
     path.write_text(path.read_text().replace("Car", "Van", 1))
     outcome = mot_sim("verify", out)
     assert outcome.code == 1
@@ -160,7 +160,7 @@ def test_verify_names_a_changed_byte_and_ends_with_1(mot_sim: CommandLine, out: 
     assert first["same"]
     assert not second["same"]
     assert second["parts"]["labels"] == "file changed"
-    Places(out, "0000").extra.write_bytes(b"")
+    EpisodeFiles(out, "0000").extra.write_bytes(b"")
     outcome = mot_sim("verify", out)
     assert outcome.code == 1
     assert "0000: " in outcome.err

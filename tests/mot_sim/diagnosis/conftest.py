@@ -7,11 +7,11 @@ import pytest
 
 from mot_sim.diagnosis.tasks import SceneTask
 from mot_sim.experiments.sweep.conditions import Conditions
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.simulation.episodes.extra import Extra
 
 SETTINGS = {"scene.houses": 0.0, "scene.trees": 0.0, "scene.furniture": 0.0}
-FORGETFUL = Contender.parse("default:lifecycle.max_gap=0.5")
+FORGETFUL = TrackerSpec.parse("default:lifecycle.max_gap=0.5")
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,18 +18,18 @@ from mot_sim.diagnosis.attribution import (
     NO_NOISE,
     ONE,
     VERDICTS,
+    Attributor,
     Cause,
-    Court,
     Incident,
     incidents,
     is_kept,
     shares,
 )
 from mot_sim.diagnosis.replay import Replays
-from mot_sim.diagnosis.sources import Bench
+from mot_sim.diagnosis.sources import SourceAblation
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.following import TrackerFailed
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.metrics.breaks import Breaks, Matches
 from mot_sim.simulation.sensors import Profile
 from mot_sim.simulation.truth import labels
@@ -103,9 +103,9 @@ def switches_of(conditions: Conditions, crossing: Crossing) -> Breaks:
 
 def judged(conditions: Conditions, crossing: Crossing, switches: Breaks) -> list[Cause]:
     """What switches hang on."""
-    bench = Bench.of(conditions, crossing.recorded, 0)
+    bench = SourceAblation.of(conditions, crossing.recorded, 0)
     every = labels(crossing.recorded.annotations.truth)
-    return Court(bench, every, Replays(FORGETFUL)).judge(switches)
+    return Attributor(bench, every, Replays(FORGETFUL)).judge(switches)
 
 
 @pytest.mark.parametrize("source", [*ON, "odometry"])
@@ -121,7 +121,7 @@ def test_a_planted_switch_hangs_on_its_source(crossing: Crossing, source: str) -
 
 
 def test_a_switch_that_is_there_without_noise_is_the_trackers_own(crossing: Crossing) -> None:
-    tracker = Contender("odd", "tests.mot_sim.diagnosis.odd:NewNameAtTen")
+    tracker = TrackerSpec("odd", "tests.mot_sim.diagnosis.odd:NewNameAtTen")
     task = replace(crossing.task(quiet(crossing), attribute=True), contender=tracker)
     found = task.run()
     at_ten = [case for case in found.cases if case.switched and case.frame == 10]
@@ -131,7 +131,7 @@ def test_a_switch_that_is_there_without_noise_is_the_trackers_own(crossing: Cros
 
 
 def test_a_replay_from_a_copy_is_the_run_from_the_beginning(crossing: Crossing) -> None:
-    bench = Bench.of(quiet(crossing), crossing.recorded, 0)
+    bench = SourceAblation.of(quiet(crossing), crossing.recorded, 0)
     changed = bench.without("jitter", 15, 25)
     assert changed is not None
     replays = Replays(FORGETFUL)
@@ -156,7 +156,7 @@ def test_shares_of_several_sources_are_equal_parts() -> None:
 
 
 def test_a_tracker_that_fails_is_named_with_the_frame(crossing: Crossing) -> None:
-    tracker = Contender("odd", "tests.mot_sim.diagnosis.odd:FailsAtFive")
+    tracker = TrackerSpec("odd", "tests.mot_sim.diagnosis.odd:FailsAtFive")
     with pytest.raises(TrackerFailed, match=r"tracker odd failed in frame 5 of crossing/0: .*five"):
         replace(crossing.task(), contender=tracker).run()
 
@@ -167,9 +167,9 @@ def test_a_tracker_that_fails_is_named_with_the_frame(crossing: Crossing) -> Non
 def test_a_tracker_that_decides_later_sees_the_drive_to_its_end(
     crossing: Crossing, word: str, is_late: bool
 ) -> None:
-    bench = Bench.of(quiet(crossing), crossing.recorded, 0)
-    replays = Replays(Contender.parse(word))
+    bench = SourceAblation.of(quiet(crossing), crossing.recorded, 0)
+    replays = Replays(TrackerSpec.parse(word))
     replays.run(bench.stream, 6)
     assert replays.is_late is is_late
-    court = Court(bench, labels(crossing.recorded.annotations.truth), replays)
+    court = Attributor(bench, labels(crossing.recorded.annotations.truth), replays)
     assert court._bounds(Incident(4, 11, 12, (0,))) == (1, 22, 39 if is_late else 32)

@@ -10,13 +10,13 @@ import pytest
 from mot_sim.diagnosis.contact_sheet import SHEET, draw_sheet, worst_first
 from mot_sim.diagnosis.findings import Case
 from mot_sim.diagnosis.panels import WIDTH, Scenario, cause_said, draw_moment, frames_of
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.simulation.sensors import Profile
 from tests.mot_sim.diagnosis.conftest import Crossing
 from tests.mot_sim.diagnosis.test_findings import ONE_DRIVE, OTHER
 from tracker.errors import BadOutput
 
-RENAMED = Contender("odd", "tests.mot_sim.diagnosis.odd:NewNameAtTen")
+RENAMED = TrackerSpec("odd", "tests.mot_sim.diagnosis.odd:NewNameAtTen")
 
 
 class Flat:

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from mot_sim.datasets.recorded import DetectionLog
-from mot_sim.diagnosis.context_events import KINDS, SCENERY, Happenings, bin_names
+from mot_sim.diagnosis.context_events import KINDS, SCENERY, ContextEvents, bin_names
 from mot_sim.diagnosis.gaps import detector_gaps
 from mot_sim.diagnosis.occlusions import exact_occlusions, labelled_occlusions
-from mot_sim.diagnosis.pair_events import crossings, look_alikes
+from mot_sim.diagnosis.pair_events import box_crossings, look_alike_meetings
 from mot_sim.diagnosis.turns import camera_turns, car_turns, headings_of
 from mot_sim.simulation.truth import EVENTS
 from tests.mot_sim.diagnosis.conftest import Crossing
@@ -36,29 +36,29 @@ def standing(count: int, yaw: np.ndarray, depth: float = 20.0) -> Cuboids:
     ],
 )
 def test_a_happening_lies_in_its_bins(row: tuple, names: list[str]) -> None:
-    found = Happenings.of([row]).bins_of(0)
+    found = ContextEvents.of([row]).bins_of(0)
     assert list(found) == [row[0], *(f"{row[0]}, {name}" for name in names)]
     assert set(found) <= set(bin_names(row[0]))
 
 
 def test_no_happenings_are_an_empty_table() -> None:
-    assert len(Happenings.of([])) == 0
+    assert len(ContextEvents.of([])) == 0
 
 
 def test_cars_that_change_sides_cross_once() -> None:
     rows = [(frame, 1, 10.0 * frame) for frame in range(20)] + [(f, 2, 100.0) for f in range(20)]
     cars = tracks(sorted(rows))
-    (found,) = crossings(cars)
+    (found,) = box_crossings(cars)
     assert found[:5] == ("crossing", 3, 17, 1, 2)
     beside = tracks(sorted([(f, 1, 0.0) for f in range(9)] + [(f, 2, 40.0) for f in range(9)]))
-    assert list(crossings(beside)) == []
-    assert list(crossings(Tracks.empty())) == []
+    assert list(box_crossings(beside)) == []
+    assert list(box_crossings(Tracks.empty())) == []
 
 
 def test_only_cars_of_one_look_that_are_near_are_look_alikes() -> None:
     cars = tracks([(0, 1, 0.0), (0, 2, 100.0), (0, 3, 100.0), (0, 4, 600.0)])
     ids, looks = np.array([1, 2, 3, 4]), np.array([8, 8, 5, 8])
-    found = list(look_alikes(cars, ids, looks))
+    found = list(look_alike_meetings(cars, ids, looks))
     assert [row[3:5] for row in found] == [(1, 2)]
 
 

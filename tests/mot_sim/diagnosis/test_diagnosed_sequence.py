@@ -9,10 +9,10 @@ import pytest
 
 from mot_sim.datasets import kitti_sequence
 from mot_sim.diagnosis.context_events import KINDS
-from mot_sim.diagnosis.diagnosed_sequence import vehicles, watch_kitti, watch_scene
+from mot_sim.diagnosis.diagnosed_sequence import diagnosed_kitti, diagnosed_scene, vehicles
 from mot_sim.diagnosis.findings import findings_of
 from mot_sim.diagnosis.tasks import KittiTask
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.metrics import evaluate_sequence
 from mot_sim.simulation.sensors import Profile
 from tests.mot_sim.diagnosis.conftest import Crossing
@@ -21,7 +21,7 @@ from tracker.types import Tracks
 
 
 def test_a_scene_tells_of_every_kind(crossing: Crossing) -> None:
-    watched = watch_scene(crossing.conditions, crossing.recorded, 0)
+    watched = diagnosed_scene(crossing.conditions, crossing.recorded, 0)
     assert watched.known == KINDS
     kinds = Counter(watched.happenings.kinds.tolist())
     assert kinds["occlusion"]
@@ -32,7 +32,7 @@ def test_a_scene_tells_of_every_kind(crossing: Crossing) -> None:
 
 def test_a_perfect_detector_has_gaps_only_where_nothing_is_visible(crossing: Crossing) -> None:
     perfect = replace(crossing.conditions, effects=Profile())
-    happenings = watch_scene(perfect, crossing.recorded, 0).happenings
+    happenings = diagnosed_scene(perfect, crossing.recorded, 0).happenings
     truth = crossing.recorded.annotations.truth
     for row in np.flatnonzero(happenings.kinds == "detector gap").tolist():
         own = truth.tracks.ids == happenings.ids[row]
@@ -52,7 +52,7 @@ def test_vehicles_are_cars_and_vans() -> None:
 @pytest.mark.kitti
 def test_the_counts_on_kitti_are_the_metrics_own(kitti_root: Path) -> None:
     drive = kitti_sequence(kitti_root, "0000", "rrc", "oxts").subset(range(100, 150))
-    watched, output = KittiTask(drive, Contender.parse("paper")).look()
+    watched, output = KittiTask(drive, TrackerSpec.parse("paper")).look()
     found = findings_of(watched, output)
     scores = evaluate_sequence(watched.truth, output, drive.frame_count)
     assert (found.switches, found.fragments) == (scores["IDSW"], scores["Frag"])
@@ -65,11 +65,11 @@ def test_the_counts_on_kitti_are_the_metrics_own(kitti_root: Path) -> None:
 @pytest.mark.kitti
 def test_without_known_motion_nobody_knows_who_turned(kitti_root: Path) -> None:
     drive = kitti_sequence(kitti_root, "0005", "rrc", "none").subset(range(20))
-    assert watch_kitti(drive).known == ("occlusion", "crossing", "detector gap")
+    assert diagnosed_kitti(drive).known == ("occlusion", "crossing", "detector gap")
 
 
 @pytest.mark.kitti
 def test_a_sequence_without_labels_is_refused(kitti_root: Path) -> None:
     drive = kitti_sequence(kitti_root, "0001", "rrc", "oxts")
     with pytest.raises(DatasetNotFound, match="sequence 0001: no labels"):
-        watch_kitti(drive)
+        diagnosed_kitti(drive)

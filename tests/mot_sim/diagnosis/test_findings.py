@@ -9,8 +9,8 @@ import pytest
 
 from mot_sim.diagnosis.attribution import EITHER, NO_NOISE, ONE
 from mot_sim.diagnosis.context_events import KINDS
-from mot_sim.diagnosis.diagnosed_sequence import Watched
-from mot_sim.diagnosis.event_matching import NOTHING, Counts
+from mot_sim.diagnosis.diagnosed_sequence import DiagnosedSequence
+from mot_sim.diagnosis.event_matching import NOTHING, EventCounts
 from mot_sim.diagnosis.findings import Case, Findings, read_findings, write_findings
 from mot_sim.diagnosis.outputs import write_tables
 from mot_sim.diagnosis.tables import cause_table, csv_of, event_table, shown, tables_of
@@ -31,7 +31,7 @@ def case(frame: int, verdict: str, *sources: str, drive: str = "a") -> Case:
 def found(drive: str, *cases: Case) -> Findings:
     """A drive with two occlusions, at which all its switches are."""
     n = len(cases)
-    counts = {"occlusion": Counts(2, n, float(n), n, float(n)), NOTHING: Counts()}
+    counts = {"occlusion": EventCounts(2, n, float(n), n, float(n)), NOTHING: EventCounts()}
     return Findings(drive, 40, 9, KINDS, counts, cases)
 
 
@@ -60,7 +60,7 @@ class Counted:
             file.write(f"{self.name}\n")
         return found(self.name)
 
-    def look(self) -> tuple[Watched, Tracks]:
+    def look(self) -> tuple[DiagnosedSequence, Tracks]:
         """Nobody looks."""
         raise NotImplementedError
 

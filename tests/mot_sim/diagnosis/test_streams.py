@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mot_sim.diagnosis.sources import SOURCES, Bench, active_sources, without, without_all
-from mot_sim.diagnosis.streams import Stream
+from mot_sim.diagnosis.sources import SOURCES, SourceAblation, active_sources, without, without_all
+from mot_sim.diagnosis.streams import DetectionStream
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import drive_of
 from mot_sim.simulation.sensors import (
@@ -51,7 +51,7 @@ def strong_profile() -> Profile:
 
 
 @pytest.fixture(scope="module")
-def noisy(short: Crossing) -> tuple[Conditions, Bench]:
+def noisy(short: Crossing) -> tuple[Conditions, SourceAblation]:
     """The short crossing with every source of noise, at the full frame rate."""
     conditions = replace(
         short.conditions,
@@ -61,10 +61,10 @@ def noisy(short: Crossing) -> tuple[Conditions, Bench]:
         miscalibration=Miscalibration(vibration=0.01),
         rig=replace(short.conditions.rig, height_error=0.1),
     )
-    return conditions, Bench.of(conditions, short.recorded, 0)
+    return conditions, SourceAblation.of(conditions, short.recorded, 0)
 
 
-def told(stream: Stream) -> list[tuple]:
+def told(stream: DetectionStream) -> list[tuple]:
     """All that a tracker is given, frame by frame."""
     return [
         (
@@ -76,7 +76,7 @@ def told(stream: Stream) -> list[tuple]:
     ]  # fmt: skip
 
 
-def rows(stream: Stream) -> set[tuple]:
+def rows(stream: DetectionStream) -> set[tuple]:
     """Every box with its frame and score."""
     seen = stream.log.detections
     return {
@@ -87,7 +87,9 @@ def rows(stream: Stream) -> set[tuple]:
     }
 
 
-def test_every_source_is_on_and_can_be_switched_off(noisy: tuple[Conditions, Bench]) -> None:
+def test_every_source_is_on_and_can_be_switched_off(
+    noisy: tuple[Conditions, SourceAblation],
+) -> None:
     conditions, bench = noisy
     assert active_sources(conditions) == AT_FULL_RATE
     assert tuple(bench.off) == AT_FULL_RATE
@@ -96,7 +98,7 @@ def test_every_source_is_on_and_can_be_switched_off(noisy: tuple[Conditions, Ben
 
 @pytest.mark.parametrize("source", AT_FULL_RATE)
 def test_a_source_that_is_off_changes_only_the_frames_in_which_it_is_off(
-    noisy: tuple[Conditions, Bench], source: str
+    noisy: tuple[Conditions, SourceAblation], source: str
 ) -> None:
     _, bench = noisy
     found = bench.without(source, FIRST, LAST)
@@ -119,7 +121,7 @@ def test_a_source_that_is_off_changes_only_the_frames_in_which_it_is_off(
 
 def test_at_a_low_frame_rate_the_frames_between_come_inside(short: Crossing) -> None:
     slow = replace(short.conditions, rig=replace(short.conditions.rig, frame_rate=2.5))
-    bench = Bench.of(slow, short.recorded, 0)
+    bench = SourceAblation.of(slow, short.recorded, 0)
     assert "frame rate" in bench.off
     found = bench.without("frame rate", FIRST, LAST)
     assert found is not None
@@ -127,12 +129,12 @@ def test_at_a_low_frame_rate_the_frames_between_come_inside(short: Crossing) -> 
 
 
 def test_odometry_is_true_inside_and_as_wrong_as_before_outside(
-    noisy: tuple[Conditions, Bench],
+    noisy: tuple[Conditions, SourceAblation],
 ) -> None:
     _, bench = noisy
     mixed = bench.stream.with_frames_of(bench.off["odometry"], FIRST, LAST)
 
-    def steps(stream: Stream) -> np.ndarray:
+    def steps(stream: DetectionStream) -> np.ndarray:
         poses = stream.recorded.Ts_world_cam
         assert poses is not None
         return np.linalg.inv(poses[:-1]) @ poses[1:]
@@ -158,13 +160,13 @@ LEVELS = {
 def test_an_effect_at_level_0_is_the_effect_switched_off(short: Crossing, effect: str) -> None:
     alone = Profile(**{effect: getattr(strong_profile(), effect)})  # type: ignore[arg-type]
     conditions = replace(short.conditions, effects=alone)
-    off = Bench.of(conditions, short.recorded, 0).off[effect]
+    off = SourceAblation.of(conditions, short.recorded, 0).off[effect]
     if effect == "border":
         at_zero = replace(conditions, effects=Profile(border=Border(0.0)))
     else:
         levels = replace(conditions.detector, **{LEVELS[effect]: 0.0})  # type: ignore[arg-type]
         at_zero = replace(conditions, detector=levels)
-    zero = Stream.of(drive_of(at_zero, short.recorded, 0).sequence)
+    zero = DetectionStream.of(drive_of(at_zero, short.recorded, 0).sequence)
     if effect == "misses":  # the missed boxes come after the others: another order, no other box
         assert rows(off) == rows(zero)
     else:
@@ -174,13 +176,13 @@ def test_an_effect_at_level_0_is_the_effect_switched_off(short: Crossing, effect
 def test_without_misses_only_the_missed_boxes_come(short: Crossing) -> None:
     effects = replace(strong_profile(), merges=None)
     conditions = replace(short.conditions, effects=effects)
-    bench = Bench.of(conditions, short.recorded, 0)
+    bench = SourceAblation.of(conditions, short.recorded, 0)
 
     more = rows(bench.off["misses"])
     assert rows(bench.stream) < more
 
 
-def test_a_stream_with_frames_of_itself_is_itself(noisy: tuple[Conditions, Bench]) -> None:
+def test_a_stream_with_frames_of_itself_is_itself(noisy: tuple[Conditions, SourceAblation]) -> None:
     _, bench = noisy
     assert told(bench.stream.with_frames_of(bench.stream, 3, 9)) == told(bench.stream)
     assert bench.stream.same_as(bench.stream, 0, 99)
@@ -191,7 +193,7 @@ def test_a_stream_with_frames_of_itself_is_itself(noisy: tuple[Conditions, Bench
 def test_a_stream_is_what_the_drive_delivers(short: Crossing) -> None:
     late = replace(short.conditions, timing=Timing(drops=0.3, jitter=0.01, latency=0.2))
     sequence = drive_of(late, short.recorded, 0).sequence
-    given = list(Stream.of(sequence).until(99))
+    given = list(DetectionStream.of(sequence).until(99))
     for mine, theirs in zip(given, sequence, strict=True):
         assert (mine.index, mine.time) == (theirs.index, theirs.time)
         assert mine.detections.boxes.tobytes() == theirs.detections.boxes.tobytes()

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mot_sim.envs.counting import Counts, RunningClear, counted_labels
+from mot_sim.envs.counting import RunningClear, RunningCounts, counted_labels
 from mot_sim.metrics import evaluate_sequence
 from tracker.errors import BadTracks
 from tracker.types import Tracks
@@ -47,8 +47,8 @@ def test_the_sums_are_those_of_the_whole_sequence(seed) -> None:
 
 
 def test_nothing_counts_nothing() -> None:
-    assert RunningClear().add(Tracks.empty(), Tracks.empty(), 0) == Counts()
-    assert Counts().MOTA == 0.0
+    assert RunningClear().add(Tracks.empty(), Tracks.empty(), 0) == RunningCounts()
+    assert RunningCounts().MOTA == 0.0
 
 
 def test_a_name_that_changes_is_a_switch() -> None:
@@ -59,7 +59,7 @@ def test_a_name_that_changes_is_a_switch() -> None:
         running.add(
             Tracks(frames, np.array([1]), box), Tracks(frames, np.array([name]), box), frame
         )
-    assert running.total == Counts(CLR_TP=4, IDSW=2)
+    assert running.total == RunningCounts(CLR_TP=4, IDSW=2)
     assert running.total.MOTA == 0.5
 
 

@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 
 from mot_sim.envs.errors import BadAction, OutOfTurn
-from mot_sim.envs.observing import Watching, surest
-from mot_sim.envs.runs import FrameTruth, Run
+from mot_sim.envs.observing import ObservationBuilder, surest
+from mot_sim.envs.runs import FrameTruth, LazyRollout
 from mot_sim.envs.scene_env import SceneEnv
 from mot_sim.simulation.episode import record
-from mot_sim.simulation.imaging import Drawn
+from mot_sim.simulation.imaging import RenderedImages
 from mot_sim.simulation.registry import find_scene
-from mot_sim.simulation.scene import Take
+from mot_sim.simulation.scene import Rollout
 from mot_sim.simulation.traffic.driving import COMMANDS, Driving, driving_reward
 from tracker.errors import BadConfig, UnknownName
 from tracker.types import Detections
@@ -54,7 +54,7 @@ def test_an_episode_that_comes_again_is_not_labelled_again(env) -> None:
 
 
 def test_labels_wait_until_they_are_asked_for() -> None:
-    run = Run(Take.of(find_scene("crossing", frames=40), 0))
+    run = LazyRollout(Rollout.of(find_scene("crossing", frames=40), 0))
     assert run.annotations == []
     run.frame(0)
     assert len(run.annotations) == 16
@@ -76,7 +76,7 @@ def test_the_picture_is_the_renderers_and_drawn_when_asked_for() -> None:
     env = SceneEnv("crossing", frames=3, scale=0.25, render_mode="rgb_array", houses=0.0, trees=0.0)
     observation, _ = env.reset(options={"episode_seed": 1})
     picture = env.render()
-    expected = Drawn(Take.of(env.scene, 1)).load(0)
+    expected = RenderedImages(Rollout.of(env.scene, 1)).load(0)
     np.testing.assert_array_equal(picture, expected)
     np.testing.assert_array_equal(observation["image"], expected)
     picture[...] = 0
@@ -118,8 +118,8 @@ def test_a_smaller_image_shows_the_same_view() -> None:
 
 
 def test_no_detections_are_observed_as_none() -> None:
-    watching = Watching(SceneEnv("crossing").camera, False, 4, 1.0)
-    empty = Run(Take.of(find_scene("crossing", frames=2), 0)).frame(0)
+    watching = ObservationBuilder(SceneEnv("crossing").camera, False, 4, 1.0)
+    empty = LazyRollout(Rollout.of(find_scene("crossing", frames=2), 0)).frame(0)
     observation = watching.observe(type(empty)(0, 0.0, Detections.empty()))
     assert observation["mask"].sum() == 0
     assert observation in watching.space()

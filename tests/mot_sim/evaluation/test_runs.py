@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mot_sim.datasets import DetectionLog, RecordedSequence
-from mot_sim.evaluation.run_folder import Counts, RunFolder
+from mot_sim.evaluation.run_folder import RunFolder, SequenceStatistics
 from mot_sim.evaluation.runs import Recipe, parse_costs, track_sequence, track_sequences
 from tracker import Camera, Detections, Tracks
 from tracker.association import ASSOCIATIONS, Greedy
@@ -77,7 +77,7 @@ def test_a_drive_without_frames_gives_no_rows(tmp_path: Path) -> None:
 def test_an_entered_folder_takes_back_what_it_made_when_nothing_is_finished(
     tmp_path: Path,
 ) -> None:
-    counts = Counts(0, 0, 0, 0, 0.0)
+    counts = SequenceStatistics(0, 0, 0, 0, 0.0)
 
     def fail_after(finished: list[str]) -> None:
         with RunFolder.open(tmp_path / "a" / "b", {}, ["x", "y"]) as folder:

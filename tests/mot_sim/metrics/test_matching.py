@@ -9,7 +9,7 @@ from benchmarks.metrics.cases import random_case, tracks
 from mot_sim.metrics import matching
 from mot_sim.metrics.matching import best_rival, match, peel
 from mot_sim.metrics.overlaps import Overlaps
-from mot_sim.metrics.preprocessing import prepare
+from mot_sim.metrics.preprocessing import prepare_sequence
 
 BOX = (0.0, 0.0, 40.0, 30.0)
 
@@ -32,7 +32,7 @@ def solve_every_frame(overlaps: Overlaps, weights: np.ndarray) -> set[int]:
 @given(st.integers(0, 100_000))
 def test_matching_is_that_of_the_hungarian_algorithm_ties_included(seed: int):
     case = random_case(seed)
-    overlaps = prepare(case.truth, case.output, case.frame_count).overlaps
+    overlaps = prepare_sequence(case.truth, case.output, case.frame_count).overlaps
     chosen = match(overlaps, np.arange(len(overlaps.iou)), overlaps.iou)
     assert set(chosen.tolist()) == solve_every_frame(overlaps, overlaps.iou)
 

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.metrics.cases import tracks
 from mot_sim.metrics.overlaps import Overlaps
-from mot_sim.metrics.preprocessing import counted, prepare
+from mot_sim.metrics.preprocessing import prepare_sequence, scored_rows
 from tracker.types import Tracks
 
 BOX = (0.0, 0.0, 40.0, 30.0)
@@ -14,7 +14,7 @@ FAR = (500.0, 0.0, 540.0, 40.0)
 
 def left(labels: list[tuple], output: list[tuple]) -> tuple[int, int]:
     """How many labels and output boxes count."""
-    overlaps: Overlaps = counted(prepare(tracks(labels), tracks(output), 3))
+    overlaps: Overlaps = scored_rows(prepare_sequence(tracks(labels), tracks(output), 3))
     return len(overlaps.truth), len(overlaps.output)
 
 
@@ -82,12 +82,12 @@ def test_rows_with_negative_ids_name_no_object():
 
 def test_truth_without_kinds_and_levels_is_all_cars():
     bare = Tracks(np.array([0, 1]), np.array([4, 4]), np.array([BOX, BOX]))
-    overlaps = counted(prepare(bare, bare, 3))
+    overlaps = scored_rows(prepare_sequence(bare, bare, 3))
     assert (len(overlaps.truth), len(overlaps.output)) == (2, 2)
 
 
 def test_neutral_marks_follow_their_rows_when_frames_are_out_of_order():
     labels = [(2, 1, BOX), (0, 2, BOX, "Van"), (1, 3, BOX)]
-    contest = prepare(tracks(labels), tracks([]), 3)
+    contest = prepare_sequence(tracks(labels), tracks([]), 3)
     assert contest.overlaps.truth.ids.tolist() == [2, 3, 1]
     assert contest.neutral.tolist() == [True, False, False]

@@ -15,27 +15,29 @@ def blank() -> np.ndarray:
 
 def test_a_filled_square_covers_its_pixels() -> None:
     image = blank()
-    canvas.fill(image, np.array([(10.0, 10), (19, 10), (19, 19), (10, 19)]), (9, 8, 7))
+    canvas.fill_polygon(image, np.array([(10.0, 10), (19, 10), (19, 19), (10, 19)]), (9, 8, 7))
     assert (image[10:20, 10:20] == (9, 8, 7)).all()
     assert (image[25:] == 0).all()
 
 
 def test_degenerate_polygons_and_lines_leave_the_image_alone() -> None:
     image = blank()
-    canvas.fill(image, np.zeros((2, 2)), (255, 0, 0))
-    canvas.line(image, np.zeros((1, 2)), (255, 0, 0))
+    canvas.fill_polygon(image, np.zeros((2, 2)), (255, 0, 0))
+    canvas.draw_line(image, np.zeros((1, 2)), (255, 0, 0))
     assert not image.any()
 
 
 def test_corners_far_outside_do_not_overflow() -> None:
     image = blank()
-    canvas.fill(image, np.array([(-1e7, -1e7), (1e7, -1e7), (1e7, 1e7), (-1e7, 1e7)]), (1, 2, 3))
+    canvas.fill_polygon(
+        image, np.array([(-1e7, -1e7), (1e7, -1e7), (1e7, 1e7), (-1e7, 1e7)]), (1, 2, 3)
+    )
     assert (image == (1, 2, 3)).all()
 
 
 def test_text_is_as_wide_as_foretold() -> None:
     image = blank()
-    end = canvas.text(image, "42", (10, 40), (255, 255, 255))
+    end = canvas.draw_text(image, "42", (10, 40), (255, 255, 255))
     assert abs(end - 10 - canvas.text_width("42")) <= 2
     columns = np.flatnonzero(image.any(axis=(0, 2)))
     assert columns.min() >= 9

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mot_sim.datasets import DetectionLog, RecordedSequence
-from mot_sim.report.ground import Ground, planar_poses
+from mot_sim.report.ground import GroundMap, planar_poses
 from mot_sim.simulation.episodes import read_episode
 from mot_sim.simulation.rig import Rig
 from tests.mot_sim.report.small import drive
@@ -41,7 +41,7 @@ def test_planar_poses_start_at_the_first_frame_and_turn_right() -> None:
 
 
 def test_a_point_of_the_world_stays_where_it_is_on_the_map() -> None:
-    ground = Ground.of(turning(), None)
+    ground = GroundMap.of(turning(), None)
     ahead = np.array([[0.0, 30.0], [2.0, 30.0]])  # x right, z ahead of frame 0
     places = [ground.on_map(ahead, 0)]
     for frame in (1, 3, 6):
@@ -54,7 +54,7 @@ def test_a_point_of_the_world_stays_where_it_is_on_the_map() -> None:
 
 
 def test_the_camera_on_the_map_agrees_with_the_places() -> None:
-    ground = Ground.of(turning(), None)
+    ground = GroundMap.of(turning(), None)
     for frame in (0, 4):
         point_road = np.array([3.0, 0.0, 20.0])
         point_cam = RIG.camera.T_cam_road @ np.append(point_road, 1.0)
@@ -64,7 +64,7 @@ def test_the_camera_on_the_map_agrees_with_the_places() -> None:
 
 
 def test_covariances_turn_with_the_places() -> None:
-    ground = Ground.of(turning(), None)
+    ground = GroundMap.of(turning(), None)
     along = np.array([[[0.0, 0.0], [0.0, 4.0]]])  # 2 m along our view
     np.testing.assert_allclose(ground.cov_on_map(along, 0)[0], [[4.0, 0.0], [0.0, 0.0]],
                                atol=1e-9)  # fmt: skip
@@ -75,7 +75,7 @@ def test_covariances_turn_with_the_places() -> None:
 
 def test_without_poses_every_frame_is_a_map_of_its_own() -> None:
     blind = replace(turning(), Ts_world_cam=None)
-    ground = Ground.of(blind, None)
+    ground = GroundMap.of(blind, None)
     assert ground.poses is None
     np.testing.assert_allclose(ground.pose(5), 0.0)
     assert ground.our_outline(3).shape == (4, 2)
@@ -85,7 +85,7 @@ def test_without_poses_every_frame_is_a_map_of_its_own() -> None:
 def test_a_simulated_drive_shows_every_car_and_labels_alone_show_the_same_ones() -> None:
     episode = drive()
     world = episode.worlds[2]
-    ground = Ground.of(episode, episode.truth)
+    ground = GroundMap.of(episode, episode.truth)
     np.testing.assert_allclose(ground.true_outlines(2), world.footprint())
     labelled = replace(ground, worlds=None).true_outlines(2)
     for corners in labelled:
@@ -93,12 +93,12 @@ def test_a_simulated_drive_shows_every_car_and_labels_alone_show_the_same_ones()
         assert np.abs(middles - corners.mean(axis=0)).sum(axis=1).min() < 1e-6
     now = episode.truth.select(episode.truth.frames == 2)
     assert len(labelled) == (now.ids >= 0).sum() > 0
-    assert not len(Ground.of(episode, None).true_outlines(2))
+    assert not len(GroundMap.of(episode, None).true_outlines(2))
 
 
 def test_a_recorded_scene_that_nobody_knows_has_no_roads(tmp_path) -> None:
-    from mot_sim.simulation.episodes import Places, record_episode
+    from mot_sim.simulation.episodes import EpisodeFiles, record_episode
 
-    record_episode(drive().scene, 0, Places(tmp_path, "0000"))
+    record_episode(drive().scene, 0, EpisodeFiles(tmp_path, "0000"))
     stored = read_episode(tmp_path, "0000")
-    assert Ground.of(stored, None).roads.surfaces == ()
+    assert GroundMap.of(stored, None).roads.surfaces == ()

@@ -10,10 +10,10 @@ import pytest
 
 from mot_sim.datasets import write_results
 from mot_sim.evaluation.runs import Recipe
-from mot_sim.report.opening import Wanted, open_tracks, track, truth_of
+from mot_sim.report.opening import Wanted, open_tracks, track_drive, truth_of
 from mot_sim.simulation import registry
 from mot_sim.simulation.episode import Episode
-from mot_sim.simulation.episodes import PictureOptions, Places, StoredEpisode, record_episode
+from mot_sim.simulation.episodes import EpisodeFiles, PictureOptions, StoredEpisode, record_episode
 from tests.mot_sim.report.small import FRAMES, drive, exact_tracks, near
 from tracker.errors import BadConfig, BadFile, BadTracks, DatasetNotFound, UnknownName
 
@@ -27,8 +27,8 @@ def near_scene(monkeypatch: pytest.MonkeyPatch) -> None:
 def tree(tmp_path: Path) -> Path:
     """Two recorded episodes, the first with images."""
     root = tmp_path / "tree"
-    record_episode(near(), 0, Places(root, "0000"), PictureOptions(("images",)))
-    record_episode(near(), 1, Places(root, "0001"))
+    record_episode(near(), 0, EpisodeFiles(root, "0000"), PictureOptions(("images",)))
+    record_episode(near(), 1, EpisodeFiles(root, "0001"))
     return root
 
 
@@ -92,7 +92,7 @@ def test_a_folder_of_several_asks_which_one(tree: Path, tmp_path: Path) -> None:
 
 def test_tracking_on_the_way_stops_before_the_end() -> None:
     seen: list[int] = []
-    tracks = track(drive(), Recipe(), 4, lambda: seen.append(1))
+    tracks = track_drive(drive(), Recipe(), 4, lambda: seen.append(1))
     assert len(seen) == 4
     assert set(tracks.frames.tolist()) == {0, 1, 2, 3}
 

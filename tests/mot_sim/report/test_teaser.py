@@ -8,7 +8,7 @@ import pytest
 
 from mot_sim.datasets import DetectionLog
 from mot_sim.report.teaser import draw_teaser, save_teaser
-from mot_sim.report.two_frames import look_at, silhouettes
+from mot_sim.report.two_frames import cuboid_outlines, look_at
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.truth import boxes_around, project_edges
 from tests.mot_sim.report.small import drive
@@ -52,7 +52,7 @@ def test_silhouettes_are_as_wide_and_high_as_the_boxes_around_cuboids() -> None:
     camera = Rig.kitti().camera
     cuboids = Cuboids(np.array([[1.0, 0, 12], [0, 0, -20], [-4, 0, 30]]), np.array([0.3, 1, 2]),
                       np.tile([4.0, 1.5, 1.7], (3, 1)))  # fmt: skip
-    outlines = silhouettes(cuboids, camera)
+    outlines = cuboid_outlines(cuboids, camera)
     around = boxes_around(project_edges(cuboids, camera))
     assert not len(outlines[1])  # behind the camera
     for row in (0, 2):

@@ -7,10 +7,10 @@ import pytest
 
 from mot_sim.datasets import ImageSource
 from mot_sim.simulation.episode import record
-from mot_sim.simulation.imaging import Drawn, motion_at, renderer_name, view_of
+from mot_sim.simulation.imaging import RenderedImages, motion_at, renderer_name, view_of
 from mot_sim.simulation.renderers import Rendered, View, find_renderer
-from mot_sim.simulation.scene import Take
-from mot_sim.simulation.scenery import look
+from mot_sim.simulation.scene import Rollout
+from mot_sim.simulation.scenery import post_process
 from tests.mot_sim.simulation.episodes.small import FRAMES, small
 from tracker.errors import NoOpenGL, UnknownName
 
@@ -25,13 +25,13 @@ class Blank:
 
 def test_frames_carry_the_image_of_their_view() -> None:
     episode = record(small(), 1, renderer="raster")
-    take = Take.of(small(), 1)
+    take = Rollout.of(small(), 1)
     assert isinstance(episode.images, ImageSource)
     for frame in episode:
         view = view_of(take, frame.index)
         drawn = find_renderer("raster").render(view)
         motion = motion_at(take, frame.index)
-        seen = look(take.scene.weather, view, drawn, 1, frame.index, motion)
+        seen = post_process(take.scene.weather, view, drawn, 1, frame.index, motion)
         np.testing.assert_array_equal(frame.image, seen)
     assert all(frame.image is None for frame in record(small(), 1))
 
@@ -39,23 +39,23 @@ def test_frames_carry_the_image_of_their_view() -> None:
 def test_a_subset_draws_its_frames_alone() -> None:
     drawn = record(small(), 1, renderer="raster").subset([4])
     (frame,) = drawn
-    np.testing.assert_array_equal(frame.image, Drawn(Take.of(small(), 1)).load(4))
+    np.testing.assert_array_equal(frame.image, RenderedImages(Rollout.of(small(), 1)).load(4))
 
 
 def test_there_is_no_image_beyond_the_take() -> None:
-    drawn = Drawn(Take.of(small(), 1))
+    drawn = RenderedImages(Rollout.of(small(), 1))
     assert drawn.load(FRAMES) is None
     assert drawn.load(-1) is None
 
 
 def test_the_view_holds_the_cars_of_the_frame() -> None:
-    take = Take.of(small(), 1)
+    take = Rollout.of(small(), 1)
     assert view_of(take, 0).placed.instances.tolist() == take.worlds[0].ids.tolist()
     assert view_of(take, 0).camera is take.scene.rig.camera
 
 
 def test_a_cut_take_has_the_same_cars_as_a_short_one() -> None:
-    whole, cut = Take.of(small(), 1), Take.of(small(), 1).until(1)
+    whole, cut = Rollout.of(small(), 1), Rollout.of(small(), 1).until(1)
     assert len(cut) == 1
     assert len(cut.stage.cast) == 1  # the second car comes later
     assert len(whole.stage.cast) == 2
@@ -63,7 +63,10 @@ def test_a_cut_take_has_the_same_cars_as_a_short_one() -> None:
 
 
 def test_renderers_have_the_names_of_the_register() -> None:
-    assert renderer_name(find_renderer("raster")) == Drawn(Take.of(small(), 1)).renderer_name
+    assert (
+        renderer_name(find_renderer("raster"))
+        == RenderedImages(Rollout.of(small(), 1)).renderer_name
+    )
     assert renderer_name(find_renderer("raster")) == "raster"
     assert renderer_name(Blank()) == "Blank"
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from mot_sim.simulation.renderers.clipping import clip_polygon
 from mot_sim.simulation.rig import KITTI_K, Rig
-from mot_sim.simulation.traffic.world import World
+from mot_sim.simulation.traffic.traffic_state import TrafficState
 from tracker.errors import BadCalibration
 from tracker.geometry import invert, polygon_area, transform, wrap_angle
 from tracker.types import Camera
@@ -17,9 +17,9 @@ F, CX, CY = KITTI_K[0][0], KITTI_K[0][2], KITTI_K[1][2]
 coordinates, angles = st.floats(-80, 80), st.floats(-3.1, 3.1)
 
 
-def world_of(x: float, y: float, heading: float, ego=(0.0, 0.0, 0.0)) -> World:
+def world_of(x: float, y: float, heading: float, ego=(0.0, 0.0, 0.0)) -> TrafficState:
     one = np.array([1.0])
-    return World(
+    return TrafficState(
         0.0, np.array([7]), x * one, y * one, heading * one, one, SIZE, np.array(ego), SIZE[0]
     )
 
@@ -77,7 +77,9 @@ def test_ground_points_go_to_the_camera_as_the_transforms_say(x, y, heading) -> 
 def test_an_empty_world_has_no_cuboids() -> None:
     world = world_of(1.0, 1.0, 0.0)
     none = np.zeros(0)
-    empty = World(0.0, none.astype(int), none, none, none, none, SIZE[:0], world.ego, SIZE[0])
+    empty = TrafficState(
+        0.0, none.astype(int), none, none, none, none, SIZE[:0], world.ego, SIZE[0]
+    )
     assert len(Rig.kitti().cuboids(empty)) == 0
 
 

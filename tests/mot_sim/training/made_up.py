@@ -3,7 +3,7 @@
 import numpy as np
 
 from mot_sim.simulation.renderers import Semantic
-from mot_sim.simulation.truth import Seen
+from mot_sim.simulation.truth import KeypointVisibility
 from mot_sim.training.crops import ANY_CAR, OWN, ROOM, WIDE, Crops
 from tracker.shape import CROP_MARGIN
 
@@ -24,8 +24,8 @@ def made_up(count: int, seed: int = 0) -> Crops:
     keypoints = np.tile(low + places * (high - low), (count, 1, 1))
     keypoints[:, 18:, 0] = 1.0 - keypoints[:, :18, 0]
     keypoints[:, 18:, 1] = keypoints[:, :18, 1]
-    states = np.full((count, 36), Seen.VISIBLE, np.uint8)
-    states[:, ::5] = Seen.SELF_OCCLUDED
+    states = np.full((count, 36), KeypointVisibility.VISIBLE, np.uint8)
+    states[:, ::5] = KeypointVisibility.SELF_OCCLUDED
     return Crops(
         images, parts, keypoints, states, np.tile(np.concatenate((low, high)), (count, 1)),
         rng.uniform(60.0, 300.0, count), rng.uniform(5.0, 40.0, count), np.ones(count),

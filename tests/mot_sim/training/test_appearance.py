@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from mot_sim.training.appearance import (
+    DescriptorDataset,
     LearningOptions,
-    Lesson,
     learn,
     likelihood_map,
     pair_distances,
     unit_of,
     unit_of_descriptor,
 )
-from mot_sim.training.identities import Drive, Sight
+from mot_sim.training.identities import RenderedDrive, Sight
 from tracker.descriptors import Classical, Learned, write_weights
 from tracker.errors import BadConfig
 from tracker.shape import Hourglass
@@ -37,7 +37,7 @@ def lesson(seed: int = 0, within: tuple = (1.0, 0.1, 3.0), between: tuple = (0.0
     middle = rng.normal(size=(400, 3)) * between
     middle[200:] += (50.0, 50.0, -50.0)
     vectors = middle[cars] + rng.normal(size=(len(cars), 3)) * within
-    return Lesson(vectors, cars, cars // 200, np.tile(np.arange(6), 400))
+    return DescriptorDataset(vectors, cars, cars // 200, np.tile(np.arange(6), 400))
 
 
 def test_the_map_is_that_of_the_likelihood_ratio() -> None:
@@ -69,11 +69,13 @@ def test_at_the_unit_as_many_pairs_of_one_car_are_farther_as_pairs_of_two_are_ne
 
 def test_pairs_are_of_one_drive_and_of_two_frames_not_far_apart() -> None:
     vectors = np.array([[0.0], [1.0], [10.0], [100.0]])
-    given = Lesson(vectors, np.array([1, 1, 2, 3]), np.array([0, 0, 0, 1]), np.array([0, 5, 5, 5]))
+    given = DescriptorDataset(
+        vectors, np.array([1, 1, 2, 3]), np.array([0, 0, 0, 1]), np.array([0, 5, 5, 5])
+    )
     same, other = pair_distances(given)
     assert same.tolist() == [1.0]
     assert other.tolist() == [10.0]
-    far = Lesson(vectors, given.cars, given.drives, np.array([0, 50, 0, 0]))
+    far = DescriptorDataset(vectors, given.cars, given.drives, np.array([0, 50, 0, 0]))
     assert [len(part) for part in pair_distances(far)] == [0, 0]
 
 
@@ -86,14 +88,14 @@ def test_a_lesson_keeps_only_cars_that_are_seen_again_and_boxes_that_are_describ
         vectors[(one.ids == 4) & (one.frame == 3)] = np.nan
         return vectors
 
-    found = Lesson.of(sights, look)
+    found = DescriptorDataset.of(sights, look)
     assert len(found.cars) == 18
     assert not {4, 77} & set(found.cars.tolist())
     assert set(found.drives.tolist()) == {0}
     with pytest.raises(BadConfig, match="2 cars are seen more than once"):
-        Lesson.of([sight("a", 0, [1, 2]), sight("a", 1, [1, 2])], look)
+        DescriptorDataset.of([sight("a", 0, [1, 2]), sight("a", 1, [1, 2])], look)
     with pytest.raises(BadConfig, match="no pictures"):
-        Lesson.of([], look)
+        DescriptorDataset.of([], look)
 
 
 def painted(drives: int = 2, cars: int = 6, frames: int = 3) -> Iterator[Sight]:
@@ -118,7 +120,7 @@ def test_weights_of_the_shipped_network_tell_painted_blocks_apart(tmp_path) -> N
     assert lore.weights.hourglass == hourglass.sha256
     assert lore.equal_error < 0.1
     assert "12 cars, 36 sightings" in lore.summary
-    told = lore.training([Drive("street", 1, ("noon",), (0,))], options)
+    told = lore.training([RenderedDrive("street", 1, ("noon",), (0,))], options)
     write_weights(tmp_path / "w.npz", lore.weights, told)
     learned = Learned.load(tmp_path / "w.npz")
     first, second = list(painted(1))[:2]

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mot_sim.simulation.truth import Seen
+from mot_sim.simulation.truth import KeypointVisibility
 from mot_sim.training.augment import MIRRORED, as_detected, exactly, varied
 from mot_sim.training.camera_effects import through_camera
-from mot_sim.training.domain_randomization import background, disguised
+from mot_sim.training.domain_randomization import background, randomized
 from tests.mot_sim.training.made_up import made_up
 from tracker.shape import CROP_MARGIN, CROP_SIDE, KEYPOINTS_36
 
@@ -57,7 +57,7 @@ def test_the_second_half_mirrors_the_first() -> None:
 def test_keypoints_stay_on_the_car_when_the_box_is_off() -> None:
     crops = made_up(40)
     shown = as_detected(crops, 0)
-    seen = shown.states == Seen.VISIBLE
+    seen = shown.states == KeypointVisibility.VISIBLE
     at = np.round(shown.keypoints * CROP_SIDE - 0.5).astype(int)
     grey = shown.images.mean(axis=3)
     rows = np.nonzero(seen)[0]
@@ -69,7 +69,7 @@ def test_keypoints_stay_on_the_car_when_the_box_is_off() -> None:
 def test_what_is_covered_is_not_seen() -> None:
     crops = made_up(60)
     shown = varied(crops, np.arange(60), 0, 0)
-    covered = (shown.states == Seen.OCCLUDED).any(axis=1)
+    covered = (shown.states == KeypointVisibility.OCCLUDED).any(axis=1)
     assert 0.02 < covered.mean() < 0.4
 
 
@@ -78,10 +78,10 @@ def test_points_behind_the_camera_are_never_seen() -> None:
     keypoints = crops.keypoints.copy()
     keypoints[:, 3] = np.nan
     states = crops.states.copy()
-    states[:, 3] = Seen.TRUNCATED
+    states[:, 3] = KeypointVisibility.TRUNCATED
     shown = varied(replace(crops, keypoints=keypoints, states=states), np.arange(8), 0, 0)
-    assert (shown.states[:8, 3] == Seen.TRUNCATED).all()
-    assert (shown.states[8:, 3 + 18] == Seen.TRUNCATED).all()
+    assert (shown.states[:8, 3] == KeypointVisibility.TRUNCATED).all()
+    assert (shown.states[8:, 3 + 18] == KeypointVisibility.TRUNCATED).all()
 
 
 def test_crops_are_not_changed_by_being_shown() -> None:
@@ -97,7 +97,7 @@ def test_a_disguise_changes_colours_and_no_shape() -> None:
     shares = []
     for image, parts in zip(crops.images, crops.parts, strict=True):
         other = background(crops, 1, image.shape[0], rng)
-        changed = disguised(image, parts, other, rng)
+        changed = randomized(image, parts, other, rng)
         shares.append((changed != image).any(axis=2).mean())
         assert changed.shape == image.shape
     assert min(shares) > 0.5

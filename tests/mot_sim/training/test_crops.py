@@ -10,10 +10,17 @@ from mot_sim.simulation.registry import find_scene
 from mot_sim.simulation.renderers import Semantic, find_renderer
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scenery import Knobs, Light, Neighbourhood
-from mot_sim.simulation.truth import Seen
+from mot_sim.simulation.truth import KeypointVisibility
 from mot_sim.training.augment import exactly
 from mot_sim.training.crops import ANY_CAR, LEAST_VISIBLE, OWN, ROOM, WIDE, Crops, crops_of
-from mot_sim.training.random_views import PLACES, Place, camera_of, cars_before, moment, stand
+from mot_sim.training.random_views import (
+    PLACES,
+    Place,
+    camera_of,
+    cars_before,
+    random_view,
+    viewpoint,
+)
 from mot_sim.training.scores import judge
 from mot_sim.training.shards import gather, load_crops, save_crops, shard_path
 from tests.mot_sim.training.made_up import made_up
@@ -27,7 +34,7 @@ def drawn() -> tuple[Crops, Crops]:
     roads = find_scene(PLACES[0]).roads
     bare = Neighbourhood.build(roads, 2, Light(), Knobs(houses=0.0, trees=0.3, furniture=0.3))
     place = Place(2, roads, bare, named_stream(2, "bare place"))
-    now, renderer = moment(place, stand(place)), find_renderer("raster")
+    now, renderer = random_view(place, viewpoint(place)), find_renderer("raster")
     return crops_of(now, renderer, 2, 0), crops_of(now, renderer, 2, 0)
 
 
@@ -52,7 +59,7 @@ def test_a_crop_shows_its_car_in_the_middle(drawn: tuple[Crops, Crops]) -> None:
 
 def test_visible_keypoints_lie_on_their_car(drawn: tuple[Crops, Crops]) -> None:
     crops = drawn[0]
-    rows, columns = np.nonzero(crops.states == Seen.VISIBLE)
+    rows, columns = np.nonzero(crops.states == KeypointVisibility.VISIBLE)
     assert len(rows) > 10
     at = np.round(crops.keypoints[rows, columns] * WIDE - 0.5).astype(int)
     around = np.array([(du, dv) for du in (-2, 0, 2) for dv in (-2, 0, 2)])

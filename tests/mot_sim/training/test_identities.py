@@ -10,13 +10,13 @@ from mot_sim.simulation.scenery import WEATHERS
 from mot_sim.training.identities import (
     LEAST_HEIGHT,
     LEAST_VISIBLE,
-    Drive,
+    RenderedDrive,
     Sight,
     lessons,
     sights_of,
 )
 
-DRIVE = Drive("gauntlet", 3, ("clear", "dusk"), (0, 4), beside=0.0)
+DRIVE = RenderedDrive("gauntlet", 3, ("clear", "dusk"), (0, 4), beside=0.0)
 
 
 @pytest.fixture(scope="module")

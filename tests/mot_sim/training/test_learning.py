@@ -11,7 +11,7 @@ import pytest
 
 from mot_sim.training.keypoints import train_keypoints
 from mot_sim.training.learning import CHECKPOINT, Learner, train
-from mot_sim.training.plan import Plan
+from mot_sim.training.plan import TrainingPlan
 from mot_sim.training.shards import HELD_OUT, save_crops, shard_path
 from tests.mot_sim.cli.conftest import CommandLine, mot_sim
 from tests.mot_sim.training.made_up import made_up
@@ -22,7 +22,7 @@ __all__ = ["mot_sim"]  # the fixture
 
 HAS_TORCH = find_spec("torch") is not None
 needs_torch = pytest.mark.skipif(not HAS_TORCH, reason="PyTorch is not installed")
-PLAN = Plan(crops=96, epochs=6, held_out=24, size="small", batch=32, average=20, rate=0.01)
+PLAN = TrainingPlan(crops=96, epochs=6, held_out=24, size="small", batch=32, average=20, rate=0.01)
 STEPS = PLAN.steps
 
 

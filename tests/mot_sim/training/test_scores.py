@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from mot_sim.simulation.truth import Seen
-from mot_sim.training.augment import Shown, exactly
+from mot_sim.simulation.truth import KeypointVisibility
+from mot_sim.training.augment import AugmentedCrops, exactly
 from mot_sim.training.curve import curve_picture
 from mot_sim.training.loss import wanted
-from mot_sim.training.plan import Plan
+from mot_sim.training.plan import TrainingPlan
 from mot_sim.training.scores import judge
 from tests.mot_sim.training.made_up import made_up
 from tracker.errors import BadConfig, UnknownName
 from tracker.shape import decode
 
-VISIBLE, HIDDEN = int(Seen.VISIBLE), int(Seen.SELF_OCCLUDED)
+VISIBLE, HIDDEN = int(KeypointVisibility.VISIBLE), int(KeypointVisibility.SELF_OCCLUDED)
 
 
 def test_a_keypoint_is_right_within_a_tenth_of_the_longer_side() -> None:
@@ -61,9 +61,9 @@ def test_wanted_maps_decode_to_the_keypoints_they_were_made_from() -> None:
 
 
 def test_a_keypoint_outside_the_crop_is_wanted_nowhere() -> None:
-    shown = Shown(
+    shown = AugmentedCrops(
         np.zeros((1, 64, 64, 3), np.uint8), np.full((1, 36, 2), np.nan),
-        np.full((1, 36), Seen.TRUNCATED, np.uint8),
+        np.full((1, 36), KeypointVisibility.TRUNCATED, np.uint8),
     )  # fmt: skip
     chances, seen = wanted(shown, 16)
     assert not seen.any()
@@ -83,17 +83,17 @@ def test_a_keypoint_outside_the_crop_is_wanted_nowhere() -> None:
 )
 def test_a_plan_that_cannot_be_is_refused(knobs: dict[str, float], told: str) -> None:
     with pytest.raises(BadConfig) as caught:
-        Plan(**knobs)  # type: ignore[arg-type]
+        TrainingPlan(**knobs)  # type: ignore[arg-type]
     assert told in str(caught.value)
 
 
 def test_a_size_that_nobody_knows_is_refused() -> None:
     with pytest.raises(UnknownName, match="shipped, small"):
-        Plan(size="shiped")
+        TrainingPlan(size="shiped")
 
 
 def test_a_plan_counts_its_steps() -> None:
-    plan = Plan(crops=100, epochs=3, batch=64)
+    plan = TrainingPlan(crops=100, epochs=3, batch=64)
     assert (plan.steps_an_epoch, plan.steps) == (3, 9)
 
 

@@ -10,13 +10,13 @@ from tracker import Detections, Frame, Tracker
 from tracker.beliefs import Beliefs
 from tracker.costs import Appearance, ImageOverlap, weighted_sum
 from tracker.errors import BadConfig, BadDetections, MissingCue
-from tracker.types.embedding import Look
+from tracker.types.embedding import Embedding
 
 
 def looking(*descriptors: list[float]) -> Beliefs:
     """Cars 20 m ahead, side by side, with these descriptors."""
     places = [(2.0 * number, 20.0) for number in range(len(descriptors))]
-    return replace(beliefs_at(*places, std=4.0), look=Look(np.array(descriptors)))
+    return replace(beliefs_at(*places, std=4.0), look=Embedding(np.array(descriptors)))
 
 
 def test_a_hand_computed_case() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.tracker.samples import beliefs_at, pairing_of
-from tracker.costs import Pairing, weighted_sum
+from tracker.costs import GatedPairs, weighted_sum
 
 PAIRING = pairing_of(beliefs_at((0.0, 20.0)), beliefs_at((0.0, 20.0)))
 NAN = float("nan")
@@ -13,7 +13,7 @@ NAN = float("nan")
 def fixed(*values: float):
     """A cost that always says this."""
 
-    def cost(pairing: Pairing) -> np.ndarray:
+    def cost(pairing: GatedPairs) -> np.ndarray:
         return np.array(values)
 
     return cost

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tracker.descriptors import Classical, Learned, Weights, pooled, read_training, write_weights
-from tracker.descriptors.weights import SHIPPED, digest
+from tracker.descriptors import Classical, Learned, Weights, pool_maps, read_training, write_weights
+from tracker.descriptors.weights import SHIPPED, weights_digest
 from tracker.errors import BadWeights, MissingCue
 from tracker.shape import Hourglass
 
@@ -30,7 +30,7 @@ def test_cells_hold_the_means_of_the_maps_over_the_box_alone() -> None:
     """A square box is 1 / 1.15 of its window; the roots of a map are its column numbers."""
     columns = np.tile(np.arange(8, dtype=np.float32) ** 2, (1, 1, 8, 1))
     square = np.array([[10.0, 10.0, 30.0, 30.0]])
-    left, right = pooled(columns, square, 2)[0].reshape(2, 2)[0]
+    left, right = pool_maps(columns, square, 2)[0].reshape(2, 2)[0]
     start, middle, end = 0.5 - 0.5 / 1.15, 0.5, 0.5 + 0.5 / 1.15
 
     def mean_between(low: float, high: float) -> float:
@@ -41,22 +41,24 @@ def test_cells_hold_the_means_of_the_maps_over_the_box_alone() -> None:
     assert right == pytest.approx(mean_between(middle, end), abs=1e-3)
     flat = np.array([[10.0, 18.0, 30.0, 22.0]])
     rows = np.ascontiguousarray(columns.transpose(0, 1, 3, 2))
-    upper, lower = pooled(rows, flat, 2)[0].reshape(2, 2)[:, 0]
+    upper, lower = pool_maps(rows, flat, 2)[0].reshape(2, 2)[:, 0]
     assert (upper, lower) == (pytest.approx(3.0), pytest.approx(4.0))
-    assert not pooled(-columns, square, 2).any()
+    assert not pool_maps(-columns, square, 2).any()
 
 
 def test_equal_maps_give_equal_cells_and_no_box_no_row() -> None:
     ones = np.ones((2, 3, 8, 8), np.float32)
-    np.testing.assert_allclose(pooled(ones, BOXES, 4), np.ones((2, 48)), rtol=1e-6)
-    assert pooled(ones[:0], BOXES[:0], 4).shape == (0, 48)
+    np.testing.assert_allclose(pool_maps(ones, BOXES, 4), np.ones((2, 48)), rtol=1e-6)
+    assert pool_maps(ones[:0], BOXES[:0], 4).shape == (0, 48)
 
 
 def test_descriptors_have_the_length_of_one_unit_whatever_the_maps() -> None:
     learned, given = Learned(*weights()), maps()
     found = learned(IMAGE, BOXES, given)
     np.testing.assert_allclose(np.linalg.norm(found, axis=1), [2.0, 2.0])
-    features = np.concatenate((pooled(given, BOXES, 2), Classical(unit=1.0)(IMAGE, BOXES)), axis=1)
+    features = np.concatenate(
+        (pool_maps(given, BOXES, 2), Classical(unit=1.0)(IMAGE, BOXES)), axis=1
+    )
     by_hand = (features - learned.mean) @ learned.weights
     np.testing.assert_allclose(
         found, 2.0 * by_hand / np.linalg.norm(by_hand, axis=1, keepdims=True), rtol=1e-3, atol=1e-4
@@ -143,4 +145,4 @@ def test_every_number_changes_the_digest() -> None:
     other = given.weights.copy()
     other[0, 0] += 1.0
     changed = [given._replace(weights=other), given._replace(grid=3), given._replace(unit=0.6)]
-    assert len({digest(each) for each in (given, *changed)}) == 4
+    assert len({weights_digest(each) for each in (given, *changed)}) == 4

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from tests.tracker.ego.corridor import CAMERA
-from tracker.ego import Coasting, Measured
-from tracker.ego.filter import Rates
+from tracker.ego import Coasting, MotionMeasurement
+from tracker.ego.filter import CameraVelocity
 from tracker.errors import BadConfig
 
 AHEAD = np.array([0.0, 0.0, -1.0, 0.0, 0.0, 0.0])
@@ -18,11 +18,11 @@ SURE = np.diag([1e-4, 1e-4, 4e-4, 1e-7, 1e-7, 1e-7])
 COASTING = Coasting()
 
 
-def after(*twists: np.ndarray | None) -> tuple[Rates | None, tuple]:
+def after(*twists: np.ndarray | None) -> tuple[CameraVelocity | None, tuple]:
     """What is known after these measurements, a tenth of a second apart."""
     rates, motion = None, (None, None)
     for twist in twists:
-        measured = None if twist is None else Measured(twist, SURE)
+        measured = None if twist is None else MotionMeasurement(twist, SURE)
         rates, motion = COASTING.step(rates, measured, CAMERA, 0.1)
     return rates, motion
 
@@ -63,7 +63,7 @@ def test_a_jump_is_left_out_and_believed_when_it_stays() -> None:
 def test_no_motion_is_wilder_than_a_car(twists: list[np.ndarray]) -> None:
     rates, motions = None, []
     for twist in [AHEAD, *twists]:
-        rates, motion = COASTING.step(rates, Measured(twist, SURE), CAMERA, 0.1)
+        rates, motion = COASTING.step(rates, MotionMeasurement(twist, SURE), CAMERA, 0.1)
         motions.append(motion)
     for T, cov in motions:
         if T is None:

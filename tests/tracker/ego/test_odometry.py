@@ -16,7 +16,7 @@ from tests.tracker.ego.corridor import (
     filmed,
     misses,
 )
-from tracker.ego import VisualOdometry, ahead
+from tracker.ego import VisualOdometry, prefetch
 from tracker.ego.filter import Motion
 from tracker.errors import BadConfig, BadDetections, TrackingError
 
@@ -197,7 +197,7 @@ def test_the_same_images_give_the_same_bits_in_another_process() -> None:
 def test_one_frame_ahead_on_a_thread_gives_the_same_bits() -> None:
     images, _ = filmed(CURVE)
     odometry = VisualOdometry(CAMERA)
-    threaded = list(ahead(odometry.step(image, NO_BOXES) for image in images))
+    threaded = list(prefetch(odometry.step(image, NO_BOXES) for image in images))
     assert digest(threaded) == digest(watched(list(images)))
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy import ndarray as Array
 
 from tracker.ego.relative import relative_motion, turn_alone
-from tracker.ego.rotations import motion_of
+from tracker.ego.rotations import motion_transform
 from tracker.geometry import transform
 
 NOISE = 0.3 / 720.0
@@ -19,7 +19,7 @@ def seen(twist: Array, count: int = 200, seed: int = 0) -> tuple[Array, Array]:
     depth = rng.uniform(5.0, 50.0, count)
     flat = rng.uniform(-0.6, 0.6, (count, 2)) * (1.0, 0.4)
     before = np.column_stack((flat, np.ones(count)))
-    now = transform(motion_of(twist), before * depth[:, None])
+    now = transform(motion_transform(twist), before * depth[:, None])
     return before, now / now[:, 2:]
 
 
@@ -39,7 +39,7 @@ TWISTS = st.tuples(
 def test_a_motion_is_found_up_to_its_length(twist: Array) -> None:
     found = relative_motion(*seen(twist), NOISE)
     assert found is not None
-    np.testing.assert_allclose(found.R, motion_of(twist)[:3, :3], atol=1e-6)
+    np.testing.assert_allclose(found.R, motion_transform(twist)[:3, :3], atol=1e-6)
     assert angle(found.direction, twist[:3]) < 0.01
     assert found.agreeing.all()
     np.testing.assert_allclose(found.tangents.T @ found.direction, 0.0, atol=1e-12)
@@ -71,7 +71,7 @@ def test_points_that_go_their_own_way_do_not_count() -> None:
 def test_a_turn_alone_leaves_nothing_over() -> None:
     twist = np.array([0.0, 0.0, 0.0, 0.01, -0.04, 0.005])
     R, missed = turn_alone(*seen(twist), NOISE)
-    np.testing.assert_allclose(R, motion_of(twist)[:3, :3], atol=1e-9)
+    np.testing.assert_allclose(R, motion_transform(twist)[:3, :3], atol=1e-9)
     assert missed < 1e-9
     _, missed = turn_alone(*seen(twist + (0.0, 0.0, -1.0, 0.0, 0.0, 0.0)), NOISE)
     assert missed > 10.0 * NOISE

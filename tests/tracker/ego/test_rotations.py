@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from tracker.ego.rotations import (
     adjoint_of,
     cross_matrix,
-    motion_of,
+    motion_transform,
     rotation_of,
     rotation_vector,
 )
@@ -38,8 +38,8 @@ def test_the_cross_matrix_is_the_cross_product(v: np.ndarray, w: np.ndarray) -> 
 
 @given(TWISTS, TWISTS)
 def test_the_adjoint_carries_a_small_motion_over(twist: np.ndarray, small: np.ndarray) -> None:
-    T, eps = motion_of(twist), 1e-6
-    carried = T @ motion_of(eps * small) @ np.linalg.inv(T)
+    T, eps = motion_transform(twist), 1e-6
+    carried = T @ motion_transform(eps * small) @ np.linalg.inv(T)
     np.testing.assert_allclose(carried[:3, 3] / eps, (adjoint_of(T) @ small)[:3], atol=1e-4)
     np.testing.assert_allclose(
         rotation_vector(carried[:3, :3]) / eps, (adjoint_of(T) @ small)[3:], atol=1e-4

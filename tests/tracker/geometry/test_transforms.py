@@ -9,10 +9,10 @@ from scipy.spatial.transform import Rotation
 from tracker.geometry import (
     homogeneous,
     invert,
+    propagate_covariance,
     rotation_x,
     rotation_y,
     rotation_z,
-    spread,
     transform,
     wrap_angle,
 )
@@ -72,4 +72,6 @@ def test_covariances_are_spread_as_by_products_of_three(n: int, k: int) -> None:
     rng = np.random.default_rng(n)
     A, half = rng.normal(size=(k, k)), rng.normal(size=(n, k, k))
     covariances = half @ half.transpose(0, 2, 1)
-    np.testing.assert_allclose(spread(A, covariances), A @ covariances @ A.T, atol=1e-12)
+    np.testing.assert_allclose(
+        propagate_covariance(A, covariances), A @ covariances @ A.T, atol=1e-12
+    )

@@ -11,7 +11,7 @@ from tracker.association import Hungarian
 from tracker.errors import BadConfig
 from tracker.geometry import box_iou
 from tracker.multi_frame import FlowCosts, NetworkFlow, Window
-from tracker.multi_frame.linking import Linking, Pool
+from tracker.multi_frame.linking import Linker, LinkerState
 
 both = pytest.mark.parametrize("framework", [NetworkFlow, Window])
 
@@ -121,11 +121,11 @@ def test_frames_that_go_back_in_time_are_refused(framework) -> None:
 def test_a_largest_cost_that_forbids_all_links_is_refused(limit: float) -> None:
     tracker = replace(Tracker.default(LEVEL), associate=Hungarian(limit))
     with pytest.raises(BadConfig, match="max_cost"):
-        Linking(tracker)
+        Linker(tracker)
 
 
 def test_sightings_are_numbered_in_the_order_of_time_and_linked_to_those_before() -> None:
-    linking, pool, firsts = Linking(Tracker.default(LEVEL)), Pool(), []
+    linking, pool, firsts = Linker(Tracker.default(LEVEL)), LinkerState(), []
     for frame in drive([Car(0.0, 25.0), Car(-4.0, 30.0)], count=6).frames:
         pool, sighted = linking(pool, frame)
         firsts.append(sighted.first)
@@ -140,7 +140,7 @@ def test_the_boxes_of_sightings_lose_noise_along_their_likeliest_links() -> None
     rng = np.random.default_rng(4)
     cars = [Car(-9.0, 40.0), Car(-3.0, 30.0), Car(3.0, 35.0), Car(9.0, 45.0)]
     standing = drive(cars, count=80).frames
-    linking, pool = Linking(Tracker.default(LEVEL)), Pool()
+    linking, pool = Linker(Tracker.default(LEVEL)), LinkerState()
     raw, filtered = [], []
     for frame in standing:
         true = frame.detections.boxes
@@ -151,13 +151,13 @@ def test_the_boxes_of_sightings_lose_noise_along_their_likeliest_links() -> None
     assert pool.gains is not None
     assert pool.gains.gains[0].max() < 0.75  # it began at .8
     assert np.std(filtered[40:]) < 0.85 * np.std(raw[40:])
-    unfiltered = Linking(replace(Tracker.default(LEVEL), box_filter=None))
+    unfiltered = Linker(replace(Tracker.default(LEVEL), box_filter=None))
     _, sighted = unfiltered(pool, replace(standing[-1], index=80, time=8.0))
     np.testing.assert_array_equal(sighted.beliefs.boxes, sighted.detections.boxes)
 
 
 def test_the_path_of_the_ego_car_is_composed_on_the_road() -> None:
-    linking, pool = Linking(Tracker.default(LEVEL)), Pool()
+    linking, pool = Linker(Tracker.default(LEVEL)), LinkerState()
     for frame in drive([], forward, 21).frames:
         pool, sighted = linking(pool, frame)
     x, z, turn = forward(2.0)

@@ -6,7 +6,15 @@ import pytest
 from tests.tracker.samples import LEVEL, PITCHED
 from tests.tracker.shape.drawn import MODEL, keypoints_of
 from tracker.geometry import wrap_angle
-from tracker.shape.fit_start import YAWS, Rays, rays_to, scan, starts, view_bin, visibility_score
+from tracker.shape.fit_start import (
+    YAWS,
+    Rays,
+    rays_to,
+    scan_yaws,
+    starts,
+    view_bin,
+    visibility_score,
+)
 from tracker.shape.projection import SHAPE, YAW, X, Z
 
 BASE = np.array([[-3.0, 0.0, 12.0], [2.0, 0.0, 25.0], [0.0, 0.0, 8.0]])
@@ -29,7 +37,7 @@ def rays_of(camera) -> Rays:
 
 @pytest.mark.parametrize("camera", [LEVEL, PITCHED])
 def test_the_mean_car_is_found_within_the_grid(camera) -> None:
-    cost, place = scan(rays_of(camera))
+    cost, place = scan_yaws(rays_of(camera))
     best = cost.argmin(axis=1)
     off = wrap_angle(best * (2 * np.pi / YAWS) - ANGLES)
     assert (np.abs(off) <= np.pi / YAWS + 0.05).all()

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from tests.tracker.samples import AWAY, LEVEL, PITCHED
-from tracker.shape.projection import SCALE, SHAPE, YAW, Sightings, X, Z, residuals
+from tracker.shape.projection import SCALE, SHAPE, YAW, ObservedPoints, X, Z, residuals
 
 P = LEVEL.K @ LEVEL.T_cam_road[:3]
 EVERYTHING = np.arange(SHAPE + 2)
 
 
-def random_sightings(n: int = 4, k: int = 5, camera=LEVEL) -> Sightings:
+def random_sightings(n: int = 4, k: int = 5, camera=LEVEL) -> ObservedPoints:
     rng = np.random.default_rng(0)
-    return Sightings(
+    return ObservedPoints(
         rng.uniform(0, 600, (n, 2, k)),
         np.ones((n, 2, k)),
         rng.uniform(-2, 2, (n, 3, k)),
@@ -34,7 +34,7 @@ def test_a_wheel_on_the_road_straight_ahead_appears_where_a_hand_puts_it() -> No
     mean = np.array([[[1.3], [0.0], [0.8]]])
     car = np.zeros((1, SHAPE))
     car[0, Z], car[0, YAW] = 18.7, AWAY
-    given = Sightings(np.zeros((1, 2, 1)), np.ones((1, 2, 1)), mean, np.zeros((1, 3, 0, 1)), P)
+    given = ObservedPoints(np.zeros((1, 2, 1)), np.ones((1, 2, 1)), mean, np.zeros((1, 3, 0, 1)), P)
     off, _, depth = residuals(given, car, np.arange(SHAPE))
     assert depth[0, 0] == pytest.approx(20.0)
     # Its left is our left: x = -0.8 m.

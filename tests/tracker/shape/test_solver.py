@@ -5,17 +5,17 @@ from scipy.optimize import least_squares
 
 from tests.tracker.samples import LEVEL
 from tests.tracker.shape.drawn import MODEL, draw, keypoints_of
-from tracker.shape.projection import SCALE, SHAPE, YAW, Sightings, X, Z
+from tracker.shape.projection import SCALE, SHAPE, YAW, ObservedPoints, X, Z
 from tracker.shape.solver import inverses, solve
 
 FREE = np.array([i for i in range(SHAPE + 5) if i != SCALE])
 PRECISION = np.concatenate(([0.0, 400.0, 0.0, 0.0, 0.0], MODEL.std**-2))
 
 
-def problem(n: int = 6, sigma: float = 2.0) -> tuple[Sightings, np.ndarray]:
+def problem(n: int = 6, sigma: float = 2.0) -> tuple[ObservedPoints, np.ndarray]:
     """Noisy cars with all points seen, and starts nearby."""
     cars = draw(n, sigma=sigma, hide=False)
-    given = Sightings(
+    given = ObservedPoints(
         cars.keypoints[:, :, :2].transpose(0, 2, 1),
         np.full((n, 2, 36), 0.25),
         np.tile(MODEL.basis.mean.T, (n, 1, 1)),

@@ -6,17 +6,17 @@ import numpy as np
 
 from tests.tracker.samples import LEVEL, beliefs_at
 from tracker.beliefs import Beliefs, Lift
-from tracker.dynamics import ConstantVelocity, Still
-from tracker.ego_motion import transport
+from tracker.dynamics import ConstantPosition, ConstantVelocity
+from tracker.ego_motion import compensate_ego_motion
 from tracker.types import Detections
-from tracker.types.embedding import Look
+from tracker.types.embedding import Embedding
 
-KNOWN = Look(np.array([[1.0, 2.0], [3.0, 4.0]]))
+KNOWN = Embedding(np.array([[1.0, 2.0], [3.0, 4.0]]))
 
 
 def test_it_is_the_column_of_the_detections_or_nothing() -> None:
     boxes = [[600.0, 165.0, 660.0, 245.0]]
-    assert Look.of(Detections.of(boxes)) is None
+    assert Embedding.of(Detections.of(boxes)) is None
     seen = Detections.of(boxes, descriptor=np.ones((1, 3)))
     lifted = Lift()(seen, LEVEL).look
     assert lifted is not None
@@ -24,7 +24,7 @@ def test_it_is_the_column_of_the_detections_or_nothing() -> None:
 
 
 def test_what_is_not_known_now_is_as_it_was_before() -> None:
-    blind = Look(np.array([[np.nan, 0.0], [9.0, 9.0]]))
+    blind = Embedding(np.array([[np.nan, 0.0], [9.0, 9.0]]))
     np.testing.assert_array_equal(blind.or_before(KNOWN).descriptor, [[1.0, 2.0], [9.0, 9.0]])
     assert KNOWN.or_before(blind) is KNOWN
     assert blind.or_before(None) is blind
@@ -33,14 +33,14 @@ def test_what_is_not_known_now_is_as_it_was_before() -> None:
 def test_it_rides_with_a_belief_through_time_and_motion() -> None:
     before = replace(beliefs_at((0.0, 20.0), (3.0, 30.0)), look=KNOWN)
     blind = replace(before, look=KNOWN.unknown(2))
-    for dynamics in (Still(), ConstantVelocity()):
+    for dynamics in (ConstantPosition(), ConstantVelocity()):
         later, moved = dynamics.predict(before, 0.1)
-        carried = transport(later, LEVEL, np.eye(4), np.zeros((6, 6)), moved)
+        carried = compensate_ego_motion(later, LEVEL, np.eye(4), np.zeros((6, 6)), moved)
         for seen in (blind, replace(before, look=None)):
             now = dynamics.update(carried, seen)
             assert now.look is not None
             np.testing.assert_array_equal(now.look.descriptor, KNOWN.descriptor)
-        fresh = dynamics.update(carried, replace(before, look=Look(KNOWN.descriptor + 1.0)))
+        fresh = dynamics.update(carried, replace(before, look=Embedding(KNOWN.descriptor + 1.0)))
         assert fresh.look is not None
         np.testing.assert_array_equal(fresh.look.descriptor, KNOWN.descriptor + 1.0)
 

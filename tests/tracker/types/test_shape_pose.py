@@ -4,7 +4,7 @@ import numpy as np
 
 from tests.tracker.samples import LEVEL, beliefs_at
 from tracker.beliefs import Beliefs, Lift
-from tracker.ego_motion import transport
+from tracker.ego_motion import compensate_ego_motion
 from tracker.geometry import homogeneous, rotation_y
 from tracker.types import Detections
 from tracker.types.shape_pose import TURN_RATE_STD, ShapePose
@@ -40,7 +40,7 @@ def test_what_is_not_known_now_is_as_it_was_before() -> None:
 
 def test_it_turns_with_the_camera() -> None:
     beliefs = beliefs_at((0.0, 20.0))
-    turned = transport(beliefs, LEVEL, homogeneous(rotation_y(0.3)), np.zeros((6, 6)))
+    turned = compensate_ego_motion(beliefs, LEVEL, homogeneous(rotation_y(0.3)), np.zeros((6, 6)))
     assert turned.shape_pose is not None
     np.testing.assert_allclose(turned.shape_pose.yaw, turned.cuboids.yaw)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from mot_sim.datasets.images import ImageFolder
 from mot_sim.datasets.kitti.calibration import Calibration
 from mot_sim.datasets.recorded import DetectionLog, Motion
-from tracker.ego import VisualOdometry, ahead
+from tracker.ego import VisualOdometry, prefetch
 from tracker.errors import BadCalibration, BadFile
 from tracker.types import Camera
 
@@ -29,7 +29,7 @@ class ImageMotion:
     ) -> Iterator[Motion]:
         """T_now_before and its covariance, of every frame of the recording in turn."""
         seen = self._seen(camera, log, frame_count, frame_rate)
-        return ahead(seen) if self.threaded else seen
+        return prefetch(seen) if self.threaded else seen
 
     def _seen(
         self, camera: Camera, log: DetectionLog, frame_count: int, frame_rate: float

@@ -11,7 +11,11 @@ from mot_sim.simulation.sensors.detector import Detector
 from mot_sim.simulation.sensors.fitting.fit_boxes import fit_jitter, fit_scores
 from mot_sim.simulation.sensors.fitting.fit_false import ABOUT, fit_clutter, fit_duplicates
 from mot_sim.simulation.sensors.fitting.fit_misses import fit_confusion, fit_misses
-from mot_sim.simulation.sensors.fitting.measure import Drive, Measured, measure
+from mot_sim.simulation.sensors.fitting.measure import (
+    DetectorMeasurements,
+    LabelledDetections,
+    measure,
+)
 from mot_sim.simulation.sensors.fitting.statistics import gap_lengths
 from mot_sim.simulation.sensors.profile import Profile
 from mot_sim.simulation.sensors.sightings import Sightings
@@ -25,7 +29,10 @@ Told = Callable[[str], None]
 
 
 def fit_profile(
-    drives: Sequence[Drive], name: str = "fitted", step: float = STEP, tell: Told = lambda _: None
+    drives: Sequence[LabelledDetections],
+    name: str = "fitted",
+    step: float = STEP,
+    tell: Told = lambda _: None,
 ) -> Profile:
     """The profile that is likeliest to have made the drives' detections.
 
@@ -65,7 +72,7 @@ def fit_profile(
     return profile
 
 
-def require_detections(drives: Sequence[Drive]) -> None:
+def require_detections(drives: Sequence[LabelledDetections]) -> None:
     """BadDetections when there is nothing to compare."""
     labels, boxes = (
         sum(len(drive.labels) for drive in drives),
@@ -80,8 +87,8 @@ def require_detections(drives: Sequence[Drive]) -> None:
 
 
 def simulate(
-    profile: Profile, drives: Sequence[Drive], seed: int, step: float = STEP
-) -> list[Drive]:
+    profile: Profile, drives: Sequence[LabelledDetections], seed: int, step: float = STEP
+) -> list[LabelledDetections]:
     """The same drives, seen by the profile in place of the detector."""
     detector = Detector(profile)
     made = []
@@ -97,7 +104,9 @@ def simulate(
     return made
 
 
-def bring_home(profile: Profile, drives: Sequence[Drive], real: Measured, step: float) -> Profile:
+def bring_home(
+    profile: Profile, drives: Sequence[LabelledDetections], real: DetectorMeasurements, step: float
+) -> Profile:
     """Shift rates of false boxes and times of misses by what a simulation has too many or few of.
 
     Ghosts may lie where nobody counts, and gaps end where a car's rate changes: the effects' own
@@ -133,7 +142,7 @@ def bring_home(profile: Profile, drives: Sequence[Drive], real: Measured, step: 
 
 
 def allow_for_jitter(
-    profile: Profile, drives: Sequence[Drive], real: Measured, step: float
+    profile: Profile, drives: Sequence[LabelledDetections], real: DetectorMeasurements, step: float
 ) -> Profile:
     """Raise the odds of being found by what jitter makes of them: boxes too bad to match.
 
@@ -149,7 +158,7 @@ def allow_for_jitter(
     return replace(profile, misses=replace(profile.misses, base=profile.misses.base + shift))
 
 
-def _recall(drives: Sequence[Drive]) -> float:
+def _recall(drives: Sequence[LabelledDetections]) -> float:
     return measure(drives).recall
 
 
@@ -158,7 +167,7 @@ def _odds(rate: float) -> float:
     return log(rate / (1.0 - rate))
 
 
-def _false(made: Sequence[Measured]) -> tuple[float, float]:
+def _false(made: Sequence[DetectorMeasurements]) -> tuple[float, float]:
     """How many false boxes a simulation has about cars, and elsewhere."""
     every = np.concatenate([each.false.iou for each in made])
     return float((every >= ABOUT).sum()) / len(made), float((every < ABOUT).sum()) / len(made)

@@ -8,14 +8,14 @@ from scipy.special import ndtr, ndtri
 from scipy.stats import rankdata
 
 from mot_sim.simulation import random_numbers
-from mot_sim.simulation.sensors.correlated_noise import Memory
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.fitting.fit_misses import LAGS
 from mot_sim.simulation.sensors.fitting.measure import Found
 from mot_sim.simulation.sensors.fitting.statistics import autocorrelation, lagged
 from mot_sim.simulation.sensors.fitting.tetrachoric import both_below, correlation_of, memory_of
 from mot_sim.simulation.sensors.jitter import Component, Jitter
 from mot_sim.simulation.sensors.misses import HEIGHTS, VISIBLE, Misses, hat
-from mot_sim.simulation.sensors.scores import Scores
+from mot_sim.simulation.sensors.scores import ScoreNoise
 
 PROBABILITIES = np.linspace(0.02, 0.98, 49)
 KNOTS = np.concatenate(([0.002, 0.01, 0.03], np.linspace(0.06, 0.94, 23), [0.97, 0.99, 0.998]))
@@ -67,14 +67,14 @@ def fit_component(hits: Found, errors: Float[Array, " n"], step: float) -> Compo
     )
 
 
-def value_memory(x: Float[Array, " n"], hits: Found, step: float) -> Memory:
+def value_memory(x: Float[Array, " n"], hits: Found, step: float) -> Autocorrelation:
     """The memory of a normal value that was measured itself."""
     correlations = [autocorrelation(x, hits.ids, hits.frames, lag) for lag in LAGS]
     weights = [len(lagged(hits.ids, hits.frames, lag)[0]) for lag in LAGS]
     return memory_of([lag * step for lag in LAGS], correlations, weights)
 
 
-def fit_scores(found: Found, misses: Misses, step: float) -> Scores:
+def fit_scores(found: Found, misses: Misses, step: float) -> ScoreNoise:
     """An ordered probit of the scores: ties are drawn anew, given what is expected of each row."""
     hits = found.select(found.hit)
     sightings, odds = hits.sightings, hits.log_odds
@@ -100,7 +100,7 @@ def fit_scores(found: Found, misses: Misses, step: float) -> Scores:
     half, partly, *heights = beta.tolist()
     noise = random_numbers.normal(0, "fit/scores", rows, np.full_like(rows, ROUNDS))[:, 0]
     coupling, memory = flicker(found, hits, mean, misses, step)
-    return Scores(
+    return ScoreNoise(
         y_knots=tuple(np.quantile(mean + noise, KNOTS).tolist()),
         log_odds=tuple(np.quantile(odds, KNOTS).tolist()),
         by_visible=(half, half, partly, 0.0),
@@ -121,7 +121,7 @@ def _between(
 
 def flicker(
     found: Found, hits: Found, mean: Float[Array, " n"], misses: Misses, step: float
-) -> tuple[float, Memory]:
+) -> tuple[float, Autocorrelation]:
     """The coupling of low scores to misses, and the memory of the rest."""
     limit = np.quantile(hits.log_odds, LOW)
     event = hits.log_odds < limit

@@ -5,10 +5,10 @@ from jaxtyping import Bool
 from numpy import ndarray as Array
 
 from mot_sim.simulation.sensors.clutter import Clutter
-from mot_sim.simulation.sensors.correlated_noise import Memory
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.duplicates import Duplicates
 from mot_sim.simulation.sensors.fitting.fit_misses import event_memory
-from mot_sim.simulation.sensors.fitting.measure import FalseBoxes, Measured
+from mot_sim.simulation.sensors.fitting.measure import DetectorMeasurements, FalseBoxes
 from mot_sim.simulation.sensors.fitting.statistics import linked
 from mot_sim.simulation.sensors.fitting.tetrachoric import memory_of
 from mot_sim.simulation.sensors.jitter import box_errors
@@ -22,7 +22,7 @@ LAGS = (1, 2, 3, 5, 8)
 LONGEST_LIFE = 1.2  # seconds on average: what is seen for longer moves through the image
 
 
-def fit_duplicates(measured: Measured, step: float) -> Duplicates | None:
+def fit_duplicates(measured: DetectorMeasurements, step: float) -> Duplicates | None:
     """Second boxes by visible fraction; None when there are too few to tell."""
     found, false = measured.found, measured.false
     trucks = found.sightings.kinds == "Truck"
@@ -53,7 +53,7 @@ def _rate(event: Bool[Array, " n"]) -> float:
     return round(float(np.clip((event.sum() + 0.1) / (len(event) + 1.0), 0.0, MOST)), 5)
 
 
-def fit_clutter(measured: Measured, step: float) -> Clutter | None:
+def fit_clutter(measured: DetectorMeasurements, step: float) -> Clutter | None:
     """Ghosts far from every labelled car; None when there are too few to tell."""
     ghosts = measured.false.select(measured.false.iou < ABOUT)
     if len(ghosts) < FEWEST:
@@ -71,7 +71,7 @@ def fit_clutter(measured: Measured, step: float) -> Clutter | None:
     )
 
 
-def _lives(ghosts: FalseBoxes, step: float) -> Memory:
+def _lives(ghosts: FalseBoxes, step: float) -> Autocorrelation:
     """Shares of ghosts by how long they live, from how many are still there after a while."""
     kept = [len(linked(ghosts, lag)[0]) / len(ghosts) for lag in LAGS]
     return memory_of([lag * step for lag in LAGS], kept, [1.0] * len(LAGS), LONGEST_LIFE)

@@ -9,7 +9,7 @@ from scipy.special import expit, logit
 
 from mot_sim.metrics.overlaps import same_frame_pairs
 from mot_sim.simulation.sensors.confusion import Confusion
-from mot_sim.simulation.sensors.correlated_noise import Memory
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.fitting.measure import APART, FalseBoxes, Found
 from mot_sim.simulation.sensors.fitting.statistics import lagged
 from mot_sim.simulation.sensors.fitting.tetrachoric import correlation_of, memory_of
@@ -98,7 +98,7 @@ def event_memory(
     ids: Int[Array, " n"],
     frames: Int[Array, " n"],
     step: float,
-) -> Memory:
+) -> Autocorrelation:
     """The memory of the latent behind an event with known rates.
 
     Neighbouring frames weigh most: they decide how many bursts there are. Real detectors are
@@ -127,15 +127,19 @@ def event_correlations(
 
 def memory_in(
     rows: Bool[Array, " n"], whole: Found, rates: Float[Array, " n"], step: float
-) -> Memory:
+) -> Autocorrelation:
     """The memory of the misses of some rows."""
     some = whole.select(rows)
     return event_memory(~some.hit, rates[rows], some.ids, some.frames, step)
 
 
 def flutter_of(
-    rows: Bool[Array, " n"], whole: Found, rates: Float[Array, " n"], memory: Memory, step: float
-) -> tuple[float, Memory]:
+    rows: Bool[Array, " n"],
+    whole: Found,
+    rates: Float[Array, " n"],
+    memory: Autocorrelation,
+    step: float,
+) -> tuple[float, Autocorrelation]:
     """The share of a latent of its own that half hidden cars have, and its memory.
 
     What hides a car moves: their misses come and go faster than those of open cars.
@@ -145,8 +149,8 @@ def flutter_of(
     times = [lag * step for lag in LAGS]
     open_rho = np.array([memory.correlation(t) for t in times])
     if not np.isfinite(rho[0]):
-        return 0.0, Memory()
-    best, answer = np.inf, (0.0, Memory())
+        return 0.0, Autocorrelation()
+    best, answer = np.inf, (0.0, Autocorrelation())
     for share in np.linspace(0.0, 1.0, 11).tolist():
         rest = (np.array(rho) - (1.0 - share) * open_rho) / max(share, 1e-9)
         own = memory_of(times, rest.clip(-1.0, 1.0).tolist(), weights, smooth=True)
@@ -184,10 +188,12 @@ def frame_memory(
     return round(shared, 4), round(float(seconds), 4)
 
 
-def memory_of_rest(memory: Memory, shared: float, seconds: float, step: float) -> Memory:
+def memory_of_rest(
+    memory: Autocorrelation, shared: float, seconds: float, step: float
+) -> Autocorrelation:
     """The memory of what the objects do not share."""
     times = [lag * step for lag in LAGS]
-    glare = Memory((1.0,), (seconds,))
+    glare = Autocorrelation((1.0,), (seconds,))
     rest = [
         min((memory.correlation(t) - shared * glare.correlation(t)) / (1.0 - shared), 1.0)
         for t in times
@@ -205,7 +211,7 @@ def fit_confusion(found: Found, false: FalseBoxes, misses: Misses, step: float) 
     on_trucks = float(np.isin(near, np.flatnonzero(trucks)).sum())
     truck = (on_trucks + 0.5) / (float(would[trucks].sum()) + 1.0) if trucks.any() else 0.0
     van, truck = min(van, 1.0), min(truck, 1.0)
-    memory = Memory((1.0,), (5.0,))
+    memory = Autocorrelation((1.0,), (5.0,))
     if vans.sum() > 200 and 0.02 < van < 0.98:
         memory = event_memory(
             found.hit[vans], van * would[vans], found.ids[vans], found.frames[vans], step

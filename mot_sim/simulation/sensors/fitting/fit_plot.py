@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.plotting.canvas import line, text
+from mot_sim.plotting.canvas import draw_line, draw_text
 
 PANEL = (420, 300)  # width, height in pixels
 MARGIN = 44
@@ -38,17 +38,17 @@ def _panel(image: UInt8[Array, "h w 3"], title: str, x: Array, pair: Float[Array
 
     canvas = image.copy()
     axes = np.array([[MARGIN, MARGIN], [MARGIN, MARGIN + down], [MARGIN + across, MARGIN + down]])
-    line(canvas, axes.astype(float), INK)
+    draw_line(canvas, axes.astype(float), INK)
     for colour, y in ((REAL, pair[0]), (MADE, pair[1])):
         there = np.isfinite(y)
         u = MARGIN + across * (x[there] - first) / max(last - first, 1e-9)
         v = MARGIN + down * (1.0 - (y[there] - low) / (high - low))
-        line(canvas, np.stack((u, v), axis=1), colour, 2)
-    text(canvas, title, (MARGIN, MARGIN - 22), INK, 14)
-    text(canvas, "real", (width - 120, MARGIN - 6), REAL, 13)
-    text(canvas, "made", (width - 80, MARGIN - 6), MADE, 13)
-    text(canvas, f"{first:.3g}", (MARGIN, height - MARGIN + 18), INK, 12)
-    text(canvas, f"{last:.3g}", (width - MARGIN - 20, height - MARGIN + 18), INK, 12)
-    text(canvas, f"{low:.2f}", (4, height - MARGIN), INK, 12)
-    text(canvas, f"{high:.2f}", (4, MARGIN + 6), INK, 12)
+        draw_line(canvas, np.stack((u, v), axis=1), colour, 2)
+    draw_text(canvas, title, (MARGIN, MARGIN - 22), INK, 14)
+    draw_text(canvas, "real", (width - 120, MARGIN - 6), REAL, 13)
+    draw_text(canvas, "made", (width - 80, MARGIN - 6), MADE, 13)
+    draw_text(canvas, f"{first:.3g}", (MARGIN, height - MARGIN + 18), INK, 12)
+    draw_text(canvas, f"{last:.3g}", (width - MARGIN - 20, height - MARGIN + 18), INK, 12)
+    draw_text(canvas, f"{low:.2f}", (4, height - MARGIN), INK, 12)
+    draw_text(canvas, f"{high:.2f}", (4, MARGIN + 6), INK, 12)
     image[:] = canvas

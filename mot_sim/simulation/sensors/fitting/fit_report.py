@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.simulation.sensors.fitting.measure import Measured
+from mot_sim.simulation.sensors.fitting.measure import DetectorMeasurements
 from mot_sim.simulation.sensors.fitting.statistics import (
     DEPTH_BINS,
     HEIGHT_BINS,
@@ -26,7 +26,7 @@ EDGES = ("left", "upper", "right", "lower")
 
 
 @dataclass(frozen=True)
-class Line:
+class FitComparison:
     """One figure of the real detections beside that of the made ones."""
 
     what: str
@@ -34,10 +34,10 @@ class Line:
     made: float
 
 
-def fit_lines(real: Measured, made: Measured) -> list[Line]:
+def fit_lines(real: DetectorMeasurements, made: DetectorMeasurements) -> list[FitComparison]:
     """Every figure that a profile is judged by; made: several simulations pooled."""
     lines = [
-        Line(what, getattr(real, name), getattr(made, name))
+        FitComparison(what, getattr(real, name), getattr(made, name))
         for what, name in (
             ("recall", "recall"),
             ("precision", "precision"),
@@ -51,56 +51,56 @@ def fit_lines(real: Measured, made: Measured) -> list[Line]:
     ):
         pairs = [_recalls(each, value, edges) for each in (real, made)]
         lines += [
-            Line(f"recall, {what} {low:g}-{high:g} {unit}".strip(), a, b)
+            FitComparison(f"recall, {what} {low:g}-{high:g} {unit}".strip(), a, b)
             for low, high, a, b in zip(edges[:-1], edges[1:], *pairs, strict=True)
             if not np.isnan(a)
         ]
     return lines + _gap_lines(real, made) + _box_lines(real, made) + _life_lines(real, made)
 
 
-def _recalls(measured: Measured, value: str, edges: tuple[float, ...]) -> list[float]:
+def _recalls(measured: DetectorMeasurements, value: str, edges: tuple[float, ...]) -> list[float]:
     found = measured.found.select(measured.found.counted)
     values = getattr(found.sightings, value)
     return [rate for _, rate in rates_in_bins(values, found.hit, edges)]
 
 
-def _gap_lines(real: Measured, made: Measured) -> list[Line]:
+def _gap_lines(real: DetectorMeasurements, made: DetectorMeasurements) -> list[FitComparison]:
     gaps = [gap_lengths(each.found) for each in (real, made)]
     per = [1000.0 * len(g) / m.frame_count for g, m in zip(gaps, (real, made), strict=True)]
-    lines = [Line("gaps in 1000 frames", *per)]
+    lines = [FitComparison("gaps in 1000 frames", *per)]
     for length in GAPS:
         shares = [float((g <= length).mean()) if len(g) else float("nan") for g in gaps]
-        lines.append(Line(f"gaps of at most {length} frames", *shares))
+        lines.append(FitComparison(f"gaps of at most {length} frames", *shares))
     return lines
 
 
-def _box_lines(real: Measured, made: Measured) -> list[Line]:
+def _box_lines(real: DetectorMeasurements, made: DetectorMeasurements) -> list[FitComparison]:
     lines = []
     both = [each.found.select(each.found.hit) for each in (real, made)]
     for column, name in enumerate(EDGES):
         errors = [each.edges[:, column] for each in both]
-        lines.append(Line(f"{name} edge, bias", *(float(x.mean()) for x in errors)))
-        lines.append(Line(f"{name} edge, std", *(float(x.std()) for x in errors)))
+        lines.append(FitComparison(f"{name} edge, bias", *(float(x.mean()) for x in errors)))
+        lines.append(FitComparison(f"{name} edge, std", *(float(x.std()) for x in errors)))
         for lag in LAGS:
             rho = [
                 autocorrelation(x, each.ids, each.frames, lag)
                 for x, each in zip(errors, both, strict=True)
             ]
-            lines.append(Line(f"{name} edge, autocorrelation at {lag}", *rho))
+            lines.append(FitComparison(f"{name} edge, autocorrelation at {lag}", *rho))
     for score in SCORES:
         odds = np.log(score / (1.0 - score))
         shares = [float((each.log_odds < odds).mean()) for each in both]
-        lines.append(Line(f"right boxes with a score below {score:g}", *shares))
+        lines.append(FitComparison(f"right boxes with a score below {score:g}", *shares))
     return lines
 
 
-def _life_lines(real: Measured, made: Measured) -> list[Line]:
+def _life_lines(real: DetectorMeasurements, made: DetectorMeasurements) -> list[FitComparison]:
     lived = [lives(each.false) for each in (real, made)]
     mean = [float(each.mean()) if len(each) else 0.0 for each in lived]
     once = [float((each == 1).mean()) if len(each) else 0.0 for each in lived]
     return [
-        Line("life of false positives, frames", *mean),
-        Line("false positives of one frame", *once),
+        FitComparison("life of false positives, frames", *mean),
+        FitComparison("false positives of one frame", *once),
     ]
 
 
@@ -109,7 +109,9 @@ def distance_lines(distance: Distance) -> list[tuple[str, float]]:
     return [(each.name, getattr(distance, each.name)) for each in fields(distance)]
 
 
-def curves(real: Measured, made: Measured) -> dict[str, tuple[Array, Float[Array, "2 k"]]]:
+def curves(
+    real: DetectorMeasurements, made: DetectorMeasurements
+) -> dict[str, tuple[Array, Float[Array, "2 k"]]]:
     """What is plotted: by title, x and the two curves (real, made)."""
     both = (real, made)
     found: dict[str, tuple[Array, Float[Array, "2 k"]]] = {}

@@ -10,7 +10,12 @@ from scipy.special import logit
 
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.metrics.overlaps import EPSILON, same_frame_pairs
-from mot_sim.metrics.preprocessing import Contest, ignored_if_unmatched, match_cars, prepare
+from mot_sim.metrics.preprocessing import (
+    PreparedSequence,
+    ignored_if_unmatched,
+    match_cars,
+    prepare_sequence,
+)
 from mot_sim.simulation.sensors.jitter import box_errors
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.geometry import box_iou
@@ -21,7 +26,7 @@ SURE = 1e-6  # scores are taken as at least this far from 0 and 1
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
+class LabelledDetections:
     """A labelled drive and what a detector gave on it."""
 
     labels: Tracks
@@ -68,7 +73,7 @@ class FalseBoxes(Rows):
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class DetectorMeasurements:
     """All of it, over some drives."""
 
     found: Found
@@ -92,7 +97,7 @@ class Measured:
         return len(self.false) / max(self.frame_count, 1)
 
 
-def measure(drives: Iterable[Drive]) -> Measured:
+def measure(drives: Iterable[LabelledDetections]) -> DetectorMeasurements:
     """The detections of all drives against their labels, by TrackEval's rules for cars."""
     found: list[Found] = []
     false: list[FalseBoxes] = []
@@ -105,13 +110,13 @@ def measure(drives: Iterable[Drive]) -> Measured:
         found.append(mine)
         false.append(FalseBoxes(*columns))
         frames, rows = frames + drive.frame_count, rows + len(mine)
-    return Measured(Found.concatenate(found), FalseBoxes.concatenate(false), frames)
+    return DetectorMeasurements(Found.concatenate(found), FalseBoxes.concatenate(false), frames)
 
 
-def _measure_drive(drive: Drive, number: int) -> tuple[Found, FalseBoxes]:
+def _measure_drive(drive: LabelledDetections, number: int) -> tuple[Found, FalseBoxes]:
     boxes, scores = drive.log.detections.boxes, drive.log.detections.scores
     output = Tracks(drive.log.frames, np.arange(len(boxes)), boxes, scores)
-    contest = prepare(drive.labels, output, drive.frame_count)
+    contest = prepare_sequence(drive.labels, output, drive.frame_count)
     pairs = match_cars(contest.overlaps)
     sightings = Sightings.from_labels(drive.labels)
     scored = np.isin(sightings.kinds, ("Car", "Van"))
@@ -132,7 +137,7 @@ def _measure_drive(drive: Drive, number: int) -> tuple[Found, FalseBoxes]:
 def _found(
     sightings: Sightings,
     scored: Bool[Array, " n"],
-    contest: Contest,
+    contest: PreparedSequence,
     rows: Int[Array, " k"],
     boxes: Float[Array, "k 4"],
     log_odds: Float[Array, " k"],

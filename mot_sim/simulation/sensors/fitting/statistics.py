@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.simulation.sensors.fitting.measure import FalseBoxes, Found, Measured
+from mot_sim.simulation.sensors.fitting.measure import DetectorMeasurements, FalseBoxes, Found
 from tracker.geometry import box_iou
 
 LONG = 100_000  # more frames than any drive has
@@ -117,7 +117,7 @@ class Distance:
     recall: float
 
     @classmethod
-    def between(cls, one: Measured, other: Measured) -> "Distance":
+    def between(cls, one: DetectorMeasurements, other: DetectorMeasurements) -> "Distance":
         """From the first, the model or a half of the drives, to the second, the reference."""
         a, b = one.found, other.found
         return cls(

@@ -8,7 +8,7 @@ from numpy import ndarray as Array
 from scipy.optimize import brentq, nnls
 from scipy.special import ndtr, ndtri
 
-from mot_sim.simulation.sensors.correlated_noise import Memory, kept
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, kept
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)
 WEAKEST, STRONGEST = -0.5, 0.995
@@ -67,7 +67,7 @@ def memory_of(
     weights: Sequence[float | int],
     longest: float = MEMORIES[-1],
     smooth: bool = False,
-) -> Memory:
+) -> Autocorrelation:
     """The mixture of memories, none over `longest`, with the nearest autocorrelation.
 
     smooth: it may have smooth parts.
@@ -88,7 +88,7 @@ def memory_of(
     shares[np.argmax(shares)] += 1.0 - shares.sum()
     rows = np.flatnonzero(shares > 0.0).tolist()
     kinds = tuple(float(parts[row][1]) for row in rows)
-    return Memory(
+    return Autocorrelation(
         tuple(shares[rows].tolist()),
         tuple(parts[row][0] for row in rows),
         kinds if any(kinds) else (),

@@ -15,9 +15,9 @@ from mot_sim.simulation.traffic.highway.layout import (
     Path,
     Segment,
     Start,
-    arc,
+    circular_lane,
     crossing_segments,
-    line,
+    straight_lane,
     turned,
 )
 
@@ -44,9 +44,11 @@ def _arms(
     for arm in arms:
         angle = 0.5 * pi * arm
         far, near = turned(angle, ARM, -OFFSET), turned(angle, inner, -OFFSET)
-        network.add_lane(f"from{arm}", f"line{arm}", line(far, near, LIMIT, (DASHED, SOLID)))
+        network.add_lane(
+            f"from{arm}", f"line{arm}", straight_lane(far, near, LIMIT, (DASHED, SOLID))
+        )
         near, far = turned(angle, inner, OFFSET), turned(angle, ARM, OFFSET)
-        network.add_lane(f"leave{arm}", f"to{arm}", line(near, far, LIMIT, (SOLID, SOLID)))
+        network.add_lane(f"leave{arm}", f"to{arm}", straight_lane(near, far, LIMIT, (SOLID, SOLID)))
         segments += [(f"from{arm}", f"line{arm}"), (f"leave{arm}", f"to{arm}")]
         start, length = inner + 14.0, 70.0
         inward = turned(angle, start + length, -LANE_WIDTH)
@@ -56,7 +58,7 @@ def _arms(
     return tuple(segments), tuple(kerbs)
 
 
-def intersection(arms: Iterable[int] = ARMS, begin: float = 60.0) -> Layout:
+def intersection_layout(arms: Iterable[int] = ARMS, begin: float = 60.0) -> Layout:
     """Arms that cross; whoever comes first goes first, with all that do not cross it.
 
     begin: metres along its arm at which the ego car stands at time 0.
@@ -72,11 +74,13 @@ def intersection(arms: Iterable[int] = ARMS, begin: float = 60.0) -> Layout:
         right, left = STOP - OFFSET, STOP + OFFSET
         straight = (arm + 2) % 4
         lanes = {
-            straight: line(start, turned(angle, -STOP, -OFFSET), LIMIT),
-            (arm + 3) % 4: arc(
+            straight: straight_lane(start, turned(angle, -STOP, -OFFSET), LIMIT),
+            (arm + 3) % 4: circular_lane(
                 start + right * aside, right, angle + 0.5 * pi, 0.5 * pi, TURN_RIGHT
             ),
-            (arm + 1) % 4: arc(start - left * aside, left, angle - 0.5 * pi, -0.5 * pi, TURN_LEFT),
+            (arm + 1) % 4: circular_lane(
+                start - left * aside, left, angle - 0.5 * pi, -0.5 * pi, TURN_LEFT
+            ),
         }
         for target, lane in lanes.items():
             if target not in arms:
@@ -95,12 +99,12 @@ def intersection(arms: Iterable[int] = ARMS, begin: float = 60.0) -> Layout:
     )
 
 
-def t_junction() -> Layout:
+def t_junction_layout() -> Layout:
     """Our road ends at a cross road: whoever comes from it turns, at 30 degrees a second."""
-    return intersection((1, EGO_ARM, 3), begin=85.0)
+    return intersection_layout((1, EGO_ARM, 3), begin=85.0)
 
 
-def roundabout() -> Layout:
+def roundabout_layout() -> Layout:
     """A ring with one lane and four arms; who enters gives way."""
     network = RoadNetwork()
     side = OFFSET + ENTRY
@@ -112,16 +116,16 @@ def roundabout() -> Layout:
         angle = 0.5 * pi * arm
         into = turned(angle, inner, -side)
         network.add_lane(
-            f"line{arm}", f"in{arm}", arc(into, ENTRY, angle + 0.5 * pi, bend, RING_LIMIT)
+            f"line{arm}", f"in{arm}", circular_lane(into, ENTRY, angle + 0.5 * pi, bend, RING_LIMIT)
         )
         out = turned(angle, inner, side)
         network.add_lane(
             f"out{arm}", f"leave{arm}",
-            arc(out, ENTRY, angle - 0.5 * pi - bend, bend, RING_LIMIT),
+            circular_lane(out, ENTRY, angle - 0.5 * pi - bend, bend, RING_LIMIT),
         )  # fmt: skip
-        ring = arc(np.zeros(2), RING, angle + touch, -2.0 * touch, RING_LIMIT)
+        ring = circular_lane(np.zeros(2), RING, angle + touch, -2.0 * touch, RING_LIMIT)
         network.add_lane(f"out{arm}", f"in{arm}", ring)
-        rest = arc(np.zeros(2), RING, angle - touch, 2.0 * touch - 0.5 * pi, RING_LIMIT)
+        rest = circular_lane(np.zeros(2), RING, angle - touch, 2.0 * touch - 0.5 * pi, RING_LIMIT)
         network.add_lane(f"in{arm}", f"out{(arm + 3) % 4}", rest)
     paths = tuple(_around(arm, exits) for arm in ARMS for exits in (1, 2, 3))
     return Layout(

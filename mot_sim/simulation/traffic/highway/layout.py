@@ -54,7 +54,7 @@ class Layout:
     reach: float = 1e9
 
 
-def line(
+def straight_lane(
     start: Point, end: Point, limit: float,
     lines: tuple[int, int] = (SOLID, SOLID), forbidden: bool = False,
 ) -> AbstractLane:  # fmt: skip
@@ -64,7 +64,7 @@ def line(
     )
 
 
-def arc(
+def circular_lane(
     centre: Float[Array, "2"], radius: float, first: float, turn: float, limit: float
 ) -> AbstractLane:
     """A lane along a circle from phase `first` (radians); turn > 0 bends to the right."""

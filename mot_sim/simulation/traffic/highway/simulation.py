@@ -13,7 +13,7 @@ from mot_sim.simulation.traffic.highway.layout import Layout
 from mot_sim.simulation.traffic.highway.placing import choose_slots, park
 from mot_sim.simulation.traffic.highway.right_of_way import RightOfWay
 from mot_sim.simulation.traffic.highway.road import CarRoad
-from mot_sim.simulation.traffic.world import STEP, World
+from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
 
 EGO = -1  # the ego car's number
 QUEUE = 3  # cars that wait outside to come in; more are turned away
@@ -165,7 +165,7 @@ class Simulation:
         """Whether anybody has hit anybody."""
         return any(car.crashed for car in self.road.vehicles)
 
-    def world(self) -> World:
+    def world(self) -> TrafficState:
         """The cars now, parked ones first."""
         cars = sorted(
             (car for car in self.road.vehicles if car is not self.ego), key=lambda car: car.number
@@ -175,7 +175,7 @@ class Simulation:
         poses = np.concatenate((self.parked.poses, moving))
         sizes = np.array([car.size for car in cars]).reshape(-1, 3)
         speeds = np.array([car.speed for car in cars], dtype=float)
-        return World(
+        return TrafficState(
             time=self.steps * STEP,
             ids=np.array([*range(still), *(car.number for car in cars)], dtype=np.int64),
             x=poses[:, 0],

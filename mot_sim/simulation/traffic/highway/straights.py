@@ -14,7 +14,7 @@ from mot_sim.simulation.traffic.highway.layout import (
     Path,
     Segment,
     Start,
-    line,
+    straight_lane,
 )
 
 FAST, STREET = 24.0, 12.0  # m/s
@@ -34,10 +34,10 @@ def _add_parallel(
         y = lane * LANE_WIDTH
         marks = (SOLID if lane == 0 else DASHED, SOLID if lane == lanes - 1 else NONE)
         closes = lane >= lanes - closing
-        network.add_lane(*segment, line((x[0], y), (x[1], y), FAST, marks, closes))
+        network.add_lane(*segment, straight_lane((x[0], y), (x[1], y), FAST, marks, closes))
 
 
-def highway() -> Layout:
+def highway_layout() -> Layout:
     """Three lanes, one way, 3 km."""
     network = RoadNetwork()
     segment = ("west", "east")
@@ -46,7 +46,7 @@ def highway() -> Layout:
     return Layout(network, paths, Start(paths, 180.0, lane=1), (segment,), reach=180.0)
 
 
-def merge() -> Layout:
+def merge_layout() -> Layout:
     """Two lanes and a ramp whose lane ends: its cars have to change to the left in time."""
     network = RoadNetwork()
     before, beside, after = ("west", "gore"), ("gore", "taper"), ("taper", "east")
@@ -56,21 +56,23 @@ def merge() -> Layout:
     _add_parallel(network, after, (MERGE_END, MERGE_LENGTH), 2)
     # The ramp comes in at 6 degrees and meets the outer lane's line at its beginning.
     start = (RAMP_END - 180.0, 2.0 * LANE_WIDTH + 19.0)
-    network.add_lane(*ramp, line(start, (RAMP_END, 2.0 * LANE_WIDTH), RAMP_FAST))
+    network.add_lane(*ramp, straight_lane(start, (RAMP_END, 2.0 * LANE_WIDTH), RAMP_FAST))
     paths = ((before, beside, after), (ramp, beside, after))
     ego = Start((paths[0],), 60.0, lane=1)
     return Layout(network, paths, ego, (before, beside, after, ramp), reach=200.0)
 
 
-def street() -> Layout:
+def street_layout() -> Layout:
     """One lane each way, 500 m, cars parked on both sides."""
     network = RoadNetwork()
     right = 0.5 * LANE_WIDTH
     network.add_lane(
-        "west", "east", line((0.0, right), (STREET_LENGTH, right), STREET, (DASHED, SOLID))
+        "west", "east", straight_lane((0.0, right), (STREET_LENGTH, right), STREET, (DASHED, SOLID))
     )
     network.add_lane(
-        "east-end", "west-end", line((STREET_LENGTH, -right), (0.0, -right), STREET, (NONE, SOLID))
+        "east-end",
+        "west-end",
+        straight_lane((STREET_LENGTH, -right), (0.0, -right), STREET, (NONE, SOLID)),
     )
     ours, theirs = ("west", "east"), ("east-end", "west-end")
     kerbs = (

@@ -11,22 +11,26 @@ from numpy import ndarray as Array
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.traffic.collisions import collisions
 from mot_sim.simulation.traffic.driving import COMMANDS, Driving
-from mot_sim.simulation.traffic.highway.junctions import intersection, roundabout, t_junction
+from mot_sim.simulation.traffic.highway.junctions import (
+    intersection_layout,
+    roundabout_layout,
+    t_junction_layout,
+)
 from mot_sim.simulation.traffic.highway.layout import Layout
 from mot_sim.simulation.traffic.highway.simulation import EGO, Demand, Simulation
-from mot_sim.simulation.traffic.highway.straights import highway, merge, street
+from mot_sim.simulation.traffic.highway.straights import highway_layout, merge_layout, street_layout
 from mot_sim.simulation.traffic.scripted import SEDAN
-from mot_sim.simulation.traffic.world import STEP, World
+from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
 from tracker.errors import BadConfig, UnknownName
 
 # The name of a road: what builds it.
 ROADS: dict[str, Callable[[], Layout]] = {
-    "highway": highway,
-    "intersection": intersection,
-    "merge": merge,
-    "roundabout": roundabout,
-    "street": street,
-    "t_junction": t_junction,
+    "highway": highway_layout,
+    "intersection": intersection_layout,
+    "merge": merge_layout,
+    "roundabout": roundabout_layout,
+    "street": street_layout,
+    "t_junction": t_junction_layout,
 }
 CRASHES = ("reject", "label")
 # Length, height, width of common cars, from small to large.
@@ -81,9 +85,9 @@ class HighwayTraffic:
                 f"most {LONGEST:g} m long and {WIDEST:g} m wide"
             )
         self._simulation: Simulation | None = None
-        self._ahead: deque[World] = deque()
+        self._ahead: deque[TrafficState] = deque()
 
-    def reset(self, rng: np.random.Generator) -> World:
+    def reset(self, rng: np.random.Generator) -> TrafficState:
         """A new run; the generator gives one number, everything else follows from it.
 
         Raises BadConfig for more cars than the road holds, and when no attempt was clean.
@@ -97,7 +101,7 @@ class HighwayTraffic:
             "arrivals, or crashes='label'"
         )
 
-    def reset_live(self, rng: np.random.Generator) -> World:
+    def reset_live(self, rng: np.random.Generator) -> TrafficState:
         """A new run to drive in: the first attempt of `reset`, nothing of it driven ahead.
 
         Under autopilot it gives the worlds of `reset`, where nobody crashes in them. Raises
@@ -139,7 +143,7 @@ class HighwayTraffic:
             self._ahead.append(simulation.world())
         return True
 
-    def step(self) -> World:
+    def step(self) -> TrafficState:
         """The world 0.1 s later. Raises BadConfig before the first `reset`."""
         if self._simulation is None:
             raise BadConfig("traffic makes its first step: call reset(rng) before")

@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from mot_sim.experiments.guests import Guest
+from mot_sim.experiments.guests import ExternalTracker
 
 # The n-th box of every frame gets id n; half a second a drive.
 GOOD = """
@@ -52,7 +52,7 @@ def write_programs(folder: Path) -> Path:
     return folder
 
 
-def guest(folder: Path, name: str, *arguments: str, program: str | None = None) -> Guest:
+def guest(folder: Path, name: str, *arguments: str, program: str | None = None) -> ExternalTracker:
     """A guest that runs one of the programs."""
     path = str(folder / f"{program or name}.py")
-    return Guest(name, (sys.executable, path, "{detections}", "{results}", *arguments))
+    return ExternalTracker(name, (sys.executable, path, "{detections}", "{results}", *arguments))

@@ -5,7 +5,13 @@ from pathlib import Path
 import pytest
 
 from mot_sim.datasets import RecordedSequence
-from mot_sim.experiments.guests import Entry, Failure, GuestTracker, find_contestant, hold_contest
+from mot_sim.experiments.guests import (
+    Entry,
+    ExternalSequenceTracker,
+    Failure,
+    find_sequence_tracker,
+    run_comparison,
+)
 from tests.mot_sim.experiments.guests.conftest import truth_of
 from tests.mot_sim.experiments.guests.programs import guest
 from tracker.errors import BadConfig
@@ -20,8 +26,8 @@ def truths(drives: list[RecordedSequence]) -> dict[str, Tracks]:
 def test_quality_and_speed_come_from_one_run(
     drives: list[RecordedSequence], programs: Path
 ) -> None:
-    contestants = [find_contestant("iou"), GuestTracker(guest(programs, "good"))]
-    contest = hold_contest(contestants, drives, truths(drives))
+    contestants = [find_sequence_tracker("iou"), ExternalSequenceTracker(guest(programs, "good"))]
+    contest = run_comparison(contestants, drives, truths(drives))
     assert contest.failures == {}
     good, iou = contest.entries["good"], contest.entries["iou"]
     assert isinstance(good, Entry)
@@ -37,10 +43,10 @@ def test_one_that_fails_does_not_stop_the_others(
     drives: list[RecordedSequence], programs: Path
 ) -> None:
     bad = [
-        GuestTracker(guest(programs, "crashes")),
-        GuestTracker(guest(programs, "rubbish", "0 0 5 5 9 9 0.5")),
+        ExternalSequenceTracker(guest(programs, "crashes")),
+        ExternalSequenceTracker(guest(programs, "rubbish", "0 0 5 5 9 9 0.5")),
     ]
-    contest = hold_contest([*bad, find_contestant("iou")], drives, truths(drives))
+    contest = run_comparison([*bad, find_sequence_tracker("iou")], drives, truths(drives))
     assert list(contest.failures) == ["crashes", "rubbish"]
     assert "an id twice in a frame: frame 0, id 0" in contest.failures["rubbish"].reason
     assert isinstance(contest.entries["iou"], Entry)
@@ -55,7 +61,7 @@ def test_one_that_fails_does_not_stop_the_others(
 def test_what_the_rules_do_not_know_stays_empty(
     drives: list[RecordedSequence], programs: Path
 ) -> None:
-    contest = hold_contest([find_contestant("iou")], drives, truths(drives), "devkit2018")
+    contest = run_comparison([find_sequence_tracker("iou")], drives, truths(drives), "devkit2018")
     (row,) = contest.table().as_records()
     assert (row["MOTA"], row["HOTA"], row["IDF1"]) == (1.0, None, None)
 
@@ -64,8 +70,11 @@ def test_tracks_are_passed_on_of_those_that_came_through(
     drives: list[RecordedSequence], programs: Path
 ) -> None:
     kept = {}
-    contestants = [GuestTracker(guest(programs, "crashes")), find_contestant("iou")]
-    hold_contest(contestants, drives, truths(drives), keep=kept.__setitem__)
+    contestants = [
+        ExternalSequenceTracker(guest(programs, "crashes")),
+        find_sequence_tracker("iou"),
+    ]
+    run_comparison(contestants, drives, truths(drives), keep=kept.__setitem__)
     assert list(kept) == ["iou"]
     assert len(kept["iou"]["a"]) == 8
 
@@ -78,17 +87,17 @@ def test_an_error_that_is_not_ours_is_not_swallowed(drives: list[RecordedSequenc
             raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
-        hold_contest([Broken()], drives, truths(drives))
+        run_comparison([Broken()], drives, truths(drives))
 
 
 def test_nothing_to_compare_on_is_refused() -> None:
     with pytest.raises(BadConfig, match="nothing to compare on"):
-        hold_contest([find_contestant("iou")], [], {})
+        run_comparison([find_sequence_tracker("iou")], [], {})
 
 
 def test_a_failure_without_stderr_has_none(drives: list[RecordedSequence], programs: Path) -> None:
-    contest = hold_contest(
-        [GuestTracker(guest(programs, "none", program="good"), programs / "good.py" / "x")],
+    contest = run_comparison(
+        [ExternalSequenceTracker(guest(programs, "none", program="good"), programs / "good.py" / "x")],
         drives, truths(drives),
     )  # fmt: skip
     assert isinstance(contest.entries["none"], Failure)

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from mot_sim.experiments.guests import Environment, Guest, GuestFailed
-from mot_sim.experiments.guests.processes import run_command
+from mot_sim.experiments.guests import Environment, ExternalTracker, ExternalTrackerFailed
+from mot_sim.experiments.guests.processes import run_process
 from tests.mot_sim.cli.conftest import CommandLine
 from tracker.errors import BadOutput
 
@@ -49,12 +49,14 @@ def test_an_environment_is_made_once_and_holds_nothing_of_ours(offline: Path) ->
     assert environment.set_up("greeting") == python
     assert environment.python.stat().st_mtime_ns == made
     code = f"import sys, {NAME}; sys.stderr.write({NAME}.word)"
-    guest = Guest("greeting", ("{python}", "-c", code, "{detections}", "{results}"), environment)
+    guest = ExternalTracker(
+        "greeting", ("{python}", "-c", code, "{detections}", "{results}"), environment
+    )
     words = guest.words(offline, offline)
     assert words[0] == str(environment.python) != sys.executable
-    assert run_command("greeting", words, 60.0) == "hello"
-    with pytest.raises(GuestFailed) as caught:
-        run_command("greeting", [words[0], "-c", "import numpy"], 60.0)
+    assert run_process("greeting", words, 60.0) == "hello"
+    with pytest.raises(ExternalTrackerFailed) as caught:
+        run_process("greeting", [words[0], "-c", "import numpy"], 60.0)
     assert "No module named 'numpy'" in caught.value.stderr
 
 
@@ -74,7 +76,7 @@ def test_a_half_made_environment_is_not_taken_for_one(offline: Path) -> None:
     environment.python.parent.mkdir(parents=True)
     environment.python.write_text("")
     assert not environment.is_ready
-    with pytest.raises(GuestFailed, match="no environment in"):
+    with pytest.raises(ExternalTrackerFailed, match="no environment in"):
         environment.require("half")
 
 

@@ -9,7 +9,12 @@ from pathlib import Path
 import pytest
 
 from mot_sim.datasets import RecordedSequence
-from mot_sim.experiments.guests import GUESTS, Guest, GuestFailed, LiveGuest
+from mot_sim.experiments.guests import (
+    GUESTS,
+    ExternalOnlineTracker,
+    ExternalTracker,
+    ExternalTrackerFailed,
+)
 from tests.mot_sim.experiments.guests.conftest import truth_of
 from tests.mot_sim.experiments.guests.test_processes import is_alive
 from tracker.errors import BadConfig, BadTracks, UnknownName
@@ -25,9 +30,11 @@ for line in sys.stdin:
 """
 
 
-def live(code: str, timeout: float = 30.0) -> LiveGuest:
+def live(code: str, timeout: float = 30.0) -> ExternalOnlineTracker:
     """A live guest that runs the code."""
-    return LiveGuest(Guest("mine", FOLDERS, timeout=timeout, live=("{python}", "-c", code)))
+    return ExternalOnlineTracker(
+        ExternalTracker("mine", FOLDERS, timeout=timeout, live=("{python}", "-c", code))
+    )
 
 
 def test_a_live_guest_is_stepped_like_a_tracker(drives: list[RecordedSequence]) -> None:
@@ -53,7 +60,7 @@ def test_a_live_guest_is_stepped_like_a_tracker(drives: list[RecordedSequence]) 
 )
 def test_what_is_no_answer_is_told(code: str, told: str, drives: list[RecordedSequence]) -> None:
     guest = live(code, timeout=0.5 if "sleep" in code else 30.0)
-    with pytest.raises(GuestFailed) as caught:
+    with pytest.raises(ExternalTrackerFailed) as caught:
         guest.step(next(iter(drives[0])))
     assert told in str(caught.value)
 
@@ -83,12 +90,12 @@ def test_its_process_ends_with_it(drives: list[RecordedSequence], tmp_path: Path
 
 def test_a_guest_that_knows_only_folders_is_refused() -> None:
     with pytest.raises(BadConfig, match="guest mine knows only folders"):
-        LiveGuest(Guest("mine", FOLDERS))
+        ExternalOnlineTracker(ExternalTracker("mine", FOLDERS))
 
 
 def test_an_unknown_name_is_answered_with_the_nearest() -> None:
     with pytest.raises(UnknownName, match="Did you mean 'oc-sort'"):
-        LiveGuest("ocsort")
+        ExternalOnlineTracker("ocsort")
 
 
 def test_every_guest_of_the_package_can_be_stepped() -> None:

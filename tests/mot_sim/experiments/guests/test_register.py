@@ -8,8 +8,8 @@ import pytest
 from mot_sim.experiments.guests import (
     GUESTS,
     Environment,
-    Guest,
-    GuestFailed,
+    ExternalTracker,
+    ExternalTrackerFailed,
     parse_scores,
     with_scores,
 )
@@ -17,13 +17,13 @@ from tracker.errors import BadConfig, UnknownName
 
 
 def test_a_command_gets_its_folders_and_interpreter_even_inside_words() -> None:
-    guest = Guest("mine", ("{python}", "run.py", "--in={detections}", "{results}/all"))
+    guest = ExternalTracker("mine", ("{python}", "run.py", "--in={detections}", "{results}/all"))
     words = guest.words(Path("/in put"), Path("/out"))
     assert words == [sys.executable, "run.py", "--in=/in put", "/out/all"]
 
 
 def test_a_guest_is_read_from_a_command_line() -> None:
-    guest = Guest.parse("my-own=python 'my tracker.py' {detections} {results}")
+    guest = ExternalTracker.parse("my-own=python 'my tracker.py' {detections} {results}")
     assert guest.name == "my-own"
     assert guest.command == ("python", "my tracker.py", "{detections}", "{results}")
 
@@ -41,7 +41,7 @@ def test_a_guest_is_read_from_a_command_line() -> None:
 )
 def test_what_is_no_guest_is_refused(text: str, told: str) -> None:
     with pytest.raises(BadConfig, match=told):
-        Guest.parse(text)
+        ExternalTracker.parse(text)
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,7 @@ def test_what_is_no_guest_is_refused(text: str, told: str) -> None:
 )
 def test_numbers_outside_their_range_are_refused(more: dict[str, float], told: str) -> None:
     with pytest.raises(BadConfig, match=told):
-        Guest("mine", ("run", "{detections}", "{results}"), **more)
+        ExternalTracker("mine", ("run", "{detections}", "{results}"), **more)
 
 
 def test_one_score_is_for_all_and_a_named_one_wins() -> None:
@@ -80,7 +80,9 @@ def test_a_guest_without_its_environment_says_how_to_make_it(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("MOT_SIM_GUESTS", str(tmp_path))
-    with pytest.raises(GuestFailed, match=r"no environment in .*compare --setup sort` makes it"):
+    with pytest.raises(
+        ExternalTrackerFailed, match=r"no environment in .*compare --setup sort` makes it"
+    ):
         GUESTS["sort"].words(tmp_path, tmp_path)
 
 

@@ -14,26 +14,26 @@ from mot_sim.experiments.paper.cue_sets import (
     two_frame,
     with_cues,
 )
-from mot_sim.experiments.paper.made_rows import Pooled, Stand
+from mot_sim.experiments.paper.made_rows import PairedScores, SyntheticBenchmark
 from mot_sim.experiments.paper.rendering import interval_table, score_rows
-from mot_sim.experiments.paper.studies import Studies
+from mot_sim.experiments.paper.studies import PaperConfig
 from mot_sim.experiments.paper.tables import TABLES, server, verdict
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.tuning import measuring
-from mot_sim.experiments.tuning.measuring import Bench
+from mot_sim.experiments.tuning.measuring import KittiBenchmark
 from mot_sim.metrics import combine, evaluate_sequence
 from mot_sim.simulation.sensors import find_profile
 from tests.mot_sim.experiments.made import small_drives
 from tracker import FRAMEWORKS, Tracker
 
-TWO = (Contender("paper", "paper"), Contender("late", "paper", {"associate": "network_flow"}))
+TWO = (TrackerSpec("paper", "paper"), TrackerSpec("late", "paper", {"associate": "network_flow"}))
 
 
 def test_a_measurement_is_the_trackers_score_and_is_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drives = small_drives(tmp_path / "drives", 2)
-    found = Bench(tmp_path).measure("test", drives, TWO)
+    found = KittiBenchmark(tmp_path).measure("test", drives, TWO)
     wanted = combine(
         [
             evaluate_sequence(
@@ -51,7 +51,7 @@ def test_a_measurement_is_the_trackers_score_and_is_kept(
         raise AssertionError("measured twice")
 
     monkeypatch.setattr(measuring, "_measured", refuse)
-    again = Bench(tmp_path).measure("test", drives, TWO)
+    again = KittiBenchmark(tmp_path).measure("test", drives, TWO)
     assert again["late"]["trackeval"].numbers() == found["late"]["trackeval"].numbers()
 
 
@@ -67,7 +67,7 @@ def test_quoted_rows_are_marked_and_have_every_column() -> None:
 
 
 def test_the_server_table_is_quoted_only(tmp_path: Path) -> None:
-    (table,) = server(Studies(tmp_path, kitti=False))
+    (table,) = server(PaperConfig(tmp_path, kitti=False))
     assert "| * the paper | 84.24 | 85.73 | 73.23 | 2.77 | 468 | 944 |" in table.as_markdown()
     assert list(TABLES) == ["I", "II", "III", "IV", "V"]
 
@@ -96,8 +96,8 @@ def test_a_profile_gets_only_the_cues_that_it_lacks(tmp_path: Path) -> None:
     assert made.appearance == (rrc.appearance or cues.appearance)
 
 
-def pooled(**values: list[float]) -> Pooled:
-    return Pooled(
+def pooled(**values: list[float]) -> PairedScores:
+    return PairedScores(
         {name: [{"MOTA": each, "IDSW": 10 * each} for each in row] for name, row in values.items()}
     )
 
@@ -125,7 +125,7 @@ def test_the_verdict_names_who_beats_all_cues() -> None:
 
 @pytest.mark.slow
 def test_made_rows_share_their_drives(tmp_path: Path) -> None:
-    stand = Stand(tmp_path, ("crossing",), seeds=2, frames=6)
+    stand = SyntheticBenchmark(tmp_path, ("crossing",), seeds=2, frames=6)
     found = stand.run("cues", two_frame({"a": "volume", "b": "appearance"}), "devkit2018", _silent)
     assert [row["seed"] for row in found.rows["a"]] == [0, 1]
     assert np.array_equal(

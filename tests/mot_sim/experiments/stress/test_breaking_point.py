@@ -10,7 +10,7 @@ import pytest
 from mot_sim.__main__ import main
 from mot_sim.experiments.stress import breaking_point
 from mot_sim.experiments.stress.breaking_point import BreakingPoint, breaking_points
-from mot_sim.experiments.stress.breaking_point_spec import Question
+from mot_sim.experiments.stress.breaking_point_spec import BreakingPointSpec
 from tests.mot_sim.experiments.small import BARE, trial_files
 from tracker.errors import BadConfig, TrackingError, UnknownName
 
@@ -21,12 +21,12 @@ SMALL = [
 ]  # fmt: skip
 
 
-def small(axis: str = "detector.jitter", **changes: Any) -> Question:
+def small(axis: str = "detector.jitter", **changes: Any) -> BreakingPointSpec:
     """A question about an open crossing."""
     given: dict[str, Any] = {
         "trackers": ("default",), "scene": "crossing", "seeds": 2, "frames": 6, "fixed": BARE,
     }  # fmt: skip
-    return Question(axis, **{**given, **changes})
+    return BreakingPointSpec(axis, **{**given, **changes})
 
 
 class Swept:

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from mot_sim.experiments.sweep import Contender, Design, Range, read_design
+from mot_sim.experiments.sweep import Design, Range, TrackerSpec, read_design
 from tests.mot_sim.experiments.small import BARE
 from tracker.errors import BadConfig, BadFile, TrackingError, UnknownName
 
@@ -92,7 +92,7 @@ def test_a_design_is_read_from_a_file_and_changed(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(DESIGN)
     design = read_design(str(path), seeds=2)
-    assert design.contenders == (Contender("a", "paper", {"sigmas": 2}), Contender("default"))
+    assert design.contenders == (TrackerSpec("a", "paper", {"sigmas": 2}), TrackerSpec("default"))
     assert design.axes == {"detector.jitter": (0, 0.5), "rig.height_error": (-0.1, 0.1)}
     assert (design.scene, design.seeds, design.fixed) == ("crossing", 2, {"scene.trees": 0})
     assert len(design) == 4 * 2 * 2

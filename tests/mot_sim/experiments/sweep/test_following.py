@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy import ndarray as Array
 
-from mot_sim.experiments.guests import LiveGuest
+from mot_sim.experiments.guests import ExternalOnlineTracker
 from mot_sim.testing import SeededEpisode, TrackerFailed, follow
 from tests.mot_sim.experiments import odd
 from tracker import FRAMEWORKS, Camera, Frame, Tracker, Tracks
@@ -80,7 +80,7 @@ def test_delayed_frameworks_are_finished(episode: SeededEpisode, name: str) -> N
 def test_a_guest_is_a_tracker_whose_failure_is_named(
     episode: SeededEpisode, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from mot_sim.experiments.guests import Guest
+    from mot_sim.experiments.guests import ExternalTracker
 
     words = ("{python}", "-c", "print()", "{detections}", "{results}")
     live = (
@@ -89,12 +89,12 @@ def test_a_guest_is_a_tracker_whose_failure_is_named(
         "-c",
         "for n, line in enumerate(open(0)): n and print([[4, 1, 1, 9, 9, 1]])",
     )
-    output = follow(LiveGuest(Guest("own", words, live=live)), episode)
+    output = follow(ExternalOnlineTracker(ExternalTracker("own", words, live=live)), episode)
     assert set(output.ids.tolist()) == {4}
     assert len(output) == 12
     live = ("{python}", "-c", "raise SystemExit('no model')")
     with pytest.raises(TrackerFailed, match=r"LiveGuest failed in frame 0: GuestFailed.*ended"):
-        follow(LiveGuest(Guest("own", words, live=live)), episode)
+        follow(ExternalOnlineTracker(ExternalTracker("own", words, live=live)), episode)
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from mot_sim.experiments.sweep import drives
-from mot_sim.experiments.sweep import seeded_episodes
+from mot_sim.experiments.sweep import drives, seeded_episodes
 from mot_sim.testing import SeededEpisode, mot_episode
 from tests.mot_sim.conftest import BARE
 from tracker import Sequence

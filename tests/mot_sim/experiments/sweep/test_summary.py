@@ -7,11 +7,11 @@ from scipy.stats import t as student
 
 from mot_sim.experiments.sweep.summary import Interval, summary
 from mot_sim.experiments.sweep.summary_tables import (
-    as_content,
     difference_table,
     failures,
     mean_table,
     shown,
+    summary_content,
     words,
 )
 
@@ -89,7 +89,7 @@ def test_tables_show_percent_and_half_the_interval() -> None:
     assert different is not None
     assert different.rows[1] == ("noise=2", "b", "-10.00 ±0.00", "3")
     assert difference_table([line for line in lines if line.tracker == "a"]) is None
-    assert as_content(lines)[1]["metrics"]["HOTA"]["count"] == 2
+    assert summary_content(lines)[1]["metrics"]["HOTA"]["count"] == 2
 
 
 def test_axes_are_called_by_the_last_part_of_their_names_where_that_is_enough() -> None:

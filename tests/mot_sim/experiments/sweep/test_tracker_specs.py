@@ -3,10 +3,10 @@
 import pytest
 
 from mot_sim.experiments.sweep.tracker_specs import (
-    Contender,
+    TrackerSpec,
     Updated,
-    contenders_of,
     tracker_settings,
+    tracker_specs_of,
 )
 from mot_sim.files.fingerprint import digest
 from mot_sim.simulation.rig import Rig
@@ -21,7 +21,7 @@ ODD = "tests.mot_sim.experiments.odd"
 
 def test_settings_are_read_and_reach_the_tracker() -> None:
     text = "slow=paper:lifecycle.max_gap=2:associate=greedy:costs=volume=0.6+reprojection=0.4"
-    contender = Contender.parse(text)
+    contender = TrackerSpec.parse(text)
     built = contender.build(CAMERA)
     assert contender.name == "slow"
     assert isinstance(built, Tracker)
@@ -31,28 +31,28 @@ def test_settings_are_read_and_reach_the_tracker() -> None:
 
 
 def test_a_tracker_without_a_name_is_called_what_it_is() -> None:
-    assert Contender.parse("default").name == "default"
-    assert Contender.parse("default:sigmas=2").name == "default:sigmas=2"
+    assert TrackerSpec.parse("default").name == "default"
+    assert TrackerSpec.parse("default:sigmas=2").name == "default:sigmas=2"
 
 
 def test_every_setting_of_ours_can_be_set_to_the_value_that_it_has() -> None:
     for preset in ("default", "paper"):
-        known = tracker_settings(Contender(preset, preset).build(CAMERA))
+        known = tracker_settings(TrackerSpec(preset, preset).build(CAMERA))
         assert len(known) > 15
-        again = Contender(preset, preset, known).build(CAMERA)
+        again = TrackerSpec(preset, preset, known).build(CAMERA)
         assert tracker_settings(again) == known
 
 
 def test_trackers_that_do_the_same_have_the_same_description() -> None:
-    plain = digest(Contender.parse("default").description())
-    assert digest(Contender.parse("d=default:associate=hungarian").description()) == plain
-    assert digest(Contender.parse("default:associate=greedy").description()) != plain
-    assert digest(Contender.parse("paper").description()) != plain
+    plain = digest(TrackerSpec.parse("default").description())
+    assert digest(TrackerSpec.parse("d=default:associate=hungarian").description()) == plain
+    assert digest(TrackerSpec.parse("default:associate=greedy").description()) != plain
+    assert digest(TrackerSpec.parse("paper").description()) != plain
 
 
 def test_a_callable_of_a_module_is_a_tracker() -> None:
-    assert isinstance(Contender.parse(f"mine={ODD}:built").build(CAMERA), Tracker)
-    updated = Contender.parse(f"mine={ODD}:Updates:min_score=0.5").build(CAMERA)
+    assert isinstance(TrackerSpec.parse(f"mine={ODD}:built").build(CAMERA), Tracker)
+    updated = TrackerSpec.parse(f"mine={ODD}:Updates:min_score=0.5").build(CAMERA)
     assert isinstance(updated, Updated)
     assert updated.inner.min_score == 0.5
     assert isinstance(updated.inner, odd.Updates)
@@ -79,11 +79,11 @@ def test_a_tracker_that_cannot_be_built_is_named(
     text: str, error: type[Exception], told: str
 ) -> None:
     with pytest.raises(error, match=told):
-        contenders_of([text])[0].check()
+        tracker_specs_of([text])[0].check()
 
 
 def test_two_trackers_of_one_name_and_none_at_all_are_refused() -> None:
     with pytest.raises(BadConfig, match="two trackers are named default"):
-        contenders_of(["default", Contender("default", "paper")])
+        tracker_specs_of(["default", TrackerSpec("default", "paper")])
     with pytest.raises(BadConfig, match="no trackers"):
-        contenders_of([])
+        tracker_specs_of([])

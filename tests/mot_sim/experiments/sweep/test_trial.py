@@ -7,8 +7,8 @@ import pyarrow as pa
 import pytest
 
 from mot_sim.experiments.sweep.conditions import Conditions
-from mot_sim.experiments.sweep.drives import Drive, Recordings, drive_of
-from mot_sim.experiments.sweep.tracker_specs import Contender
+from mot_sim.experiments.sweep.drives import Recordings, TrialSequence, drive_of
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.sweep.trial import run_trial
 from mot_sim.metrics import evaluate_sequence
 from tests.mot_sim.experiments.small import BARE
@@ -17,7 +17,7 @@ from tracker import Tracker, Tracks
 ODD = "tests.mot_sim.experiments.odd"
 
 
-def drive_under(folder: Path, **axes: float | str) -> Drive:
+def drive_under(folder: Path, **axes: float | str) -> TrialSequence:
     settings = {"scene.frames": 6, **BARE}
     settings |= {name.replace("__", "."): level for name, level in axes.items()}
     conditions = Conditions.of("crossing", settings)
@@ -26,7 +26,7 @@ def drive_under(folder: Path, **axes: float | str) -> Drive:
 
 def test_a_trial_scores_what_the_tracker_gives(swept: tuple[Path, pa.Table]) -> None:
     drive = drive_under(swept[0])
-    outcome = run_trial(Contender("default"), drive)
+    outcome = run_trial(TrackerSpec("default"), drive)
     tracker = Tracker.default(drive.sequence.camera)
     output = Tracks.concatenate([tracker.step(frame) for frame in drive.sequence])
     assert outcome.error is None
@@ -51,7 +51,7 @@ def test_a_trial_scores_what_the_tracker_gives(swept: tuple[Path, pa.Table]) -> 
 def test_a_tracker_that_goes_wrong_is_named_and_has_no_scores(
     swept: tuple[Path, pa.Table], name: str, told: str
 ) -> None:
-    outcome = run_trial(Contender("odd", f"{ODD}:{name}"), drive_under(swept[0]))
+    outcome = run_trial(TrackerSpec("odd", f"{ODD}:{name}"), drive_under(swept[0]))
     assert outcome.error == told
     assert outcome.scores == {}
     assert outcome.frames == (3 if name == "Raises" else 1)
@@ -59,11 +59,11 @@ def test_a_tracker_that_goes_wrong_is_named_and_has_no_scores(
 
 def test_a_tracker_that_decides_later_is_asked_for_the_rest(swept: tuple[Path, pa.Table]) -> None:
     drive = drive_under(swept[0])
-    now = run_trial(Contender("now", f"{ODD}:built"), drive)
-    later = run_trial(Contender("later", f"{ODD}:Later"), drive)
+    now = run_trial(TrackerSpec("now", f"{ODD}:built"), drive)
+    later = run_trial(TrackerSpec("later", f"{ODD}:Later"), drive)
     assert later.error is None
     assert later.scores == now.scores
-    twice = run_trial(Contender("later", f"{ODD}:Later", {"twice": True}), drive)
+    twice = run_trial(TrackerSpec("later", f"{ODD}:Later", {"twice": True}), drive)
     assert twice.error is not None
     assert twice.error.startswith("in the end: ids that stand twice in a frame: [")
 
@@ -72,14 +72,14 @@ def test_a_tracker_with_update_is_tracked_and_may_change_its_copy(
     swept: tuple[Path, pa.Table],
 ) -> None:
     drive = drive_under(swept[0])
-    outcome = run_trial(Contender("odd", f"{ODD}:Updates"), drive)
+    outcome = run_trial(TrackerSpec("odd", f"{ODD}:Updates"), drive)
     assert outcome.error is None
     assert outcome.scores["CLR_TP"] > 0
     assert outcome.scores["IDSW"] > 0  # everybody is new in every frame
     assert all(np.isfinite(frame.detections.boxes).all() for frame in drive.sequence)
 
 
-def boxes_of(drive: Drive) -> np.ndarray:
+def boxes_of(drive: TrialSequence) -> np.ndarray:
     return np.concatenate([frame.detections.boxes for frame in drive.sequence])
 
 

@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 
 from mot_sim.evaluation.runs import track_sequence
-from mot_sim.experiments.sweep.tracker_specs import Contender
-from mot_sim.experiments.tuning.cross_validation import Search, candidates, neighbours, tune
-from mot_sim.experiments.tuning.labelled import Labelled
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
+from mot_sim.experiments.tuning.cross_validation import WeightSearch, candidates, neighbours, tune
+from mot_sim.experiments.tuning.labelled import LabelledSequence
 from mot_sim.experiments.tuning.weighing import WHOLE, Method, Scale, Weights, weights_of
 from mot_sim.metrics import Devkit2018, Scores, evaluate_sequence
 from tests.mot_sim.experiments.made import small_drives
 from tracker.errors import BadConfig, MissingCue, UnknownName
 
 NAMES = ("image_overlap", "reprojection", "volume")
-PAPER = Contender("paper", "paper")
+PAPER = TrackerSpec("paper", "paper")
 
 
 @pytest.fixture(scope="module")
-def drives(tmp_path_factory: pytest.TempPathFactory) -> tuple[Labelled, ...]:
+def drives(tmp_path_factory: pytest.TempPathFactory) -> tuple[LabelledSequence, ...]:
     return small_drives(tmp_path_factory.mktemp("drives"), 3)
 
 
@@ -35,7 +35,7 @@ class Planted(Scale):
 
 def test_the_search_finds_the_best_weights(drives) -> None:
     scale = Planted.of(Method(NAMES, PAPER), drives, "devkit2018")
-    tuned = tune(scale, Search("MOTA", samples=10, folds=2), (1.0, 1.0, 1.0))
+    tuned = tune(scale, WeightSearch("MOTA", samples=10, folds=2), (1.0, 1.0, 1.0))
     assert np.abs(np.array(tuned.weights) - (600, 300, 100)).max() <= 25
     assert tuned.overall > tuned.start
     held = sorted(name for fold in tuned.folds for name in fold.held)
@@ -45,7 +45,7 @@ def test_the_search_finds_the_best_weights(drives) -> None:
 
 @pytest.mark.parametrize("base", ["paper", "default"])
 def test_weights_are_worth_what_the_tracker_scores(drives, base: str, tmp_path: Path) -> None:
-    method, some = Method(("volume", "image_overlap"), Contender(base, base)), drives[:1]
+    method, some = Method(("volume", "image_overlap"), TrackerSpec(base, base)), drives[:1]
     scale = Scale.of(method, some, folder=tmp_path)
     scale.weigh([(500, 500)])
     tracker = method.build(some[0], (500, 500))
@@ -58,7 +58,7 @@ def test_weights_are_worth_what_the_tracker_scores(drives, base: str, tmp_path: 
 
 
 def test_an_interrupted_search_goes_on_where_it_was(drives, tmp_path: Path) -> None:
-    method, search = Method(("volume", "reprojection"), PAPER), Search(samples=3, folds=2)
+    method, search = Method(("volume", "reprojection"), PAPER), WeightSearch(samples=3, folds=2)
 
     def interrupt(what: str, done: int, total: int) -> None:
         if done == 3:
@@ -75,7 +75,7 @@ def test_an_interrupted_search_goes_on_where_it_was(drives, tmp_path: Path) -> N
 
 @pytest.mark.slow
 def test_processes_find_the_same(drives, tmp_path: Path) -> None:
-    method, search = Method(("volume", "reprojection"), PAPER), Search(samples=2, folds=2)
+    method, search = Method(("volume", "reprojection"), PAPER), WeightSearch(samples=2, folds=2)
     alone = tune(Scale.of(method, drives), search, (1.0, 1.0))
     spread = tune(Scale.of(method, drives, folder=tmp_path, jobs=2), search, (1.0, 1.0))
     assert (spread.weights, spread.held_out) == (alone.weights, alone.held_out)
@@ -97,8 +97,8 @@ def test_weights_that_cannot_be_are_refused(weights: list[float]) -> None:
 
 def test_draws_are_the_same_for_a_seed_and_others_for_another() -> None:
     start: Weights = (500, 500)
-    one, other = candidates(start, Search(seed=1)), candidates(start, Search(seed=2))
-    assert one == candidates(start, Search(seed=1))
+    one, other = candidates(start, WeightSearch(seed=1)), candidates(start, WeightSearch(seed=2))
+    assert one == candidates(start, WeightSearch(seed=1))
     assert one != other
     assert one[:3] == [(500, 500), (1000, 0), (0, 1000)]
 
@@ -114,15 +114,15 @@ def test_a_method_that_cannot_be_is_refused() -> None:
     with pytest.raises(BadConfig, match="name each once"):
         Method(("volume", "volume"))
     with pytest.raises(BadConfig, match="only ours have weights"):
-        Method(("volume",), Contender("x", "some.module:Thing"))
+        Method(("volume",), TrackerSpec("x", "some.module:Thing"))
     with pytest.raises(BadConfig, match="objective IDF1: give HOTA or MOTA"):
-        Search("IDF1")
+        WeightSearch("IDF1")
 
 
 def test_a_cost_without_its_cue_and_too_many_folds_are_named(drives, tmp_path: Path) -> None:
     bare = small_drives(tmp_path, 2, **{"scene.profile": "rrc"})
     scale = Scale.of(Method(("appearance", "volume"), PAPER), bare)
     with pytest.raises(MissingCue, match="the cost 'appearance' needs descriptors"):
-        tune(scale, Search(folds=2), (1.0, 1.0))
+        tune(scale, WeightSearch(folds=2), (1.0, 1.0))
     with pytest.raises(BadConfig, match="5 folds, but only 3 of 3 sequences"):
-        tune(Scale.of(Method(("volume",), PAPER), drives), Search(folds=5), (1.0,))
+        tune(Scale.of(Method(("volume",), PAPER), drives), WeightSearch(folds=5), (1.0,))

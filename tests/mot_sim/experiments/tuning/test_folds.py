@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from mot_sim.experiments.tuning.folds import (
     TRAITS,
     balanced_folds,
+    box_motion,
     imbalance,
-    motion_of,
     shares_of,
     traits_of,
 )
@@ -72,7 +72,7 @@ def car(frames: list[int], boxes: list[list[float]], **columns: object) -> Track
 
 def test_motion_is_counted_in_heights_of_the_box_between_neighbouring_frames() -> None:
     boxes = [[0.0, 0, 20, 10], [30.0, 0, 50, 20], [30.0, 0, 50, 40]]
-    approaching, sideways = motion_of(car([0, 1, 3], boxes))  # frame 2 is missing
+    approaching, sideways = box_motion(car([0, 1, 3], boxes))  # frame 2 is missing
     assert approaching == pytest.approx(np.log(2.0))
     assert sideways == pytest.approx(30.0 / 20.0)
 

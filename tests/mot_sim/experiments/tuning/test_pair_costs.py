@@ -7,22 +7,24 @@ import numpy as np
 import pytest
 
 from mot_sim.evaluation.runs import track_sequence
-from mot_sim.experiments.tuning.labelled import Labelled, kitti_drives
+from mot_sim.experiments.tuning.labelled import LabelledSequence, kitti_drives
 from mot_sim.experiments.tuning.pair_costs import Checked, PairCosts
 from tests.mot_sim.experiments.made import small_drives
 from tracker import Tracker, Tracks
-from tracker.costs import COSTS, Pairing
+from tracker.costs import COSTS, GatedPairs
 from tracker.errors import BadConfig, MissingCue
 
 NAMES = ("appearance", "image_overlap", "reprojection", "shape_pose", "volume")
 
 
 @pytest.fixture(scope="module")
-def drive(tmp_path_factory: pytest.TempPathFactory) -> Labelled:
+def drive(tmp_path_factory: pytest.TempPathFactory) -> LabelledSequence:
     return small_drives(tmp_path_factory.mktemp("drives"), 1)[0]
 
 
-def paper(drive: Labelled, weights: tuple[float, ...], names: tuple[str, ...] = NAMES) -> Tracker:
+def paper(
+    drive: LabelledSequence, weights: tuple[float, ...], names: tuple[str, ...] = NAMES
+) -> Tracker:
     costs = tuple((weight, COSTS[name]()) for weight, name in zip(weights, names, strict=True))
     return Tracker.paper(drive.sequence.camera, costs)
 
@@ -88,7 +90,7 @@ def test_a_cue_that_no_detection_has_is_named(tmp_path: Path) -> None:
 class Wild:
     value: float
 
-    def __call__(self, pairing: Pairing) -> np.ndarray:
+    def __call__(self, pairing: GatedPairs) -> np.ndarray:
         return np.full(len(pairing.pairs[0]), self.value)
 
 

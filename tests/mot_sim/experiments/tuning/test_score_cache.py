@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mot_sim.experiments.tuning.score_cache import Tallies, as_plain, of_plain
+from mot_sim.experiments.tuning.score_cache import ScoreCache, as_plain, of_plain
 from mot_sim.metrics import RULES, Scores, combine, evaluate_sequence
 from tracker.types import Tracks
 
@@ -20,7 +20,7 @@ def scores(rules: str, ids: list[int]) -> Scores:
 @pytest.mark.parametrize("rules", sorted(RULES))
 def test_scores_that_were_kept_combine_like_those_that_were_not(rules: str, tmp_path: Path) -> None:
     parts = {"a": scores(rules, [1, 1, 1]), "b": scores(rules, [1, 2, 2])}
-    kept = Tallies(tmp_path)
+    kept = ScoreCache(tmp_path)
     kept.write("abcd", parts, {"why": "test"})
     found = kept.read("abcd")
     assert found is not None
@@ -29,7 +29,7 @@ def test_scores_that_were_kept_combine_like_those_that_were_not(rules: str, tmp_
 
 
 def test_what_is_not_there_or_damaged_is_none(tmp_path: Path) -> None:
-    kept = Tallies(tmp_path)
+    kept = ScoreCache(tmp_path)
     assert kept.read("abcd") is None
     kept.write("abcd", {"a": scores("trackeval", [1, 1, 1])}, {})
     text = kept.path("abcd").read_text()

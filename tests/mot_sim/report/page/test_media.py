@@ -4,13 +4,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from mot_sim.report.page.media import load_media
-from mot_sim.report.page.sources import Source
+from mot_sim.report.page.sources import ResultSource
 from tests.mot_sim.report.page.made import stress_result
 
 
-def source(folder: Path, *names: str) -> Source:
+def source(folder: Path, *names: str) -> ResultSource:
     """A result with files."""
-    return Source(folder, replace(stress_result(), files=names), "")
+    return ResultSource(folder, replace(stress_result(), files=names), "")
 
 
 def test_files_are_taken_in_turns_until_the_room_is_full(tmp_path: Path) -> None:

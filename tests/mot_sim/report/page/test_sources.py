@@ -6,7 +6,7 @@ from pathlib import Path
 import pyarrow as pa
 import pytest
 
-from mot_sim.evaluation.run_folder import Counts, RunFolder
+from mot_sim.evaluation.run_folder import RunFolder, SequenceStatistics
 from mot_sim.experiments.results.result_file import write_result
 from mot_sim.experiments.sweep.running import sweep
 from mot_sim.report.page import find_sources
@@ -134,7 +134,7 @@ def test_a_sweep_of_a_tracker_that_is_not_here_says_so(half: Path) -> None:
 def test_a_run_of_a_tracker_is_a_result_with_its_pictures(tmp_path: Path) -> None:
     folder = tmp_path / "rrc"
     with RunFolder.open(folder, {"tracker": "default", "costs": None}, ["0000", "0001"]) as run:
-        run.add("0000", Tracks.empty(), Counts(10, 20, 19, 3, 0.5))
+        run.add("0000", Tracks.empty(), SequenceStatistics(10, 20, 19, 3, 0.5))
     (folder / "clip.mp4").write_bytes(b"")
     (folder / "link.png").symlink_to(tmp_path / "elsewhere.png")
     (source,) = find_sources([folder])

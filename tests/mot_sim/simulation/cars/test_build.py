@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mot_sim.simulation.cars.build import keypoint_prior, main
+from mot_sim.simulation.cars.build import build_files, keypoint_prior
 from mot_sim.simulation.cars.design import BODIES
 from mot_sim.simulation.cars.fleet import load_fleet, read_fleet
 from mot_sim.simulation.cars.population import ARRAYS, CARS, population
@@ -25,7 +25,7 @@ def test_the_population_is_a_function_of_its_seed() -> None:
 
 @pytest.mark.slow
 def test_the_shipped_files_are_those_of_the_population(tmp_path: Path) -> None:
-    main(tmp_path / "fleet.npz", tmp_path / "prior.npz", tmp_path / "coarse.npz")
+    build_files(tmp_path / "fleet.npz", tmp_path / "prior.npz", tmp_path / "coarse.npz")
     made, shipped = read_fleet(tmp_path / "fleet.npz", 20), load_fleet(20)
     for name in ARRAYS:
         ours, theirs = getattr(made.components, name), getattr(shipped.components, name)

@@ -6,8 +6,8 @@ import trimesh
 
 from mot_sim.simulation.cars import load_fleet, topology
 from mot_sim.simulation.cars.coarse import LEVELS, coarse_levels, simplify
-from mot_sim.simulation.renderers import Mesh, Placed, View, scan
-from mot_sim.simulation.stage import levels_of, mesh_of
+from mot_sim.simulation.renderers import Mesh, MeshInstances, View, scan_view
+from mot_sim.simulation.scene_meshes import levels_of, mesh_of
 from tests.mot_sim.simulation.renderers.shapes import KITTI, at
 
 FLEET = load_fleet(20)
@@ -15,7 +15,7 @@ CARS = FLEET.sample(5, np.arange(10))
 
 
 def scanned(mesh: Mesh, place: np.ndarray):
-    return scan(View(KITTI, Placed((mesh,), place[None], np.array([0])), road=None))
+    return scan_view(View(KITTI, MeshInstances((mesh,), place[None], np.array([0])), road=None))
 
 
 @pytest.mark.parametrize("level", range(1, len(LEVELS) + 1))

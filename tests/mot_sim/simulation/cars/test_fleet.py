@@ -6,7 +6,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mot_sim.simulation.cars import BODIES, PAINTS, load_fleet, look_alikes, topology
+from mot_sim.simulation.cars import BODIES, PAINTS, load_fleet, look_alike_ids, topology
 from mot_sim.simulation.cars.design import SHARES
 from mot_sim.simulation.cars.population import CARS
 from tracker.errors import BadConfig, UnknownName
@@ -118,7 +118,7 @@ def test_no_car_at_all() -> None:
 
 def test_look_alikes_share_shape_and_paint() -> None:
     ids = np.arange(400)
-    keys = look_alikes(1, ids, 0.25, groups=2)
+    keys = look_alike_ids(1, ids, 0.25, groups=2)
     alike = keys < 0
     assert set(keys[alike]) == {-1, -2}
     assert alike.mean() == pytest.approx(0.25, abs=0.07)
@@ -127,8 +127,8 @@ def test_look_alikes_share_shape_and_paint() -> None:
     first = np.flatnonzero(keys == -1)
     assert (cars.coefficients[first] == cars.coefficients[first[0]]).all()
     assert len({cars.paints[row] for row in first}) == 1
-    assert (look_alikes(1, ids, 0.0) == ids).all()
-    assert (look_alikes(1, ids, 1.0) == -1).all()
+    assert (look_alike_ids(1, ids, 0.0) == ids).all()
+    assert (look_alike_ids(1, ids, 1.0) == -1).all()
 
 
 @settings(max_examples=25, deadline=None)
@@ -171,7 +171,7 @@ def test_coefficients_outside_the_population_are_refused_with_the_range() -> Non
     with pytest.raises(BadConfig, match="21 shape coefficients: give 1 to 20"):
         load_fleet(21)
     with pytest.raises(BadConfig, match="share 2 in 1 groups"):
-        look_alikes(0, np.arange(3), 2.0)
+        look_alike_ids(0, np.arange(3), 2.0)
 
 
 def test_unknown_bodies_are_named_with_the_known_ones() -> None:

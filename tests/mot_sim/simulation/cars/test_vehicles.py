@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from mot_sim.simulation.cars import Cast, Casting, load_fleet
+from mot_sim.simulation.cars import Vehicles, VehicleSampler, load_fleet
 from mot_sim.simulation.cars.vehicles import keypoint_faces
-from mot_sim.simulation.traffic import RecordedTraffic, World
+from mot_sim.simulation.traffic import RecordedTraffic, TrafficState
 from tests.mot_sim.simulation.cars.rays import hits
 from tracker.errors import BadConfig, UnknownName
 
 
 def traffic_of(sizes, ids=None, kinds=None) -> RecordedTraffic:
     n = len(sizes)
-    world = World(
+    world = TrafficState(
         0.0, np.arange(n) if ids is None else np.array(ids), np.zeros(n), np.zeros(n),
         np.zeros(n), np.zeros(n), np.array(sizes, dtype=float).reshape(-1, 3), np.zeros(3),
         np.ones(3), kinds=None if kinds is None else np.array(kinds),
@@ -21,7 +21,7 @@ def traffic_of(sizes, ids=None, kinds=None) -> RecordedTraffic:
 
 
 def test_a_car_with_the_size_of_a_model_is_that_model_unstretched() -> None:
-    casting = Casting(models=6)
+    casting = VehicleSampler(models=6)
     models = casting.models_of(3)
     cast = casting.cast(traffic_of(models.size[[4, 1, 4]]), seed=3)
     np.testing.assert_array_equal(cast.coefficients, models.cars.coefficients[[4, 1, 4]])
@@ -31,7 +31,7 @@ def test_a_car_with_the_size_of_a_model_is_that_model_unstretched() -> None:
 
 def test_a_car_of_another_size_is_the_nearest_shape_stretched_to_it() -> None:
     size = (4.05, 1.52, 1.71)
-    cast = Casting().cast(traffic_of([size]), seed=0)
+    cast = VehicleSampler().cast(traffic_of([size]), seed=0)
     np.testing.assert_allclose(np.ptp(cast.shapes[0].vertices, axis=0), size)
     assert cast.bodies.tolist() == ["hatchback"]
 
@@ -45,12 +45,12 @@ def test_a_car_of_another_size_is_the_nearest_shape_stretched_to_it() -> None:
     ],
 )
 def test_the_class_of_the_traffic_decides_who_is_a_van(size, kind, body) -> None:
-    cast = Casting().cast(traffic_of([size], kinds=[kind]), seed=0)
+    cast = VehicleSampler().cast(traffic_of([size], kinds=[kind]), seed=0)
     assert (cast.bodies[0], cast.kinds[0]) == (body, kind or "Van")
 
 
 def test_one_more_car_changes_no_other_cars_look() -> None:
-    casting, sizes = Casting(), [(4.4, 1.45, 1.8), (3.7, 1.5, 1.65)]
+    casting, sizes = VehicleSampler(), [(4.4, 1.45, 1.8), (3.7, 1.5, 1.65)]
     few = casting.cast(traffic_of(sizes, ids=[3, 9]), seed=1)
     many = casting.cast(traffic_of([sizes[0], (4.9, 1.5, 1.8), sizes[1]], ids=[3, 5, 9]), seed=1)
     assert many.select([0, 2]).paints.tolist() == few.paints.tolist()
@@ -58,23 +58,25 @@ def test_one_more_car_changes_no_other_cars_look() -> None:
 
 
 def test_all_look_alikes_have_one_shape_and_one_paint() -> None:
-    casting = Casting(models=8, alike=1.0)
+    casting = VehicleSampler(models=8, alike=1.0)
     models = casting.models_of(0)
     cast = casting.cast(traffic_of(models.size), seed=0)
     assert len(np.unique(cast.coefficients, axis=0)) == 1
     assert len(set(cast.paints.tolist())) == 1
-    different = Casting(models=8).cast(traffic_of(Casting(models=8).models_of(0).size), seed=0)
+    different = VehicleSampler(models=8).cast(
+        traffic_of(VehicleSampler(models=8).models_of(0).size), seed=0
+    )
     assert len(np.unique(different.coefficients, axis=0)) == 8
 
 
 def test_another_seed_gives_other_cars() -> None:
-    one, other = (Casting().models_of(seed) for seed in (0, 1))
+    one, other = (VehicleSampler().models_of(seed) for seed in (0, 1))
     assert not np.array_equal(one.size, other.size)
-    assert np.array_equal(one.size, Casting().models_of(0).size)
+    assert np.array_equal(one.size, VehicleSampler().models_of(0).size)
 
 
 def test_body_and_paint_can_be_chosen() -> None:
-    casting = Casting(models=4, body="suv", paint="red")
+    casting = VehicleSampler(models=4, body="suv", paint="red")
     cast = casting.cast(traffic_of(casting.models_of(5).size), seed=5)
     assert set(cast.bodies.tolist()) == {"suv"}
     assert set(cast.paints.tolist()) == {"red"}
@@ -84,7 +86,7 @@ def test_the_models_fit_the_lanes_of_live_traffic() -> None:
     from mot_sim.simulation.traffic.highway import HighwayTraffic
 
     for seed in range(20):
-        models = Casting().models_of(seed)
+        models = VehicleSampler().models_of(seed)
         HighwayTraffic("street", sizes=models.size, van_size=models.van_size)
 
 
@@ -100,12 +102,12 @@ def test_the_models_fit_the_lanes_of_live_traffic() -> None:
 )
 def test_what_cannot_be_cast_is_refused(wrong, error, says) -> None:
     with pytest.raises(error, match=says):
-        Casting(**wrong)
+        VehicleSampler(**wrong)
 
 
 def test_nobody_is_cast_for_empty_traffic() -> None:
-    cast = Casting().cast(traffic_of([]), seed=0)
-    assert len(cast) == len(Cast.empty()) == 0
+    cast = VehicleSampler().cast(traffic_of([]), seed=0)
+    assert len(cast) == len(Vehicles.empty()) == 0
     assert cast.keypoints.shape == (0, 36, 3)
 
 
@@ -123,7 +125,7 @@ def test_keypoints_lie_on_the_faces_that_are_named_for_them() -> None:
 
 
 def test_a_keypoint_of_the_tail_faces_who_stands_behind() -> None:
-    cast = Casting().cast(traffic_of([(4.4, 1.45, 1.8)]), seed=0)
+    cast = VehicleSampler().cast(traffic_of([(4.4, 1.45, 1.8)]), seed=0)
     from tracker.shape import KEYPOINTS_36
 
     behind = cast.faces_eye(np.array([0]), np.array([[-20.0, -1.6, 0.0]]))[0]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from mot_sim.simulation.episodes import PICTURES, PictureOptions, Places, record_episode
+from mot_sim.simulation.episodes import PICTURES, EpisodeFiles, PictureOptions, record_episode
 from tests.mot_sim.simulation.episodes.small import small
 
 SEED = 3
@@ -16,7 +16,7 @@ ALL = PictureOptions(tuple(PICTURES))
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The root of a tree with the episode 0000; not to be changed."""
     root = tmp_path_factory.mktemp("recorded")
-    record_episode(small(), SEED, Places(root, "0000"), ALL)
+    record_episode(small(), SEED, EpisodeFiles(root, "0000"), ALL)
     return root
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from mot_sim.simulation.episodes import (
+    EpisodeFiles,
     EpisodeFolder,
     PictureOptions,
-    Places,
     read_episode,
     record_episodes,
 )
@@ -58,12 +58,12 @@ def test_what_a_killed_process_left_is_done_again(tmp_path: Path) -> None:
     whole, killed = tmp_path / "whole", tmp_path / "killed"
     for root in (whole, killed):
         record_episodes(small(), 3, open_folder(root), IMAGES)
-    places = Places(killed, "0001")
+    places = EpisodeFiles(killed, "0001")
     places.extra.unlink()  # it comes last
     places.text("labels").write_text("0 1 Car")
     (places.pictures("images") / ".000002.png.77.half").write_bytes(b"half")
     (places.text("oxts").parent / ".0001.txt.77.half").write_bytes(b"half")
-    damaged = Places(killed, "0000").extra
+    damaged = EpisodeFiles(killed, "0000").extra
     damaged.write_bytes(damaged.read_bytes()[:500])
     again = open_folder(killed, resume=True)
     assert again.missing == ("0000", "0001")

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from mot_sim.simulation.episode import record
-from mot_sim.simulation.episodes import PICTURES, Places, read_depth
+from mot_sim.simulation.episodes import PICTURES, EpisodeFiles, read_depth
 from mot_sim.simulation.episodes.pictures import ENCODERS, Pictures, digest_of_folder
-from mot_sim.simulation.imaging import Drawn
+from mot_sim.simulation.imaging import RenderedImages
 from mot_sim.simulation.renderers import Rendered
-from mot_sim.simulation.scene import Take
+from mot_sim.simulation.scene import Rollout
 from tests.mot_sim.simulation.episodes.conftest import SEED
 from tests.mot_sim.simulation.episodes.small import FRAMES, small
 from tracker.errors import BadConfig, BadFile
@@ -46,8 +46,8 @@ def test_masks_hold_the_id_plus_one_and_zero_for_nobody() -> None:
 
 
 def test_the_files_hold_what_was_rendered(recorded: Path) -> None:
-    places, frame = Places(recorded, "0000"), 3
-    truth = Drawn(Take.of(small(), SEED)).render(frame)
+    places, frame = EpisodeFiles(recorded, "0000"), 3
+    truth = RenderedImages(Rollout.of(small(), SEED)).render(frame)
     image = cv2.imread(str(places.picture("images", frame)), cv2.IMREAD_COLOR_RGB)
     np.testing.assert_array_equal(image, truth.image)
     near = truth.depth < 255.0
@@ -60,7 +60,7 @@ def test_the_files_hold_what_was_rendered(recorded: Path) -> None:
 
 
 def test_masks_and_truth_name_the_same_cars(recorded: Path) -> None:
-    exact, places = record(small(), SEED).exact, Places(recorded, "0000")
+    exact, places = record(small(), SEED).exact, EpisodeFiles(recorded, "0000")
     for frame in range(FRAMES):
         masks = cv2.imread(str(places.picture("instances", frame)), cv2.IMREAD_UNCHANGED)
         seen = exact.select((exact.tracks.frames == frame) & (exact.pixels > 8))
@@ -68,7 +68,7 @@ def test_masks_and_truth_name_the_same_cars(recorded: Path) -> None:
 
 
 def test_the_hash_is_of_pixels_and_their_order(recorded: Path) -> None:
-    places, drawn = Places(recorded, "0000"), Drawn(Take.of(small(), SEED))
+    places, drawn = EpisodeFiles(recorded, "0000"), RenderedImages(Rollout.of(small(), SEED))
     pictures = Pictures(tuple(PICTURES))
     for frame in range(FRAMES):
         pictures.add(frame, drawn.render(frame))
@@ -78,7 +78,7 @@ def test_the_hash_is_of_pixels_and_their_order(recorded: Path) -> None:
 
 
 def test_a_missing_and_a_broken_picture_are_named(tmp_path: Path) -> None:
-    places = Places(tmp_path, "0000")
+    places = EpisodeFiles(tmp_path, "0000")
     with pytest.raises(BadFile, match=r"000000\.png: no such picture; record again"):
         digest_of_folder(places, "images", 1)
     places.pictures("images").mkdir(parents=True)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mot_sim.simulation.episode import record
-from mot_sim.simulation.episodes import Places, read_episode
+from mot_sim.simulation.episodes import EpisodeFiles, read_episode
 from mot_sim.simulation.episodes.extra import arrays_of, read_extra
 from mot_sim.simulation.traffic import RecordedTraffic
 from tests.mot_sim.simulation.episodes.conftest import SEED
@@ -55,7 +55,7 @@ def test_a_tilted_camera_comes_back_exactly(tmp_path: Path) -> None:
     from mot_sim.simulation.episodes import record_episode
 
     scene = small(pitch=0.05, roll=-0.04)
-    record_episode(scene, SEED, Places(tmp_path, "0000"))
+    record_episode(scene, SEED, EpisodeFiles(tmp_path, "0000"))
     read = read_episode(tmp_path, "0000")
     assert read.camera.T_cam_road.tobytes() == scene.rig.camera.T_cam_road.tobytes()
     live = record(scene, SEED)
@@ -75,9 +75,9 @@ def test_metadata_say_how_it_was_made(recorded: Path) -> None:
 @pytest.fixture
 def extra(recorded: Path, tmp_path: Path) -> Path:
     """A copy of the extra file in a tree of its own."""
-    place = Places(tmp_path, "0000").extra
+    place = EpisodeFiles(tmp_path, "0000").extra
     place.parent.mkdir(parents=True)
-    return Path(shutil.copy(Places(recorded, "0000").extra, place))
+    return Path(shutil.copy(EpisodeFiles(recorded, "0000").extra, place))
 
 
 @pytest.mark.parametrize("kept", [0, 30, 4000, -40])

@@ -14,8 +14,8 @@ import pytest
 from mot_sim.datasets import kitti_sequence
 from mot_sim.simulation.episodes import (
     PICTURES,
+    EpisodeFiles,
     PictureOptions,
-    Places,
     read_episode,
     record_episode,
 )
@@ -46,12 +46,12 @@ def test_other_environments_in_the_process_change_nothing(recorded: Path, tmp_pa
     other.reset(np.random.default_rng(5))
     for _ in range(3):
         other.step()
-    record_episode(small(), SEED, Places(tmp_path, "0000"), ALL)
+    record_episode(small(), SEED, EpisodeFiles(tmp_path, "0000"), ALL)
     assert contents(tmp_path) == contents(recorded)
 
 
 def test_another_seed_gives_other_bytes(recorded: Path, tmp_path: Path) -> None:
-    record_episode(small(), SEED + 1, Places(tmp_path, "0000"), ALL)
+    record_episode(small(), SEED + 1, EpisodeFiles(tmp_path, "0000"), ALL)
     mine, theirs = contents(tmp_path), contents(recorded)
     assert mine.keys() == theirs.keys()
     for name in ("detections/simulated/0000.txt", "odometry/noisy/0000.txt"):
@@ -65,9 +65,9 @@ def test_ctrl_c_leaves_the_episode_of_the_finished_frames(
 ) -> None:
     cut, short = tmp_path / "cut", tmp_path / "short"
     with pytest.raises(KeyboardInterrupt):
-        record_episode(small(), SEED, Places(cut, "0000"), ALL, interrupt_after(frames))
+        record_episode(small(), SEED, EpisodeFiles(cut, "0000"), ALL, interrupt_after(frames))
     scene = replace(small(), frame_count=frames)
-    record_episode(scene, SEED, Places(short, "0000"), ALL)
+    record_episode(scene, SEED, EpisodeFiles(short, "0000"), ALL)
     assert contents(cut) == contents(short)
     read = kitti_sequence(cut, "0000", "simulated", "oxts", images=True)
     assert len(list(read)) == read.frame_count == frames
@@ -86,11 +86,11 @@ def test_ctrl_c_while_a_picture_is_written_drops_that_frame(
 
     monkeypatch.setattr(recording_module.Pictures, "add", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        record_episode(small(), SEED, Places(tmp_path, "0000"), ALL)
+        record_episode(small(), SEED, EpisodeFiles(tmp_path, "0000"), ALL)
     monkeypatch.undo()
     assert read_episode(tmp_path).frame_count == 2
     for part in PICTURES:
-        assert len(list(Places(tmp_path, "0000").pictures(part).iterdir())) == 2
+        assert len(list(EpisodeFiles(tmp_path, "0000").pictures(part).iterdir())) == 2
 
 
 def test_ctrl_c_before_any_frame_leaves_nothing(
@@ -101,7 +101,7 @@ def test_ctrl_c_before_any_frame_leaves_nothing(
 
     monkeypatch.setattr(recording_module, "annotate_frame", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        record_episode(small(), SEED, Places(tmp_path, "0000"), IMAGES)
+        record_episode(small(), SEED, EpisodeFiles(tmp_path, "0000"), IMAGES)
     assert list(tmp_path.rglob("*")) == []
 
 
@@ -119,12 +119,12 @@ def test_a_full_disk_is_told_and_leaves_nothing_that_looks_whole(
 
     monkeypatch.setattr("mot_sim.files.writing.os.replace", full)
     with pytest.raises(BadOutput, match=r"cannot be written: No space left on device"):
-        record_episode(small(), SEED, Places(tmp_path, "0000"), IMAGES)
+        record_episode(small(), SEED, EpisodeFiles(tmp_path, "0000"), IMAGES)
     assert list(tmp_path.rglob("*")) == []
 
 
 def test_an_older_episode_of_the_name_is_replaced(tmp_path: Path) -> None:
-    places = Places(tmp_path, "0000")
+    places = EpisodeFiles(tmp_path, "0000")
     record_episode(small(), SEED, places, ALL)
     record_episode(replace(small(), frame_count=2), SEED, places, IMAGES)
     assert not places.pictures("depth").exists()
@@ -133,7 +133,7 @@ def test_an_older_episode_of_the_name_is_replaced(tmp_path: Path) -> None:
 
 
 def test_without_pictures_there_are_none(tmp_path: Path) -> None:
-    told = record_episode(small(), SEED, Places(tmp_path, "0000"))
+    told = record_episode(small(), SEED, EpisodeFiles(tmp_path, "0000"))
     assert told.renderer is None
     assert list(tmp_path.rglob("*.png")) == []
     assert read_episode(tmp_path).frame_count == FRAMES
@@ -145,5 +145,7 @@ def test_wrong_pictures_and_renderers_are_named(tmp_path: Path) -> None:
     with pytest.raises(BadConfig, match="name each kind once"):
         PictureOptions(("depth", "depth"))
     with pytest.raises(UnknownName, match="unknown renderer 'rastr'"):
-        record_episode(small(), 0, Places(tmp_path, "0000"), PictureOptions(("images",), "rastr"))
+        record_episode(
+            small(), 0, EpisodeFiles(tmp_path, "0000"), PictureOptions(("images",), "rastr")
+        )
     assert list(tmp_path.rglob("*")) == []

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy import ndarray as Array
 
-from mot_sim.simulation.episodes import Places, read_episode, record_episode
+from mot_sim.simulation.episodes import EpisodeFiles, read_episode, record_episode
 from mot_sim.simulation.episodes.extra import FORMAT, METADATA, arrays_of, write_extra
 from tests.mot_sim.simulation.episodes.small import small
 from tracker.errors import BadFile
@@ -19,14 +19,14 @@ from tracker.errors import BadFile
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A tree with a small episode; its file is written anew by each test."""
     root = tmp_path_factory.mktemp("made")
-    record_episode(small(frames=3), 3, Places(root, "0000"))
-    (root / "kept.npz").write_bytes(Places(root, "0000").extra.read_bytes())
+    record_episode(small(frames=3), 3, EpisodeFiles(root, "0000"))
+    (root / "kept.npz").write_bytes(EpisodeFiles(root, "0000").extra.read_bytes())
     return root
 
 
 def forge(root: Path, **changed: Array) -> None:
     """Write the episode's file with some arrays changed, and the checksum of what is there."""
-    extra = Places(root, "0000").extra
+    extra = EpisodeFiles(root, "0000").extra
     extra.write_bytes((root / "kept.npz").read_bytes())
     stored = read_episode(root)
     write_extra(extra, stored.metadata, arrays_of(stored) | changed)
@@ -70,7 +70,7 @@ def test_a_forged_table_is_refused(made: Path, name: str, array: Array, told: st
 )
 def test_forged_metadata_are_refused(made: Path, changes: dict[str, Any], told: str) -> None:
     forge(made)
-    extra = Places(made, "0000").extra
+    extra = EpisodeFiles(made, "0000").extra
     arrays = arrays_of(read_episode(made))
     with np.load(extra, allow_pickle=False) as archive:
         about = json.loads(str(archive[METADATA]))

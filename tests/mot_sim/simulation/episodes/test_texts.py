@@ -7,7 +7,7 @@ import pytest
 
 from mot_sim.datasets import DETECTORS, EGO, DetectionLog, kitti_sequence
 from mot_sim.simulation.episode import record
-from mot_sim.simulation.episodes import PictureOptions, Places, record_episode
+from mot_sim.simulation.episodes import EpisodeFiles, PictureOptions, record_episode
 from mot_sim.simulation.episodes.texts import detection_lines, exact_detections, noisy_poses
 from tests.mot_sim.simulation.episodes.conftest import SEED
 from tests.mot_sim.simulation.episodes.small import FRAMES, small
@@ -64,7 +64,7 @@ def test_detections_are_equal_to_the_last_printed_digit(recorded: Path, name: st
 
 def test_a_pitched_and_rolled_camera_keeps_its_labels_and_poses(tmp_path: Path) -> None:
     scene = small(pitch=0.05, roll=0.03)
-    record_episode(scene, SEED, Places(tmp_path, "0030"), PictureOptions(("images",)))
+    record_episode(scene, SEED, EpisodeFiles(tmp_path, "0030"), PictureOptions(("images",)))
     live = record(scene, SEED)
     read = kitti_sequence(tmp_path, "0030", "exact", "oxts", images=True, pitch=0.05)
     assert read.Ts_world_cam is not None

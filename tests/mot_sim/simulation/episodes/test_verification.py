@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from mot_sim.simulation.episodes import Places, record_episode, verify_episode, verify_tree
+from mot_sim.simulation.episodes import EpisodeFiles, record_episode, verify_episode, verify_tree
 from mot_sim.simulation.scene import Scene
 from tests.mot_sim.simulation.episodes.conftest import SEED
 from tests.mot_sim.simulation.episodes.small import FRAMES, small
@@ -53,7 +53,7 @@ def test_what_was_recorded_is_the_same(recorded: Path) -> None:
     ],
 )
 def test_a_changed_byte_is_named(tree: Path, part: str, group: str) -> None:
-    flip(Places(tree, "0000").text(part))
+    flip(EpisodeFiles(tree, "0000").text(part))
     found = verify_episode(tree, "0000", find)
     assert not found.is_same
     assert found.verdict(group) == f"{part}: file changed"
@@ -61,12 +61,12 @@ def test_a_changed_byte_is_named(tree: Path, part: str, group: str) -> None:
 
 
 def test_a_missing_file_is_named(tree: Path) -> None:
-    Places(tree, "0000").text("labels").unlink()
+    EpisodeFiles(tree, "0000").text("labels").unlink()
     assert verify_episode(tree, "0000", find).parts["labels"] == "file missing"
 
 
 def test_changed_pictures_are_found_when_asked_for(tree: Path) -> None:
-    places = Places(tree, "0000")
+    places = EpisodeFiles(tree, "0000")
     shutil.copy(places.picture("images", 1), places.picture("images", 2))
     places.picture("depth", 3).unlink()
     assert verify_episode(tree, "0000", find).is_same
@@ -77,8 +77,8 @@ def test_changed_pictures_are_found_when_asked_for(tree: Path) -> None:
 
 
 def test_a_damaged_extra_file_keeps_nobody_else_from_the_check(tree: Path) -> None:
-    record_episode(small(), SEED, Places(tree, "0001"))
-    flip(Places(tree, "0000").extra)
+    record_episode(small(), SEED, EpisodeFiles(tree, "0001"))
+    flip(EpisodeFiles(tree, "0000").extra)
     bad, good = verify_tree(tree, find)
     assert bad.trouble is not None
     assert "record again" in bad.trouble
@@ -105,14 +105,14 @@ def test_a_shorter_episode_passes(
     tmp_path: Path, interrupt_after: Callable[[int], Callable[[], None]]
 ) -> None:
     with pytest.raises(KeyboardInterrupt):
-        record_episode(small(), SEED, Places(tmp_path, "0000"), progress=interrupt_after(3))
+        record_episode(small(), SEED, EpisodeFiles(tmp_path, "0000"), progress=interrupt_after(3))
     found = verify_episode(tmp_path, "0000", find)
     assert (found.is_same, found.frames) == (True, 3)
 
 
 def test_a_half_made_episode_is_told(tree: Path) -> None:
     (tree / "episodes.json").write_text("{}")
-    Places(tree, "0000").extra.unlink()
+    EpisodeFiles(tree, "0000").extra.unlink()
     (found,) = verify_tree(tree, find)
     assert found.trouble is not None
     assert found.trouble.startswith("half-made")

@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 
-from mot_sim.simulation.renderers import Mesh, Placed, Semantic, View
+from mot_sim.simulation.renderers import Mesh, MeshInstances, Semantic, View
 from mot_sim.simulation.rig import Rig
 from tracker.geometry import homogeneous, rotation_y
 from tracker.types import Camera
@@ -87,7 +87,7 @@ def view_of(camera: Camera, *objects, **rest) -> View:
     """A view of (mesh, T_cam_object) pairs; their ids are 0, 1, ..."""
     meshes = tuple(mesh for mesh, _ in objects)
     places = np.array([place for _, place in objects]).reshape(-1, 4, 4)
-    return View(camera, Placed(meshes, places, np.arange(len(meshes))), **rest)
+    return View(camera, MeshInstances(meshes, places, np.arange(len(meshes))), **rest)
 
 
 def street(camera: Camera = KITTI, cars: int = 20, seed: int = 0) -> View:

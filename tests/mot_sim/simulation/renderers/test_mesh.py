@@ -6,7 +6,14 @@ import cv2
 import numpy as np
 import pytest
 
-from mot_sim.simulation.renderers import NOBODY, Placed, Rendered, Semantic, View, silhouettes
+from mot_sim.simulation.renderers import (
+    NO_INSTANCE,
+    MeshInstances,
+    Rendered,
+    Semantic,
+    View,
+    silhouettes,
+)
 from mot_sim.simulation.renderers.mesh import MeshRenderer
 from mot_sim.simulation.renderers.raster import RasterRenderer
 from tests.mot_sim.simulation.renderers.shapes import CROOKED, KITTI, at, box, lump, street, view_of
@@ -78,10 +85,10 @@ def test_visible_fractions_agree(mesh: MeshRenderer, name: str) -> None:
 
 def test_colours_are_alike(mesh: MeshRenderer) -> None:
     one, other = both(mesh, street())
-    covered = (one.instances != NOBODY) & (one.instances == other.instances)
+    covered = (one.instances != NO_INSTANCE) & (one.instances == other.instances)
     difference = np.abs(one.image[covered].astype(int) - other.image[covered])
     assert difference.mean() < 25
-    away = cv2.dilate((one.instances != NOBODY).astype(np.uint8), np.ones((5, 5))) == 0
+    away = cv2.dilate((one.instances != NO_INSTANCE).astype(np.uint8), np.ones((5, 5))) == 0
     assert np.array_equal(one.image[away], other.image[away])
 
 
@@ -91,7 +98,7 @@ def test_an_object_at_the_near_plane_is_cut_alike(mesh: MeshRenderer) -> None:
 
 
 def test_a_view_of_nothing_is_the_same_in_both(mesh: MeshRenderer) -> None:
-    one, other = both(mesh, View(KITTI, Placed.empty()))
+    one, other = both(mesh, View(KITTI, MeshInstances.empty()))
     assert np.array_equal(one.image, other.image)
     assert (other.semantics != Semantic.CAR).all()
 

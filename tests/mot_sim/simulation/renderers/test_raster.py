@@ -6,7 +6,15 @@ import cv2
 import numpy as np
 import pytest
 
-from mot_sim.simulation.renderers import NOBODY, Placed, Road, Semantic, Sun, Texture, View
+from mot_sim.simulation.renderers import (
+    NO_INSTANCE,
+    MeshInstances,
+    Road,
+    Semantic,
+    Sun,
+    Texture,
+    View,
+)
 from mot_sim.simulation.renderers.raster import RasterRenderer
 from tests.mot_sim.simulation.renderers.shapes import (
     CROOKED,
@@ -65,15 +73,15 @@ def test_rendering_leaves_its_inputs_alone() -> None:
 
 
 def test_a_view_of_nothing_is_sky_over_road() -> None:
-    rendered = RASTER.render(View(KITTI, Placed.empty()))
-    assert (rendered.instances == NOBODY).all()
+    rendered = RASTER.render(View(KITTI, MeshInstances.empty()))
+    assert (rendered.instances == NO_INSTANCE).all()
     assert set(np.unique(rendered.semantics)) == {Semantic.SKY, Semantic.ROAD, Semantic.GROUND}
     assert np.array_equal(np.isinf(rendered.depth), rendered.semantics == Semantic.SKY)
     assert (rendered.image[-1] == rendered.image[-1, 0]).all()
 
 
 def test_without_a_road_the_sky_goes_on_below() -> None:
-    rendered = RASTER.render(View(KITTI, Placed.empty(), road=None))
+    rendered = RASTER.render(View(KITTI, MeshInstances.empty(), road=None))
     assert np.isinf(rendered.depth).all()
     assert (rendered.semantics == Semantic.SKY).all()
 
@@ -87,9 +95,9 @@ def test_a_camera_that_looks_up_sees_no_road() -> None:
 def test_ids_and_depth_agree_about_where_objects_are() -> None:
     view = street(cars=12)
     rendered = RASTER.render(view)
-    alone = RASTER.render(View(KITTI, Placed.empty()))
-    assert set(np.unique(rendered.instances)) <= {NOBODY, *range(12)}
-    covered = rendered.instances != NOBODY
+    alone = RASTER.render(View(KITTI, MeshInstances.empty()))
+    assert set(np.unique(rendered.instances)) <= {NO_INSTANCE, *range(12)}
+    covered = rendered.instances != NO_INSTANCE
     kinds = {Semantic.CAR, Semantic.GLASS, Semantic.TYRE}
     assert set(np.unique(rendered.semantics[covered])) == kinds
     assert np.array_equal(rendered.depth[~covered], alone.depth[~covered])
@@ -111,15 +119,15 @@ def test_the_nearer_object_hides_the_farther_in_whatever_order_they_come() -> No
 
 def test_scenery_is_drawn_without_an_id() -> None:
     mesh, place = box(), at(KITTI, 0.0, 9.0)
-    placed = Placed((mesh,), place[None], np.array([NOBODY]))
+    placed = MeshInstances((mesh,), place[None], np.array([NO_INSTANCE]))
     rendered = RASTER.render(View(KITTI, placed))
-    assert (rendered.instances == NOBODY).all()
+    assert (rendered.instances == NO_INSTANCE).all()
     assert np.count_nonzero(rendered.semantics == Semantic.CAR) > 5000
 
 
 def test_an_object_around_the_camera_is_seen_from_inside_as_nothing() -> None:
     rendered = RASTER.render(view_of(KITTI, (box(6.0, 3.0, 3.0), at(KITTI, 0.0, 0.0))))
-    assert (rendered.instances == NOBODY).all()
+    assert (rendered.instances == NO_INSTANCE).all()
 
 
 def test_an_object_beside_the_camera_is_cut_at_the_near_plane() -> None:
@@ -177,7 +185,7 @@ def test_a_crooked_camera_sees_a_texels_corner_where_it_projects() -> None:
     texture = np.zeros((200, 100, 3), np.uint8)
     texture[100:, 50:] = 255  # white: x > 0 and z < 10
     road = Road.spread(Texture(texture), (-5.0, 5.0), (0.0, 20.0))
-    rendered = RASTER.render(View(CROOKED, Placed.empty(), road))
+    rendered = RASTER.render(View(CROOKED, MeshInstances.empty(), road))
     for x, z, white in ((0.4, 9.0, True), (-0.4, 9.0, False), (0.4, 11.0, False), (0.4, 6, True)):
         point = CROOKED.T_cam_road[:3, :3] @ (x, 0.0, z) + CROOKED.T_cam_road[:3, 3]
         u, v = np.round(CROOKED.project(point)).astype(int)
@@ -198,6 +206,6 @@ def test_glass_mirrors_the_sky_and_paint_the_sun() -> None:
 def test_a_mesh_that_casts_no_shadow_leaves_the_road_alone() -> None:
     place = at(KITTI, 0.0, 9.0)
     lit = RASTER.render(view_of(KITTI, (replace(box(), casts=False), place)))
-    bare = RASTER.render(View(KITTI, Placed.empty()))
-    beside = lit.instances == NOBODY
+    bare = RASTER.render(View(KITTI, MeshInstances.empty()))
+    beside = lit.instances == NO_INSTANCE
     assert np.array_equal(lit.image[beside], bare.image[beside])

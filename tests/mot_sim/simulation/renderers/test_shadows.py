@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mot_sim.simulation.renderers import Placed, Sun, View
+from mot_sim.simulation.renderers import MeshInstances, Sun, View
 from mot_sim.simulation.renderers.shadows import Outlines, fall, shadow_mask
 from tests.mot_sim.simulation.renderers.shapes import KITTI, at, box, view_of
 
@@ -28,7 +28,7 @@ def test_an_outline_that_shrinks_too_far_becomes_a_point() -> None:
 
 
 def test_nothing_casts_no_shadow() -> None:
-    assert not shadow_mask(View(KITTI, Placed.empty()), 0.3).any()
+    assert not shadow_mask(View(KITTI, MeshInstances.empty()), 0.3).any()
 
 
 def test_a_shadow_that_reaches_behind_the_camera_is_cut() -> None:

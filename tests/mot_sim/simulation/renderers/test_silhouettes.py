@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mot_sim.simulation.renderers import NOBODY, Placed, View, scan, silhouettes
+from mot_sim.simulation.renderers import NO_INSTANCE, MeshInstances, View, scan_view, silhouettes
 from mot_sim.simulation.renderers.raster import RasterRenderer
 from tests.mot_sim.simulation.renderers.shapes import (
     CROOKED,
@@ -25,7 +25,7 @@ def test_counts_are_those_of_a_frame_with_one_object_alone(camera: Camera) -> No
     view = street(camera, cars=10)
     measured = silhouettes(view)
     for row in range(10):
-        only = Placed(
+        only = MeshInstances(
             view.placed.meshes[row : row + 1],
             view.placed.T_cam_object[row : row + 1],
             np.array([row]),
@@ -76,7 +76,7 @@ def test_a_hidden_car_has_a_silhouette_and_no_visible_box() -> None:
 
 def test_parts_with_one_id_are_one_silhouette() -> None:
     places = np.array([at(KITTI, -1.0, 12.0), at(KITTI, 1.0, 13.0), at(KITTI, 0.5, 30.0)])
-    placed = Placed((box(), box(), wedge()), places, np.array([7, 7, 3]))
+    placed = MeshInstances((box(), box(), wedge()), places, np.array([7, 7, 3]))
     view = View(KITTI, placed)
     measured = silhouettes(view)
     assert measured.instances.tolist() == [3, 7]
@@ -86,7 +86,7 @@ def test_parts_with_one_id_are_one_silhouette() -> None:
 
 def test_scenery_hides_but_has_no_row() -> None:
     places = np.array([at(KITTI, 0.0, 12.0), at(KITTI, 0.5, 20.0)])
-    view = View(KITTI, Placed((box(), lump()), places, np.array([NOBODY, 0])))
+    view = View(KITTI, MeshInstances((box(), lump()), places, np.array([NO_INSTANCE, 0])))
     measured = silhouettes(view)
     assert measured.instances.tolist() == [0]
     assert 0.0 < measured.fraction[0] < 1.0
@@ -100,27 +100,29 @@ def test_what_is_out_of_sight_has_no_pixels_and_an_inverted_box() -> None:
 
 
 def test_no_object_gives_no_row() -> None:
-    view = View(KITTI, Placed.empty())
+    view = View(KITTI, MeshInstances.empty())
     assert len(silhouettes(view)) == 0
 
 
 @pytest.mark.parametrize("camera", [KITTI, CROOKED], ids=["kitti", "crooked"])
 def test_the_scan_is_what_the_renderer_draws(camera: Camera) -> None:
     view = street(camera, cars=14)
-    scanned, rendered = scan(view), RASTER.render(view)
+    scanned, rendered = scan_view(view), RASTER.render(view)
     assert np.array_equal(scanned.instances, rendered.instances)
-    objects = rendered.instances != NOBODY
+    objects = rendered.instances != NO_INSTANCE
     np.testing.assert_allclose(scanned.depth[objects], rendered.depth[objects], rtol=1e-4)
     assert np.isinf(scanned.depth[~objects]).all()
 
 
 def test_who_hides_a_car_is_named_with_the_pixels_it_takes() -> None:
     places = np.array([at(KITTI, 0.0, 12.0), at(KITTI, 0.8, 20.0), at(KITTI, -1.0, 24.0)])
-    scanned = scan(View(KITTI, Placed((box(), lump(), lump()), places, np.array([NOBODY, 4, 9]))))
+    scanned = scan_view(
+        View(KITTI, MeshInstances((box(), lump(), lump()), places, np.array([NO_INSTANCE, 4, 9])))
+    )
     missing = scanned.silhouettes.whole - scanned.silhouettes.visible
     hidden = scanned.hidden
     assert set(zip(hidden.instances.tolist(), hidden.by.tolist(), strict=True)) == {
-        (4, NOBODY), (9, NOBODY), (9, 4),
+        (4, NO_INSTANCE), (9, NO_INSTANCE), (9, 4),
     }  # fmt: skip
     for row, number in enumerate((4, 9)):
         assert hidden.pixels[hidden.instances == number].sum() == missing[row]
@@ -128,10 +130,10 @@ def test_who_hides_a_car_is_named_with_the_pixels_it_takes() -> None:
 
 def test_a_layer_is_the_object_alone() -> None:
     view = street(cars=6)
-    scanned = scan(view)
+    scanned = scan_view(view)
     for layer in scanned.layers:
         row = layer.instance
-        only = Placed(view.placed.meshes[row : row + 1], view.placed.T_cam_object[row : row + 1],
+        only = MeshInstances(view.placed.meshes[row : row + 1], view.placed.T_cam_object[row : row + 1],
                       np.array([row]))  # fmt: skip
         rendered = RASTER.render(View(KITTI, only))
         left, top, right, bottom = layer.box

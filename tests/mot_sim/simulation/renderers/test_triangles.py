@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mot_sim.simulation.renderers import Placed
-from mot_sim.simulation.renderers.triangles import Triangles, cut_near, in_sight, side_planes
+from mot_sim.simulation.renderers import MeshInstances
+from mot_sim.simulation.renderers.triangles import Triangles, cut_near, side_planes, sphere_in_view
 from tests.mot_sim.simulation.renderers.shapes import CROOKED, KITTI, at, box, lump, view_of, wedge
 
 NEAR = 0.3
@@ -16,7 +16,7 @@ def area(corners: np.ndarray) -> np.ndarray:
 
 
 def test_no_object_gives_no_triangle() -> None:
-    triangles = Triangles.of(Placed.empty(), KITTI, NEAR)
+    triangles = Triangles.of(MeshInstances.empty(), KITTI, NEAR)
     assert len(triangles) == 0
     assert triangles.slices(0).shape == (0, 2)
 
@@ -31,7 +31,7 @@ def test_of_a_box_straight_ahead_only_rear_and_roof_face_the_camera() -> None:
 def test_an_object_behind_the_camera_or_beside_the_view_has_no_triangle() -> None:
     places = [at(KITTI, 0.0, -9.0), at(KITTI, 40.0, 10.0), at(KITTI, -40.0, 10.0)]
     view = view_of(KITTI, *((lump(), place) for place in places))
-    assert not in_sight(view.placed, KITTI, NEAR).any()
+    assert not sphere_in_view(view.placed, KITTI, NEAR).any()
     assert len(Triangles.of(view.placed, KITTI, NEAR)) == 0
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mot_sim.simulation.renderers import Mesh, Placed, Road, Semantic, Sun, Texture
+from mot_sim.simulation.renderers import Mesh, MeshInstances, Road, Semantic, Sun, Texture
 from tests.mot_sim.simulation.renderers.shapes import box, lump, wedge
 from tracker.errors import BadConfig
 
@@ -64,7 +64,7 @@ def test_vertices_that_are_not_finite_are_refused() -> None:
 )
 def test_objects_that_contradict_themselves_are_refused(meshes, places, ids, told) -> None:
     with pytest.raises(BadConfig, match=told):
-        Placed((box(),) * meshes, places, np.array(ids))
+        MeshInstances((box(),) * meshes, places, np.array(ids))
 
 
 def test_roads_that_cannot_be_are_refused() -> None:

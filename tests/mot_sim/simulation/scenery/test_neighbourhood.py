@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from mot_sim.simulation.renderers import NOBODY, Placed, Semantic, find_renderer
-from mot_sim.simulation.scenery import WEATHERS, Knobs, Light, Neighbourhood, Scenery, look
+from mot_sim.simulation.renderers import NO_INSTANCE, MeshInstances, Semantic, find_renderer
+from mot_sim.simulation.scenery import WEATHERS, Knobs, Light, Neighbourhood, Scenery, post_process
 from mot_sim.simulation.scenery.grain import LEVELS
 from mot_sim.simulation.scenery.patches import Patches
 from mot_sim.simulation.scenery.scenery import FAR
@@ -32,13 +32,13 @@ print(hashlib.sha256(image.tobytes()).hexdigest())
 
 
 def frame(place: Neighbourhood, ego: np.ndarray) -> np.ndarray:
-    return RASTER.render(place.view(CAMERA, ego, Placed.empty())).image
+    return RASTER.render(place.view(CAMERA, ego, MeshInstances.empty())).image
 
 
 @pytest.mark.parametrize("road", sorted(EGOS))
 def test_feature_odometry_finds_enough_corners(road: str) -> None:
-    view = world(road).view(CAMERA, ego_on(road), Placed.empty())
-    image = look(WEATHERS["noon"], view, RASTER.render(view), 1, 0)
+    view = world(road).view(CAMERA, ego_on(road), MeshInstances.empty())
+    image = post_process(WEATHERS["noon"], view, RASTER.render(view), 1, 0)
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
     assert len(cv2.ORB_create(2000).detect(grey)) >= 300
 
@@ -56,8 +56,8 @@ def test_two_processes_give_the_same_bytes() -> None:
     run = subprocess.run(
         [sys.executable, "-c", HASH], capture_output=True, text=True, check=True, timeout=120
     )
-    view = world("street").view(CAMERA, ego_on("street"), Placed.empty())
-    image = look(WEATHERS["noon"], view, RASTER.render(view), 3, 5)
+    view = world("street").view(CAMERA, ego_on("street"), MeshInstances.empty())
+    image = post_process(WEATHERS["noon"], view, RASTER.render(view), 3, 5)
     assert run.stdout.strip() == hashlib.sha256(image.tobytes()).hexdigest()
 
 
@@ -65,7 +65,7 @@ def test_a_place_looks_the_same_on_whatever_way_one_gets_there() -> None:
     ego = ego_on("intersection")
     place = Neighbourhood.build(roads("intersection"), 3, WEATHERS["noon"].light)
     for turn in (2.0, 1.0, 0.4):
-        place.view(CAMERA, ego + (3.0, -1.0, turn), Placed.empty())
+        place.view(CAMERA, ego + (3.0, -1.0, turn), MeshInstances.empty())
     assert frame(place, ego).tobytes() == frame(world("intersection"), ego).tobytes()
 
 
@@ -87,7 +87,7 @@ def test_nothing_stands_where_cars_drive(road: str) -> None:
 def test_scenery_is_nobodys_and_near_enough(road: str) -> None:
     placed = world(road).scenery_at(ego_on(road), CAMERA)
     assert 3 < len(placed) < 60
-    assert (placed.instances == NOBODY).all()
+    assert (placed.instances == NO_INSTANCE).all()
     assert not any(mesh.casts for mesh in placed.meshes)  # their shadows lie in the texture
     assert np.linalg.norm(placed.T_cam_object[:, :3, 3], axis=1).max() < FAR + 50.0
 
@@ -105,7 +105,9 @@ def test_memory_is_bounded() -> None:
 
 
 def test_the_road_tells_where_cars_drive() -> None:
-    rendered = RASTER.render(world("highway").view(CAMERA, ego_on("highway"), Placed.empty()))
+    rendered = RASTER.render(
+        world("highway").view(CAMERA, ego_on("highway"), MeshInstances.empty())
+    )
     assert rendered.semantics[370, 620] == Semantic.ROAD
     kinds = set(np.unique(rendered.semantics).tolist())
     assert {Semantic.SKY, Semantic.ROAD, Semantic.GROUND, Semantic.VEGETATION} <= kinds
@@ -113,13 +115,13 @@ def test_the_road_tells_where_cars_drive() -> None:
 
 def test_no_roads_at_all_give_a_meadow() -> None:
     place = Neighbourhood.build(Roads(), 3)
-    rendered = RASTER.render(place.view(CAMERA, np.zeros(3), Placed.empty()))
+    rendered = RASTER.render(place.view(CAMERA, np.zeros(3), MeshInstances.empty()))
     assert not (rendered.semantics == Semantic.ROAD).any()
 
 
 def test_a_camera_that_looks_up_sees_no_ground() -> None:
     upwards = Camera.mounted(CAMERA.K, CAMERA.image_size, 1.65, pitch=1.2)
-    view = world("street").view(upwards, ego_on("street"), Placed.empty())
+    view = world("street").view(upwards, ego_on("street"), MeshInstances.empty())
     assert (RASTER.render(view).semantics != Semantic.ROAD).all()
 
 
@@ -127,7 +129,7 @@ def test_two_groups_of_objects_become_one() -> None:
     some = world("street").scenery_at(ego_on("street"), CAMERA)
     both = some.beside(some)
     assert len(both) == 2 * len(some)
-    assert len(Placed.empty().beside(Placed.empty())) == 0
+    assert len(MeshInstances.empty().beside(MeshInstances.empty())) == 0
 
 
 @pytest.mark.parametrize(
@@ -152,7 +154,7 @@ def test_a_sun_below_the_horizon_is_refused() -> None:
 
 def test_an_ego_pose_that_is_not_finite_is_refused() -> None:
     with pytest.raises(BadConfig, match="ego pose"):
-        world("street").view(CAMERA, np.array([np.nan, 0.0, 0.0]), Placed.empty())
+        world("street").view(CAMERA, np.array([np.nan, 0.0, 0.0]), MeshInstances.empty())
 
 
 def test_the_sun_turns_against_the_ego() -> None:

@@ -5,8 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from mot_sim.simulation.renderers import Placed, Rendered, Semantic, View, find_renderer
-from mot_sim.simulation.scenery import WEATHERS, Weather, find_weather, look
+from mot_sim.simulation.renderers import MeshInstances, Rendered, Semantic, View, find_renderer
+from mot_sim.simulation.scenery import WEATHERS, Weather, find_weather, post_process
 from mot_sim.simulation.scenery.weather import RANGES
 from tests.mot_sim.simulation.scenery.places import CAMERA, ego_on, world
 from tracker.errors import BadConfig, UnknownName
@@ -14,7 +14,7 @@ from tracker.errors import BadConfig, UnknownName
 
 @cache
 def street() -> View:
-    return world("street").view(CAMERA, ego_on("street"), Placed.empty())
+    return world("street").view(CAMERA, ego_on("street"), MeshInstances.empty())
 
 
 @cache
@@ -23,7 +23,7 @@ def drawn() -> Rendered:
 
 
 def seen(weather: Weather, seed: int = 1, frame: int = 0, view: View | None = None) -> np.ndarray:
-    return look(weather, view or street(), drawn(), seed, frame, (1.0, 0.02))
+    return post_process(weather, view or street(), drawn(), seed, frame, (1.0, 0.02))
 
 
 def test_neutral_weather_changes_no_byte() -> None:
@@ -81,7 +81,7 @@ def test_fog_by_hand() -> None:
     depth = np.full((375, 1242), 50.0, np.float32)
     nothing = np.full((375, 1242), -1, np.int32)
     flat = Rendered(image, depth, nothing, np.full((375, 1242), Semantic.ROAD, np.uint8))
-    foggy = look(Weather(visibility=100.0, air=(200, 200, 200)), street(), flat, 1, 0)
+    foggy = post_process(Weather(visibility=100.0, air=(200, 200, 200)), street(), flat, 1, 0)
     left = np.exp(-3.0 * 0.5)
     assert abs(int(foggy[300, 600, 0]) - (100 * left + 200 * (1.0 - left))) <= 1.0
 
@@ -101,7 +101,7 @@ def test_lamps_shine_on_the_road_before_us() -> None:
 
 def test_without_motion_nothing_is_blurred() -> None:
     weather = Weather(motion_blur=0.5)
-    assert look(weather, street(), drawn(), 1, 0).tobytes() == drawn().image.tobytes()
+    assert post_process(weather, street(), drawn(), 1, 0).tobytes() == drawn().image.tobytes()
 
 
 def test_an_unknown_weather_is_refused_with_its_neighbour() -> None:

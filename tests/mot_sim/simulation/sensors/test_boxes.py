@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mot_sim.simulation.sensors.border import Border
-from mot_sim.simulation.sensors.correlated_noise import Memory
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.duplicates import Duplicates
 from mot_sim.simulation.sensors.jitter import Component, Jitter, box_errors, move_boxes
 from mot_sim.simulation.sensors.merges import Merges
@@ -24,7 +24,7 @@ from tests.mot_sim.simulation.sensors.sights import (
 from tracker.errors import BadConfig
 from tracker.geometry import box_iou
 
-SLOW = Memory((1.0,), (1.0,))
+SLOW = Autocorrelation((1.0,), (1.0,))
 
 
 def test_level_0_and_no_spread_give_the_very_same_boxes() -> None:

@@ -5,14 +5,14 @@ import pytest
 from scipy.special import logit
 
 from mot_sim.simulation.sensors.clutter import Clutter
-from mot_sim.simulation.sensors.correlated_noise import Memory
-from mot_sim.simulation.sensors.scores import Scores
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
+from mot_sim.simulation.sensors.scores import ScoreNoise
 from tests.mot_sim.simulation.sensors.sights import CAMERA, STEP, by_object, crowd, lag_one
 from tracker.errors import BadConfig
 
-GHOSTS = Clutter(0.5, Memory((0.5, 0.5), (0.0, 0.5)))
+GHOSTS = Clutter(0.5, Autocorrelation((0.5, 0.5), (0.0, 0.5)))
 EVERY = np.arange(4000)
-LINEAR = Scores((-8.0, 8.0), (-8.0, 8.0), memory=Memory((1.0,), (1.0,)))
+LINEAR = ScoreNoise((-8.0, 8.0), (-8.0, 8.0), memory=Autocorrelation((1.0,), (1.0,)))
 
 
 def test_ghosts_come_at_their_rate_at_any_frame_rate() -> None:
@@ -62,7 +62,7 @@ def test_scores_flicker_with_their_memory_and_keep_their_distribution() -> None:
 
 
 def test_hidden_and_nearly_missed_cars_have_low_scores() -> None:
-    shy = Scores((-8.0, 8.0), (-8.0, 8.0), (-3.0, -2.0, -1.0, 0.0), coupling=0.6)
+    shy = ScoreNoise((-8.0, 8.0), (-8.0, 8.0), (-3.0, -2.0, -1.0, 0.0), coupling=0.6)
     open_cars, hidden = crowd(visible=0.95), crowd(visible=0.35)
     ease = np.linspace(-2.0, 2.0, len(open_cars))
     scores = shy(open_cars, ease, 1, STEP)
@@ -85,8 +85,8 @@ def test_level_0_is_sure_and_higher_levels_doubt_more() -> None:
     [
         lambda: Clutter(-0.1),
         lambda: Clutter(100.0),
-        lambda: Scores((0.0, 1.0), (1.0, 0.0)),
-        lambda: Scores((0.0, 1.0), (0.0, 1.0), coupling=2.0),
+        lambda: ScoreNoise((0.0, 1.0), (1.0, 0.0)),
+        lambda: ScoreNoise((0.0, 1.0), (0.0, 1.0), coupling=2.0),
     ],
 )
 def test_what_no_detector_does_is_refused(make) -> None:

@@ -5,27 +5,33 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mot_sim.simulation.sensors.correlated_noise import BLOCK, Memory, latent, latents, prepare
+from mot_sim.simulation.sensors.correlated_noise import (
+    BLOCK,
+    Autocorrelation,
+    correlated_normal_columns,
+    correlated_normals,
+    prefetch_draws,
+)
 from tracker.errors import BadConfig
 
 OBJECTS, FRAMES = 600, 3 * BLOCK
 IDS, TIMES = np.tile(np.arange(OBJECTS), FRAMES), np.repeat(np.arange(FRAMES), OBJECTS)
 
 
-def table(memory: Memory, step: float = 0.1, seed: int = 1) -> np.ndarray:
-    return latent(seed, "x", IDS, TIMES, memory, step)[:, 0].reshape(FRAMES, OBJECTS)
+def table(memory: Autocorrelation, step: float = 0.1, seed: int = 1) -> np.ndarray:
+    return correlated_normals(seed, "x", IDS, TIMES, memory, step)[:, 0].reshape(FRAMES, OBJECTS)
 
 
 @pytest.mark.parametrize("tau", [0.12, 1.2, 15.0])
 def test_every_frame_is_standard_normal(tau) -> None:
-    x = table(Memory((1.0,), (tau,)))
+    x = table(Autocorrelation((1.0,), (tau,)))
     assert np.abs(x.mean(axis=1)).max() < 5.0 / np.sqrt(OBJECTS)
     assert np.abs(x.std(axis=1) - 1.0).max() < 0.15
 
 
 @pytest.mark.parametrize("tau", [0.12, 1.2])
 def test_neighbours_correlate_as_promised_across_blocks_too(tau) -> None:
-    x = table(Memory((1.0,), (tau,)))
+    x = table(Autocorrelation((1.0,), (tau,)))
     rho = np.exp(-0.1 / tau)
     within = [np.corrcoef(x[k], x[k + 1])[0, 1] for k in range(FRAMES - 1)]
     assert np.mean(within) == pytest.approx(rho, abs=0.01)
@@ -35,7 +41,7 @@ def test_neighbours_correlate_as_promised_across_blocks_too(tau) -> None:
 
 
 def test_a_mixture_has_the_mixed_autocorrelation() -> None:
-    memory = Memory((0.3, 0.5, 0.2), (0.0, 0.5, float("inf")))
+    memory = Autocorrelation((0.3, 0.5, 0.2), (0.0, 0.5, float("inf")))
     x = table(memory)
     for lag in (1, 5, 20):
         rho = np.corrcoef(x[:-lag].ravel(), x[lag:].ravel())[0, 1]
@@ -44,7 +50,7 @@ def test_a_mixture_has_the_mixed_autocorrelation() -> None:
 
 @pytest.mark.parametrize("tau", [0.12, 0.5, 5.0])
 def test_smooth_latents_are_stationary_and_keep_their_promise_across_blocks(tau) -> None:
-    memory = Memory((1.0,), (tau,), (1.0,))
+    memory = Autocorrelation((1.0,), (tau,), (1.0,))
     x = table(memory)
     assert np.abs(x.std(axis=1) - 1.0).max() < 0.15
     for lag in (1, 3, BLOCK + 1):
@@ -55,29 +61,37 @@ def test_smooth_latents_are_stationary_and_keep_their_promise_across_blocks(tau)
 
 
 def test_the_correlation_of_a_smooth_memory_by_hand() -> None:
-    assert Memory((1.0,), (0.5,), (1.0,)).correlation(0.5) == pytest.approx(2.0 / np.e)
-    half = Memory((0.5, 0.5), (0.5, 0.5), (1.0, 0.0))
+    assert Autocorrelation((1.0,), (0.5,), (1.0,)).correlation(0.5) == pytest.approx(2.0 / np.e)
+    half = Autocorrelation((0.5, 0.5), (0.5, 0.5), (1.0, 0.0))
     assert half.correlation(0.5) == pytest.approx(1.5 / np.e)
     assert half.slower(2.0).correlation(1.0) == pytest.approx(1.5 / np.e)
 
 
 def test_smooth_latents_cross_a_limit_less_often_than_rough_ones() -> None:
-    rough, smooth = (table(Memory((1.0,), (0.5,), (kind,))) > 1.0 for kind in (0.0, 1.0))
+    rough, smooth = (table(Autocorrelation((1.0,), (0.5,), (kind,))) > 1.0 for kind in (0.0, 1.0))
     assert (rough[1:] != rough[:-1]).mean() > 1.5 * (smooth[1:] != smooth[:-1]).mean()
 
 
 def test_what_is_drawn_side_by_side_is_what_is_drawn_alone() -> None:
-    first, second = Memory((0.2, 0.8), (0.0, 1.2)), Memory((0.5, 0.5), (0.25, 4.0), (1.0, 0.0))
+    first, second = (
+        Autocorrelation((0.2, 0.8), (0.0, 1.2)),
+        Autocorrelation((0.5, 0.5), (0.25, 4.0), (1.0, 0.0)),
+    )
     ids, frames = np.array([5, 7, 9]), np.array([40, 70, 40])
     many = np.tile(ids, 40), np.tile(frames, 40)
-    whole = [latents(8, "a", *many, (first, second), 0.1), latent(8, "b", *many, second, 0.1)]
-    prepare(8, ids, frames, (("a", (first, second)), ("b", (second,))), 0.1)
-    assert (latents(8, "a", ids, frames, (first, second), 0.1) == whole[0][:3]).all()
-    assert (latent(8, "b", ids, frames, second, 0.1) == whole[1][:3]).all()
+    whole = [
+        correlated_normal_columns(8, "a", *many, (first, second), 0.1),
+        correlated_normals(8, "b", *many, second, 0.1),
+    ]
+    prefetch_draws(8, ids, frames, (("a", (first, second)), ("b", (second,))), 0.1)
+    assert (
+        correlated_normal_columns(8, "a", ids, frames, (first, second), 0.1) == whole[0][:3]
+    ).all()
+    assert (correlated_normals(8, "b", ids, frames, second, 0.1) == whole[1][:3]).all()
 
 
 def test_twice_the_frame_rate_gives_the_same_autocorrelation_in_seconds() -> None:
-    memory = Memory((0.7, 0.3), (0.4, 1.2), (0.0, 1.0))
+    memory = Autocorrelation((0.7, 0.3), (0.4, 1.2), (0.0, 1.0))
     slow, fast = table(memory, 0.1), table(memory, 0.05)
     rho_slow = np.corrcoef(slow[:-3].ravel(), slow[3:].ravel())[0, 1]
     rho_fast = np.corrcoef(fast[:-6].ravel(), fast[6:].ravel())[0, 1]
@@ -88,24 +102,26 @@ def test_twice_the_frame_rate_gives_the_same_autocorrelation_in_seconds() -> Non
 @given(st.sets(st.integers(0, len(IDS) - 1), min_size=1, max_size=40))
 def test_a_row_depends_on_its_key_alone(rows) -> None:
     chosen = np.array(sorted(rows))
-    memory = Memory((0.2, 0.3, 0.5), (0.0, 1.2, 0.5), (0.0, 0.0, 1.0))
-    whole = latent(3, "x", IDS, TIMES, memory, 0.1, 2)
-    some = latent(3, "x", IDS[chosen], TIMES[chosen], memory, 0.1, 2)
+    memory = Autocorrelation((0.2, 0.3, 0.5), (0.0, 1.2, 0.5), (0.0, 0.0, 1.0))
+    whole = correlated_normals(3, "x", IDS, TIMES, memory, 0.1, 2)
+    some = correlated_normals(3, "x", IDS[chosen], TIMES[chosen], memory, 0.1, 2)
     assert (whole[chosen] == some).all()
 
 
 def test_objects_effects_and_seeds_are_independent() -> None:
-    memory = Memory((1.0,), (1.2,))
+    memory = Autocorrelation((1.0,), (1.2,))
     x = table(memory)
     assert abs(np.corrcoef(x[:, :300].ravel(), x[:, 300:].ravel())[0, 1]) < 0.06
     assert abs(np.corrcoef(x.ravel(), table(memory, seed=2).ravel())[0, 1]) < 0.06
-    other = latent(1, "y", IDS, TIMES, memory, 0.1)[:, 0]
+    other = correlated_normals(1, "y", IDS, TIMES, memory, 0.1)[:, 0]
     assert abs(np.corrcoef(x.ravel(), other)[0, 1]) < 0.06
 
 
 def test_nobody_has_no_latent() -> None:
     nobody = np.zeros(0, np.int64)
-    assert latent(1, "x", nobody, nobody, Memory((1.0,), (1.0,)), 0.1, 3).shape == (0, 3)
+    assert correlated_normals(
+        1, "x", nobody, nobody, Autocorrelation((1.0,), (1.0,)), 0.1, 3
+    ).shape == (0, 3)
 
 
 @pytest.mark.parametrize(
@@ -113,7 +129,7 @@ def test_nobody_has_no_latent() -> None:
 )
 def test_a_smoothness_that_cannot_be_is_refused(smooth, told) -> None:
     with pytest.raises(BadConfig, match=told):
-        Memory((1.0,), (100.0,), smooth)
+        Autocorrelation((1.0,), (100.0,), smooth)
 
 
 @pytest.mark.parametrize(
@@ -122,4 +138,4 @@ def test_a_smoothness_that_cannot_be_is_refused(smooth, told) -> None:
 )
 def test_a_memory_that_cannot_be_is_refused(shares, seconds, told) -> None:
     with pytest.raises(BadConfig, match=told):
-        Memory(shares, seconds)
+        Autocorrelation(shares, seconds)

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mot_sim.simulation.sensors.appearance import Appearance
-from mot_sim.simulation.sensors.correlated_noise import Memory
+from mot_sim.simulation.sensors.appearance import AppearanceNoise
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.keypoints import Keypoints
 from mot_sim.simulation.sensors.pose import Pose
 from mot_sim.simulation.sensors.shape import Shape
 from tests.mot_sim.simulation.sensors.sights import STEP, by_object, crowd, lag_one
 from tracker.errors import BadConfig
 
-SLOW = Memory((1.0,), (1.0,))
+SLOW = Autocorrelation((1.0,), (1.0,))
 
 
 def test_yaw_is_off_with_memory_and_some_cars_stand_the_wrong_way_round() -> None:
@@ -70,17 +70,17 @@ def test_shape_is_worse_far_away_and_nearer_to_the_mean_when_hidden() -> None:
 
 def test_a_car_keeps_its_look_and_look_alikes_share_theirs() -> None:
     sightings = crowd(100, 3)
-    exact = Appearance(32)(sightings, 1, STEP)
+    exact = AppearanceNoise(32)(sightings, 1, STEP)
     np.testing.assert_allclose(np.linalg.norm(exact, axis=1), 1.0)
     assert (exact[:100] == exact[200:]).all()
     assert np.abs(exact[:50] @ exact[50:100].T).mean() < 0.3
-    pairs = Appearance(32, alike=2)(sightings, 1, STEP)
+    pairs = AppearanceNoise(32, alike=2)(sightings, 1, STEP)
     assert (pairs[0:100:2] == pairs[1:100:2]).all()
-    noisy = Appearance(32, noise=0.5, view=0.3, memory=SLOW)(sightings, 1, STEP)
+    noisy = AppearanceNoise(32, noise=0.5, view=0.3, memory=SLOW)(sightings, 1, STEP)
     same = (noisy[:100] * noisy[200:]).sum(axis=1).mean()
     assert np.abs(noisy[:50] @ noisy[50:100].T).mean() + 0.3 < same < 1.0
-    assert (Appearance(32, noise=0.5, view=0.3)(sightings, 1, STEP, 0.0) == exact).all()
-    np.testing.assert_allclose(Appearance(32, unit=0.5)(sightings, 1, STEP), 2.0 * exact)
+    assert (AppearanceNoise(32, noise=0.5, view=0.3)(sightings, 1, STEP, 0.0) == exact).all()
+    np.testing.assert_allclose(AppearanceNoise(32, unit=0.5)(sightings, 1, STEP), 2.0 * exact)
 
 
 @pytest.mark.parametrize(
@@ -93,8 +93,8 @@ def test_a_car_keeps_its_look_and_look_alikes_share_theirs() -> None:
         lambda: Shape(-1.0),
         lambda: Shape(pull=1.5),
         lambda: Shape(stated=-0.1),
-        lambda: Appearance(0),
-        lambda: Appearance(unit=0.0),
+        lambda: AppearanceNoise(0),
+        lambda: AppearanceNoise(unit=0.0),
     ],
 )
 def test_what_no_sensor_does_is_refused(make) -> None:

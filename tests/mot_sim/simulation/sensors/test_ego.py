@@ -6,8 +6,8 @@ import pytest
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
 from mot_sim.simulation.sensors import (
     WEATHERS,
+    Autocorrelation,
     Detector,
-    Memory,
     Miscalibration,
     Odometry,
     Timing,
@@ -19,7 +19,7 @@ from tracker.errors import BadConfig, UnknownName
 from tracker.geometry import homogeneous
 from tracker.types import Detections, Sequence
 
-SLOW = Memory((1.0,), (1.0,))
+SLOW = Autocorrelation((1.0,), (1.0,))
 
 
 def straight(count: int = 100) -> np.ndarray:

@@ -5,17 +5,17 @@ import pytest
 
 from mot_sim.simulation.sensors.bursts import bursts
 from mot_sim.simulation.sensors.confusion import Confusion
-from mot_sim.simulation.sensors.correlated_noise import Memory
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.misses import HEIGHTS, Misses
 from tests.mot_sim.simulation.sensors.sights import STEP, by_object, crowd, lag_one, sightings_of
 from tracker.errors import BadConfig
 
-SLOW = Memory((1.0,), (1.0,))
+SLOW = Autocorrelation((1.0,), (1.0,))
 LOGIT_OF_A_TENTH = 2.1972
 
 
 def test_the_marginal_rate_is_exact_whatever_the_memory() -> None:
-    for memory in (Memory(), SLOW, Memory((0.5, 0.5), (0.1, 3.0))):
+    for memory in (Autocorrelation(), SLOW, Autocorrelation((0.5, 0.5), (0.1, 3.0))):
         missed, _ = Misses(LOGIT_OF_A_TENTH, memory=memory)(crowd(2000, 40), 1, STEP)
         assert missed.mean() == pytest.approx(0.1, abs=0.012)
 
@@ -30,7 +30,7 @@ def test_the_rate_is_exact_while_it_varies() -> None:
 def test_misses_come_in_bursts_and_not_without_memory() -> None:
     missed = [
         by_object(Misses(LOGIT_OF_A_TENTH, memory=memory)(crowd(), 1, STEP)[0]).astype(float)
-        for memory in (Memory(), SLOW)
+        for memory in (Autocorrelation(), SLOW)
     ]
     assert abs(lag_one(missed[0])) < 0.03
     # Orthant probability of a normal pair with correlation exp(-0.1) at 10 %: .69.
@@ -47,7 +47,7 @@ def test_bursts_last_as_long_at_twice_the_frame_rate() -> None:
 
 
 def test_flutter_keeps_the_rate_and_shortens_the_bursts_of_hidden_cars_only() -> None:
-    flutter = {"flutter": (0.8, 0.8, 0.0, 0.0), "flutter_memory": Memory((1.0,), (0.2,))}
+    flutter = {"flutter": (0.8, 0.8, 0.0, 0.0), "flutter_memory": Autocorrelation((1.0,), (0.2,))}
     model = Misses(LOGIT_OF_A_TENTH, memory=SLOW, **flutter)
     hidden, plain = (
         by_object(model(crowd(2000, 40, visible=v), 1, STEP)[0], 2000).astype(float)
@@ -59,7 +59,7 @@ def test_flutter_keeps_the_rate_and_shortens_the_bursts_of_hidden_cars_only() ->
 
 
 def test_bursts_of_a_smooth_memory_last_as_long_at_twice_the_frame_rate() -> None:
-    smooth = Memory((1.0,), (0.5,), (1.0,))
+    smooth = Autocorrelation((1.0,), (0.5,), (1.0,))
     slow, fast = (
         by_object(Misses(0.0, memory=smooth)(crowd(400, 200), 1, step)[0], 400)
         for step in (0.1, 0.05)
@@ -118,7 +118,7 @@ def test_how_well_the_others_are_seen_is_standard_normal() -> None:
 
 
 def test_vans_are_taken_for_cars_at_their_rate_and_cars_always() -> None:
-    confusion = Confusion(van=0.3, truck=0.0, memory=Memory((1.0,), (5.0,)))
+    confusion = Confusion(van=0.3, truck=0.0, memory=Autocorrelation((1.0,), (5.0,)))
     assert confusion(crowd(), 1, STEP).all()
     assert not confusion(crowd(kind="Truck"), 1, STEP).any()
     taken = by_object(confusion(crowd(2000, 30, kind="Van"), 1, STEP), 2000)

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from shapely import Polygon
 
-from mot_sim.simulation.traffic import World, colliding_pairs, collisions
-from mot_sim.simulation.traffic.world import outline
+from mot_sim.simulation.traffic import TrafficState, colliding_pairs, collisions
+from mot_sim.simulation.traffic.traffic_state import outline
 
 SIZE = np.array([4.0, 1.5, 2.0])
 rows = st.lists(
@@ -50,7 +50,7 @@ def test_nobody_collides_with_nobody() -> None:
 def test_the_ego_car_has_the_number_minus_one() -> None:
     at = np.array([1.0, 30.0])
     zero = np.zeros(2)
-    world = World(
+    world = TrafficState(
         0.0, np.array([7, 9]), at, zero, zero, zero, np.tile(SIZE, (2, 1)), np.zeros(3), SIZE
     )
     assert collisions(world).tolist() == [[-1, 7]]

@@ -12,7 +12,7 @@ from mot_sim.simulation.traffic import (
     Route,
     Script,
     Scripted,
-    World,
+    TrafficState,
     record_traffic,
 )
 from tracker.errors import BadConfig, BadFile, BadOutput
@@ -31,8 +31,8 @@ def recording() -> RecordedTraffic:
     return record_traffic(Scripted(CARS, EGO), RNG, 2.0)
 
 
-def assert_same(one: World, other: World) -> None:
-    for column in fields(World):
+def assert_same(one: TrafficState, other: TrafficState) -> None:
+    for column in fields(TrafficState):
         a, b = getattr(one, column.name), getattr(other, column.name)
         assert (a is None) == (b is None), column.name
         assert a is None or np.asarray(a).tobytes() == np.asarray(b).tobytes(), column.name

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mot_sim.simulation.renderers import NOBODY, Placed, View, find_renderer
+from mot_sim.simulation.renderers import NO_INSTANCE, MeshInstances, View, find_renderer
 from mot_sim.simulation.rig import Rig
-from mot_sim.simulation.traffic.world import World
+from mot_sim.simulation.traffic.traffic_state import TrafficState
 from mot_sim.simulation.truth import annotate, annotate_frame, occlusion_level
 from tests.mot_sim.simulation.renderers.shapes import at, box
 from tests.mot_sim.simulation.truth.worlds import RIG, stage_of, truth_of, world_of
@@ -16,7 +16,7 @@ from tracker.types import Camera
 RASTER = find_renderer("raster")
 
 
-def mesh_box(world: World, row: int, rig: Rig = RIG) -> np.ndarray:
+def mesh_box(world: TrafficState, row: int, rig: Rig = RIG) -> np.ndarray:
     """The box around the projected vertices of a car before the camera."""
     stage = stage_of(world, rig=rig)
     placed = stage.placed(world)
@@ -89,11 +89,13 @@ def test_a_hidden_car_is_in_the_truth_with_its_occluder() -> None:
 
 def test_scenery_hides_cars_and_has_no_row() -> None:
     world = world_of((30.0, 0.0, 0.0))
-    wall = Placed((box(1.0, 3.0, 1.8),), at(RIG.camera, -0.9, 12.0)[None], np.array([NOBODY]))
+    wall = MeshInstances(
+        (box(1.0, 3.0, 1.8),), at(RIG.camera, -0.9, 12.0)[None], np.array([NO_INSTANCE])
+    )
     annotated = annotate_frame(world, stage_of(world), 0, scenery=wall)
     assert annotated.truth.tracks.ids.tolist() == [0]
     assert 0.05 < annotated.truth.visible[0] < 0.95
-    assert annotated.occlusions.by.tolist() == [NOBODY]
+    assert annotated.occlusions.by.tolist() == [NO_INSTANCE]
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mot_sim.simulation.traffic import World
+from mot_sim.simulation.traffic import TrafficState
 from mot_sim.simulation.truth import EVENTS, Events, find_events
 from mot_sim.simulation.truth.events import hidings
 from tests.mot_sim.simulation.truth.worlds import truth_of, world_of
@@ -13,11 +13,11 @@ def rows(events: Events) -> list[tuple]:
     return list(zip(*(column.tolist() for column in columns), strict=True))
 
 
-def drive(*frames: list[tuple[float, float, float]]) -> list[World]:
+def drive(*frames: list[tuple[float, float, float]]) -> list[TrafficState]:
     return [world_of(*cars, time=0.1 * frame) for frame, cars in enumerate(frames)]
 
 
-def found(worlds: list[World]) -> list[tuple]:
+def found(worlds: list[TrafficState]) -> list[tuple]:
     return rows(find_events(truth_of(*worlds), worlds))
 
 

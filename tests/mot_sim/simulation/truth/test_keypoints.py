@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mot_sim.simulation.truth import Seen, annotate_frame
+from mot_sim.simulation.truth import KeypointVisibility, annotate_frame
 from tests.mot_sim.simulation.cars.rays import hits
 from tests.mot_sim.simulation.truth.worlds import RIG, stage_of, truth_of, world_of
 from tracker.shape import KEYPOINTS_36
@@ -50,8 +50,8 @@ def test_of_a_car_that_drives_ahead_the_tail_is_seen_and_the_front_is_not() -> N
     tail = [name for name in states if "taillight" in name]
     front = [name for name in states if "headlight" in name]
     assert len(tail) == len(front) == 2
-    assert {states[name] for name in tail} == {Seen.VISIBLE}
-    assert {states[name] for name in front} == {Seen.SELF_OCCLUDED}
+    assert {states[name] for name in tail} == {KeypointVisibility.VISIBLE}
+    assert {states[name] for name in front} == {KeypointVisibility.SELF_OCCLUDED}
 
 
 def test_a_wall_of_a_car_occludes_and_the_border_truncates() -> None:
@@ -60,18 +60,18 @@ def test_a_wall_of_a_car_occludes_and_the_border_truncates() -> None:
     )
     truth = truth_of(world)
     hidden = truth.keypoint_states[0]
-    assert set(hidden.tolist()) == {Seen.SELF_OCCLUDED, Seen.OCCLUDED}
+    assert set(hidden.tolist()) == {KeypointVisibility.SELF_OCCLUDED, KeypointVisibility.OCCLUDED}
     outside = (truth.keypoints[2, :, 0] > 1241.5) | (truth.keypoints[2, :, 1] > 374.5)
     assert outside.any()
-    assert (truth.keypoint_states[2, outside] == Seen.TRUNCATED).all()
-    assert (truth.keypoint_states[2, ~outside] != Seen.TRUNCATED).all()
+    assert (truth.keypoint_states[2, outside] == KeypointVisibility.TRUNCATED).all()
+    assert (truth.keypoint_states[2, ~outside] != KeypointVisibility.TRUNCATED).all()
 
 
 def test_points_behind_the_camera_are_truncated_and_have_no_pixel() -> None:
     truth = truth_of(world_of((1.8, 2.6, 0.0)))
     behind = np.isnan(truth.keypoints[0]).any(axis=1)
     assert behind.any()
-    assert (truth.keypoint_states[0, behind] == Seen.TRUNCATED).all()
+    assert (truth.keypoint_states[0, behind] == KeypointVisibility.TRUNCATED).all()
 
 
 def test_nobody_has_no_keypoints() -> None:

@@ -2,33 +2,33 @@
 
 import numpy as np
 
-from mot_sim.simulation.cars import Casting
+from mot_sim.simulation.cars import VehicleSampler
 from mot_sim.simulation.rig import Rig
-from mot_sim.simulation.stage import Stage
-from mot_sim.simulation.traffic import RecordedTraffic, World
+from mot_sim.simulation.scene_meshes import SceneMeshes
+from mot_sim.simulation.traffic import RecordedTraffic, TrafficState
 from mot_sim.simulation.truth import Truth, annotate
 
 RIG = Rig.kitti()
 CAR = (4.4, 1.45, 1.8)
 EGO = np.zeros(3)
-CASTING = Casting(paint="silver")
+CASTING = VehicleSampler(paint="silver")
 
 
-def world_of(*cars: tuple[float, float, float], size=CAR, time=0.0, speed=0.0) -> World:
+def world_of(*cars: tuple[float, float, float], size=CAR, time=0.0, speed=0.0) -> TrafficState:
     """Cars at (x, y, heading); we stand at the origin."""
     poses = np.array(cars, dtype=float).reshape(-1, 3)
     n = len(poses)
-    return World(
+    return TrafficState(
         time, np.arange(n), poses[:, 0], poses[:, 1], poses[:, 2], np.full(n, speed),
         np.tile(np.array(size), (n, 1)), EGO, np.array(CAR), kinds=np.full(n, "Car"),
     )  # fmt: skip
 
 
-def stage_of(*worlds: World, rig: Rig = RIG) -> Stage:
+def stage_of(*worlds: TrafficState, rig: Rig = RIG) -> SceneMeshes:
     """The cars of worlds before a camera."""
-    return Stage(CASTING.cast(RecordedTraffic.of(worlds), 0), rig)
+    return SceneMeshes(CASTING.cast(RecordedTraffic.of(worlds), 0), rig)
 
 
-def truth_of(*worlds: World, rig: Rig = RIG) -> Truth:
+def truth_of(*worlds: TrafficState, rig: Rig = RIG) -> Truth:
     """The truth of worlds, a frame each."""
     return annotate(worlds, stage_of(*worlds, rig=rig)).truth

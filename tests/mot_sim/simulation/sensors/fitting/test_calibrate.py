@@ -6,22 +6,22 @@ import numpy as np
 import pytest
 
 from mot_sim.datasets.recorded import DetectionLog
-from mot_sim.simulation.sensors import Memory, Profile, Sightings
+from mot_sim.simulation.sensors import Autocorrelation, Profile, Sightings
 from mot_sim.simulation.sensors.confusion import Confusion
 from mot_sim.simulation.sensors.fitting.calibrate import fit_profile, simulate
 from mot_sim.simulation.sensors.fitting.fit_plot import fit_picture
 from mot_sim.simulation.sensors.fitting.fit_report import curves, fit_lines
-from mot_sim.simulation.sensors.fitting.measure import Drive, measure
+from mot_sim.simulation.sensors.fitting.measure import LabelledDetections, measure
 from mot_sim.simulation.sensors.fitting.statistics import Distance, gap_lengths, ks_distance, lagged
 from mot_sim.simulation.sensors.fitting.tetrachoric import both_below, correlation_of, memory_of
 from mot_sim.simulation.sensors.jitter import Component, Jitter
 from mot_sim.simulation.sensors.misses import Misses
-from mot_sim.simulation.sensors.scores import Scores
+from mot_sim.simulation.sensors.scores import ScoreNoise
 from tests.mot_sim.simulation.sensors.sights import CAMERA
 from tracker.errors import BadConfig, BadDetections
 from tracker.types import Detections, Tracks
 
-SLOW = Memory((1.0,), (1.2,))
+SLOW = Autocorrelation((1.0,), (1.2,))
 PLANTED = Profile(
     confusion=Confusion(),
     misses=Misses(2.0, (-3.0, -2.0, -1.0, 0.0), memory=SLOW),
@@ -29,7 +29,7 @@ PLANTED = Profile(
         Component(0.02, bias=0.01, memory=SLOW), Component(0.03, memory=SLOW),
         Component(0.04, memory=SLOW), Component(0.03, memory=SLOW),
     ),
-    scores=Scores((-4.0, 4.0), (-2.0, 6.0), memory=SLOW),
+    scores=ScoreNoise((-4.0, 4.0), (-2.0, 6.0), memory=SLOW),
 )  # fmt: skip
 
 
@@ -53,8 +53,8 @@ def empty() -> DetectionLog:
 
 
 @pytest.fixture(scope="module")
-def drives() -> list[Drive]:
-    bare = [Drive(labels(), empty(), 150, CAMERA) for _ in range(2)]
+def drives() -> list[LabelledDetections]:
+    bare = [LabelledDetections(labels(), empty(), 150, CAMERA) for _ in range(2)]
     return simulate(PLANTED, bare, 5)
 
 
@@ -110,7 +110,7 @@ def test_too_few_matches_are_refused_with_the_number_that_is_needed(drives) -> N
 
 def test_labels_without_detections_are_refused() -> None:
     with pytest.raises(BadDetections, match="9000 labels but no detections"):
-        fit_profile([Drive(labels(), empty(), 150, CAMERA)])
+        fit_profile([LabelledDetections(labels(), empty(), 150, CAMERA)])
     with pytest.raises(BadDetections, match="no labels"):
         fit_profile([])
 
@@ -135,7 +135,7 @@ def test_a_latent_correlation_is_found_again() -> None:
 
 
 def test_a_mixture_of_memories_is_found_again() -> None:
-    true = Memory((0.4, 0.6), (0.12, 4.0))
+    true = Autocorrelation((0.4, 0.6), (0.12, 4.0))
     times = [0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 4.0]
     found = memory_of(times, [true.correlation(t) for t in times], [1.0] * 7)
     np.testing.assert_allclose(
@@ -154,4 +154,4 @@ def test_a_gap_is_what_lies_between_two_sightings() -> None:
     one = labels(1, 8)
     rows = np.array([1, 2, 5, 6])  # not found in 0, 3, 4, 7
     log = DetectionLog(rows, Detections(one.boxes[rows], np.ones(4)))
-    assert gap_lengths(measure([Drive(one, log, 8, CAMERA)]).found).tolist() == [2]
+    assert gap_lengths(measure([LabelledDetections(one, log, 8, CAMERA)]).found).tolist() == [2]

@@ -10,7 +10,13 @@ from highway_env.vehicle.behavior import IDMVehicle
 from highway_env.vehicle.controller import ControlledVehicle
 from highway_env.vehicle.kinematics import Vehicle
 
-from mot_sim.simulation.traffic import RecordedTraffic, Replay, World, collisions, record_traffic
+from mot_sim.simulation.traffic import (
+    RecordedTraffic,
+    Replay,
+    TrafficState,
+    collisions,
+    record_traffic,
+)
 from mot_sim.simulation.traffic.highway import ROADS, HighwayTraffic
 from tracker.errors import BadConfig, UnknownName
 
@@ -21,7 +27,7 @@ def rng(seed: int = 0) -> np.random.Generator:
     return np.random.default_rng(seed)
 
 
-def drive(traffic: HighwayTraffic, steps: int, seed: int = 0) -> list[World]:
+def drive(traffic: HighwayTraffic, steps: int, seed: int = 0) -> list[TrafficState]:
     return [traffic.reset(rng(seed)), *(traffic.step() for _ in range(steps))]
 
 

@@ -11,7 +11,7 @@ STEP = 0.1  # seconds from one world to the next: KITTI's 10 Hz
 
 
 @dataclass(frozen=True, eq=False)
-class World:
+class TrafficState:
     """All cars at one time, in the `world` frame (x forward, y right, z down), apart from ours.
 
     x, y: centre of the car. heading: radians from +x towards +y. speed: m/s, forward.
@@ -62,10 +62,10 @@ class Traffic(Protocol):
     The rows of a world are in the order of ids.
     """
 
-    def reset(self, rng: np.random.Generator) -> World:
+    def reset(self, rng: np.random.Generator) -> TrafficState:
         """Back to the beginning; the first world."""
         ...
 
-    def step(self) -> World:
+    def step(self) -> TrafficState:
         """The world 0.1 s later."""
         ...

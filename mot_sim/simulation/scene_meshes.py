@@ -9,10 +9,10 @@ from numpy import ndarray as Array
 
 from mot_sim.simulation.cars import PARTS, CarShape
 from mot_sim.simulation.cars.coarse import coarse_levels
-from mot_sim.simulation.cars.vehicles import Cast
-from mot_sim.simulation.renderers import Mesh, Placed, Semantic
+from mot_sim.simulation.cars.vehicles import Vehicles
+from mot_sim.simulation.renderers import Mesh, MeshInstances, Semantic
 from mot_sim.simulation.rig import Rig
-from mot_sim.simulation.traffic.world import World
+from mot_sim.simulation.traffic.traffic_state import TrafficState
 from tracker.types import Cuboids
 
 # What each of PARTS is to the semantic image.
@@ -25,10 +25,10 @@ SEMANTICS = np.array([MADE_OF[part] for part in PARTS], np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
-class Stage:
+class SceneMeshes:
     """The cars of a run and the camera that looks at them."""
 
-    cast: Cast
+    cast: Vehicles
     rig: Rig
 
     @cached_property
@@ -39,7 +39,7 @@ class Stage:
             for shape, paint in zip(self.cast.shapes, self.cast.paints, strict=True)
         )
 
-    def placed(self, world: World, scenery: Placed | None = None) -> Placed:
+    def placed(self, world: TrafficState, scenery: MeshInstances | None = None) -> MeshInstances:
         """The cars of a world, their ids as instances, then the scenery.
 
         The farther a car is, the fewer faces it has; see `mot_sim.simulation.cars.coarse`.
@@ -50,7 +50,7 @@ class Stage:
         rows = self.cast.rows(world.ids).tolist()
         meshes = tuple(self.meshes[row][level] for row, level in zip(rows, levels, strict=True))
         Ts = Ts_cam_object(cuboids, self.rig)
-        cars = Placed(meshes, Ts, world.ids)
+        cars = MeshInstances(meshes, Ts, world.ids)
         return cars if scenery is None else cars.beside(scenery)
 
 
@@ -87,4 +87,4 @@ def Ts_cam_object(cuboids: Cuboids, rig: Rig) -> Float[Array, "n 4 4"]:
     return rig.camera.T_cam_road @ Ts_road_object
 
 
-__all__ = ["Stage", "Ts_cam_object", "levels_of", "mesh_of", "semantics_of"]
+__all__ = ["SceneMeshes", "Ts_cam_object", "levels_of", "mesh_of", "semantics_of"]

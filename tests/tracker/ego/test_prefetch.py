@@ -5,13 +5,13 @@ from collections.abc import Iterator
 
 import pytest
 
-from tracker.ego import ahead
+from tracker.ego import prefetch
 
 
 def test_the_items_come_in_order_and_none_is_lost() -> None:
-    assert list(ahead(range(50))) == list(range(50))
-    assert list(ahead([])) == []
-    assert list(ahead([None, None])) == [None, None]
+    assert list(prefetch(range(50))) == list(range(50))
+    assert list(prefetch([])) == []
+    assert list(prefetch([None, None])) == [None, None]
 
 
 def test_exactly_one_item_is_made_ahead() -> None:
@@ -22,7 +22,7 @@ def test_exactly_one_item_is_made_ahead() -> None:
             made.append(number)
             yield number
 
-    coming = ahead(make())
+    coming = prefetch(make())
     for number in range(3):
         assert next(coming) == number
         assert len(made) <= number + 2
@@ -35,7 +35,7 @@ def test_an_error_comes_where_its_item_was_due() -> None:
         yield 1
         raise ValueError("two")
 
-    coming = ahead(make())
+    coming = prefetch(make())
     assert next(coming) == 1
     with pytest.raises(ValueError, match="two"):
         next(coming)
@@ -43,7 +43,7 @@ def test_an_error_comes_where_its_item_was_due() -> None:
 
 def test_no_thread_is_left_behind() -> None:
     before = threading.active_count()
-    coming = ahead(range(100))
+    coming = prefetch(range(100))
     next(coming)
     coming.close()
     assert threading.active_count() == before

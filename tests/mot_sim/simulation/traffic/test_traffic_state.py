@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mot_sim.simulation.traffic.world import outline
+from mot_sim.simulation.traffic.traffic_state import outline
 from tracker.geometry import polygon_area
 
 coordinates, angles, sides = st.floats(-100, 100), st.floats(-7, 7), st.floats(0.5, 12)

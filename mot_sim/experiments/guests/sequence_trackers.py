@@ -10,14 +10,14 @@ from typing import Protocol, runtime_checkable
 
 from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.experiments.guests.exchange import read_guest_results, read_seconds, write_detections
-from mot_sim.experiments.guests.failure import GuestFailed
-from mot_sim.experiments.guests.processes import run_command
-from mot_sim.experiments.guests.register import GUESTS, Guest
+from mot_sim.experiments.guests.failure import ExternalTrackerFailed
+from mot_sim.experiments.guests.processes import run_process
+from mot_sim.experiments.guests.register import GUESTS, ExternalTracker
 from mot_sim.files.settings import require_empty
 from tracker import TRACKERS, Camera, Tracker, Tracks
 from tracker.association import Greedy, Hungarian
 from tracker.costs import ImageOverlap
-from tracker.dynamics import Still
+from tracker.dynamics import ConstantPosition
 from tracker.errors import BadConfig, TrackingError, UnknownName
 from tracker.lifecycle import Lifecycle
 from tracker.suppression import Suppression
@@ -27,7 +27,7 @@ BASELINE_SCORE, BASELINE_IOU = 0.3, 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class TrackedSequences:
     """What a tracker made of some drives.
 
     tracks: by drive. seconds: CPU time of the tracker's calls alone, by drive; None: not told.
@@ -40,7 +40,7 @@ class Outcome:
 
 
 @runtime_checkable
-class Contestant(Protocol):
+class SequenceTracker(Protocol):
     """A tracker by name that is given whole drives; guests know no single steps."""
 
     @property
@@ -48,7 +48,7 @@ class Contestant(Protocol):
         """How tables name it."""
         ...
 
-    def track(self, drives: Sequence[RecordedSequence]) -> Outcome:
+    def track(self, drives: Sequence[RecordedSequence]) -> TrackedSequences:
         """The tracks of every drive; TrackingError when it cannot."""
         ...
 
@@ -64,14 +64,14 @@ class OwnTracker:
     build: Callable[[Camera], Tracker]
     uses_motion: bool = True
 
-    def track(self, drives: Sequence[RecordedSequence]) -> Outcome:
+    def track(self, drives: Sequence[RecordedSequence]) -> TrackedSequences:
         """The tracks of every drive."""
         tracks, seconds, min_score = {}, {}, 0.0
         for drive in drives:
             tracker = self.build(drive.camera)
             min_score = tracker.suppress.min_score
             tracks[drive.name], seconds[drive.name] = self._track(tracker, drive)
-        return Outcome(tracks, seconds, min_score)
+        return TrackedSequences(tracks, seconds, min_score)
 
     def _track(self, tracker: Tracker, drive: RecordedSequence) -> tuple[Tracks, float]:
         """The tracks of one drive, and the CPU seconds of the steps."""
@@ -87,13 +87,13 @@ class OwnTracker:
 
 
 @dataclass(frozen=True)
-class GuestTracker:
+class ExternalSequenceTracker:
     """A guest as a tracker over whole drives: one run of its command for all of them.
 
     folder: where the exchanged files stay, new or empty; None: nowhere.
     """
 
-    guest: Guest
+    guest: ExternalTracker
     folder: Path | None = None
 
     @property
@@ -101,7 +101,7 @@ class GuestTracker:
         """The guest's."""
         return self.guest.name
 
-    def track(self, drives: Sequence[RecordedSequence]) -> Outcome:
+    def track(self, drives: Sequence[RecordedSequence]) -> TrackedSequences:
         """The tracks of every drive.
 
         Raises GuestFailed, with the guest's stderr, when it fails, takes too long or writes
@@ -113,13 +113,13 @@ class GuestTracker:
             command = self.guest.words(detections, results)
             write_detections(drives, self.guest.min_score, detections)
             results.mkdir()
-            said = run_command(self.name, command, self.guest.timeout)
+            said = run_process(self.name, command, self.guest.timeout)
             try:
                 tracks = read_guest_results(drives, results)
                 seconds = read_seconds(drives, results)
             except TrackingError as error:
-                raise GuestFailed(self.name, str(error), said) from None
-        return Outcome(tracks, seconds, self.guest.min_score)
+                raise ExternalTrackerFailed(self.name, str(error), said) from None
+        return TrackedSequences(tracks, seconds, self.guest.min_score)
 
     @contextmanager
     def _exchange(self) -> Iterator[Path]:
@@ -141,7 +141,7 @@ def image_overlap_baseline(camera: Camera, greedy: bool = False) -> Tracker:
     return Tracker(
         camera,
         ((1.0, ImageOverlap()),),
-        dynamics=Still(),
+        dynamics=ConstantPosition(),
         suppress=Suppression(min_score=BASELINE_SCORE, max_iou=1.0),
         associate=associate(1.0 - BASELINE_IOU),
         lifecycle=Lifecycle(birth_score=0.0, max_gap=0.0),
@@ -155,9 +155,9 @@ BASELINES: dict[str, Callable[[Camera], Tracker]] = {
 }
 
 
-def find_contestant(
-    name: str, guests: Mapping[str, Guest] = GUESTS, folder: Path | None = None
-) -> Contestant:
+def find_sequence_tracker(
+    name: str, guests: Mapping[str, ExternalTracker] = GUESTS, folder: Path | None = None
+) -> SequenceTracker:
     """A tracker by name: of TRACKERS, of BASELINES, or a guest.
 
     folder: where a guest's files stay. Raises UnknownName with the nearest name.
@@ -167,7 +167,7 @@ def find_contestant(
     if name in BASELINES:
         return OwnTracker(name, BASELINES[name], uses_motion=False)
     if name in guests:
-        return GuestTracker(guests[name], folder)
+        return ExternalSequenceTracker(guests[name], folder)
     raise UnknownName.of("tracker", name, [*TRACKERS, *BASELINES, *guests])
 
 

@@ -8,11 +8,11 @@ import pytest
 from mot_sim.datasets import RecordedSequence
 from mot_sim.experiments.guests import (
     BASELINES,
-    Contestant,
-    GuestFailed,
-    GuestTracker,
+    ExternalSequenceTracker,
+    ExternalTrackerFailed,
     OwnTracker,
-    find_contestant,
+    SequenceTracker,
+    find_sequence_tracker,
 )
 from tests.mot_sim.experiments.guests.conftest import CAMERA, truth_of
 from tests.mot_sim.experiments.guests.programs import guest
@@ -22,8 +22,8 @@ from tracker.types import Detections, Frame
 
 @pytest.mark.parametrize("name", ["default", "paper", "iou", "iou-greedy"])
 def test_our_own_are_contestants(name: str, drives: list[RecordedSequence]) -> None:
-    contestant = find_contestant(name)
-    assert isinstance(contestant, Contestant)
+    contestant = find_sequence_tracker(name)
+    assert isinstance(contestant, SequenceTracker)
     outcome = contestant.track(drives)
     assert list(outcome.tracks) == ["a", "b"]
     for drive in drives:
@@ -36,8 +36,8 @@ def test_our_own_are_contestants(name: str, drives: list[RecordedSequence]) -> N
 
 
 def test_a_guest_is_a_contestant(drives: list[RecordedSequence], programs: Path) -> None:
-    contestant = find_contestant("good", {"good": guest(programs, "good")})
-    assert isinstance(contestant, Contestant)
+    contestant = find_sequence_tracker("good", {"good": guest(programs, "good")})
+    assert isinstance(contestant, SequenceTracker)
     outcome = contestant.track(drives)
     for drive in drives:
         truth, tracks = truth_of(drive), outcome.tracks[drive.name]
@@ -50,19 +50,19 @@ def test_the_exchanged_files_stay_where_they_are_wanted(
     drives: list[RecordedSequence], programs: Path, tmp_path: Path
 ) -> None:
     folder = tmp_path / "kept"
-    GuestTracker(guest(programs, "good"), folder).track(drives)
+    ExternalSequenceTracker(guest(programs, "good"), folder).track(drives)
     kept = sorted(str(path.relative_to(folder)) for path in folder.rglob("*.*"))
     assert kept == [
         "detections/a.txt", "detections/b.txt", "detections/sequences.json",
         "results/a.txt", "results/b.txt", "results/seconds.json",
     ]  # fmt: skip
     with pytest.raises(OutputExists):
-        GuestTracker(guest(programs, "good"), folder).track(drives)
+        ExternalSequenceTracker(guest(programs, "good"), folder).track(drives)
 
 
 def test_a_crash_is_told_with_stderr(drives: list[RecordedSequence], programs: Path) -> None:
-    with pytest.raises(GuestFailed, match="guest crashes: exit status 1") as caught:
-        GuestTracker(guest(programs, "crashes")).track(drives)
+    with pytest.raises(ExternalTrackerFailed, match="guest crashes: exit status 1") as caught:
+        ExternalSequenceTracker(guest(programs, "crashes")).track(drives)
     assert caught.value.stderr.startswith("reading the boxes")
     assert caught.value.stderr.endswith("ValueError: no such weights")
 
@@ -70,19 +70,21 @@ def test_a_crash_is_told_with_stderr(drives: list[RecordedSequence], programs: P
 def test_rubbish_is_told_with_its_line_and_stderr(
     drives: list[RecordedSequence], programs: Path
 ) -> None:
-    with pytest.raises(GuestFailed, match=r"guest rubbish: .*a\.txt:9: frame beyond") as caught:
-        GuestTracker(guest(programs, "rubbish", "9 1 5 5 9 9 0.5")).track(drives)
+    with pytest.raises(
+        ExternalTrackerFailed, match=r"guest rubbish: .*a\.txt:9: frame beyond"
+    ) as caught:
+        ExternalSequenceTracker(guest(programs, "rubbish", "9 1 5 5 9 9 0.5")).track(drives)
     assert caught.value.stderr == "all well"
 
 
 def test_two_drives_of_one_name_are_refused(drives: list[RecordedSequence], programs: Path) -> None:
     with pytest.raises(BadConfig, match="two drives are named 'a'"):
-        GuestTracker(guest(programs, "good")).track([drives[0], drives[0]])
+        ExternalSequenceTracker(guest(programs, "good")).track([drives[0], drives[0]])
 
 
 def test_an_unknown_tracker_is_answered_with_the_nearest() -> None:
     with pytest.raises(UnknownName, match=r"unknown tracker 'oc_sort'.*Did you mean 'oc-sort'"):
-        find_contestant("oc_sort")
+        find_sequence_tracker("oc_sort")
 
 
 def test_the_baseline_matches_by_overlap_from_frame_to_frame_alone() -> None:

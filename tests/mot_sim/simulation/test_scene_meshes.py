@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from mot_sim.simulation.renderers import NOBODY, Placed, Semantic
+from mot_sim.simulation.renderers import NO_INSTANCE, MeshInstances, Semantic
 from mot_sim.simulation.rig import Rig
-from mot_sim.simulation.stage import Ts_cam_object
+from mot_sim.simulation.scene_meshes import Ts_cam_object
 from tests.mot_sim.simulation.renderers.shapes import at, box
 from tests.mot_sim.simulation.truth.worlds import stage_of, world_of
 from tracker.geometry import transform
@@ -48,7 +48,7 @@ def test_meshes_are_painted_and_say_what_they_are_made_of() -> None:
 
 def test_scenery_stands_behind_the_cars_in_the_list() -> None:
     world, rig = world_of((20.0, 0.0, 0.0)), Rig.kitti()
-    tree = Placed((box(),), at(rig.camera, 3.0, 9.0)[None], np.array([NOBODY]))
+    tree = MeshInstances((box(),), at(rig.camera, 3.0, 9.0)[None], np.array([NO_INSTANCE]))
     placed = stage_of(world).placed(world, tree)
-    assert placed.instances.tolist() == [0, NOBODY]
+    assert placed.instances.tolist() == [0, NO_INSTANCE]
     assert placed.meshes[1] is tree.meshes[0]
