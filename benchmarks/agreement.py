@@ -39,11 +39,11 @@ def agreement_table(scenes: Iterable[str] = tuple(SCENES)) -> None:
             seen = silhouettes(view)
             for row, number in enumerate(seen.instances.tolist()):
                 a, b = one.instances == number, other.instances == number
-                height = seen.full_boxes[row, 3] - seen.full_boxes[row, 1]
+                height = seen.amodal_boxes[row, 3] - seen.amodal_boxes[row, 1]
                 if height >= LARGE and seen.fraction[row] >= HALF:
                     ious.append((a & b).sum() / (a | b).sum())
-                if seen.whole[row] >= 100:
-                    apart.append(abs(int(a.sum()) - int(b.sum())) / seen.whole[row])
+                if seen.amodal[row] >= 100:
+                    apart.append(abs(int(a.sum()) - int(b.sum())) / seen.amodal[row])
             same = (one.instances == other.instances) & (one.instances != NO_INSTANCE)
             deep += int((np.abs(one.depth[same] / other.depth[same] - 1.0) > OFF).sum())
             pixels += int(same.sum())

@@ -119,7 +119,7 @@ def measured(
     else:
         recording = kitti_recording(drive, VEHICLES)
         stage = SceneMeshes(VehicleSampler().cast(recording, 0), Rig(drive.camera))
-        seen = Sightings.from_truth(annotate(recording.worlds, stage).truth)
+        seen = Sightings.from_truth(annotate(recording.states, stage).truth)
         names = ("frames", "ids", "boxes", "full_boxes", "seen_boxes", "visible")
         columns = {name: getattr(seen, name) for name in names}
         if path is not None:

@@ -38,7 +38,7 @@ class Sample:
 
     def __init__(self, scene: str, seed: int, frames: int, front_end: FrontEnd) -> None:
         episode = record(find_scene(scene, frames=frames, profile="rrc"), seed, renderer="raster")
-        true = Sightings.from_truth(episode.exact, episode.cast)
+        true = Sightings.from_truth(episode.exact, episode.vehicles)
         rows, found = [], []
         for frame in (front_end(each, episode.camera) for each in episode):
             here = np.flatnonzero(true.frames == frame.index)
@@ -73,7 +73,7 @@ class Sample:
         assert coefficients is not None
         cov = np.zeros((len(yaw), 6, 6))
         cov[:, 0, 0] = pose.std(self.true) ** 2
-        cov[:, range(1, 6), range(1, 6)] = shape.claimed(self.true)[:, None] ** 2
+        cov[:, range(1, 6), range(1, 6)] = shape.stated_std(self.true)[:, None] ** 2
         return ShapePose(coefficients, yaw, cov)
 
 

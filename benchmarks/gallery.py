@@ -33,11 +33,11 @@ def main() -> None:
     for name in arguments.scenes.split(","):
         scene, row = find_scene(name, frames=arguments.steps + 1), []
         take = Rollout.of(scene, arguments.seed)
-        now = take.worlds[-1]
+        now = take.traffic_states[-1]
         for sky in arguments.weathers.split(","):
             weather = find_weather(sky)
             world = Neighbourhood.build(scene.roads, arguments.seed, weather.light)
-            view = world.view(scene.rig.camera, now.ego, take.stage.placed(now))
+            view = world.view(scene.rig.camera, now.ego, take.scene_meshes.instances(now))
             image = post_process(weather, view, renderer.render(view), arguments.seed, 0)
             write_image(arguments.out / f"{name}_{sky}.png", image)
             row.append(cv2.resize(image, SMALL, interpolation=cv2.INTER_AREA))

@@ -73,8 +73,8 @@ def tracked(build: Build, sequences: Drives) -> tuple[dict[str, Tracks], float]:
     for sequence in sequences:
         tracker = build(sequence.camera)
         results[sequence.name], _ = track_sequence(tracker, sequence)
-        pairs += tracker.state.counts.pairs
-        compared += tracker.state.counts.compared
+        pairs += tracker.state.statistics.pairs
+        compared += tracker.state.statistics.compared
     return results, 1.0 - compared / max(pairs, 1)
 
 
@@ -162,15 +162,15 @@ ABLATION: dict[str, Callable[[Tracker], Tracker]] = {
     "no memory": lambda t: replace(t, lifecycle=Lifecycle(0.8, 0.0)),
     "NMS at .7": lambda t: replace(t, suppress=Suppression(0.3, 0.7)),
     "greedy": lambda t: replace(t, associate=Greedy(0.7)),
-    "only what is seen is written": lambda t: replace(t, evidence=None),
-    "detection and birth rates fixed": lambda t: replace(t, evidence=FIXED_RATES),
-    "every newborn is written": lambda t: replace(t, evidence=ExistenceFilter(birth_prior=1e9)),
+    "only what is seen is written": lambda t: replace(t, existence=None),
+    "detection and birth rates fixed": lambda t: replace(t, existence=FIXED_RATES),
+    "every newborn is written": lambda t: replace(t, existence=ExistenceFilter(birth_prior=1e9)),
     "boxes as they are": lambda t: replace(t, box_filter=None),
     "gain of the boxes fixed": lambda t: replace(t, box_filter=BoxFilter(prior=1e9)),
-    "cars live 1.5 s": lambda t: replace(t, evidence=ExistenceFilter(life=1.5)),
-    "cars live 6 s": lambda t: replace(t, evidence=ExistenceFilter(life=6.0)),
-    "predicted boxes good for 1 s": lambda t: replace(t, evidence=ExistenceFilter(drift=1.0)),
-    "predicted boxes good for 4 s": lambda t: replace(t, evidence=ExistenceFilter(drift=4.0)),
+    "cars live 1.5 s": lambda t: replace(t, existence=ExistenceFilter(mean_lifetime=1.5)),
+    "cars live 6 s": lambda t: replace(t, existence=ExistenceFilter(mean_lifetime=6.0)),
+    "predicted boxes good for 1 s": lambda t: replace(t, existence=ExistenceFilter(prediction_lifetime=1.0)),
+    "predicted boxes good for 4 s": lambda t: replace(t, existence=ExistenceFilter(prediction_lifetime=4.0)),
 }  # fmt: skip
 
 

@@ -84,7 +84,7 @@ def speed_table(frames: int) -> None:
     """Milliseconds of every task a frame, medians of rounds in turn."""
     cv2.setNumThreads(1)
     episode = record(Scene("convoy", convoy, frames), 0)
-    stage, worlds = episode.stage, list(Replay(episode.traffic).recording.worlds)
+    stage, worlds = episode.scene_meshes, list(Replay(episode.traffic).recording.states)
     raster, seen = find_renderer("raster"), (episode.exact.visible > 0.0).sum() / frames
     faces = np.mean([len(mesh.faces) for mesh in stage.placed(worlds[0]).meshes])
     print(f"{seen:.1f} cars seen a frame, {faces:.0f} faces a car on average, 1242 x 375")
@@ -131,7 +131,7 @@ def replay_table(root: Path, names: list[str]) -> None:
         assert labels.kinds is not None
         recording = kitti_recording(drive)
         stage = SceneMeshes(VehicleSampler().cast(recording, 0), Rig(drive.camera))
-        truth = annotate(recording.worlds, stage).truth
+        truth = annotate(recording.states, stage).truth
         labels = labels.select(np.isin(labels.kinds, ["Car", "Van"]))
         keys = [tracks.frames * 100_000 + tracks.ids for tracks in (labels, truth.tracks)]
         _, ours, theirs = np.intersect1d(*keys, return_indices=True)

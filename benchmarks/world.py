@@ -31,7 +31,7 @@ CARS, SEED = 20, 3
 
 def cars_before(take: Rollout, world: TrafficState, most: int = CARS) -> MeshInstances:
     """The nearest cars that the camera may see."""
-    placed = take.stage.placed(world)
+    placed = take.scene_meshes.instances(world)
     depth = placed.T_cam_object[:, 2, 3]
     rows = np.flatnonzero(sphere_in_view(placed, take.scene.rig.camera, NEAR))
     rows = rows[np.argsort(depth[rows], kind="stable")][:most]
@@ -48,12 +48,12 @@ def measure(name: str, frames: int, most: int) -> None:
     place = Neighbourhood.build(scene.roads, SEED, WEATHERS["noon"].light)
     built = process_time() - began
     began = process_time()
-    view = place.view(rig.camera, take.worlds[0].ego, MeshInstances.empty())
+    view = place.view(rig.camera, take.traffic_states[0].ego, MeshInstances.empty())
     post_process(WEATHERS["noon"], view, renderer.render(view), SEED, 0)
     first = process_time() - began
     times: dict[str, list[float]] = {"yard": [], "bare": [], "view": [], "render": [], "noon": []}
     cars = []
-    for number, world in enumerate(take.worlds[1:]):
+    for number, world in enumerate(take.traffic_states[1:]):
         placed = cars_before(take, world, most)
         ticks = [process_time()]
         bare_opencv(yard)

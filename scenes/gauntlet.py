@@ -39,7 +39,7 @@ def gauntlet(
     def traffic(models: Models) -> Improvised:
         return Improvised(lambda rng: _script(rng, models, rate, speed, vans, gap, 0.1 * frames))
 
-    return Scene("gauntlet", traffic, frames, _roads(), casting=VehicleSampler(alike=alike))
+    return Scene("gauntlet", traffic, frames, _roads(), vehicle_sampler=VehicleSampler(alike=alike))
 
 
 def _script(

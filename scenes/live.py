@@ -36,4 +36,4 @@ def live_scene(
         )
 
     traffic(VehicleSampler(models=1).models_of(0))  # refuses wrong knobs at once
-    return Scene(name, traffic, frames, roads_of(road), casting=casting)
+    return Scene(name, traffic, frames, roads_of(road), vehicle_sampler=casting)

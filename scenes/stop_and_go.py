@@ -36,7 +36,9 @@ def stop_and_go(
     def traffic(models: Models) -> Improvised:
         return Improvised(lambda rng: _script(rng, models, speed, period, gap, 0.1 * frames))
 
-    return Scene("stop_and_go", traffic, frames, _roads(), casting=VehicleSampler(alike=alike))
+    return Scene(
+        "stop_and_go", traffic, frames, _roads(), vehicle_sampler=VehicleSampler(alike=alike)
+    )
 
 
 def _script(

@@ -36,7 +36,7 @@ class Beliefs(Rows):
     cuboids: where they stand. velocity: of the base along road x and z, m/s (0: nobody knows).
     cov: covariance of (x, z, velocity x, velocity z). boxes: in the image of that moment, as
     seen (after `Lift`) or as expected (after `transport`), pixels, not clipped. shape_pose,
-    look: as last measured; None when no detector gives it.
+    embedding: as last measured; None when no detector gives it.
     """
 
     cuboids: Cuboids
@@ -44,7 +44,7 @@ class Beliefs(Rows):
     cov: Float[Array, "n 4 4"]
     boxes: Float[Array, "n 4"]
     shape_pose: ShapePose | None = None
-    look: Embedding | None = None
+    embedding: Embedding | None = None
 
     @classmethod
     def empty(cls) -> "Beliefs":
@@ -85,7 +85,7 @@ NOTHING = Beliefs.empty()
 
 def alike(parts: Sequence[Beliefs]) -> Sequence[Beliefs]:
     """The same beliefs; those that lack a cue which others have say that theirs is unknown."""
-    for cue in ("shape_pose", "look"):
+    for cue in ("shape_pose", "embedding"):
         measured = [getattr(part, cue) for part in parts]
         known = [column for column in measured if column is not None]
         if known and len(known) < len(parts):

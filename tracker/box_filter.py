@@ -36,10 +36,10 @@ class Gains(NamedTuple):
 
 
 class Filtered(NamedTuple):
-    """boxes: new and expected ones mixed. surprises: new minus expected, see `ActiveTracks`."""
+    """boxes: new and expected ones mixed. innovations: new minus expected, see `ActiveTracks`."""
 
     boxes: Float[Array, "k 4"]
-    surprises: Float[Array, "k 4"]
+    innovations: Float[Array, "k 4"]
     learned: Gains
 
 
@@ -81,10 +81,10 @@ class BoxFilter:
         sides = expected[:, 2:] - expected[:, :2]
         shorter = np.minimum(sides[:, 0], sides[:, 1])
         kind = (shorter > self.sizes[0]) + (shorter > self.sizes[1]).astype(np.int64)
-        gain = np.maximum(learned.gains.take(kind, 0), (1.0 / (matched.sightings + 1.0))[:, None])
-        unusable = matched.unseen > SKIPPED * dt
+        gain = np.maximum(learned.gains.take(kind, 0), (1.0 / (matched.hits + 1.0))[:, None])
+        unusable = matched.time_since_update > SKIPPED * dt
         if np.count_nonzero(unusable) and dt > 0.0:
-            gain = 1.0 - (1.0 - gain) ** (matched.unseen / dt)[:, None]
+            gain = 1.0 - (1.0 - gain) ** (matched.time_since_update / dt)[:, None]
         beyond = boxes[:, :2] < self.border
         beyond |= boxes[:, 2:] > camera.far_corner[:2] - self.border
         cut = beyond[:, 0] | beyond[:, 1]
@@ -94,7 +94,7 @@ class BoxFilter:
         surprises = off / np.maximum(sides[:, 1:], 1.0)
         surprises = np.minimum(np.maximum(surprises, -LARGEST), LARGEST)
         surprises[unusable] = np.nan
-        learned = self._learn(learned, kind, matched.surprises, surprises)
+        learned = self._learn(learned, kind, matched.innovations, surprises)
         return Filtered(expected + (off * gain).dot(FROM_CENTRE), surprises, learned)
 
     def _learn(

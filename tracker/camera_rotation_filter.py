@@ -26,21 +26,21 @@ class CameraRotationFilter:
     A small turn shifts all boxes alike, which no car does. The motion as stated is the prior, the
     turn that most expected boxes share with the detected ones the measurement (a mean with Cauchy
     weights, since cars move on their own); both are Gaussian. Where the stated motion tells the
-    turn to within `least` pixels, nothing is done: so it is with KITTI's GPS/IMU.
+    turn to within `min_pixels` pixels, nothing is done: so it is with KITTI's GPS/IMU.
     jitter: std of the place of a box, pixels and share of its height.
     """
 
-    least: float = 1.0
+    min_pixels: float = 1.0
     jitter: tuple[float, float] = (1.5, 0.03)
 
     def __post_init__(self) -> None:
-        if not (self.least > 0.0 and min(self.jitter) >= 0.0 and max(self.jitter) > 0.0):
+        if not (self.min_pixels > 0.0 and min(self.jitter) >= 0.0 and max(self.jitter) > 0.0):
             raise BadConfig(f"{self}: least is above 0 pixels, jitter not below 0 and not all 0")
 
-    def is_open(self, motion_cov: Float[Array, "6 6"], camera: Camera) -> bool:
+    def is_uncertain(self, motion_cov: Float[Array, "6 6"], camera: Camera) -> bool:
         """Whether the covariance leaves the turn open by more than `least` pixels."""
         widest = max(float(motion_cov[YAW, YAW]), float(motion_cov[PITCH, PITCH]))
-        return float(camera.K[0, 0]) ** 2 * widest > self.least**2
+        return float(camera.K[0, 0]) ** 2 * widest > self.min_pixels**2
 
     def __call__(
         self,
@@ -54,7 +54,7 @@ class CameraRotationFilter:
         if len(expected) == 0 or len(detected) == 0:
             return T_now_before, motion_cov
         std = np.sqrt(motion_cov[[YAW, PITCH], [YAW, PITCH]])
-        open_ = (std * camera.K[0, 0] > self.least).nonzero()[0]
+        open_ = (std * camera.K[0, 0] > self.min_pixels).nonzero()[0]
         tried = self._search(expected, detected, std, open_, camera)
         rows, columns = _pairs(_turned(expected, tried, camera), detected)
         if len(rows) == 0:

@@ -47,10 +47,10 @@ class ConstantPosition:
 
     def update(self, expected: Beliefs, observed: Beliefs) -> Beliefs:
         """What is seen now."""
-        pose, look = _latest(expected, observed)
-        if pose is observed.shape_pose and look is observed.look:
+        pose, embedding = _latest(expected, observed)
+        if pose is observed.shape_pose and embedding is observed.embedding:
             return observed
-        return observed.replaced(shape_pose=pose, look=look)
+        return observed.replaced(shape_pose=pose, embedding=embedding)
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class ConstantVelocity:
         """F x and F P F' + Q; the shift of the position is returned apart."""
         FF, Q = _motion_model(round(dt, 6), self.acceleration_std)
         cov = beliefs.cov.reshape(-1, 16).dot(FF).reshape(-1, 4, 4) + Q
-        cues = _later(beliefs, dt), beliefs.look
+        cues = _later(beliefs, dt), beliefs.embedding
         moved = Beliefs(beliefs.cuboids, beliefs.velocity, cov, beliefs.boxes, *cues)
         return moved, beliefs.velocity * dt
 
@@ -93,11 +93,13 @@ def _later(beliefs: Beliefs, dt: float) -> ShapePose | None:
 
 
 def _latest(expected: Beliefs, observed: Beliefs) -> tuple[ShapePose | None, Embedding | None]:
-    """Shape and pose, and look, as last measured: now where that is known, else before."""
-    pose, look = observed.shape_pose, observed.look
-    pose = expected.shape_pose if pose is None else pose.or_before(expected.shape_pose)
-    look = expected.look if look is None else look.or_before(expected.look)
-    return pose, look
+    """Shape and pose, and embedding, as last measured: now where that is known, else before."""
+    pose, embedding = observed.shape_pose, observed.embedding
+    pose = expected.shape_pose if pose is None else pose.filled_from(expected.shape_pose)
+    embedding = (
+        expected.embedding if embedding is None else embedding.filled_from(expected.embedding)
+    )
+    return pose, embedding
 
 
 @lru_cache(maxsize=64)

@@ -54,7 +54,7 @@ def compensate_ego_motion(
     pose = beliefs.shape_pose
     if pose is not None:
         pose = ShapePose(pose.shape, pose.yaw + turn, pose.cov)
-    return Beliefs(cuboids, beliefs.velocity.dot(R.T), cov, boxes, pose, beliefs.look)
+    return Beliefs(cuboids, beliefs.velocity.dot(R.T), cov, boxes, pose, beliefs.embedding)
 
 
 def _carry_boxes(

@@ -39,7 +39,7 @@ class ExistenceUpdate(NamedTuple):
     """The probabilities of existence after a frame, and what it taught of the detector."""
 
     matched: Float[Array, " k"]
-    lost: Float[Array, " l"]
+    unmatched: Float[Array, " l"]
     born: Float[Array, " b"]
     rates: DetectorStatistics
 
@@ -54,28 +54,36 @@ class ExistenceFilter:
     than not: at once for newborns of a clean detector, at the second sighting where most
     newborns vanish again, and in gaps as long as the car should still be there.
 
-    detection, detection_prior: probability that a car in plain view is detected, to start from,
-    and how many tries that is worth. birth, birth_prior: the same of newborns that are seen again.
-    lift: how much likelier a box is where a car is expected than anywhere else. life: mean
-    seconds until a car leaves. drift: mean seconds until a predicted box no longer overlaps the
+    detection_probability, detection_prior: probability that a car in plain view is detected, to start from,
+    and how many tries that is worth. birth_probability, birth_prior: the same of newborns that are seen again.
+    likelihood_ratio: how much likelier a box is where a car is expected than anywhere else. mean_lifetime: mean
+    seconds until a car leaves. prediction_lifetime: mean seconds until a predicted box no longer overlaps the
     car. threshold: on the probability, for writing out.
     """
 
-    detection: float = 0.95
+    detection_probability: float = 0.95
     detection_prior: float = 50.0
-    birth: float = 0.9
+    birth_probability: float = 0.9
     birth_prior: float = 20.0
-    lift: float = 20.0
-    life: float = 3.0
-    drift: float = 2.0
+    likelihood_ratio: float = 20.0
+    mean_lifetime: float = 3.0
+    prediction_lifetime: float = 2.0
     threshold: float = 0.5
 
     def __post_init__(self) -> None:
-        shares = {"detection": self.detection, "birth": self.birth, "threshold": self.threshold}
+        shares = {
+            "detection_probability": self.detection_probability,
+            "birth_probability": self.birth_probability,
+            "threshold": self.threshold,
+        }
         for name, share in shares.items():
             if not 0.0 < share < 1.0:
                 raise BadConfig(f"{name} {share:g}: give a probability between 0 and 1")
-        times = {"life": self.life, "drift": self.drift, "lift": self.lift}
+        times = {
+            "mean_lifetime": self.mean_lifetime,
+            "prediction_lifetime": self.prediction_lifetime,
+            "likelihood_ratio": self.likelihood_ratio,
+        }
         priors = {"detection_prior": self.detection_prior, "birth_prior": self.birth_prior}
         for name, number in (times | priors).items():
             if not 0.0 < number < np.inf:
@@ -106,19 +114,19 @@ class ExistenceFilter:
 
     def survival(self, dt: float) -> float:
         """The probability that a car is still there after `dt` seconds."""
-        return math.exp(-dt / self.life)
+        return math.exp(-dt / self.mean_lifetime)
 
     def detected(self, rates: DetectorStatistics) -> float:
         """P_D: the probability that a car in plain view is detected."""
         prior = self.detection_prior
-        return (rates.hits + self.detection * prior) / (rates.tries + prior)
+        return (rates.hits + self.detection_probability * prior) / (rates.tries + prior)
 
     def newborn(self, scores: Float[Array, " b"], rates: DetectorStatistics) -> Float[Array, " b"]:
         """That a first sighting is a car: its score, if newborns have kept their word so far."""
         if len(scores) == 0:
             return scores
         prior = self.birth_prior
-        kept = (rates.confirmed + self.birth * prior) / (rates.newborns + prior)
+        kept = (rates.confirmed + self.birth_probability * prior) / (rates.newborns + prior)
         worth = min(1.0, kept / max(self.detected(rates), 0.5))
         return np.minimum(np.maximum(scores, 0.0) * worth, MOST)
 
@@ -126,7 +134,11 @@ class ExistenceFilter:
         self, matched: ActiveTracks, scores: Float[Array, " k"], rates: DetectorStatistics
     ) -> Float[Array, " k"]:
         """Of tracks (as expected now) that were seen with these scores."""
-        odds = matched.existence / (1.0 - matched.existence) * (self.lift * np.maximum(scores, 0.0))
+        odds = (
+            matched.existence
+            / (1.0 - matched.existence)
+            * (self.likelihood_ratio * np.maximum(scores, 0.0))
+        )
         return np.minimum(np.maximum(odds / (1.0 + odds), self.newborn(scores, rates)), MOST)
 
     def miss(
@@ -147,15 +159,15 @@ class ExistenceFilter:
     ) -> DetectorStatistics:
         """The rates after a frame."""
         soon = SKIPPED * dt
-        hits = _count(matched.sightings >= KNOWN)
-        confirmed = _count((matched.sightings == 1) & (matched.unseen <= soon))
+        hits = _count(matched.hits >= KNOWN)
+        confirmed = _count((matched.hits == 1) & (matched.time_since_update <= soon))
         misses = vanished = 0
         if len(lost):
-            boxes, first = lost.beliefs.boxes, lost.unseen <= soon
+            boxes, first = lost.beliefs.boxes, lost.time_since_update <= soon
             right = camera.image_size[0] - 1.0 - LEAVING
             plain = first & (covered < HIDDEN) & (boxes[:, 0] >= LEAVING) & (boxes[:, 2] <= right)
-            misses = _count(plain & (lost.sightings >= KNOWN))
-            vanished = _count(first & (lost.sightings == 1))
+            misses = _count(plain & (lost.hits >= KNOWN))
+            vanished = _count(first & (lost.hits == 1))
         return DetectorStatistics(
             rates.hits + hits,
             rates.tries + hits + misses,
@@ -165,8 +177,12 @@ class ExistenceFilter:
 
     def written(self, population: ActiveTracks) -> Bool[Array, " n"]:
         """Which tracks are likelier there, and in their box, than not."""
-        there = population.existence * np.exp(population.unseen * (-1.0 / self.drift))
-        return (there >= self.threshold) & ((population.sightings > 1) | (population.unseen <= 0.0))
+        there = population.existence * np.exp(
+            population.time_since_update * (-1.0 / self.prediction_lifetime)
+        )
+        return (there >= self.threshold) & (
+            (population.hits > 1) | (population.time_since_update <= 0.0)
+        )
 
 
 def _count(which: Bool[Array, " n"]) -> int:

@@ -20,18 +20,18 @@ SKIPPED = 1.01
 class ActiveTracks(Rows):
     """The living tracks: what is believed of each, its id, and how long it was not seen.
 
-    unseen: seconds since the last sighting. sightings: how many there were. existence: the
-    probability that there is an object. surprises: by how much the last box was off the expected
+    time_since_update: seconds since the last sighting. hits: how many there were. existence: the
+    probability that there is an object. innovations: by how much the last box was off the expected
     one (centre and size, in box heights, a half at most); NaN: not known. scores: of the
     detection in this frame; NaN: not seen in it.
     """
 
     ids: Int[Array, " n"]
     beliefs: Beliefs
-    unseen: Float[Array, " n"]
-    sightings: Int[Array, " n"]
+    time_since_update: Float[Array, " n"]
+    hits: Int[Array, " n"]
     existence: Float[Array, " n"]
-    surprises: Float[Array, "n 4"]
+    innovations: Float[Array, "n 4"]
     scores: Float[Array, " n"]
 
     @classmethod
@@ -61,7 +61,7 @@ class ActiveTracks(Rows):
         surprises: Float[Array, "n 4"],
     ) -> "ActiveTracks":
         """These tracks after one more sighting each."""
-        unseen, sightings = np.zeros(len(scores)), self.sightings + 1
+        unseen, sightings = np.zeros(len(scores)), self.hits + 1
         return ActiveTracks(self.ids, updated, unseen, sightings, existence, surprises, scores)
 
 
@@ -82,7 +82,7 @@ class Lifecycle:
 
     def living(self, population: ActiveTracks, camera: Camera) -> ActiveTracks:
         """Those seen in this frame, and those who are remembered."""
-        alive = population.unseen <= self.max_gap + ROUNDING
+        alive = population.time_since_update <= self.max_gap + ROUNDING
         alive &= in_view(population.beliefs, camera)
         alive |= ~np.isnan(population.scores)
         return population if np.count_nonzero(alive) == len(alive) else population.select(alive)

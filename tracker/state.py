@@ -30,12 +30,12 @@ class TrackerStatistics:
 class TrackerState:
     """Everything that a tracker remembers; never modified, so keeping it is a copy.
 
-    rates, gains: what was learned of the detector: its misses and clutter, and its noise.
+    detector, gains: what was learned of the detector: its misses and clutter, and its noise.
     """
 
-    population: ActiveTracks = NO_TRACKS
+    tracks: ActiveTracks = NO_TRACKS
     next_id: int = 0
     time: float | None = None
-    counts: TrackerStatistics = TrackerStatistics()
-    rates: DetectorStatistics = DetectorStatistics()
+    statistics: TrackerStatistics = TrackerStatistics()
+    detector: DetectorStatistics = DetectorStatistics()
     gains: Gains | None = None

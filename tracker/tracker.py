@@ -37,9 +37,9 @@ class Tracker:
     deviations. strong_score: detections from it on are matched first, the weaker ones to what
     is left of the tracks. tie_break: added per unit of image distance, so that equal costs are
     decided: a box inside the search area costs 0 in eqs. 3-4, whichever track it belongs to.
-    evidence: decides which tracks are written out, seen or not; None: those seen, and no other.
+    existence: decides which tracks are written out, seen or not; None: those seen, and no other.
     box_filter: how far a new box is believed; None: it is taken as it is.
-    turn_filter: corrects an uncertain turn of the camera; None: it is taken as it is.
+    camera_rotation_filter: corrects an uncertain turn of the camera; None: it is taken as it is.
     explain: keep the last step's `explanation`. Scores are taken as probabilities.
     The whole memory is `state`; assign it to go back.
     """
@@ -54,9 +54,9 @@ class Tracker:
     sigmas: float = 1.0
     strong_score: float = 0.0
     tie_break: float = 1e-3
-    evidence: ExistenceFilter | None = None
+    existence: ExistenceFilter | None = None
     box_filter: BoxFilter | None = None
-    turn_filter: CameraRotationFilter | None = None
+    camera_rotation_filter: CameraRotationFilter | None = None
     explain: bool = False
     state: TrackerState = TrackerState()
     explanation: Explanation | None = None
@@ -96,9 +96,9 @@ class Tracker:
             lifecycle=Lifecycle(birth_score=0.8, max_gap=3.0),
             strong_score=0.8,
             tie_break=0.0,
-            evidence=ExistenceFilter(),
+            existence=ExistenceFilter(),
             box_filter=BoxFilter(),
-            turn_filter=CameraRotationFilter(),
+            camera_rotation_filter=CameraRotationFilter(),
         )
 
     def step(self, frame: Frame) -> Tracks:
@@ -109,7 +109,7 @@ class Tracker:
         """
         detections = self.suppress(frame.detections, self.camera)
         observed = self.lift(detections, self.camera)
-        expected = self._expect(frame, detections)
+        expected = self._predict(frame, detections)
         pairing = GatedPairs(expected.beliefs, observed, detections, self.camera, self.sigmas)
         costs, counts = self._cost_matrix(pairing)
         scores = detections.scores
@@ -117,34 +117,34 @@ class Tracker:
         if self.explain:
             given = (frame.index, expected.ids, pairing, self.costs, costs, match)
             self.explanation = Explanation.of(*given)
-        born = match.new
+        born = match.unmatched_detections
         if len(born):
             born = born[scores[born] >= self.lifecycle.birth_score]
-        population, rates, gains = self._renew(frame.time, expected, observed, scores, match, born)
+        population, rates, gains = self._update(frame.time, expected, observed, scores, match, born)
         next_id = self.state.next_id + len(born)
         self.state = TrackerState(population, next_id, frame.time, counts, rates, gains)
-        return self._written(frame.index, population)
+        return self._output_rows(frame.index, population)
 
     def reset(self) -> None:
         """Forget everything; ids start at 0 again."""
         self.state, self.explanation = TrackerState(), None
 
-    def _expect(self, frame: Frame, detections: Detections) -> ActiveTracks:
+    def _predict(self, frame: Frame, detections: Detections) -> ActiveTracks:
         """The living tracks where they should be at this frame."""
-        population, before = self.state.population, self.state.time
+        population, before = self.state.tracks, self.state.time
         dt = 0.0 if before is None else elapsed(frame, before)
         if len(population) == 0 or before is None:
             return population
-        beliefs, _ = self.carry(population, frame, dt, detections)
+        beliefs, _ = self.predict_tracks(population, frame, dt, detections)
         existence = population.existence
-        if self.evidence is not None:
-            existence = existence * self.evidence.survival(dt)
-        unseen, scores = population.unseen + dt, np.full(len(existence), np.nan)
+        if self.existence is not None:
+            existence = existence * self.existence.survival(dt)
+        unseen, scores = population.time_since_update + dt, np.full(len(existence), np.nan)
         return population.replaced(
-            beliefs=beliefs, unseen=unseen, existence=existence, scores=scores
+            beliefs=beliefs, time_since_update=unseen, existence=existence, scores=scores
         )
 
-    def carry(
+    def predict_tracks(
         self, population: ActiveTracks, frame: Frame, dt: float, detections: Detections
     ) -> tuple[Beliefs, Float[Array, "4 4"]]:
         """The beliefs where they should be at this frame, dt seconds later; T_now_before.
@@ -154,18 +154,21 @@ class Tracker:
         beliefs, moved = self.dynamics.predict(population.beliefs, dt)
         T_now_before, motion_cov = camera_motion(frame)
         carried = compensate_ego_motion(beliefs, self.camera, T_now_before, motion_cov, moved)
-        turn_filter = self.turn_filter
+        turn_filter = self.camera_rotation_filter
         if turn_filter is None or frame.T_now_before is None:
             return carried, T_now_before
-        if not turn_filter.is_open(motion_cov, self.camera):
+        if not turn_filter.is_uncertain(motion_cov, self.camera):
             return carried, T_now_before
-        boxes = carried.boxes[population.unseen <= 0.0], detections.boxes  # of those just seen
+        boxes = (
+            carried.boxes[population.time_since_update <= 0.0],
+            detections.boxes,
+        )  # of those just seen
         T_now_before, motion_cov = turn_filter(*boxes, T_now_before, motion_cov, self.camera)
         return compensate_ego_motion(
             beliefs, self.camera, T_now_before, motion_cov, moved
         ), T_now_before
 
-    def _renew(
+    def _update(
         self,
         time: float,
         expected: ActiveTracks,
@@ -176,27 +179,27 @@ class Tracker:
     ) -> tuple[ActiveTracks, DetectorStatistics, Gains | None]:
         """The living after this frame, in their old order, then the newborns; what was learned."""
         rows, columns = match.pairs.T
-        lost = expected.select(match.lost) if len(match.lost) else NO_TRACKS
+        lost = expected.select(match.unmatched_tracks) if len(match.unmatched_tracks) else NO_TRACKS
         matched = expected if _is_all(rows, len(expected)) else expected.select(rows)
         scores_seen, scores_born = scores.take(columns), scores.take(born)
         dt = 0.0 if self.state.time is None else time - self.state.time
-        rates, gains = self.state.rates, self.state.gains
-        seen, surprises, gains = self.believe(matched, observed.select(columns), dt, gains)
+        rates, gains = self.state.detector, self.state.gains
+        seen, surprises, gains = self.update_tracks(matched, observed.select(columns), dt, gains)
         there, still, new = np.ones(len(rows)), lost.existence, np.ones(len(born))
-        if self.evidence is not None:
+        if self.existence is not None:
             judged = rates, matched, lost, (scores_seen, scores_born)
-            there, still, new, rates = self.evidence(*judged, observed.boxes, dt, self.camera)
+            there, still, new, rates = self.existence(*judged, observed.boxes, dt, self.camera)
         population = matched.seen_again(seen, scores_seen, there, surprises)
         if len(lost):
             population = expected.updated(rows, population)
-            population.existence[match.lost] = still
+            population.existence[match.unmatched_tracks] = still
             population = self.lifecycle.living(population, self.camera)
         if len(born):
             newborn = ActiveTracks.born(observed.select(born), scores_born, new, self.state.next_id)
             population = ActiveTracks.concatenate((population, newborn))
         return population, rates, gains
 
-    def believe(
+    def update_tracks(
         self, matched: ActiveTracks, observed: Beliefs, dt: float, gains: Gains | None
     ) -> tuple[Beliefs, Float[Array, "k 4"], Gains | None]:
         """What to believe of tracks (as expected now) that were seen as observed, row by row.
@@ -205,15 +208,15 @@ class Tracker:
         """
         seen = self.dynamics.update(matched.beliefs, observed)
         if self.box_filter is None:
-            return seen, matched.surprises, gains
+            return seen, matched.innovations, gains
         known = self.box_filter.start() if gains is None else gains
         boxes, surprises, gains = self.box_filter(known, matched, seen.boxes, dt, self.camera)
         return seen.replaced(boxes=boxes), surprises, gains
 
-    def _written(self, index: int, population: ActiveTracks) -> Tracks:
+    def _output_rows(self, index: int, population: ActiveTracks) -> Tracks:
         """The rows of this frame: those seen, with their scores, and those that should be there."""
         unseen = np.isnan(population.scores)
-        written = ~unseen if self.evidence is None else self.evidence.written(population)
+        written = ~unseen if self.existence is None else self.existence.written(population)
         if np.count_nonzero(written) < len(population):
             population, unseen = population.select(written), unseen[written]
         boxes, scores = population.beliefs.boxes, population.scores
@@ -234,7 +237,7 @@ class Tracker:
             if self.tie_break:
                 total = total + self.tie_break * pairing.image_distance
             matrix[rows, columns] = total
-        old = self.state.counts
+        old = self.state.statistics
         return matrix, TrackerStatistics(
             old.frames + 1,
             old.pairs + matrix.size,

@@ -74,7 +74,7 @@ def is_kept(matches: Matches, incident: Incident, window: int) -> bool:
     own = matches.of_car(incident.car)
     first, last = incident.before - window, incident.frame + 2 * window
     own = own.select((own.frames >= first) & (own.frames <= last))
-    if not len(own) or (own.names != own.names[0]).any():
+    if not len(own) or (own.track_ids != own.track_ids[0]).any():
         return False
     return bool(own.frames[0] <= incident.before and own.frames[-1] >= incident.frame)
 
@@ -96,7 +96,7 @@ class Attributor:
         """WINDOW in frames."""
         return round(WINDOW * self.bench.stream.frame_rate)
 
-    def judge(self, switches: Breaks) -> list[Cause]:
+    def attribute(self, switches: Breaks) -> list[Cause]:
         """A cause for every switch, in their order."""
         groups = list(incidents(switches, self.window))
         starts = {self._bounds(each)[0] - 1 for each in groups}

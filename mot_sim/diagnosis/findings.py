@@ -95,7 +95,7 @@ def _case(
     names = tuple(name for kind in at for name in watched.happenings.bins_of(at[kind]))
     plain = Case(
         watched.name, int(breaks.before[row]), int(breaks.frames[row]), int(breaks.cars[row]),
-        int(breaks.old_names[row]), int(breaks.names[row]), bool(breaks.switched[row]),
+        int(breaks.old_track_ids[row]), int(breaks.track_ids[row]), bool(breaks.switched[row]),
         bool(breaks.broken[row]), int(breaks.weight[row]), names,
     )  # fmt: skip
     if cause is None:

@@ -35,7 +35,7 @@ def exact_occlusions(truth: Truth, occlusions: Occlusions) -> Iterator[Row]:
     }  # fmt: skip
     hidden_by = {car: occlusions.select(rows) for car, rows in by_id(occlusions.ids)}
     for car, rows in by_id(tracks.ids):
-        seen = rows[truth.whole_pixels[rows] > 0]
+        seen = rows[truth.amodal_pixels[rows] > 0]
         for stay in runs_of_frames(tracks.frames[seen]):
             part = seen[stay]
             frames = tracks.frames[part].tolist()
@@ -69,7 +69,9 @@ def _occluder(hidden: Occlusions | None, first: int, last: int) -> int:
         return NO_PARTNER
     here = (hidden.frames >= first) & (hidden.frames <= last)
     total: Counter[int] = Counter()
-    for by, pixels in zip(hidden.by[here].tolist(), hidden.pixels[here].tolist(), strict=True):
+    for by, pixels in zip(
+        hidden.occluder_ids[here].tolist(), hidden.pixels[here].tolist(), strict=True
+    ):
         total[by if by >= 0 else SCENERY] += pixels
     most = max(total.items(), key=lambda each: (each[1], -each[0]), default=(NO_PARTNER, 0))
     return most[0] if most[1] >= SPOTLESS else NO_PARTNER

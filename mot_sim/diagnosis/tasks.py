@@ -85,7 +85,7 @@ class SceneTask:
         bench = SourceAblation.of(self.conditions, recorded, self.seed)
         every = labels(recorded.annotations.truth)
         court = Attributor(bench, every, Replays(self.contender))
-        return findings_of(watched, output, court.judge)
+        return findings_of(watched, output, court.attribute)
 
 
 @dataclass(frozen=True)

@@ -165,11 +165,11 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
     def _advance(self, action: Int[Array, " m"]) -> None:
         """Match as told; count what comes out."""
         costs, index = self._told.costs, self._frame.index
-        slots = self._slots.of(self._tracker.state.population.ids)
+        slots = self._slots.of(self._tracker.state.tracks.ids)
         told = action[: costs.shape[1]]
         self._told.match, self._refused = decide(told, costs, slots, self.max_tracks)
         rows = self._tracker.step(self._frame)
-        self._slots = self._slots.after(self._tracker.state.population.ids)
+        self._slots = self._slots.after(self._tracker.state.tracks.ids)
         first, last = np.searchsorted(self._truth.frames, [index, index + 1]).tolist()
         self._clear.add(self._truth.select(slice(first, last)), rows, index)
         self._rows.append(rows)
@@ -182,7 +182,7 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
         costs = np.full((self.max_tracks, self.max_detections), np.inf)
         seen = Detections.empty()
         if not self._is_over:
-            slots = self._slots.of(self._tracker.state.population.ids)
+            slots = self._slots.of(self._tracker.state.tracks.ids)
             costs[slots, : asked.shape[1]] = asked
             seen = self._frame.detections
         return {

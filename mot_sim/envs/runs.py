@@ -61,7 +61,7 @@ class LiveRollout(Rollout):
 
     driver: Driven
     log: list[TrafficState] = field(default_factory=list)
-    stages: list[SceneMeshes] = field(
+    meshes_by_frame: list[SceneMeshes] = field(
         default_factory=list
     )  # one: of all cars that were there so far
 
@@ -72,19 +72,21 @@ class LiveRollout(Rollout):
         world = driver.reset_live(random_numbers.named_stream(seed, "traffic"))
         take = cls(scene, seed, RecordedTraffic.of([world]), driver)
         take.log.append(world)
-        take.stages.append(SceneMeshes(scene.casting.cast(take.traffic, seed), scene.rig))
+        take.meshes_by_frame.append(
+            SceneMeshes(scene.vehicle_sampler.cast(take.traffic, seed), scene.rig)
+        )
         return take
 
     def __len__(self) -> int:
         return len(self.log)
 
     @property
-    def stage(self) -> SceneMeshes:
+    def scene_meshes(self) -> SceneMeshes:
         """Who the cars are so far, and the camera."""
-        return self.stages[-1]
+        return self.meshes_by_frame[-1]
 
     @property
-    def worlds(self) -> tuple[TrafficState, ...]:
+    def traffic_states(self) -> tuple[TrafficState, ...]:
         """The worlds so far."""
         return tuple(self.log)
 
@@ -93,17 +95,19 @@ class LiveRollout(Rollout):
         self.driver.command(command)
         world = self.driver.step()
         self.log.append(world)
-        new = ~np.isin(world.ids, self.stage.cast.ids)
+        new = ~np.isin(world.ids, self.scene_meshes.vehicles.ids)
         if new.any():
-            known = self.scene.casting.cast(RecordedTraffic.of([only(world, new)]), self.seed)
-            cast = Vehicles.concatenate((self.stage.cast, known))
+            known = self.scene.vehicle_sampler.cast(
+                RecordedTraffic.of([only(world, new)]), self.seed
+            )
+            cast = Vehicles.concatenate((self.scene_meshes.vehicles, known))
             cast = cast.select(np.argsort(cast.ids))
-            self.stages[:] = [SceneMeshes(cast, self.scene.rig)]
+            self.meshes_by_frame[:] = [SceneMeshes(cast, self.scene.rig)]
 
 
 def driver_of(scene: Scene, seed: int) -> Driven:
     """The traffic of a scene, if it is driven live. Raises BadConfig."""
-    traffic = scene.make_traffic(scene.casting.models_of(seed))
+    traffic = scene.make_traffic(scene.vehicle_sampler.models_of(seed))
     if not isinstance(traffic, Driven):
         raise BadConfig(
             f"scene {scene.name} has no live traffic ({type(traffic).__name__} cannot answer): "
@@ -127,7 +131,7 @@ def only(world: TrafficState, rows: Array) -> TrafficState:
 class LazyRollout:
     """A take, and what was found out of its frames so far; nothing is found out twice."""
 
-    take: Rollout
+    rollout: Rollout
     annotations: list[Annotations] = field(default_factory=list)
     detections: list[Detections] = field(default_factory=list)
 
@@ -143,15 +147,15 @@ class LazyRollout:
         self._watch(index)
         found = self.annotations[index]
         return FrameTruth(
-            found.truth, found.occlusions, labels(found.truth), self.take.worlds[index]
+            found.truth, found.occlusions, labels(found.truth), self.rollout.traffic_states[index]
         )
 
     def T_now_before(self, index: int) -> Float[Array, "4 4"] | None:
         """The motion of the camera since the frame before; None at the first."""
         if index == 0:
             return None
-        before, now = (self.take.worlds[at].ego for at in (index - 1, index))
-        rig = self.take.scene.rig
+        before, now = (self.rollout.traffic_states[at].ego for at in (index - 1, index))
+        rig = self.rollout.scene.rig
         return invert(rig.T_world_cam(now)) @ rig.T_world_cam(before)
 
     def _watch(self, index: int) -> None:
@@ -159,20 +163,20 @@ class LazyRollout:
         first = len(self.annotations)
         if index < first:
             return
-        last = min(max(first + BLOCK, index + 1), len(self.take))
-        found = [annotation_of(self.take, frame) for frame in range(first, last)]
+        last = min(max(first + BLOCK, index + 1), len(self.rollout))
+        found = [annotation_of(self.rollout, frame) for frame in range(first, last)]
         self.annotations += found
-        log = sense(self.take, Annotations.concatenate(found).truth, np.arange(first, last))
+        log = sense(self.rollout, Annotations.concatenate(found).truth, np.arange(first, last))
         self.detections += [log.at(frame) for frame in range(first, last)]
 
 
 def annotation_of(take: Rollout, frame: int) -> Annotations:
     """The truth of a frame of a take."""
-    world, before = take.worlds[frame], take.worlds[frame - 1] if frame else None
-    return annotate_frame(world, take.stage, frame, before, take.scenery_in(world))
+    world, before = take.traffic_states[frame], take.traffic_states[frame - 1] if frame else None
+    return annotate_frame(world, take.scene_meshes, frame, before, take.scenery_in(world))
 
 
 def sense(take: Rollout, truth: Truth, frames: Array) -> DetectionLog:
     """What the scene's detector says of some frames of a take."""
-    seen, camera = Sightings.from_truth(truth, take.stage.cast), take.scene.rig.camera
+    seen, camera = Sightings.from_truth(truth, take.scene_meshes.vehicles), take.scene.rig.camera
     return take.scene.detector.sense(seen, take.seed, camera, STEP, frames).log

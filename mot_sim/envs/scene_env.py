@@ -119,7 +119,7 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         named = COMMANDS[: int(self.action_space.n)]  # type: ignore[attr-defined]
         require_action(self.action_space, action, f"0 to {len(named) - 1} are {', '.join(named)}")
         self._advance(int(action))
-        reward = driving_reward(self._take.driver.driving()) if self.is_live else 0.0
+        reward = driving_reward(self._rollout.driver.driving()) if self.is_live else 0.0
         observation, info = self._observe()
         return observation, reward, self._crashed, self._index + 1 >= self.frame_count, info
 
@@ -147,8 +147,8 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         return self._crashed or self._index + 1 >= self.frame_count
 
     @property
-    def _take(self) -> Any:
-        return self._now().take
+    def _rollout(self) -> Any:
+        return self._now().rollout
 
     def _now(self) -> LazyRollout:
         if self._run is None:
@@ -170,8 +170,8 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
     def _advance(self, action: Any) -> None:
         """0.1 s of traffic."""
         if self.is_live:
-            self._take.advance(COMMANDS[action])
-            self._crashed = self._take.driver.driving().crashed
+            self._rollout.advance(COMMANDS[action])
+            self._crashed = self._rollout.driver.driving().crashed
         self._actions.append(action)
         self._picture = None
 
@@ -187,7 +187,7 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         """The picture of this moment, drawn once."""
         if self._picture is None:
             if self._drawn is None:
-                self._drawn = RenderedImages(self._take, self._renderer)
+                self._drawn = RenderedImages(self._rollout, self._renderer)
             picture = self._drawn.load(self._index)
             assert picture is not None
             self._picture = picture

@@ -141,7 +141,7 @@ def track_sequence(
         parts.append(tracker.finish())
     tracks = Tracks.concatenate(parts) if parts else Tracks.empty()
     ids = len(set(tracks.ids.tolist()))
-    done = tracker.counts if isinstance(tracker, Delayed) else tracker.state.counts
+    done = tracker.counts if isinstance(tracker, Delayed) else tracker.state.statistics
     seconds = perf_counter() - start
     pairs = done.pairs, done.compared, done.unmeasured
     stages = {} if looked is None else looked.seconds

@@ -15,13 +15,13 @@ from tracker.types import Rows, Tracks
 class Matches(Rows):
     """CLEAR's matched pairs, by car, then by frame.
 
-    cars, names: ids of the labels and of the output. steps: which of the frames that hold labels
+    cars, track_ids: ids of the labels and of the output. steps: which of the frames that hold labels
     and output it is, counted from 0: neighbours in this count are no fragment.
     """
 
     frames: Int[Array, " n"]
     cars: Int[Array, " n"]
-    names: Int[Array, " n"]
+    track_ids: Int[Array, " n"]
     steps: Int[Array, " n"]
 
     @classmethod
@@ -53,7 +53,7 @@ class Breaks(Rows):
     """A row each time a car is matched anew, by frame, then by car.
 
     before, frames: the last frame under the old name and the first under the new one. cars: the
-    labels' ids. old_names, names: of the output. switched: it counts in IDSW; broken: in Frag; a
+    labels' ids. old_track_ids, track_ids: of the output. switched: it counts in IDSW; broken: in Frag; a
     row has one of both at least. weight: frames that the car was matched for since its last
     switch or until its next, whichever are fewer: how much of its identity is torn off.
     """
@@ -61,8 +61,8 @@ class Breaks(Rows):
     before: Int[Array, " n"]
     frames: Int[Array, " n"]
     cars: Int[Array, " n"]
-    old_names: Int[Array, " n"]
-    names: Int[Array, " n"]
+    old_track_ids: Int[Array, " n"]
+    track_ids: Int[Array, " n"]
     switched: Bool[Array, " n"]
     broken: Bool[Array, " n"]
     weight: Int[Array, " n"]
@@ -72,12 +72,12 @@ class Breaks(Rows):
         """The switches and fragments of some matches."""
         a, b = matches.select(slice(0, -1)), matches.select(slice(1, None))
         same = a.cars == b.cars
-        switched = same & (a.names != b.names)
+        switched = same & (a.track_ids != b.track_ids)
         broken = same & (b.steps > a.steps + 1)
         rows = np.flatnonzero(switched | broken)
         runs = _run_lengths(switched, same, len(matches))
         found = cls(
-            a.frames[rows], b.frames[rows], b.cars[rows], a.names[rows], b.names[rows],
+            a.frames[rows], b.frames[rows], b.cars[rows], a.track_ids[rows], b.track_ids[rows],
             switched[rows], broken[rows], np.minimum(runs[rows], runs[rows + 1]),
         )  # fmt: skip
         return found.select(np.lexsort((found.cars, found.frames)))

@@ -33,7 +33,7 @@ class Verdicts:
         matches = Matches.of(truth, output, frame_count)
         labels, rows = contest.overlaps.truth, contest.overlaps.output
         hit = _among(labels, matches.frames, matches.cars)
-        right = _among(rows, matches.frames, matches.names)
+        right = _among(rows, matches.frames, matches.track_ids)
         return cls(
             labels.select(hit & ~contest.neutral),
             labels.select(~hit & ~contest.neutral),

@@ -30,7 +30,7 @@ class SameTrack:
     def __call__(self, pairing: GatedPairs) -> Float[Array, " k"]:
         """The cost of every pair of the pairing."""
         rows, columns = pairing.pairs
-        before, now = pairing.expected.look, pairing.detections.descriptor
+        before, now = pairing.expected.embedding, pairing.detections.descriptor
         if before is None or now is None:
             return np.ones(len(rows))
         return (np.abs(before.descriptor[rows, 0] - now[columns, 0]) > SAME).astype(float)
@@ -76,7 +76,7 @@ def follower(camera: Camera, tracker: Tracker | None = None) -> Tracker:
         lifecycle=Lifecycle(max_gap=MEMORY),
         strong_score=0.0,
         tie_break=0.0,
-        evidence=None,
+        existence=None,
         box_filter=None,
         explain=True,
     )
@@ -97,13 +97,13 @@ def expectations(
 
 
 def _standing(following: Tracker, pairing: GatedPairs) -> Standing:
-    population = following.state.population
-    seen = population.select(population.unseen == 0.0)
-    look = seen.beliefs.look
+    population = following.state.tracks
+    seen = population.select(population.time_since_update == 0.0)
+    look = seen.beliefs.embedding
     now = BelievedPlaces(_ids(None if look is None else look.descriptor, len(seen)),
                  seen.beliefs.cuboids, seen.beliefs.cov[:, :2, :2])  # fmt: skip
     before = pairing.expected
-    known = _ids(None if before.look is None else before.look.descriptor, len(before))
+    known = _ids(None if before.embedding is None else before.embedding.descriptor, len(before))
     # A box outside its own search area began its track anew, in a later row: the older belief is
     # out of date.
     _, from_the_end = np.unique(known[::-1], return_index=True)

@@ -111,10 +111,10 @@ class Film:
         draw_false(view, now(verdicts.false))
         ages = index - verdicts.switches.frames
         for row in np.flatnonzero((ages >= 0) & (ages < FLASH)).tolist():
-            name = int(verdicts.switches.names[row])
+            name = int(verdicts.switches.track_ids[row])
             here = self.tracks.select((self.tracks.frames == index) & (self.tracks.ids == name))
             if len(here):
-                old = int(verdicts.switches.old_names[row])
+                old = int(verdicts.switches.old_track_ids[row])
                 draw_switch(view, here.boxes[0], old, name, int(ages[row]))
 
     def _title(self, index: int) -> Image:

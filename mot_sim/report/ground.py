@@ -39,7 +39,7 @@ class GroundMap:
     def of(cls, drive: RecordedSequence, truth: Tracks | None) -> "GroundMap":
         """The map of a drive. truth: what may be shown of it."""
         if isinstance(drive, SimulatedDrive):
-            worlds = drive.worlds if truth is not None else None
+            worlds = drive.traffic_states if truth is not None else None
             return cls(drive.traffic.ego, truth, road_outlines(drive), worlds)
         return cls(planar_poses(drive), truth, Roads())
 

@@ -58,7 +58,7 @@ def look_at(drive: RecordedSequence, index: int, front_end: FrontEnd | None = No
     first, second = _frames(drive, index, front_end)
     tracker = replace(Tracker.paper(drive.camera), explain=True)
     tracker.step(replace(first, T_now_before=None, motion_cov=None))
-    population = tracker.state.population
+    population = tracker.state.tracks
     if not len(population):
         raise BadDetections(
             f"'{drive.name}' frame {index}: no box with a score of "

@@ -29,19 +29,19 @@ from tracker.types import Tracks
 class SimulatedDrive(RecordedSequence):
     """A drive of which everything is known, whether it was run just now or read from a file.
 
-    seed: all of it follows from that. traffic: who was where; world i is frame i. stage: who they
+    seed: all of it follows from that. traffic: who was where; world i is frame i. scene_meshes: who they
     are, and the camera. annotations: the ground truth of all frames, apart from the frames.
     """
 
     seed: int
     traffic: RecordedTraffic
-    stage: SceneMeshes
+    scene_meshes: SceneMeshes
     annotations: Annotations
 
     @property
-    def cast(self) -> Vehicles:
+    def vehicles(self) -> Vehicles:
         """Who the cars are."""
-        return self.stage.cast
+        return self.scene_meshes.vehicles
 
     @property
     def exact(self) -> Truth:
@@ -54,14 +54,14 @@ class SimulatedDrive(RecordedSequence):
         return self.annotations.occlusions
 
     @cached_property
-    def worlds(self) -> tuple[TrafficState, ...]:
+    def traffic_states(self) -> tuple[TrafficState, ...]:
         """The world of each frame of the run."""
-        return self.traffic.worlds
+        return self.traffic.states
 
     @cached_property
     def events(self) -> Events:
         """What happens in the run."""
-        return find_events(self.exact, self.worlds)
+        return find_events(self.exact, self.traffic_states)
 
     @cached_property
     def truth(self) -> Tracks:
@@ -90,7 +90,9 @@ def record(
     """
     take = Rollout.of(scene, seed, traffic)
     images = None if renderer is None else RenderedImages(take, renderer)
-    return episode_of(take, annotate(take.worlds, take.stage, take.scenery_in), images)
+    return episode_of(
+        take, annotate(take.traffic_states, take.scene_meshes, take.scenery_in), images
+    )
 
 
 def episode_of(
@@ -103,7 +105,7 @@ def episode_of(
         camera=scene.rig.camera,
         frame_count=len(take),
         log=scene.detector(
-            annotations.truth, take.seed, scene.rig.camera, len(take), take.stage.cast
+            annotations.truth, take.seed, scene.rig.camera, len(take), take.scene_meshes.vehicles
         ),
         frame_indices=np.arange(len(take)),
         Ts_world_cam=np.array([scene.rig.T_world_cam(ego) for ego in take.traffic.ego]),
@@ -112,7 +114,7 @@ def episode_of(
         scene=scene,
         seed=take.seed,
         traffic=take.traffic,
-        stage=take.stage,
+        scene_meshes=take.scene_meshes,
         annotations=annotations,
     )
 

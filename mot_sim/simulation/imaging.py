@@ -14,8 +14,8 @@ from mot_sim.simulation.scenery import post_process
 
 def view_of(take: Rollout, frame: int) -> View:
     """All that stands before the camera in a frame; without roads the cars stand on a plain."""
-    world, camera = take.worlds[frame], take.scene.rig.camera
-    cars = take.stage.placed(world)
+    world, camera = take.traffic_states[frame], take.scene.rig.camera
+    cars = take.scene_meshes.instances(world)
     if take.neighbourhood is None:
         return View(camera, cars)
     return take.neighbourhood.view(camera, world.ego, cars)
@@ -35,7 +35,7 @@ class RenderedImages:
     renderer: a name of RENDERERS, or `auto`. Raises UnknownName and NoOpenGL at once.
     """
 
-    take: Rollout
+    rollout: Rollout
     renderer: str = "raster"
 
     def __post_init__(self) -> None:
@@ -53,7 +53,7 @@ class RenderedImages:
 
     def render(self, frame: int) -> Rendered:
         """Image, depth, instances and semantics of a frame, in the scene's weather."""
-        take = self.take
+        take = self.rollout
         view = view_of(take, frame)
         drawn = self.drawing.render(view)
         motion = motion_at(take, frame)
@@ -62,7 +62,7 @@ class RenderedImages:
 
     def load(self, frame: int) -> UInt8[Array, "h w 3"] | None:
         """The RGB image of a frame; None beyond the take."""
-        return self.render(frame).image if 0 <= frame < len(self.take) else None
+        return self.render(frame).image if 0 <= frame < len(self.rollout) else None
 
 
 def renderer_name(renderer: Renderer) -> str:

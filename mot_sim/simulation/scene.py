@@ -35,7 +35,7 @@ class Scene:
     roads: Roads = field(default_factory=Roads)
     rig: Rig = field(default_factory=Rig.kitti)
     detector: Detector = field(default_factory=Detector)
-    casting: VehicleSampler = field(default_factory=VehicleSampler)
+    vehicle_sampler: VehicleSampler = field(default_factory=VehicleSampler)
     weather: Weather = field(default_factory=lambda: find_weather("noon"))
     surroundings: Surroundings = field(default_factory=Surroundings)
     knobs: Mapping[str, Knob] = field(default_factory=dict)
@@ -68,9 +68,9 @@ class Rollout:
         return Rollout(self.scene, self.seed, self.traffic.until(count))
 
     @cached_property
-    def stage(self) -> SceneMeshes:
+    def scene_meshes(self) -> SceneMeshes:
         """Who the cars are, and the camera."""
-        return SceneMeshes(self.scene.casting.cast(self.traffic, self.seed), self.scene.rig)
+        return SceneMeshes(self.scene.vehicle_sampler.cast(self.traffic, self.seed), self.scene.rig)
 
     @cached_property
     def scenery(self) -> Scenery | None:
@@ -96,14 +96,14 @@ class Rollout:
         return self.scenery.seen_from(world.ego, self.scene.rig.camera)
 
     @cached_property
-    def worlds(self) -> tuple[TrafficState, ...]:
+    def traffic_states(self) -> tuple[TrafficState, ...]:
         """The world of each frame."""
-        return self.traffic.worlds
+        return self.traffic.states
 
 
 def record_scene_traffic(scene: Scene, seed: int) -> RecordedTraffic:
     """Who is where in a run of a scene; to be recorded once and used many times."""
-    traffic = scene.make_traffic(scene.casting.models_of(seed))
+    traffic = scene.make_traffic(scene.vehicle_sampler.models_of(seed))
     worlds = [traffic.reset(random_numbers.named_stream(seed, "traffic"))]
     worlds += [traffic.step() for _ in range(scene.frame_count - 1)]
     return RecordedTraffic.of(worlds)

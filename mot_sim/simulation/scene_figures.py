@@ -38,7 +38,7 @@ class Figures:
 
 def figures_of_take(take: Rollout, progress: Callable[[], None] | None = None) -> Figures:
     """The figures of one run; progress: called after each frame."""
-    truth = annotate(_told(take.worlds, progress), take.stage, take.scenery_in).truth
+    truth = annotate(_told(take.traffic_states, progress), take.scene_meshes, take.scenery_in).truth
     near = truth.select(np.flatnonzero(cars_in_sight(truth)))
     visible = near.select(near.visible >= MIN_VISIBLE)
     assert visible.tracks.cuboids is not None
@@ -68,7 +68,7 @@ def cars_in_sight(truth: Truth) -> np.ndarray:
     """Which cars are large and near enough, with a pixel to be seen; bool, one a row."""
     cuboids = truth.tracks.cuboids
     assert cuboids is not None
-    height = truth.full_boxes[:, 3] - truth.full_boxes[:, 1]
+    height = truth.amodal_boxes[:, 3] - truth.amodal_boxes[:, 1]
     distance = np.hypot(cuboids.base[:, 0], cuboids.base[:, 2])
     return (height >= MIN_HEIGHT) & (distance <= MAX_DISTANCE) & (truth.pixels > 0)
 

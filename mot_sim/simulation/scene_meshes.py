@@ -28,7 +28,7 @@ SEMANTICS = np.array([MADE_OF[part] for part in PARTS], np.uint8)
 class SceneMeshes:
     """The cars of a run and the camera that looks at them."""
 
-    cast: Vehicles
+    vehicles: Vehicles
     rig: Rig
 
     @cached_property
@@ -36,10 +36,10 @@ class SceneMeshes:
         """The coloured meshes of each row of the cast: the whole one, and the coarser levels."""
         return tuple(
             levels_of(mesh_of(shape, str(paint)))
-            for shape, paint in zip(self.cast.shapes, self.cast.paints, strict=True)
+            for shape, paint in zip(self.vehicles.shapes, self.vehicles.paints, strict=True)
         )
 
-    def placed(self, world: TrafficState, scenery: MeshInstances | None = None) -> MeshInstances:
+    def instances(self, world: TrafficState, scenery: MeshInstances | None = None) -> MeshInstances:
         """The cars of a world, their ids as instances, then the scenery.
 
         The farther a car is, the fewer faces it has; see `mot_sim.simulation.cars.coarse`.
@@ -47,7 +47,7 @@ class SceneMeshes:
         cuboids = self.rig.cuboids(world)
         distance = np.hypot(cuboids.base[:, 0], cuboids.base[:, 2])
         levels = np.searchsorted(list(coarse_levels()), distance, side="right").tolist()
-        rows = self.cast.rows(world.ids).tolist()
+        rows = self.vehicles.rows(world.ids).tolist()
         meshes = tuple(self.meshes[row][level] for row, level in zip(rows, levels, strict=True))
         Ts = Ts_cam_object(cuboids, self.rig)
         cars = MeshInstances(meshes, Ts, world.ids)

@@ -65,7 +65,9 @@ def crops_of(now: RandomView, renderer: Renderer, seed: int, frame: int) -> Crop
     )
     truth = annotate_frame(now.world, now.stage, frame, None, behind).truth
     height = (truth.tracks.boxes[:, 3] - truth.tracks.boxes[:, 1]) / now.finer
-    told = (height >= LEAST_HEIGHT) & (truth.visible >= LEAST_VISIBLE) & (truth.cut <= MOST_CUT)
+    told = (
+        (height >= LEAST_HEIGHT) & (truth.visible >= LEAST_VISIBLE) & (truth.truncation <= MOST_CUT)
+    )
     truth = truth.select(told)
     drawn = renderer.render(now.view)
     image = post_process(now.weather, now.view, drawn, seed, frame)
@@ -88,7 +90,7 @@ def cut_from(image: UInt8[Array, "h w 3"], drawn: Rendered, truth: Truth, finer:
         pixels=windows[:, 2] / finer,
         distance=cuboids.base[:, 2],
         visible=truth.visible,
-        cut=truth.cut,
+        cut=truth.truncation,
         yaw=cuboids.yaw,
     )
 

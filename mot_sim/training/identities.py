@@ -89,9 +89,9 @@ def sights_of(drive: RenderedDrive, edge_std: float = EDGE_STD) -> Iterator[Sigh
     take = Rollout.of(first, drive.seed)
     truths = {}
     for frame in drive.frames:
-        world = take.worlds[frame]
+        world = take.traffic_states[frame]
         scenery = take.scenery_in(world)
-        truths[frame] = annotate_frame(world, take.stage, frame, None, scenery).truth
+        truths[frame] = annotate_frame(world, take.scene_meshes, frame, None, scenery).truth
     for number, weather in enumerate(drive.weathers):
         scene = replace(first, weather=find_weather(weather))
         drawn = RenderedImages(Rollout(scene, drive.seed, take.traffic))

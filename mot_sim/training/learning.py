@@ -43,7 +43,7 @@ class Learner:
     optimiser: Any
     step: int = 0
     curve: list[dict[str, float]] = field(default_factory=list)
-    lately: list[float] = field(default_factory=list)
+    recent_losses: list[float] = field(default_factory=list)
 
     @classmethod
     def begin(cls, plan: TrainingPlan) -> "Learner":
@@ -128,8 +128,8 @@ def train(
         load_checkpoint(learner, path)
     try:
         while learner.step < plan.steps:
-            learner.lately.append(learner.learn(crops))
-            words = f"loss {np.mean(learner.lately[-100:]):.3f}"
+            learner.recent_losses.append(learner.learn(crops))
+            words = f"loss {np.mean(learner.recent_losses[-100:]):.3f}"
             if learner.step % plan.steps_an_epoch == 0:
                 _note(learner, held_out)
             if learner.step % save_every == 0:
@@ -147,12 +147,12 @@ def _note(learner: Learner, held_out: Crops) -> None:
     learner.curve.append(
         {
             "epoch": learner.step / learner.plan.steps_an_epoch,
-            "loss": float(np.mean(learner.lately)),
+            "loss": float(np.mean(learner.recent_losses)),
             "pck": judged.pck,
             "doubt": judged.doubt,
         }
     )
-    learner.lately.clear()
+    learner.recent_losses.clear()
 
 
 def save_checkpoint(learner: Learner, path: Path) -> None:
@@ -162,7 +162,7 @@ def save_checkpoint(learner: Learner, path: Path) -> None:
         "format": CHECKPOINT_FORMAT, "plan": learner.plan.told(), "step": learner.step,
         "network": learner.network.state_dict(), "mean": learner.mean.state_dict(),
         "optimiser": learner.optimiser.state_dict(), "curve": learner.curve,
-        "lately": learner.lately,
+        "lately": learner.recent_losses,
     }  # fmt: skip
     load_torch().save(content, held)
     write_bytes(path, held.getvalue())
@@ -193,4 +193,4 @@ def load_checkpoint(learner: Learner, path: Path) -> None:
     learner.network.load_state_dict(states[0])
     learner.mean.load_state_dict(states[1])
     learner.optimiser.load_state_dict(states[2])
-    learner.step, learner.curve, learner.lately = step, curve, lately
+    learner.step, learner.curve, learner.recent_losses = step, curve, lately

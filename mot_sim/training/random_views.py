@@ -94,7 +94,7 @@ def random_view(place: Place, here: Viewpoint) -> RandomView:
     rng, rig, ego = place.rng, here.rig, here.ego
     world, cast = cars_before(rig, ego, here.depths, rng)
     stage = SceneMeshes(cast, rig)
-    view = place.neighbourhood.view(rig.camera, ego, stage.placed(world))
+    view = place.neighbourhood.view(rig.camera, ego, stage.instances(world))
     view = replace(view, sun=light_of(rng).sun(float(ego[2])))
     return RandomView(stage, world, view, weather_of(rng), here.finer)
 

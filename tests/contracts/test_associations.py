@@ -47,9 +47,14 @@ def test_it_satisfies_the_protocol(name: str) -> None:
 def test_rows_and_columns_are_used_at_most_once_and_the_rest_is_lost_or_new(name, costs) -> None:
     match = ASSOCIATIONS[name](LIMIT)(locked(costs))
     rows, columns = match.pairs[:, 0].tolist(), match.pairs[:, 1].tolist()
-    assert sorted([*rows, *match.lost.tolist()]) == list(range(costs.shape[0]))
-    assert sorted([*columns, *match.new.tolist()]) == list(range(costs.shape[1]))
-    assert match.pairs.dtype == match.lost.dtype == match.new.dtype == np.int64
+    assert sorted([*rows, *match.unmatched_tracks.tolist()]) == list(range(costs.shape[0]))
+    assert sorted([*columns, *match.unmatched_detections.tolist()]) == list(range(costs.shape[1]))
+    assert (
+        match.pairs.dtype
+        == match.unmatched_tracks.dtype
+        == match.unmatched_detections.dtype
+        == np.int64
+    )
 
 
 @every_association
@@ -64,7 +69,7 @@ def test_no_pair_at_or_above_the_limit_is_made(name, costs) -> None:
 def test_no_pair_that_could_be_made_is_left(name, costs) -> None:
     """What is lost and what is new never cost less than the limit together."""
     match = ASSOCIATIONS[name](LIMIT)(costs)
-    assert (costs[np.ix_(match.lost, match.new)] >= LIMIT).all()
+    assert (costs[np.ix_(match.unmatched_tracks, match.unmatched_detections)] >= LIMIT).all()
 
 
 @every_association
@@ -79,8 +84,8 @@ def test_the_same_costs_give_the_same_match(name, costs) -> None:
 def test_with_nothing_on_one_side_everything_is_lost_or_new(name, shape) -> None:
     match = ASSOCIATIONS[name](LIMIT)(np.zeros(shape))
     assert match.pairs.shape == (0, 2)
-    assert match.lost.tolist() == list(range(shape[0]))
-    assert match.new.tolist() == list(range(shape[1]))
+    assert match.unmatched_tracks.tolist() == list(range(shape[0]))
+    assert match.unmatched_detections.tolist() == list(range(shape[1]))
 
 
 @every_association

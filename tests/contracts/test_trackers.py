@@ -52,7 +52,7 @@ def test_frames_without_detections_give_at_most_predictions_and_the_others_rows(
     known = {row for tracks in rows[:14] for row in tracks.ids.tolist()}
     assert all(set(tracks.ids.tolist()) <= known for tracks in rows[14:18])
     assert sum(map(len, rows)) > 40
-    plain = replace(TRACKERS[name](LEVEL), evidence=None)
+    plain = replace(TRACKERS[name](LEVEL), existence=None)
     assert [len(tracks) for tracks in run(plain, seen)[14:18]] == [0] * 4
 
 
@@ -64,7 +64,7 @@ def test_an_id_stands_once_a_frame_and_every_detection_at_most_once(name: str) -
     for frame, tracks in zip(seen.frames, run(tracker, seen), strict=True):
         tracks.require_unique_ids()
         assert (tracks.frames == frame.index).all()
-    plain = replace(tracker, evidence=None, box_filter=None)
+    plain = replace(tracker, existence=None, box_filter=None)
     plain.reset()
     for frame, tracks in zip(seen.frames, run(plain, seen), strict=True):
         given = [tuple(box) for box in frame.detections.boxes.tolist()]
@@ -90,7 +90,7 @@ def test_the_cuboid_of_a_row_is_what_is_believed_of_its_id(name: str) -> None:
     tracker = TRACKERS[name](LEVEL)
     for frame in town().frames:
         tracks = tracker.step(frame)
-        believed = tracker.state.population
+        believed = tracker.state.tracks
         rows = np.array([believed.ids.tolist().index(i) for i in tracks.ids.tolist()], np.int64)
         expected = believed.beliefs.cuboids.select(rows)
         np.testing.assert_array_equal(tracks.cuboids.base, expected.base)
@@ -108,7 +108,7 @@ def test_after_a_reset_it_is_as_new(name: str) -> None:
     first = run(tracker, town())
     tracker.reset()
     assert_same(run(tracker, town()), first)
-    assert tracker.state.counts.frames == 30
+    assert tracker.state.statistics.frames == 30
 
 
 @every_tracker

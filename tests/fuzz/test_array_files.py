@@ -126,7 +126,7 @@ def test_a_forged_episode_is_read_or_refused(episode: bytes, folder: Path) -> No
 @pytest.mark.filterwarnings("ignore:overflow encountered in cast")
 @pytest.mark.filterwarnings("ignore:invalid value encountered in cast")
 def test_forged_traffic_is_replayed_or_refused(traffic: bytes, folder: Path) -> None:
-    fuzz(folder / "traffic.npz", traffic, forged, lambda path: RecordedTraffic.load(path).worlds)
+    fuzz(folder / "traffic.npz", traffic, forged, lambda path: RecordedTraffic.load(path).states)
 
 
 def weights_file(folder: Path) -> bytes:

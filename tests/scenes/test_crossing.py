@@ -17,7 +17,7 @@ def paths(episode: Episode) -> dict[int, np.ndarray]:
     """By car: rows (frame, x, y, heading, speed)."""
     rows = [
         (track_id, frame, *values)
-        for frame, world in enumerate(episode.worlds)
+        for frame, world in enumerate(episode.traffic_states)
         for track_id, *values in zip(
             world.ids, world.x, world.y, world.heading, world.speed, strict=True
         )
@@ -32,7 +32,7 @@ def test_it_lasts_twelve_to_fifteen_seconds_with_six_to_ten_cars(episode) -> Non
 
 
 def test_nobody_drives_through_anybody(episode) -> None:
-    for world in episode.worlds:
+    for world in episode.traffic_states:
         outlines = np.concatenate((world.footprint(), world.ego_footprint()[None]))
         first, second = np.triu_indices(len(outlines), 1)
         assert convex_intersection(outlines[first], outlines[second]).max() == 0.0, world.time
@@ -75,7 +75,7 @@ def test_one_car_is_lost_behind_another_for_more_than_a_second_and_comes_back(ep
 
 
 def test_we_stop_before_the_junction_and_then_drive_on(episode) -> None:
-    x = np.array([world.ego[0] for world in episode.worlds])
+    x = np.array([world.ego[0] for world in episode.traffic_states])
     steps = np.diff(x)
     standing = np.flatnonzero(steps < 1e-6)
     assert len(standing) > 20
@@ -85,7 +85,7 @@ def test_we_stop_before_the_junction_and_then_drive_on(episode) -> None:
 
 def test_one_car_leads_us_all_the_way(episode) -> None:
     lead = paths(episode)[0]
-    ego = np.array([world.ego for world in episode.worlds])
+    ego = np.array([world.ego for world in episode.traffic_states])
     gap = lead[:, 1] - ego[:, 0]
     assert len(lead) == len(episode)
     assert (gap > 5.0).all()

@@ -18,7 +18,7 @@ def take(request) -> Rollout:
 
 
 def test_nobody_touches_anybody(take) -> None:
-    for world in take.worlds:
+    for world in take.traffic_states:
         assert len(collisions(world)) == 0, f"{take.scene.name} at {world.time:g} s"
 
 
@@ -30,7 +30,7 @@ def test_the_same_seed_gives_the_same_traffic_and_another_seed_another(take) -> 
 
 
 def test_cars_are_seen_and_nobody_jumps(take) -> None:
-    truth = annotate(take.worlds[::12], take.stage, take.scenery_in).truth
+    truth = annotate(take.traffic_states[::12], take.scene_meshes, take.scenery_in).truth
     assert (truth.pixels > 0).sum() >= 2
     traffic = take.traffic
     step = np.hypot(np.diff(traffic.x, axis=0), np.diff(traffic.y, axis=0))
@@ -39,5 +39,7 @@ def test_cars_are_seen_and_nobody_jumps(take) -> None:
 
 
 def test_cars_of_one_model_have_its_size(take) -> None:
-    for shape, size in zip(take.stage.cast.shapes, take.stage.cast.size, strict=True):
+    for shape, size in zip(
+        take.scene_meshes.vehicles.shapes, take.scene_meshes.vehicles.size, strict=True
+    ):
         np.testing.assert_allclose(np.ptp(shape.vertices, axis=0), size, atol=1e-9)

@@ -67,7 +67,7 @@ def test_the_filtered_box_lies_between_expected_and_new() -> None:
 def test_after_a_gap_the_new_box_is_believed_more() -> None:
     expected = np.array([[400.0, 150.0, 500.0, 230.0]])
     waiting = tracks(expected)
-    waiting.unseen[:] = 3 * DT
+    waiting.time_since_update[:] = 3 * DT
     boxes, surprises, _ = BoxFilter()(BoxFilter().start(), waiting, expected + 10.0, DT, LEVEL)
     np.testing.assert_allclose(boxes, expected + 10.0 * (1.0 - 0.2**3))
     assert np.isnan(surprises).all()

@@ -67,8 +67,8 @@ def test_only_what_the_covariance_leaves_open_is_corrected() -> None:
 
 def test_a_turn_known_to_within_a_pixel_is_left_alone() -> None:
     known = np.diag(np.square([0.02, 0.02, 0.05, 5e-4, 5e-4, 5e-4]))  # KITTI's GPS/IMU
-    assert not CameraRotationFilter().is_open(known, LEVEL)
-    assert CameraRotationFilter().is_open(OPEN, LEVEL)
+    assert not CameraRotationFilter().is_uncertain(known, LEVEL)
+    assert CameraRotationFilter().is_uncertain(OPEN, LEVEL)
 
 
 @pytest.mark.parametrize("nothing", ["expected", "detected", "near"])
@@ -98,7 +98,10 @@ def shaken():
 
 
 def test_the_tracker_keeps_its_cars_though_the_odometry_is_bad() -> None:
-    with_it, without = Tracker.default(LEVEL), replace(Tracker.default(LEVEL), turn_filter=None)
+    with_it, without = (
+        Tracker.default(LEVEL),
+        replace(Tracker.default(LEVEL), camera_rotation_filter=None),
+    )
     kept, lost = (
         {int(name) for frame in shaken() for name in tracker.step(frame).ids}
         for tracker in (with_it, without)
@@ -114,7 +117,9 @@ def test_the_network_flow_corrects_the_turn_as_well() -> None:
     assert len(set(made.finish().ids.tolist())) == len(STREET)
 
 
-@pytest.mark.parametrize("wrong", [{"least": 0.0}, {"jitter": (-1.0, 0.1)}, {"jitter": (0.0, 0.0)}])
+@pytest.mark.parametrize(
+    "wrong", [{"min_pixels": 0.0}, {"jitter": (-1.0, 0.1)}, {"jitter": (0.0, 0.0)}]
+)
 def test_numbers_that_cannot_be_are_refused(wrong) -> None:
-    with pytest.raises(BadConfig, match="TurnFilter"):
+    with pytest.raises(BadConfig, match="CameraRotationFilter"):
         CameraRotationFilter(**wrong)

@@ -90,7 +90,13 @@ def test_hidden_and_leaving_cars_tell_nothing_of_the_detector() -> None:
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"threshold": 1.0}, {"detection": 0.0}, {"life": 0.0}, {"birth_prior": np.inf}]
+    "wrong",
+    [
+        {"threshold": 1.0},
+        {"detection_probability": 0.0},
+        {"mean_lifetime": 0.0},
+        {"birth_prior": np.inf},
+    ],
 )
 def test_settings_that_are_no_probabilities_or_times_are_refused(wrong) -> None:
     with pytest.raises(BadConfig, match=next(iter(wrong))):

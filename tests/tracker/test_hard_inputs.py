@@ -65,7 +65,7 @@ def test_what_a_detector_misses_often_is_predicted_where_it_is() -> None:
 
 def test_without_evidence_nothing_is_written_that_was_not_seen() -> None:
     gap = drive([Car(0.0, 25.0)], count=20, hidden=lambda frame, car: frame in {10, 11})
-    rows = run(replace(Tracker.default(LEVEL), evidence=None), gap.frames)
+    rows = run(replace(Tracker.default(LEVEL), existence=None), gap.frames)
     assert not set(rows.frames.tolist()) & {10, 11}
 
 

@@ -22,8 +22,8 @@ def test_those_seen_again_keep_their_ids_and_count_one_sighting_more() -> None:
     scores = np.array([0.8, 0.9])
     seen = before.seen_again(updated, scores, np.array([0.5, 0.7]), np.zeros((2, 4)))
     assert seen.ids.tolist() == [10, 11]
-    assert seen.unseen.tolist() == [0.0, 0.0]
-    assert seen.sightings.tolist() == [4, 4]
+    assert seen.time_since_update.tolist() == [0.0, 0.0]
+    assert seen.hits.tolist() == [4, 4]
     assert seen.existence.tolist() == [0.5, 0.7]
     np.testing.assert_array_equal(seen.beliefs.cuboids.base[:, 0], [4.0, 0.0])
 
@@ -32,9 +32,9 @@ def test_births_take_consecutive_ids_in_the_order_of_detections() -> None:
     observed = beliefs_at((0.0, 20.0), (3.0, 20.0))
     born = ActiveTracks.born(observed, np.array([0.9, 0.95]), np.array([0.4, 0.8]), next_id=7)
     assert born.ids.tolist() == [7, 8]
-    assert born.sightings.tolist() == [1, 1]
+    assert born.hits.tolist() == [1, 1]
     assert born.existence.tolist() == [0.4, 0.8]
-    assert np.isnan(born.surprises).all()
+    assert np.isnan(born.innovations).all()
 
 
 def test_the_unseen_are_remembered_up_to_the_longest_gap() -> None:
@@ -68,8 +68,8 @@ def test_nobody_lost_is_nobody() -> None:
 
 def test_the_coasting_keep_how_long_they_were_unseen() -> None:
     coasting = Lifecycle(max_gap=9.0).living(population(0.4, 0.7), LEVEL)
-    assert coasting.unseen.tolist() == [0.4, 0.7]
-    assert coasting.sightings.tolist() == [3, 3]
+    assert coasting.time_since_update.tolist() == [0.4, 0.7]
+    assert coasting.hits.tolist() == [3, 3]
 
 
 @pytest.mark.parametrize(

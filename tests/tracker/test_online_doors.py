@@ -56,8 +56,8 @@ def test_costs_are_computed_only_inside_the_search_areas_and_counted() -> None:
     for frame in drive([Car(-10.0, 20.0), Car(0.0, 20.0), Car(10.0, 20.0)], count=4).frames:
         tracker.step(frame)
     assert compared == [3, 3, 3]
-    assert tracker.state.counts == TrackerStatistics(frames=4, pairs=27, compared=9)
-    assert tracker.state.counts.skipped_share == pytest.approx(2 / 3)
+    assert tracker.state.statistics == TrackerStatistics(frames=4, pairs=27, compared=9)
+    assert tracker.state.statistics.skipped_share == pytest.approx(2 / 3)
 
 
 def test_costs_that_were_not_measured_are_counted() -> None:
@@ -67,7 +67,7 @@ def test_costs_that_were_not_measured_are_counted() -> None:
     tracker = Tracker(LEVEL, ((1.0, blind), (1.0, ImageOverlap())))
     for frame in frames_with(BOX, BOX, BOX):
         assert tracker.step(frame).ids.tolist() == [0]
-    assert tracker.state.counts.unmeasured == 2
+    assert tracker.state.statistics.unmeasured == 2
 
 
 def test_nothing_compared_means_nothing_skipped() -> None:
@@ -96,7 +96,7 @@ def test_an_unknown_motion_opens_the_search_areas() -> None:
         tracker = Tracker.default(LEVEL)
         for frame in seen.frames:
             tracker.step(frame)
-        compared.append(tracker.state.population.beliefs.cov[0, 1, 1])
+        compared.append(tracker.state.tracks.beliefs.cov[0, 1, 1])
     assert compared[1] > compared[0]
 
 
@@ -106,4 +106,4 @@ def test_yaw_cues_that_are_missing_in_some_rows_do_not_stop_a_track() -> None:
         detections = Detections.of(BOX, yaw=yaw)
         tracks = tracker.step(Frame(index, index / 10, detections, np.eye(4)))
         assert tracks.ids.tolist() == [0]
-    assert tracker.state.population.beliefs.cuboids.yaw[0] == tracker.lift.yaw
+    assert tracker.state.tracks.beliefs.cuboids.yaw[0] == tracker.lift.yaw

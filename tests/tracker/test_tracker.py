@@ -78,10 +78,10 @@ def test_two_crossing_cars_keep_their_ids() -> None:
 def test_a_car_that_stands_still_for_300_frames_keeps_one_id() -> None:
     tracker = Tracker.default(LEVEL)
     assert ids_of(tracker, drive([Car(0.0, 25.0)], count=300)) == {0: [0]}
-    belief = tracker.state.population.beliefs
+    belief = tracker.state.tracks.beliefs
     assert np.abs(belief.velocity).max() < 0.1
     assert np.linalg.eigvalsh(belief.cov).min() > 0.0
-    assert tracker.state.population.sightings.tolist() == [300]
+    assert tracker.state.tracks.hits.tolist() == [300]
 
 
 def test_the_papers_tracker_forgets_at_the_first_missed_frame() -> None:
@@ -161,8 +161,8 @@ def test_a_thousand_empty_frames_give_no_tracks_and_no_memory(preset) -> None:
         tracks = tracker.step(Frame(index, index / 10, Detections.empty(), np.eye(4)))
         assert len(tracks) == 0
     assert tracks.boxes.shape == (0, 4)
-    assert len(tracker.state.population) == 0
-    assert tracker.state.counts == TrackerStatistics(frames=1000)
+    assert len(tracker.state.tracks) == 0
+    assert tracker.state.statistics == TrackerStatistics(frames=1000)
 
 
 def test_tracks_that_left_the_view_are_forgotten_before_their_time() -> None:
@@ -171,4 +171,4 @@ def test_tracks_that_left_the_view_are_forgotten_before_their_time() -> None:
     for frame in passed.frames:
         tracker.step(frame)
     assert len(passed.frames[-1].detections) == 0
-    assert len(tracker.state.population) == 0
+    assert len(tracker.state.tracks) == 0

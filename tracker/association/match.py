@@ -10,11 +10,11 @@ from numpy import ndarray as Array
 
 @dataclass(frozen=True, eq=False)
 class Match:
-    """pairs: (row, column) of what belongs together. lost: rows, new: columns without partner."""
+    """pairs: (row, column) of what belongs together. unmatched_tracks: rows, unmatched_detections: columns without partner."""
 
     pairs: Int[Array, "k 2"]
-    lost: Int[Array, " l"]
-    new: Int[Array, " m"]
+    unmatched_tracks: Int[Array, " l"]
+    unmatched_detections: Int[Array, " m"]
 
     @classmethod
     def of(cls, pairs: Int[Array, "k 2"], rows: int, columns: int) -> "Match":

@@ -15,7 +15,7 @@ def match_in_stages(
         return associate(costs)
     first_columns, second_columns = strong.nonzero()[0], (~strong).nonzero()[0]
     first = associate(costs.take(first_columns, 1))
-    second = associate(costs.take(first.lost, 0).take(second_columns, 1))
-    rows = np.concatenate((first.pairs[:, 0], first.lost[second.pairs[:, 0]]))
+    second = associate(costs.take(first.unmatched_tracks, 0).take(second_columns, 1))
+    rows = np.concatenate((first.pairs[:, 0], first.unmatched_tracks[second.pairs[:, 0]]))
     columns = np.concatenate((first_columns[first.pairs[:, 1]], second_columns[second.pairs[:, 1]]))
     return Match.of(np.array((rows, columns)).T, *costs.shape)

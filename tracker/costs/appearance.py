@@ -36,8 +36,8 @@ class Appearance:
         rows, columns = pairing.pairs
         if not len(rows):
             return np.zeros(0)
-        before = _required(pairing.expected.look, "tracks")
-        now = _required(pairing.observed.look, "detections")
+        before = _required(pairing.expected.embedding, "tracks")
+        now = _required(pairing.observed.embedding, "detections")
         if before.shape[1] != now.shape[1]:
             raise BadDetections(
                 f"descriptors of {before.shape[1]} numbers before and of {now.shape[1]} now: "

@@ -60,7 +60,7 @@ class LinkerState:
     next_sighting: int = 0
     time: float | None = None
     T_world_road: Float[Array, "4 4"] | None = None
-    counts: TrackerStatistics = TrackerStatistics()
+    statistics: TrackerStatistics = TrackerStatistics()
     gains: Gains | None = None
 
 
@@ -97,7 +97,7 @@ class Linker:
         costs, unmeasured = self._costs(pairing)
         possible = ~(costs >= self.max_cost)  # what is no number is found by Arcs
         rows, columns = pairing.pairs[0][possible], pairing.pairs[1][possible]
-        missed = expected.unseen[rows] - step
+        missed = expected.time_since_update[rows] - step
         missed[missed < ROUNDING] = 0.0
         links = self.flow_costs.of_links(costs[possible], self.max_cost, missed)
         arcs = Arcs(expected.ids[rows], pool.next_sighting + columns, links)
@@ -112,11 +112,11 @@ class Linker:
             frame.index, frame.time, pool.next_sighting, detections, observed, new.beliefs, arcs,
             T_world_road,
         )  # fmt: skip
-        recent = expected.unseen <= tracker.lifecycle.max_gap + ROUNDING
+        recent = expected.time_since_update <= tracker.lifecycle.max_gap + ROUNDING
         recent &= in_view(expected.beliefs, tracker.camera)
         kept = ActiveTracks.concatenate((expected.select(recent), new))
         next_sighting = pool.next_sighting + len(detections)
-        counts = updated_statistics(pool.counts, pairing, unmeasured)
+        counts = updated_statistics(pool.statistics, pairing, unmeasured)
         return LinkerState(kept, next_sighting, frame.time, T_world_road, counts, learned), sighted
 
     def _expect(
@@ -126,9 +126,11 @@ class Linker:
         if pool.time is None or pool.T_world_road is None:
             return NO_TRACKS, np.eye(4)
         dt, old = elapsed(frame, pool.time), pool.recent
-        beliefs, T_now_before = self.tracker.carry(old, frame, dt, detections)
+        beliefs, T_now_before = self.tracker.predict_tracks(old, frame, dt, detections)
         T_world_road = pool.T_world_road @ invert(on_the_road(T_now_before, self.tracker.camera))
-        return old.replaced(beliefs=beliefs, unseen=old.unseen + dt), T_world_road
+        return old.replaced(
+            beliefs=beliefs, time_since_update=old.time_since_update + dt
+        ), T_world_road
 
     def _costs(self, pairing: GatedPairs) -> tuple[Float[Array, " k"], int]:
         """The cost of every pair of the pairing; how many single costs were NaN."""
@@ -154,7 +156,7 @@ class Linker:
         if len(rows) == 0:
             return new, learned
         before, now = expected.select(rows), new.select(columns)
-        beliefs, surprises, learned = self.tracker.believe(before, now.beliefs, dt, learned)
+        beliefs, surprises, learned = self.tracker.update_tracks(before, now.beliefs, dt, learned)
         again = before.seen_again(beliefs, now.scores, now.existence, surprises)
         return new.updated(columns, again.replaced(ids=now.ids)), learned
 

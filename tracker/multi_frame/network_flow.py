@@ -62,7 +62,7 @@ class NetworkFlow:
     @property
     def counts(self) -> TrackerStatistics:
         """What was done since the reset."""
-        return self.state.pool.counts
+        return self.state.pool.statistics
 
     def reset(self) -> None:
         """Forget everything."""

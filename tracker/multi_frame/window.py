@@ -74,7 +74,7 @@ class Window:
     @property
     def counts(self) -> TrackerStatistics:
         """What was done since the reset."""
-        return self.state.pool.counts
+        return self.state.pool.statistics
 
     def reset(self) -> None:
         """Forget everything; ids start at 0 again."""

@@ -25,7 +25,7 @@ class Embedding(Rows):
         """So many rows like these, of which nobody knows the look."""
         return Embedding(np.full((count, self.descriptor.shape[1]), np.nan))
 
-    def or_before(self, before: "Embedding | None") -> "Embedding":
+    def filled_from(self, before: "Embedding | None") -> "Embedding":
         """The same, with the rows of `before` where nothing is known."""
         known = np.isfinite(self.descriptor).all(axis=1)
         if before is None or known.all():

@@ -51,7 +51,7 @@ class ShapePose(Rows):
         cov[:, 0, 0] += (TURN_RATE_STD * dt) ** 2
         return ShapePose(self.shape, self.yaw, cov)
 
-    def or_before(self, before: "ShapePose | None") -> "ShapePose":
+    def filled_from(self, before: "ShapePose | None") -> "ShapePose":
         """The same, with the rows of `before` where nothing is known."""
         known = np.isfinite(self.shape).all(axis=1) & np.isfinite(self.yaw)
         if before is None or known.all():

@@ -57,7 +57,7 @@ class Environment:
         return self.path / "bin" / "python"
 
     def require(self, guest: str) -> Path:
-        """Its interpreter; GuestFailed, with the cure, when it was not set up."""
+        """Its interpreter; ExternalTrackerFailed, with the cure, when it was not set up."""
         if not self.is_ready:
             cure = f"`mot-sim compare --setup {guest}` makes it, once"
             raise ExternalTrackerFailed(guest, f"no environment in {self.path}; {cure}")
@@ -67,7 +67,7 @@ class Environment:
         """Make it, unless it is there; gives its interpreter.
 
         Needs a package index that has the requirements (pip's own settings name it). What was
-        left half done is made anew. Raises GuestFailed with pip's stderr when that fails.
+        left half done is made anew. Raises ExternalTrackerFailed with pip's stderr when that fails.
         """
         if self.is_ready:
             return self.python

@@ -43,7 +43,7 @@ class ExternalOnlineTracker:
         self._stderr: IO[bytes] | None = None
 
     def step(self, frame: Frame) -> Tracks:
-        """The rows of this frame; GuestFailed, with stderr, when it ends, hangs or babbles."""
+        """The rows of this frame; ExternalTrackerFailed, with stderr, when it ends, hangs or babbles."""
         process = self._process or self._start()
         seen = frame.detections.select(frame.detections.scores >= self.min_score)
         line = self._ask(process, json.dumps(_rows(seen)))

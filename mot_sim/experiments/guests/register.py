@@ -62,13 +62,13 @@ class ExternalTracker:
         return cls(name, words)
 
     def interpreter(self) -> str:
-        """Of its environment; GuestFailed when that is missing."""
+        """Of its environment; ExternalTrackerFailed when that is missing."""
         if self.environment is None:
             return sys.executable
         return str(self.environment.require(self.name))
 
     def words(self, detections: Path, results: Path) -> list[str]:
-        """The command with its places filled in; GuestFailed when its environment is missing."""
+        """The command with its places filled in; ExternalTrackerFailed when its environment is missing."""
         python = self.interpreter()
         filled = []
         for word in self.command:

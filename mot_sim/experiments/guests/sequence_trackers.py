@@ -104,7 +104,7 @@ class ExternalSequenceTracker:
     def track(self, drives: Sequence[RecordedSequence]) -> TrackedSequences:
         """The tracks of every drive.
 
-        Raises GuestFailed, with the guest's stderr, when it fails, takes too long or writes
+        Raises ExternalTrackerFailed, with the guest's stderr, when it fails, takes too long or writes
         rubbish (file, line and value are named).
         """
         require_different_names(drives)

@@ -85,7 +85,7 @@ class NoiseLevels:
 
     jitter: float = 1.0
     misses: float = 1.0
-    doubt: float = 1.0
+    score_noise: float = 1.0
     clutter: float = 1.0
     cues: float = 1.0
     weather: str = "clear"
@@ -174,7 +174,7 @@ class Conditions:
         """The detector, in its weather."""
         told = self.detector
         return Detector(
-            in_weather(self.effects, told.weather), told.jitter, told.misses, told.doubt,
+            in_weather(self.effects, told.weather), told.jitter, told.misses, told.score_noise,
             told.clutter, told.cues,
         )  # fmt: skip
 

@@ -79,7 +79,9 @@ class Recordings:
         """Write the truth of a run."""
         scene = replace(conditions.make_scene(), detector=Detector("perfect"))
         take = Rollout.of(scene, seed, self.traffic(conditions, seed))
-        episode = episode_of(take, annotate(take.worlds, take.stage, take.scenery_in))
+        episode = episode_of(
+            take, annotate(take.traffic_states, take.scene_meshes, take.scenery_in)
+        )
         metadata = Metadata(
             scene.name,
             dict(conditions.traffic()["knobs"]),

@@ -31,7 +31,7 @@ class Executor:
             raise BadConfig("--jobs is for this machine, --scheduler for a cluster: keep one")
 
     @contextmanager
-    def at_work(self) -> "Iterator[WorkerPool]":
+    def open(self) -> "Iterator[WorkerPool]":
         """The crew, reached. Raises WorkersLost for a cluster that does not answer."""
         if self.scheduler is not None:
             with cluster_backend(self.scheduler) as backend:

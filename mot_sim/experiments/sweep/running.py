@@ -129,7 +129,7 @@ def sweep(
         done = kept.finished(plan.keys, failed_too=not retry)
         todo = plan.jobs(done)
         if todo:
-            with crew.at_work() as shift:
+            with crew.open() as shift:
                 _run(shift, todo, len(done), len(plan.keys), progress)
             done = kept.finished(plan.keys)
             _require_all(plan, done, path)

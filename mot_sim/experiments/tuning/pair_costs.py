@@ -126,9 +126,9 @@ class PairCosts:
             taken, seen = match.pairs.T
             now = np.empty(step.count, np.int64)
             now[seen] = ids[order[taken]]
-            now[match.new] = next_id + np.arange(len(match.new))
-            next_id += len(match.new)
-            ids, order = now, np.concatenate((seen, match.new))
+            now[match.unmatched_detections] = next_id + np.arange(len(match.unmatched_detections))
+            next_id += len(match.unmatched_detections)
+            ids, order = now, np.concatenate((seen, match.unmatched_detections))
             frames.append(np.full(step.count, step.index))
             names.append(now)
         none = np.zeros(0, np.int64)
@@ -142,6 +142,6 @@ def _is_two_frame(tracker: Tracker) -> bool:
         and tracker.lifecycle.max_gap == 0.0
         and tracker.lifecycle.birth_score <= 0.0
         and tracker.strong_score <= 0.0
-        and tracker.evidence is None
+        and tracker.existence is None
         and tracker.box_filter is None
     )

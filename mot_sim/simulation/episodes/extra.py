@@ -81,7 +81,7 @@ class Extra:
 def arrays_of(drive: SimulatedDrive) -> dict[str, Array]:
     """The arrays of an episode, by `table.column`."""
     tables = {
-        "traffic": drive.traffic, "cast": drive.cast, "truth": drive.exact,
+        "traffic": drive.traffic, "cast": drive.vehicles, "truth": drive.exact,
         "occlusions": drive.occlusions, "events": drive.events, "log": drive.log,
         "camera": drive.camera,
     }  # fmt: skip

@@ -86,9 +86,9 @@ def _look(
     """The truth of frame after frame, its pictures written; until the end or an interruption."""
     parts: list[Annotations] = []
     try:
-        for frame, world in enumerate(take.worlds):
-            before = take.worlds[frame - 1] if frame else None
-            part = annotate_frame(world, take.stage, frame, before, take.scenery_in(world))
+        for frame, world in enumerate(take.traffic_states):
+            before = take.traffic_states[frame - 1] if frame else None
+            part = annotate_frame(world, take.scene_meshes, frame, before, take.scenery_in(world))
             if drawn is not None:
                 pictures.add(frame, drawn.render(frame))
             parts.append(part)

@@ -29,10 +29,10 @@ class Layer:
 
 @dataclass(frozen=True, eq=False)
 class Hidden(Rows):
-    """Who hides whom: `pixels` of the silhouette of `instances` show `by`, NOBODY = scenery."""
+    """Who hides whom: `pixels` of the silhouette of `instances` show `occluder_ids`, NOBODY = scenery."""
 
     instances: Int[Array, " m"]
-    by: Int[Array, " m"]
+    occluder_ids: Int[Array, " m"]
     pixels: Int[Array, " m"]
 
 
@@ -40,22 +40,22 @@ class Hidden(Rows):
 class Silhouettes(Rows):
     """A row for each instance of a view, by ascending id; scenery has none.
 
-    visible: its pixels in the frame. whole: its pixels if it stood there alone. Both inside the
-    image. seen_boxes: around the visible pixels' centres; inverted where there are none.
-    full_boxes: around its mesh's projection, from the near plane on, not clipped to the image;
+    visible: its pixels in the frame. amodal: its pixels if it stood there alone. Both inside the
+    image. visible_boxes: around the visible pixels' centres; inverted where there are none.
+    amodal_boxes: around its mesh's projection, from the near plane on, not clipped to the image;
     inverted where nothing is in sight.
     """
 
     instances: Int[Array, " n"]
     visible: Int[Array, " n"]
-    whole: Int[Array, " n"]
-    seen_boxes: Float[Array, "n 4"]
-    full_boxes: Float[Array, "n 4"]
+    amodal: Int[Array, " n"]
+    visible_boxes: Float[Array, "n 4"]
+    amodal_boxes: Float[Array, "n 4"]
 
     @property
     def fraction(self) -> Float[Array, " n"]:
         """Visible pixels over the whole silhouette's; 0 where that has none."""
-        return self.visible / np.maximum(self.whole, 1)
+        return self.visible / np.maximum(self.amodal, 1)
 
 
 @dataclass(frozen=True, eq=False)

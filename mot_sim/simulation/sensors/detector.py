@@ -28,20 +28,20 @@ class Detector:
 
     profile: a name of PROFILES, a TOML file, or a Profile. Level 1 is the profile, level 0 none of
     it: with every level 0, or the profile `perfect`, the boxes are exact and all scores are 1.
-    jitter: of boxes. misses. doubt: of scores. clutter: ghosts and second boxes. cues: yaw, size,
+    jitter: of boxes. misses. score_noise: of scores. clutter: ghosts and second boxes. cues: yaw, size,
     keypoints, shape. A car of which no pixel is visible is never seen, at any level.
     """
 
     profile: str | Profile = "rrc"
     jitter: float = 1.0
     misses: float = 1.0
-    doubt: float = 1.0
+    score_noise: float = 1.0
     clutter: float = 1.0
     cues: float = 1.0
     effects: Profile = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        levels = self.jitter, self.misses, self.doubt, self.clutter, self.cues
+        levels = self.jitter, self.misses, self.score_noise, self.clutter, self.cues
         require_sigmas("a detector's level of noise", *levels)
         given = self.profile
         effects = given if isinstance(given, Profile) else find_profile(given)
@@ -116,7 +116,7 @@ class Detector:
             boxes = effects.jitter(boxes, sightings, seed, step, self.jitter)
         scores = np.ones(len(sightings))
         if effects.scores is not None:
-            scores = effects.scores(sightings, ease, seed, step, self.doubt)
+            scores = effects.scores(sightings, ease, seed, step, self.score_noise)
         return boxes, reported & ~missed, scores, missed | ~reported
 
     def _merge_and_split(
@@ -167,7 +167,7 @@ class Detector:
                 found["descriptor" if name == "appearance" else name] = column
         if effects.pose is not None and effects.shape is not None and "shape" in found:
             yaw = effects.pose.std(sightings, self.cues)
-            shape = effects.shape.claimed(sightings, self.cues)
+            shape = effects.shape.stated_std(sightings, self.cues)
             found["pose_cov"] = _stated(yaw, shape, found["shape"].shape[1])
         return found
 

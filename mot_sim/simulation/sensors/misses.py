@@ -62,9 +62,11 @@ class Misses:
     def rates(self, sightings: Sightings, level: float = 1.0) -> Float[Array, " n"]:
         """level * the probability of going unseen, at most 1; 1 where no pixel is visible."""
         odds = self._between(sightings.visible, np.log(np.maximum(sightings.height, 1.0)))
-        if sightings.cut.any():
-            odds += np.interp(sightings.cut, CUTS, self.by_cut)
-            odds += np.interp(sightings.cut, CUTS, self.cut_by_height) * cut_growth(sightings)
+        if sightings.truncation.any():
+            odds += np.interp(sightings.truncation, CUTS, self.by_cut)
+            odds += np.interp(sightings.truncation, CUTS, self.cut_by_height) * cut_growth(
+                sightings
+            )
         return np.where(sightings.visible <= 0.0, 1.0, np.minimum(level * expit(-odds), 1.0))
 
     @property

@@ -21,7 +21,7 @@ class VisiblePart:
 
     def __call__(self, sightings: Sightings) -> Float[Array, "n 4"]:
         """The boxes; whole where nobody knows what was visible."""
-        part = np.where(np.isnan(sightings.seen_boxes), sightings.boxes, sightings.seen_boxes)
+        part = np.where(np.isnan(sightings.visible_boxes), sightings.boxes, sightings.visible_boxes)
         if self.weight == 0.0:
             return sightings.boxes
         return (1.0 - self.weight) * sightings.boxes + self.weight * part

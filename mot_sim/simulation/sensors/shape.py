@@ -52,7 +52,7 @@ class Shape:
         depth = np.nan_to_num(sightings.depth, nan=NEAR)
         return level * self.spread * np.maximum(depth / NEAR, 0.1) ** self.growth
 
-    def claimed(self, sightings: Sightings, level: float = 1.0) -> Float[Array, " n"]:
+    def stated_std(self, sightings: Sightings, level: float = 1.0) -> Float[Array, " n"]:
         """The std that the detector states of every coefficient."""
         if not self.stated:
             return self.std(sightings, level)

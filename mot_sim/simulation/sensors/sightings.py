@@ -23,8 +23,8 @@ PASSAGE = 4  # frames before and after, over which a change of level is spread: 
 class Sightings(Rows):
     """Rows by frame and id: what the chain of effects needs to know of an object in a frame.
 
-    boxes: inside the image. full_boxes: not clipped. seen_boxes: around the visible pixels, NaN
-    where nobody knows. visible: fraction in [0, 1]. cut: part of the full box outside the image.
+    boxes: inside the image. amodal_boxes: not clipped. visible_boxes: around the visible pixels, NaN
+    where nobody knows. visible: fraction in [0, 1]. truncation: part of the full box outside the image.
     depth: metres along the road's z, NaN where unknown. kinds as KITTI spells them. keypoints:
     pixels; keypoint_states: 0 visible, 1 self-occluded, 2 occluded by another, 3 truncated.
     shape: coefficients of eq. 1. None: nobody knows.
@@ -33,10 +33,10 @@ class Sightings(Rows):
     frames: Int[Array, " n"]
     ids: Int[Array, " n"]
     boxes: Float[Array, "n 4"]
-    full_boxes: Float[Array, "n 4"]
-    seen_boxes: Float[Array, "n 4"]
+    amodal_boxes: Float[Array, "n 4"]
+    visible_boxes: Float[Array, "n 4"]
     visible: Float[Array, " n"]
-    cut: Float[Array, " n"]
+    truncation: Float[Array, " n"]
     depth: Float[Array, " n"]
     kinds: Shaped[Array, " n"]
     cuboids: Cuboids | None = None
@@ -57,10 +57,10 @@ class Sightings(Rows):
             frames=tracks.frames,
             ids=tracks.ids,
             boxes=tracks.boxes,
-            full_boxes=truth.full_boxes,
-            seen_boxes=truth.seen_boxes,
+            amodal_boxes=truth.amodal_boxes,
+            visible_boxes=truth.visible_boxes,
             visible=truth.visible,
-            cut=truth.cut,
+            truncation=truth.truncation,
             depth=_depth(tracks),
             kinds=_kinds(tracks),
             cuboids=tracks.cuboids,
@@ -87,10 +87,10 @@ class Sightings(Rows):
             frames=labels.frames,
             ids=labels.ids,
             boxes=labels.boxes,
-            full_boxes=labels.boxes,
-            seen_boxes=np.full((len(labels), 4), np.nan),
+            amodal_boxes=labels.boxes,
+            visible_boxes=np.full((len(labels), 4), np.nan),
             visible=_passing(LABEL_VISIBLE[occlusion], labels),
-            cut=cut,
+            truncation=cut,
             depth=_depth(labels),
             kinds=_kinds(labels),
             cuboids=labels.cuboids,

@@ -44,9 +44,9 @@ class RecordedTraffic:
 
     def until(self, count: int) -> "RecordedTraffic":
         """The first worlds of it, and only the cars of those; at least one."""
-        return RecordedTraffic.of(self.world(index) for index in range(min(count, len(self))))
+        return RecordedTraffic.of(self.state(index) for index in range(min(count, len(self))))
 
-    def world(self, index: int) -> TrafficState:
+    def state(self, index: int) -> TrafficState:
         """The world of a row; the same bits that were recorded."""
         there = self.present[index]
         return TrafficState(
@@ -65,9 +65,9 @@ class RecordedTraffic:
         )
 
     @property
-    def worlds(self) -> tuple[TrafficState, ...]:
+    def states(self) -> tuple[TrafficState, ...]:
         """All worlds."""
-        return tuple(self.world(index) for index in range(len(self)))
+        return tuple(self.state(index) for index in range(len(self)))
 
     @property
     def checksum(self) -> str:
@@ -153,7 +153,7 @@ class Replay:
     def reset(self, rng: np.random.Generator) -> TrafficState:
         """The first world; nothing is drawn from the generator."""
         self.index = 0
-        return self.recording.world(0)
+        return self.recording.state(0)
 
     def step(self) -> TrafficState:
         """The next world. Raises BadConfig after the last one."""
@@ -162,4 +162,4 @@ class Replay:
                 f"the recorded traffic ends after {len(self.recording)} worlds: record a longer one"
             )
         self.index += 1
-        return self.recording.world(self.index)
+        return self.recording.state(self.index)

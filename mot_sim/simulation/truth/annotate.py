@@ -60,17 +60,17 @@ def annotate_frame(
 ) -> Annotations:
     """The truth of one frame; before: the world a step earlier. scenery hides cars, has no row."""
     rig, cuboids = stage.rig, stage.rig.cuboids(world)
-    placed = stage.placed(world, scenery)
+    placed = stage.instances(world, scenery)
     scanned = scan_view(View(rig.camera, placed, road=None))
     seen = scanned.silhouettes
-    boxes, cut = clip_to_image(seen.full_boxes, rig.camera)
-    rows = np.flatnonzero((seen.whole > 0) & (boxes[:, 2:] > boxes[:, :2]).all(axis=1))
-    seen, cast_rows = seen.select(rows), stage.cast.rows(world.ids[rows])
+    boxes, cut = clip_to_image(seen.amodal_boxes, rig.camera)
+    rows = np.flatnonzero((seen.amodal > 0) & (boxes[:, 2:] > boxes[:, :2]).all(axis=1))
+    seen, cast_rows = seen.select(rows), stage.vehicles.rows(world.ids[rows])
     Ts_cam_car = placed.T_cam_object[rows]
-    keypoints_cam = stage.cast.keypoints[cast_rows] @ Ts_cam_car[:, :3, :3].swapaxes(1, 2)
+    keypoints_cam = stage.vehicles.keypoints[cast_rows] @ Ts_cam_car[:, :3, :3].swapaxes(1, 2)
     keypoints_cam += Ts_cam_car[:, None, :3, 3]
     eyes = -(Ts_cam_car[:, None, :3, 3] @ Ts_cam_car[:, :3, :3])[:, 0]  # the camera, to each car
-    faces_us = stage.cast.faces_eye(cast_rows, eyes)
+    faces_us = stage.vehicles.faces_eye(cast_rows, eyes)
     keypoints, states = seen_keypoints(keypoints_cam, faces_us, seen.instances, scanned, rig.camera)
     speed, heading = world.speed[rows], world.heading[rows]
     acceleration, yaw_rate = rates(world, before)
@@ -79,17 +79,17 @@ def annotate_frame(
             frames=np.full(len(rows), frame),
             ids=seen.instances,
             boxes=boxes[rows],
-            kinds=stage.cast.kinds[cast_rows],
+            kinds=stage.vehicles.kinds[cast_rows],
             truncation=(cut[rows] > MAX_CUT).astype(np.int64),
             occlusion=occlusion_level(seen.fraction),
             cuboids=cuboids.select(rows),
         ),
         visible=seen.fraction,
-        cut=cut[rows],
-        full_boxes=seen.full_boxes,
-        seen_boxes=np.where(np.isinf(seen.seen_boxes), np.nan, seen.seen_boxes),
+        truncation=cut[rows],
+        amodal_boxes=seen.amodal_boxes,
+        visible_boxes=np.where(np.isinf(seen.visible_boxes), np.nan, seen.visible_boxes),
         pixels=seen.visible,
-        whole_pixels=seen.whole,
+        amodal_pixels=seen.amodal,
         keypoints=keypoints,
         keypoint_states=states,
         speed=speed,
@@ -105,7 +105,7 @@ def occlusions_of(scanned: Scan, truth: Truth, frame: int) -> Occlusions:
     hidden = scanned.hidden
     hidden = hidden.select(np.isin(hidden.instances, truth.tracks.ids))
     frames = np.full(len(hidden), frame)
-    return Occlusions(frames, hidden.instances, hidden.by, hidden.pixels)
+    return Occlusions(frames, hidden.instances, hidden.occluder_ids, hidden.pixels)
 
 
 def rates(

@@ -92,7 +92,7 @@ def crossings(truth: Truth, frame_count: int) -> list[Row]:
     before: tuple[Int[Array, " a"], Array] | None = None
     for frame in range(frame_count):
         part = slice(bounds[frame], bounds[frame + 1])
-        ids, boxes = truth.tracks.ids[part], truth.full_boxes[part]
+        ids, boxes = truth.tracks.ids[part], truth.amodal_boxes[part]
         if before is not None:
             shared, then, now = np.intersect1d(before[0], ids, return_indices=True)
             old, new = before[1][then], boxes[now]

@@ -48,6 +48,6 @@ def too_small(truth: Truth) -> Bool[Array, " n"]:
     """Which cars KITTI's annotators would have left out."""
     cuboids = truth.tracks.cuboids
     assert cuboids is not None
-    height = truth.full_boxes[:, 3] - truth.full_boxes[:, 1]
+    height = truth.amodal_boxes[:, 3] - truth.amodal_boxes[:, 1]
     distance = np.hypot(cuboids.base[:, 0], cuboids.base[:, 2])
     return (height < MIN_HEIGHT) | (distance > MAX_DISTANCE)

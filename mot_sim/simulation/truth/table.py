@@ -33,9 +33,9 @@ class Truth(Rows):
     Cars without a pixel in the image, were they alone there, have no row; hidden ones have one.
     tracks: boxes around the mesh's projection, clipped to the image; KITTI's class and levels;
     cuboids in the road frame. visible: pixels seen over the pixels of the whole silhouette
-    inside the image. cut: part of the unclipped box's area that is outside the image.
-    full_boxes: not clipped to the image, of what is before the near plane. seen_boxes: around
-    the visible pixels' centres, NaN where there are none. pixels, whole_pixels: seen, and of the
+    inside the image. truncation: part of the unclipped box's area that is outside the image.
+    amodal_boxes: not clipped to the image, of what is before the near plane. visible_boxes: around
+    the visible pixels' centres, NaN where there are none. pixels, amodal_pixels: seen, and of the
     silhouette. keypoints: the 36 of `tracker.shape.KEYPOINTS_36` in pixels, NaN behind the
     camera; keypoint_states: a `KeypointVisibility` each. speed: m/s, forward. velocity: m/s along x and y of
     the world. acceleration (m/s^2) and yaw_rate (rad/s, about world z, down): over the step from
@@ -44,11 +44,11 @@ class Truth(Rows):
 
     tracks: Tracks
     visible: Float[Array, " n"]
-    cut: Float[Array, " n"]
-    full_boxes: Float[Array, "n 4"]
-    seen_boxes: Float[Array, "n 4"]
+    truncation: Float[Array, " n"]
+    amodal_boxes: Float[Array, "n 4"]
+    visible_boxes: Float[Array, "n 4"]
     pixels: Int[Array, " n"]
-    whole_pixels: Int[Array, " n"]
+    amodal_pixels: Int[Array, " n"]
     keypoints: Float[Array, "n 36 2"]
     keypoint_states: UInt8[Array, "n 36"]
     speed: Float[Array, " n"]
@@ -64,14 +64,14 @@ class Truth(Rows):
 
 @dataclass(frozen=True, eq=False)
 class Occlusions(Rows):
-    """Who hides whom: in a frame, `pixels` of the silhouette of `ids` show `by`.
+    """Who hides whom: in a frame, `pixels` of the silhouette of `ids` show `occluder_ids`.
 
-    by: an id, or -1 for scenery. In the order of frames and ids.
+    occluder_ids: an id, or -1 for scenery. In the order of frames and ids.
     """
 
     frames: Int[Array, " m"]
     ids: Int[Array, " m"]
-    by: Int[Array, " m"]
+    occluder_ids: Int[Array, " m"]
     pixels: Int[Array, " m"]
 
 

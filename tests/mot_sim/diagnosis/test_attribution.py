@@ -105,7 +105,7 @@ def judged(conditions: Conditions, crossing: Crossing, switches: Breaks) -> list
     """What switches hang on."""
     bench = SourceAblation.of(conditions, crossing.recorded, 0)
     every = labels(crossing.recorded.annotations.truth)
-    return Attributor(bench, every, Replays(FORGETFUL)).judge(switches)
+    return Attributor(bench, every, Replays(FORGETFUL)).attribute(switches)
 
 
 @pytest.mark.parametrize("source", [*ON, "odometry"])

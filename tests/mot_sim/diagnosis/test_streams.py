@@ -149,7 +149,7 @@ def test_odometry_is_true_inside_and_as_wrong_as_before_outside(
 
 
 LEVELS = {
-    "misses": "misses", "jitter": "jitter", "visible_part": "jitter", "scores": "doubt",
+    "misses": "misses", "jitter": "jitter", "visible_part": "jitter", "scores": "score_noise",
     "duplicates": "clutter", "clutter": "clutter", "merges": "clutter", "splits": "clutter",
     "pose": "cues", "keypoints": "cues", "shape": "cues", "appearance": "cues",
     "confusion": "misses",

@@ -106,8 +106,8 @@ def test_of_two_detections_on_one_track_the_dearer_loses() -> None:
     costs = np.array([[0.4, 0.2, 0.2], [0.1, np.inf, 0.3]])
     match, refused = decide(np.array([5, 5, 5]), costs, np.array([5, 2]), 8)
     assert match.pairs.tolist() == [[0, 1]]
-    assert match.lost.tolist() == [1]
-    assert match.new.tolist() == []
+    assert match.unmatched_tracks.tolist() == [1]
+    assert match.unmatched_detections.tolist() == []
     assert refused == 2
 
 
@@ -117,18 +117,18 @@ def test_an_empty_slot_and_an_impossible_pair_are_refused() -> None:
     assert len(match.pairs) == 0
     assert refused == 2
     match, refused = decide(np.array([8, 9]), costs, np.array([0]), 8)
-    assert (match.new.tolist(), refused) == ([0], 0)
+    assert (match.unmatched_detections.tolist(), refused) == ([0], 0)
 
 
 def test_where_no_slot_is_free_nobody_is_new() -> None:
     match, refused = decide(np.array([2, 2, 2]), np.zeros((1, 3)), np.array([1]), 2)
-    assert (match.new.tolist(), refused) == ([0], 2)
+    assert (match.unmatched_detections.tolist(), refused) == ([0], 2)
 
 
 def test_nothing_is_decided_of_nothing() -> None:
     nothing = np.zeros(0, np.int64)
     match, refused = decide(nothing, np.zeros((0, 0)), nothing, 4)
-    assert (len(match.pairs), len(match.new), refused) == (0, 0, 0)
+    assert (len(match.pairs), len(match.unmatched_detections), refused) == (0, 0, 0)
 
 
 def test_a_track_keeps_its_slot_while_it_lives() -> None:

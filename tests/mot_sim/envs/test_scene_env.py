@@ -199,14 +199,14 @@ def drive(env: SceneEnv, command: str, steps: int) -> list[Driving]:
     seen = []
     for _ in range(steps):
         _, reward, *_ = env.step(COMMANDS.index(command))
-        seen.append(env._take.driver.driving())
+        seen.append(env._rollout.driver.driving())
         assert reward == driving_reward(seen[-1])
     return seen
 
 
 def test_the_ego_car_obeys(live) -> None:
     live.reset(options={"episode_seed": 5})
-    begin = live._take.driver.driving()
+    begin = live._rollout.driver.driving()
     slower, faster = drive(live, "slower", 20), drive(live, "faster", 20)
     assert slower[-1].speed < begin.speed - 5.0
     assert faster[-1].speed > begin.speed + 5.0
@@ -224,10 +224,10 @@ def test_cars_that_come_later_are_cast_as_if_they_had_always_been_known() -> Non
     recorded = SceneEnv("highway", **options)
     live.reset(options={"episode_seed": 2})
     recorded.reset(options={"episode_seed": 2})
-    before = len(live._take.stage.cast)
+    before = len(live._rollout.scene_meshes.vehicles)
     for _ in range(39):
         live._advance(0)
-    cast, whole = live._take.stage.cast, recorded._take.stage.cast
+    cast, whole = live._rollout.scene_meshes.vehicles, recorded._rollout.scene_meshes.vehicles
     assert len(cast) > before
     np.testing.assert_array_equal(cast.ids, whole.ids)
     np.testing.assert_array_equal(cast.paints, whole.paints)

@@ -66,8 +66,8 @@ def test_a_switch_and_a_fragment_are_where_they_happen() -> None:
     assert breaks.before.tolist() == [2, 4]
     assert breaks.frames.tolist() == [4, 5]
     assert breaks.cars.tolist() == [5, 5]
-    assert breaks.old_names.tolist() == [7, 7]
-    assert breaks.names.tolist() == [7, 9]
+    assert breaks.old_track_ids.tolist() == [7, 7]
+    assert breaks.track_ids.tolist() == [7, 9]
     assert breaks.switched.tolist() == [False, True]
     assert breaks.broken.tolist() == [True, False]
     assert breaks.weight.tolist()[1] == 4  # frames under 7; under 9 there are five

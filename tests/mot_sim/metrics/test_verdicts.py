@@ -31,7 +31,10 @@ def test_a_hand_made_case_is_told_row_by_row() -> None:
     assert verdicts.neutral.ids.tolist() == [5]
     assert verdicts.false.ids.tolist() == [9]  # 4 lies on the van: neither right nor wrong
     assert verdicts.switches.frames.tolist() == [1]
-    assert (verdicts.switches.old_names.tolist(), verdicts.switches.names.tolist()) == ([7], [8])
+    assert (verdicts.switches.old_track_ids.tolist(), verdicts.switches.track_ids.tolist()) == (
+        [7],
+        [8],
+    )
 
 
 def test_the_rows_are_as_many_as_the_metrics_count() -> None:

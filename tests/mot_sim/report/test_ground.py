@@ -84,7 +84,7 @@ def test_without_poses_every_frame_is_a_map_of_its_own() -> None:
 
 def test_a_simulated_drive_shows_every_car_and_labels_alone_show_the_same_ones() -> None:
     episode = drive()
-    world = episode.worlds[2]
+    world = episode.traffic_states[2]
     ground = GroundMap.of(episode, episode.truth)
     np.testing.assert_allclose(ground.true_outlines(2), world.footprint())
     labelled = replace(ground, worlds=None).true_outlines(2)

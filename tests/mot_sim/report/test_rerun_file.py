@@ -79,7 +79,7 @@ def test_everything_is_logged_at_its_frame_and_in_its_place(tmp_path, stream: St
     assert [each.name for each in tmp_path.iterdir()] == ["film.rrd"]
     found = {(frame, place): what for frame, place, what in stream.logged}
     assert {frame for frame, _ in found} == {None, 1, 2, 3, 4}
-    world = drive().worlds[4]
+    world = drive().traffic_states[4]
     truth = found[4, "map/truth"]
     np.testing.assert_allclose(truth.centers[:, :2], np.stack((world.x, world.y), axis=1))
     np.testing.assert_allclose(truth.centers[:, 2], -0.5 * world.size[:, 1])  # z is down

@@ -26,7 +26,7 @@ def test_true_wireframes_lie_in_the_cars_boxes() -> None:
     cars = Wireframes.true(truth, 4)
     now = truth.select(truth.tracks.frames == 4)
     assert cars.ids.tolist() == now.tracks.ids.tolist()
-    for points, shown, box in zip(cars.points, cars.shown, now.full_boxes, strict=True):
+    for points, shown, box in zip(cars.points, cars.shown, now.amodal_boxes, strict=True):
         inside = (points > box[:2] - 1.5).all(axis=1) & (points < box[2:] + 1.5).all(axis=1)
         assert inside.all()
         assert 3 < shown.sum() < 36

@@ -39,8 +39,8 @@ def test_an_episode_is_a_sequence_like_any_other(episode) -> None:
 
 def test_motion_moves_a_standing_point_while_we_turn(episode) -> None:
     rig, point_world = SCENE.rig, np.array([[12.0, 1.0, -1.0]])
-    seen = [transform(invert(rig.T_world_cam(w.ego)), point_world) for w in episode.worlds]
-    turned = episode.worlds[-1].ego[2] - episode.worlds[0].ego[2]
+    seen = [transform(invert(rig.T_world_cam(w.ego)), point_world) for w in episode.traffic_states]
+    turned = episode.traffic_states[-1].ego[2] - episode.traffic_states[0].ego[2]
     assert turned > 0.3
     for frame in list(episode)[1:]:
         assert frame.T_now_before is not None
@@ -87,7 +87,7 @@ def test_a_shorter_run_is_the_beginning_of_a_longer_one(episode) -> None:
 
 
 def test_cast_events_and_occlusions_are_at_hand(episode) -> None:
-    assert episode.cast.ids.tolist() == [0]
+    assert episode.vehicles.ids.tolist() == [0]
     assert "enter" in episode.events.kinds.tolist()
     assert len(episode.occlusions) == 0
 

@@ -50,16 +50,16 @@ def test_there_is_no_image_beyond_the_take() -> None:
 
 def test_the_view_holds_the_cars_of_the_frame() -> None:
     take = Rollout.of(small(), 1)
-    assert view_of(take, 0).placed.instances.tolist() == take.worlds[0].ids.tolist()
+    assert view_of(take, 0).placed.instances.tolist() == take.traffic_states[0].ids.tolist()
     assert view_of(take, 0).camera is take.scene.rig.camera
 
 
 def test_a_cut_take_has_the_same_cars_as_a_short_one() -> None:
     whole, cut = Rollout.of(small(), 1), Rollout.of(small(), 1).until(1)
     assert len(cut) == 1
-    assert len(cut.stage.cast) == 1  # the second car comes later
-    assert len(whole.stage.cast) == 2
-    assert whole.stage.cast.paints[0] == cut.stage.cast.paints[0]
+    assert len(cut.scene_meshes.vehicles) == 1  # the second car comes later
+    assert len(whole.scene_meshes.vehicles) == 2
+    assert whole.scene_meshes.vehicles.paints[0] == cut.scene_meshes.vehicles.paints[0]
 
 
 def test_renderers_have_the_names_of_the_register() -> None:

@@ -49,6 +49,6 @@ def test_meshes_are_painted_and_say_what_they_are_made_of() -> None:
 def test_scenery_stands_behind_the_cars_in_the_list() -> None:
     world, rig = world_of((20.0, 0.0, 0.0)), Rig.kitti()
     tree = MeshInstances((box(),), at(rig.camera, 3.0, 9.0)[None], np.array([NO_INSTANCE]))
-    placed = stage_of(world).placed(world, tree)
+    placed = stage_of(world).instances(world, tree)
     assert placed.instances.tolist() == [0, NO_INSTANCE]
     assert placed.meshes[1] is tree.meshes[0]

@@ -33,8 +33,8 @@ def test_greedy_decides_ties_by_row_then_column() -> None:
 def test_who_is_left_over_is_lost_or_new() -> None:
     match = Hungarian()(np.array([[np.inf, 0.2, np.inf], [np.inf, np.inf, np.inf]]))
     assert match.pairs.tolist() == [[0, 1]]
-    assert match.lost.tolist() == [1]
-    assert match.new.tolist() == [0, 2]
+    assert match.unmatched_tracks.tolist() == [1]
+    assert match.unmatched_detections.tolist() == [0, 2]
 
 
 @pytest.mark.parametrize("max_cost", [np.inf, np.nan])

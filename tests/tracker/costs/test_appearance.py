@@ -16,7 +16,7 @@ from tracker.types.embedding import Embedding
 def looking(*descriptors: list[float]) -> Beliefs:
     """Cars 20 m ahead, side by side, with these descriptors."""
     places = [(2.0 * number, 20.0) for number in range(len(descriptors))]
-    return replace(beliefs_at(*places, std=4.0), look=Embedding(np.array(descriptors)))
+    return replace(beliefs_at(*places, std=4.0), embedding=Embedding(np.array(descriptors)))
 
 
 def test_a_hand_computed_case() -> None:
@@ -43,7 +43,7 @@ def test_a_row_without_a_descriptor_gives_no_cue_and_the_other_weights_renormali
 
 @pytest.mark.parametrize("whose", ["tracks", "detections"])
 def test_a_whole_column_that_is_missing_is_an_error_with_its_cure(whose: str) -> None:
-    with_, without = looking([0.0]), replace(looking([0.0]), look=None)
+    with_, without = looking([0.0]), replace(looking([0.0]), embedding=None)
     pair = (without, with_) if whose == "tracks" else (with_, without)
     with pytest.raises(MissingCue, match=rf"these {whose} do not have.*--cues"):
         Appearance()(pairing_of(*pair))

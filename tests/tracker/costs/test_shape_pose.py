@@ -134,6 +134,6 @@ def test_without_the_columns_nothing_is_carried() -> None:
     default = Tracker.default(LEVEL)
     for frame in frames(boxes, boxes):
         default.step(frame)
-    assert default.state.population.beliefs.shape_pose is None
+    assert default.state.tracks.beliefs.shape_pose is None
     with pytest.raises(MissingCue):
         ids(tracker(), frames(boxes, boxes))

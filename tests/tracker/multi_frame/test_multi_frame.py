@@ -131,7 +131,7 @@ def test_sightings_are_numbered_in_the_order_of_time_and_linked_to_those_before(
         firsts.append(sighted.first)
         assert set(sighted.arcs.heads.tolist()) <= set(sighted.sightings.tolist())
     assert firsts == [0, 2, 4, 6, 8, 10]
-    assert pool.counts.frames == 6
+    assert pool.statistics.frames == 6
     assert len(pool.recent) == 12
 
 

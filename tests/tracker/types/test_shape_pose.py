@@ -31,11 +31,11 @@ def test_with_time_only_the_yaw_gets_doubtful() -> None:
 
 def test_what_is_not_known_now_is_as_it_was_before() -> None:
     blind = ShapePose(np.array([[np.nan, 0.0], [9.0, 9.0]]), np.array([0.5, 0.6]), KNOWN.cov)
-    merged = blind.or_before(KNOWN)
+    merged = blind.filled_from(KNOWN)
     np.testing.assert_array_equal(merged.shape, [[1.0, 2.0], [9.0, 9.0]])
     np.testing.assert_array_equal(merged.yaw, [0.1, 0.6])
-    assert KNOWN.or_before(blind) is KNOWN
-    assert blind.or_before(None) is blind
+    assert KNOWN.filled_from(blind) is KNOWN
+    assert blind.filled_from(None) is blind
 
 
 def test_it_turns_with_the_camera() -> None:

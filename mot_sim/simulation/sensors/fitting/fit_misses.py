@@ -26,8 +26,8 @@ def fit_misses(found: Found, step: float) -> Misses:
     """Of cars: a logistic curve over the tables of `Misses`, then the memory of its latent."""
     cars = found.select(found.sightings.kinds == "Car")
     # How far a car is cut is known by three levels only: what changes there is the rate.
-    whole = cars.select(cars.sightings.cut == 0.0)
-    misses = fit_cuts(fit_tables(whole), cars.select(cars.sightings.cut > 0.0))
+    whole = cars.select(cars.sightings.truncation == 0.0)
+    misses = fit_cuts(fit_tables(whole), cars.select(cars.sightings.truncation > 0.0))
     rates = misses.rates(whole.sightings)
     shared, seconds = frame_memory(~whole.hit, rates, whole, step)
     is_open = whole.sightings.visible >= OPEN
@@ -65,7 +65,7 @@ def fit_tables(whole: Found) -> Misses:
 def fit_cuts(misses: Misses, cut: Found) -> Misses:
     """What the image's border takes away beyond the tables of whole cars."""
     given = -logit(misses.rates(cut.sightings).clip(1e-6, 1.0 - 1e-6))
-    levels = hat(cut.sightings.cut, CUTS)[:, 1:]
+    levels = hat(cut.sightings.truncation, CUTS)[:, 1:]
     design = np.concatenate((levels, levels * cut_growth(cut.sightings)[:, None]), axis=1)
     drop = logistic(design, cut.hit, given).tolist()
     return replace(misses, by_cut=(0.0, drop[0], drop[1]), cut_by_height=(0.0, drop[2], drop[3]))

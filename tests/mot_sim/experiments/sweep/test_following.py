@@ -93,7 +93,10 @@ def test_a_guest_is_a_tracker_whose_failure_is_named(
     assert set(output.ids.tolist()) == {4}
     assert len(output) == 12
     live = ("{python}", "-c", "raise SystemExit('no model')")
-    with pytest.raises(TrackerFailed, match=r"LiveGuest failed in frame 0: GuestFailed.*ended"):
+    with pytest.raises(
+        TrackerFailed,
+        match=r"ExternalOnlineTracker failed in frame 0: ExternalTrackerFailed.*ended",
+    ):
         follow(ExternalOnlineTracker(ExternalTracker("own", words, live=live)), episode)
 
 

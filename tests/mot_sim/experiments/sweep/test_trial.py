@@ -84,7 +84,7 @@ def boxes_of(drive: TrialSequence) -> np.ndarray:
 
 
 def test_levels_share_their_draws(swept: tuple[Path, pa.Table]) -> None:
-    clean = {f"detector__{kind}": 0.0 for kind in ("misses", "clutter", "doubt")}
+    clean = {f"detector__{kind}": 0.0 for kind in ("misses", "clutter", "score_noise")}
     exact, one, two = (
         boxes_of(drive_under(swept[0], **clean, detector__jitter=level, **{"border__snap": 0.0}))
         for level in (0.0, 1.0, 2.0)

@@ -25,7 +25,7 @@ def test_from_its_distance_on_a_coarser_car_has_the_same_box_within_a_pixel(leve
         levels = levels_of(mesh_of(FLEET.car(row), "red"))
         place = at(KITTI, rng.uniform(-0.5, 0.5) * distance, distance, rng.uniform(-3, 3))
         whole, coarse = scanned(levels[0], place), scanned(levels[level], place)
-        difference = whole.silhouettes.full_boxes - coarse.silhouettes.full_boxes
+        difference = whole.silhouettes.amodal_boxes - coarse.silhouettes.amodal_boxes
         assert np.abs(difference).max() <= 1.0
         a, b = whole.numbers > 0, coarse.numbers > 0
         assert (a & b).sum() / (a | b).sum() > (0.97 if level == 1 else 0.9)

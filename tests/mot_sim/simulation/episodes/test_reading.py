@@ -98,7 +98,7 @@ def test_older_newer_and_foreign_files_are_told_apart(extra: Path, tmp_path: Pat
         np.savez(extra, **{**arrays, "head": np.array(json.dumps({**head, "version": version}))})
         with pytest.raises(BadFile, match=f"an episode of version {version}, {cure}"):
             read_extra(extra)
-    RecordedTraffic.of(record(small(), SEED).worlds).save(extra)
+    RecordedTraffic.of(record(small(), SEED).traffic_states).save(extra)
     with pytest.raises(BadFile, match="holds recorded traffic, not an episode; record again"):
         read_extra(extra)
     np.savez(extra, x=np.zeros(3))

@@ -50,7 +50,7 @@ def test_masks_of_large_objects_agree(mesh: MeshRenderer, name: str) -> None:
     measured, compared = silhouettes(view), 0
     for row in range(len(view.placed)):
         a, b = one.instances == row, other.instances == row
-        height = measured.full_boxes[row, 3] - measured.full_boxes[row, 1]
+        height = measured.amodal_boxes[row, 3] - measured.amodal_boxes[row, 1]
         if height >= 60 and measured.fraction[row] >= 0.5:
             assert (a & b).sum() / (a | b).sum() >= 0.97
             compared += 1
@@ -79,8 +79,8 @@ def test_visible_fractions_agree(mesh: MeshRenderer, name: str) -> None:
     view = street(*VIEWS[name])
     measured, rendered = silhouettes(view), mesh.render(view)
     counts = np.bincount(rendered.instances.ravel() + 1, minlength=len(view.placed) + 1)[1:]
-    large = measured.whole >= 100
-    assert np.abs(measured.fraction - counts / measured.whole)[large].max() < 0.02
+    large = measured.amodal >= 100
+    assert np.abs(measured.fraction - counts / measured.amodal)[large].max() < 0.02
 
 
 def test_colours_are_alike(mesh: MeshRenderer) -> None:

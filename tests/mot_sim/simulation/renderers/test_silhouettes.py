@@ -31,8 +31,8 @@ def test_counts_are_those_of_a_frame_with_one_object_alone(camera: Camera) -> No
             np.array([row]),
         )
         alone = RASTER.render(View(camera, only)).instances
-        assert measured.whole[row] == np.count_nonzero(alone == row)
-    assert (measured.visible <= measured.whole).all()
+        assert measured.amodal[row] == np.count_nonzero(alone == row)
+    assert (measured.visible <= measured.amodal).all()
     assert (measured.fraction < 0.7).any()
 
 
@@ -44,14 +44,14 @@ def test_visible_pixels_are_those_of_the_frame() -> None:
     assert np.array_equal(measured.visible, counts)
     for row in np.flatnonzero(counts):
         v, u = np.nonzero(rendered.instances == row)
-        assert measured.seen_boxes[row].tolist() == [u.min(), v.min(), u.max(), v.max()]
+        assert measured.visible_boxes[row].tolist() == [u.min(), v.min(), u.max(), v.max()]
 
 
 def test_a_car_that_stands_free_is_wholly_visible() -> None:
     view = view_of(KITTI, (lump(), at(KITTI, -4.0, 15.0)), (lump(), at(KITTI, 4.0, 15.0)))
     measured = silhouettes(view)
     assert measured.fraction.tolist() == [1.0, 1.0]
-    assert np.abs(measured.seen_boxes - measured.full_boxes).max() <= 1.0
+    assert np.abs(measured.visible_boxes - measured.amodal_boxes).max() <= 1.0
 
 
 def test_the_full_box_is_that_of_the_projected_mesh() -> None:
@@ -61,17 +61,17 @@ def test_the_full_box_is_that_of_the_projected_mesh() -> None:
         T = view.placed.T_cam_object[row]
         pixels = CROOKED.project(mesh.vertices @ T[:3, :3].T + T[:3, 3])
         exact = np.concatenate((pixels.min(axis=0), pixels.max(axis=0)))
-        assert measured.full_boxes[row] == pytest.approx(exact, abs=0.02)
+        assert measured.amodal_boxes[row] == pytest.approx(exact, abs=0.02)
 
 
 def test_a_hidden_car_has_a_silhouette_and_no_visible_box() -> None:
     view = view_of(KITTI, (box(8.0, 3.0, 6.0), at(KITTI, 0.0, 12.0)), (lump(), at(KITTI, 0, 25.0)))
     measured = silhouettes(view)
     assert measured.visible[1] == 0
-    assert measured.whole[1] > 500
+    assert measured.amodal[1] > 500
     assert measured.fraction[1] == 0.0
-    assert np.isinf(measured.seen_boxes[1]).all()
-    assert np.isfinite(measured.full_boxes[1]).all()
+    assert np.isinf(measured.visible_boxes[1]).all()
+    assert np.isfinite(measured.amodal_boxes[1]).all()
 
 
 def test_parts_with_one_id_are_one_silhouette() -> None:
@@ -95,8 +95,8 @@ def test_scenery_hides_but_has_no_row() -> None:
 def test_what_is_out_of_sight_has_no_pixels_and_an_inverted_box() -> None:
     view = view_of(KITTI, (lump(), at(KITTI, 0.0, -10.0)))
     measured = silhouettes(view)
-    assert (measured.visible[0], measured.whole[0], measured.fraction[0]) == (0, 0, 0.0)
-    assert measured.full_boxes[0, 0] > measured.full_boxes[0, 2]
+    assert (measured.visible[0], measured.amodal[0], measured.fraction[0]) == (0, 0, 0.0)
+    assert measured.amodal_boxes[0, 0] > measured.amodal_boxes[0, 2]
 
 
 def test_no_object_gives_no_row() -> None:
@@ -119,9 +119,9 @@ def test_who_hides_a_car_is_named_with_the_pixels_it_takes() -> None:
     scanned = scan_view(
         View(KITTI, MeshInstances((box(), lump(), lump()), places, np.array([NO_INSTANCE, 4, 9])))
     )
-    missing = scanned.silhouettes.whole - scanned.silhouettes.visible
+    missing = scanned.silhouettes.amodal - scanned.silhouettes.visible
     hidden = scanned.hidden
-    assert set(zip(hidden.instances.tolist(), hidden.by.tolist(), strict=True)) == {
+    assert set(zip(hidden.instances.tolist(), hidden.occluder_ids.tolist(), strict=True)) == {
         (4, NO_INSTANCE), (9, NO_INSTANCE), (9, 4),
     }  # fmt: skip
     for row, number in enumerate((4, 9)):

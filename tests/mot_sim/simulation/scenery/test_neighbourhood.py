@@ -22,10 +22,10 @@ from tracker.types import Camera
 RASTER = find_renderer("raster")
 HASH = """
 import hashlib
-from mot_sim.simulation.renderers import Placed, find_renderer
+from mot_sim.simulation.renderers import MeshInstances, find_renderer
 from mot_sim.simulation.scenery import WEATHERS, look
 from tests.mot_sim.simulation.scenery.places import CAMERA, ego_on, world
-view = world("street").view(CAMERA, ego_on("street"), Placed.empty())
+view = world("street").view(CAMERA, ego_on("street"), MeshInstances.empty())
 image = look(WEATHERS["noon"], view, find_renderer("raster").render(view), 3, 5)
 print(hashlib.sha256(image.tobytes()).hexdigest())
 """

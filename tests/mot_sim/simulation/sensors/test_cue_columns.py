@@ -34,9 +34,11 @@ def test_every_cue_has_its_column(episode) -> None:
 
 
 def test_shapes_are_those_of_the_cast_with_noise(episode) -> None:
-    exact = Detector("cues", cues=0.0)(episode.exact, 2, episode.camera, len(episode), episode.cast)
-    rows = episode.cast.rows(episode.exact.tracks.ids[episode.exact.pixels > 0])
-    np.testing.assert_array_equal(exact.detections.shape, episode.cast.coefficients[rows])
+    exact = Detector("cues", cues=0.0)(
+        episode.exact, 2, episode.camera, len(episode), episode.vehicles
+    )
+    rows = episode.vehicles.rows(episode.exact.tracks.ids[episode.exact.pixels > 0])
+    np.testing.assert_array_equal(exact.detections.shape, episode.vehicles.coefficients[rows])
     noisy = episode.log.detections.shape
     assert noisy is not None
     assert 0.01 < np.abs(noisy - exact.detections.shape).mean() < 1.0
@@ -45,7 +47,9 @@ def test_shapes_are_those_of_the_cast_with_noise(episode) -> None:
 def test_the_stated_doubt_is_that_of_the_profile(episode) -> None:
     seen = episode.log.detections
     assert seen.pose_cov is not None
-    exact = Detector("cues", cues=0.0)(episode.exact, 2, episode.camera, len(episode), episode.cast)
+    exact = Detector("cues", cues=0.0)(
+        episode.exact, 2, episode.camera, len(episode), episode.vehicles
+    )
     exact_shape, covs = exact.detections.shape, exact.detections.pose_cov
     assert exact_shape is not None
     assert covs is not None
@@ -62,7 +66,7 @@ def test_the_stated_doubt_is_that_of_the_profile(episode) -> None:
 
 def test_a_second_box_of_a_car_shows_the_same_car(episode) -> None:
     effects = replace(find_profile("cues"), duplicates=find_profile("subcnn").duplicates)
-    sights = Sightings.from_truth(episode.exact, episode.cast)
+    sights = Sightings.from_truth(episode.exact, episode.vehicles)
     sensed = Detector(effects).sense(sights, 2, episode.camera)
     seen, origin = sensed.log.detections, sensed.provenance
     seconds = np.flatnonzero(origin.sources == "duplicate")

@@ -64,8 +64,8 @@ def test_shape_is_worse_far_away_and_nearer_to_the_mean_when_hidden() -> None:
     timid = Shape(pull=0.75, stated=0.2)
     np.testing.assert_allclose(timid(near, 1, STEP), 0.25)
     np.testing.assert_allclose(timid(near, 1, STEP, 0.5), 0.625)
-    np.testing.assert_allclose(timid.claimed(near, 0.5), 0.1)
-    np.testing.assert_allclose(noise.claimed(far), noise.std(far))
+    np.testing.assert_allclose(timid.stated_std(near, 0.5), 0.1)
+    np.testing.assert_allclose(noise.stated_std(far), noise.std(far))
 
 
 def test_a_car_keeps_its_look_and_look_alikes_share_theirs() -> None:

@@ -31,7 +31,8 @@ def rows(sensed: Sensed, source: str = "object") -> dict[tuple[int, int], tuple[
 
 
 @pytest.mark.parametrize(
-    "exact", [Detector("perfect"), Detector(LOUD, jitter=0.0, misses=0.0, doubt=0.0, clutter=0.0)]
+    "exact",
+    [Detector("perfect"), Detector(LOUD, jitter=0.0, misses=0.0, score_noise=0.0, clutter=0.0)],
 )
 def test_a_detector_without_noise_gives_the_exact_boxes_bit_by_bit(exact) -> None:
     truth = truth_of(world_of((15.0, 0.0, 0.0), (22.0, 4.0, 0.0)))
@@ -139,7 +140,7 @@ def test_labels_of_a_drive_are_seen_by_the_same_chain() -> None:
     sightings = Sightings.from_labels(labels)
     assert sightings.ids.tolist() == [4, 5]
     assert sightings.visible.tolist() == [0.35, 0.95]
-    assert sightings.cut.tolist() == [0.2, 0.0]
+    assert sightings.truncation.tolist() == [0.2, 0.0]
     assert np.isnan(sightings.depth).all()
     log = Detector("perfect").sense(sightings, 0, CAMERA).log
     assert log.detections.boxes.tolist() == labels.boxes[[0, 3]].tolist()
@@ -160,8 +161,10 @@ def test_a_label_whose_level_changes_passes_through_what_lies_between() -> None:
     assert (sightings.visible[14:] == 0.65).all()
     assert (np.diff(sightings.visible[5:15]) < 0.0).all()
     assert sightings.visible[9] == pytest.approx((5 * 0.95 + 4 * 0.65) / 9)
-    assert (sightings.cut[:20] == 0.0).all()  # the border is where the box ends: no doubt there
-    assert (np.diff(sightings.cut[19:25]) > 0.0).all()
+    assert (
+        sightings.truncation[:20] == 0.0
+    ).all()  # the border is where the box ends: no doubt there
+    assert (np.diff(sightings.truncation[19:25]) > 0.0).all()
 
 
 def test_no_cars_no_detections() -> None:

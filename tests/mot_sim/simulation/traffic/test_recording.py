@@ -67,7 +67,7 @@ def test_a_file_gives_the_same_recording_and_the_same_bytes(tmp_path: Path) -> N
     recording().save(tmp_path / "deep" / "b.npz")
     again = RecordedTraffic.load(tmp_path / "a.npz")
     assert again.checksum == recording().checksum
-    assert_same(again.world(6), recording().world(6))
+    assert_same(again.state(6), recording().state(6))
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "deep" / "b.npz").read_bytes()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npz", "deep"]
 
@@ -82,7 +82,7 @@ def test_traffic_without_cars_is_recorded_too(tmp_path: Path) -> None:
 def test_height_and_crashes_are_kept() -> None:
     world = Scripted(CARS, EGO).reset(RNG)
     tilted = replace(world, z=np.array([0.1, -0.2]), crashed=np.array([True, False]))
-    assert_same(RecordedTraffic.of([tilted, tilted]).world(0), tilted)
+    assert_same(RecordedTraffic.of([tilted, tilted]).state(0), tilted)
 
 
 @pytest.mark.parametrize("bytes_kept", [0, 10, 400, -30], ids=str)

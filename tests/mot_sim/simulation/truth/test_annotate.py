@@ -19,7 +19,7 @@ RASTER = find_renderer("raster")
 def mesh_box(world: TrafficState, row: int, rig: Rig = RIG) -> np.ndarray:
     """The box around the projected vertices of a car before the camera."""
     stage = stage_of(world, rig=rig)
-    placed = stage.placed(world)
+    placed = stage.instances(world)
     T = placed.T_cam_object[row]
     mesh = placed.meshes[row]
     points = mesh.vertices[np.unique(mesh.faces)]
@@ -35,8 +35,8 @@ def test_the_box_of_a_car_is_that_of_its_projected_mesh() -> None:
     assert truth.tracks.kinds is not None
     assert truth.tracks.kinds.tolist() == ["Car", "Car"]
     assert (truth.visible == 1.0).all()
-    assert (truth.cut == 0.0).all()
-    assert (truth.pixels == truth.whole_pixels).all()
+    assert (truth.truncation == 0.0).all()
+    assert (truth.pixels == truth.amodal_pixels).all()
 
 
 @pytest.mark.parametrize("pitch", [0.0, 0.04])
@@ -48,9 +48,9 @@ def test_boxes_of_visible_cars_equal_their_silhouettes_within_a_pixel(pitch) -> 
         x = rng.uniform(6, 70, 3) * (1, 1, 1)
         poses = [(x[i], (i - 1) * 0.3 * x[i] + rng.normal(), rng.uniform(-3, 3)) for i in range(3)]
         truth = truth_of(world_of(*poses), rig=rig)
-        free = (truth.visible == 1.0) & (truth.cut == 0.0)
-        pixels = truth.seen_boxes + (-0.5, -0.5, 0.5, 0.5)  # to the outer edges of the pixels
-        difference = np.abs(pixels - truth.full_boxes)[free]
+        free = (truth.visible == 1.0) & (truth.truncation == 0.0)
+        pixels = truth.visible_boxes + (-0.5, -0.5, 0.5, 0.5)  # to the outer edges of the pixels
+        difference = np.abs(pixels - truth.amodal_boxes)[free]
         compared += len(difference)
         assert (difference <= 1.0).all()
     assert compared > 15
@@ -60,7 +60,7 @@ def test_pixels_are_those_of_the_rendered_frame() -> None:
     world = world_of((16.0, 0.2, 0.1), (24.0, 1.5, 0.0), (30.0, -2.0, 1.5))
     stage = stage_of(world)
     truth = annotate_frame(world, stage, 0).truth
-    drawn = RASTER.render(View(RIG.camera, stage.placed(world))).instances
+    drawn = RASTER.render(View(RIG.camera, stage.instances(world))).instances
     assert truth.pixels.tolist() == [(drawn == number).sum() for number in range(3)]
     assert 0.0 < truth.visible[1] < 1.0
 
@@ -80,11 +80,11 @@ def test_a_hidden_car_is_in_the_truth_with_its_occluder() -> None:
     annotated = annotate([world], stage_of(world))
     truth, occlusions = annotated.truth, annotated.occlusions
     assert truth.visible.tolist() == [0.0, 1.0]
-    assert np.isnan(truth.seen_boxes[0]).all()
+    assert np.isnan(truth.visible_boxes[0]).all()
     assert truth.tracks.occlusion is not None
     assert truth.tracks.occlusion.tolist() == [3, 0]
-    assert (occlusions.ids.tolist(), occlusions.by.tolist()) == ([0], [1])
-    assert occlusions.pixels[0] == truth.whole_pixels[0]
+    assert (occlusions.ids.tolist(), occlusions.occluder_ids.tolist()) == ([0], [1])
+    assert occlusions.pixels[0] == truth.amodal_pixels[0]
 
 
 def test_scenery_hides_cars_and_has_no_row() -> None:
@@ -95,7 +95,7 @@ def test_scenery_hides_cars_and_has_no_row() -> None:
     annotated = annotate_frame(world, stage_of(world), 0, scenery=wall)
     assert annotated.truth.tracks.ids.tolist() == [0]
     assert 0.05 < annotated.truth.visible[0] < 0.95
-    assert annotated.occlusions.by.tolist() == [NO_INSTANCE]
+    assert annotated.occlusions.occluder_ids.tolist() == [NO_INSTANCE]
 
 
 @pytest.mark.parametrize(
@@ -108,8 +108,8 @@ def test_visible_fractions_have_kittis_levels(visible, level) -> None:
 def test_a_car_that_leaves_the_image_is_truncated_and_its_box_ends_at_the_border() -> None:
     truth = truth_of(world_of((10.0, 7.2, 0.0), (30.0, 0.0, 0.0)))
     assert truth.tracks.boxes[0, 2] == 1241.0
-    assert truth.full_boxes[0, 2] > 1241.0
-    assert 0.05 < truth.cut[0] < 0.95
+    assert truth.amodal_boxes[0, 2] > 1241.0
+    assert 0.05 < truth.truncation[0] < 0.95
     assert truth.tracks.truncation is not None
     assert truth.tracks.truncation.tolist() == [1, 0]
 
@@ -118,7 +118,7 @@ def test_a_car_that_reaches_behind_the_camera_keeps_the_part_before_it() -> None
     truth = truth_of(world_of((1.8, 2.6, 0.0)))
     assert len(truth) == 1
     assert truth.tracks.boxes[0, 2:].tolist() == [1241.0, 374.0]
-    assert truth.cut[0] > 0.5
+    assert truth.truncation[0] > 0.5
 
 
 def test_speeds_turns_and_accelerations_are_those_of_the_worlds() -> None:
@@ -137,15 +137,15 @@ def test_whatever_stands_around_the_numbers_make_sense(cars) -> None:
     annotated = annotate([world_of(*cars)], stage_of(world_of(*cars)))
     truth, occlusions = annotated.truth, annotated.occlusions
     assert ((truth.visible >= 0.0) & (truth.visible <= 1.0)).all()
-    assert ((truth.cut >= 0.0) & (truth.cut < 1.0)).all()
+    assert ((truth.truncation >= 0.0) & (truth.truncation < 1.0)).all()
     low, high = truth.tracks.boxes[:, :2], truth.tracks.boxes[:, 2:]
     assert (high > low).all()
     shown = truth.pixels > 0
-    assert (truth.seen_boxes[shown, :2] >= low[shown] - 1.0).all()
-    assert (truth.seen_boxes[shown, 2:] <= high[shown] + 1.0).all()
+    assert (truth.visible_boxes[shown, :2] >= low[shown] - 1.0).all()
+    assert (truth.visible_boxes[shown, 2:] <= high[shown] + 1.0).all()
     for row, number in enumerate(truth.tracks.ids.tolist()):
         taken = occlusions.pixels[occlusions.ids == number].sum()
-        assert taken == truth.whole_pixels[row] - truth.pixels[row]
+        assert taken == truth.amodal_pixels[row] - truth.pixels[row]
 
 
 @settings(max_examples=15, deadline=None)
@@ -162,4 +162,4 @@ def test_the_truth_of_a_tiny_camera_is_as_exact() -> None:
     rig = Rig(Camera.mounted(K, (123, 47), 1.4))
     world = world_of((9.0, 0.0, 0.3))
     expected = mesh_box(world, 0, rig)
-    np.testing.assert_allclose(truth_of(world, rig=rig).full_boxes[0], expected, atol=0.05)
+    np.testing.assert_allclose(truth_of(world, rig=rig).amodal_boxes[0], expected, atol=0.05)

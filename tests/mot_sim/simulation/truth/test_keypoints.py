@@ -11,10 +11,10 @@ from tracker.shape import KEYPOINTS_36
 def states_by_rays(world, row: int, depth_margin: float = 0.03) -> np.ndarray:
     """Whether rays to the keypoints of a car end there (0), or before, on itself (1)."""
     stage = stage_of(world)
-    placed = stage.placed(world)
+    placed = stage.instances(world)
     T, mesh = placed.T_cam_object[row], placed.meshes[row]
     triangles = mesh.vertices[mesh.faces] @ T[:3, :3].T + T[:3, 3]
-    points = stage.cast.keypoints[row] @ T[:3, :3].T + T[:3, 3]
+    points = stage.vehicles.keypoints[row] @ T[:3, :3].T + T[:3, 3]
     states = []
     for point in points:
         length = np.linalg.norm(point)
@@ -37,10 +37,10 @@ def test_what_a_car_hides_of_itself_is_what_rays_do_not_reach() -> None:
 def test_keypoints_project_to_their_places_on_the_mesh() -> None:
     world = world_of((12.0, -2.0, 0.7))
     truth, stage = truth_of(world), stage_of(world)
-    T = stage.placed(world).T_cam_object[0]
-    expected = RIG.camera.project(stage.cast.keypoints[0] @ T[:3, :3].T + T[:3, 3])
+    T = stage.instances(world).T_cam_object[0]
+    expected = RIG.camera.project(stage.vehicles.keypoints[0] @ T[:3, :3].T + T[:3, 3])
     np.testing.assert_allclose(truth.keypoints[0], expected)
-    low, high = truth.full_boxes[0, :2], truth.full_boxes[0, 2:]
+    low, high = truth.amodal_boxes[0, :2], truth.amodal_boxes[0, 2:]
     assert ((truth.keypoints[0] >= low - 0.5) & (truth.keypoints[0] <= high + 0.5)).all()
 
 
