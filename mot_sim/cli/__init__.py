@@ -43,7 +43,7 @@ DESCRIPTION = """\
 Camera-only multi-object tracking with geometry, and the testbed for it.
 
 Units: metres, seconds, pixels, degrees. Exit codes: 0 done, 1 (doctor, verify,
-compare, sweep, stress, break) something is wrong, 2 wrong input, 130 interrupted. Help on a
+compare, sweep, stress, breaking-point) something is wrong, 2 wrong input, 130 interrupted. Help on a
 command: mot-sim COMMAND --help. Version: --version."""
 
 
@@ -76,7 +76,7 @@ COMMANDS: dict[str, type[Command]] = {
     "calibrate": Calibrate,
     "sweep": Sweep,
     "stress": Stress,
-    "break": BreakingPointCommand,
+    "breaking-point": BreakingPointCommand,
     "diagnose": Diagnose,
     "tune": Tune,
     "tables": Tables,
@@ -85,7 +85,7 @@ COMMANDS: dict[str, type[Command]] = {
     "export-car": ExportCar,
     "train-keypoints": TrainKeypoints,
     "list": List,
-    "learn-appearance": TrainAppearance,
+    "train-appearance": TrainAppearance,
 }
 
 

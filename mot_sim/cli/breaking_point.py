@@ -1,4 +1,4 @@
-"""`mot-sim break`: the level of an axis at which trackers have lost so much of a score."""
+"""`mot-sim breaking-point`: the level of an axis at which trackers have lost so much of a score."""
 
 import json as jsonlib
 from collections.abc import Sequence
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 class BreakingPointCommand:
     """Find the level of an axis at which HOTA or IDF1 has fallen by so much.
 
-    mot-sim break --axis detector.jitter --drop 0.05 --costs volume,reprojection,image_overlap
+    mot-sim breaking-point --axis detector.jitter --drop 0.05 --costs volume,reprojection,image_overlap
 
-    mot-sim break --axis rig.frame_rate --levels 10,5,3.333,2.5,2,1 --metric IDF1
+    mot-sim breaking-point --axis rig.frame_rate --levels 10,5,3.333,2.5,2,1 --metric IDF1
 
     From the level where nothing is wrong the level is doubled until the score has fallen, then
     the last two are halved. A level's fall is measured seed by seed, with the same traffic and
@@ -48,13 +48,13 @@ class BreakingPointCommand:
     """With commas, as for mot-sim sweep."""
     costs: Annotated[str | None, option("COSTS")] = None
     """Cue sets, with commas: each a cost, or some with weights (volume=0.6+reprojection=0.4)."""
-    costs_of: Annotated[str, option("TRACKER", "paper")] = "paper"
+    base_tracker: Annotated[str, option("TRACKER", "paper")] = "paper"
     """The tracker that the cue sets are for."""
     scene: Annotated[str, option("NAME", "intersection")] = "intersection"
     """mot-sim scenes."""
     profile: Annotated[str, option("NAME|FILE", "rrc")] = "rrc"
     """The detector's noise; cues has those that shape_pose and appearance need."""
-    fix: Annotated[Many, option("NAME=LEVEL")] = ()
+    settings: Annotated[Many, option("NAME=LEVEL", name="set")] = ()
     """Any other axis, set to one level; repeatable."""
     seeds: int = 8
     """How many runs of each."""
@@ -86,7 +86,7 @@ class BreakingPointCommand:
 
             require_figure(self.plot)
         question = self.question()
-        keep(self.out, "break", self._title(question), finished=False)
+        keep(self.out, "breaking-point", self._title(question), finished=False)
 
         def tell(tracker: str, level: Any) -> None:
             if self.verbose:
@@ -114,7 +114,7 @@ class BreakingPointCommand:
         return BreakingPointSpec(
             self.axis, self.metric, self.drop, self.start, self.end, levels, self.precision,
             self.contenders(), self.scene, self.seeds, self.first_seed, self.frames,
-            {"scene.profile": parse_level(self.profile), **dict(map(setting_of, self.fix))},
+            {"scene.profile": parse_level(self.profile), **dict(map(setting_of, self.settings))},
         )  # fmt: skip
 
     def contenders(self) -> "tuple[str | TrackerSpec, ...]":
@@ -125,7 +125,7 @@ class BreakingPointCommand:
         cues = [] if self.costs is None else self.costs.split(",")
         return (
             *(name.strip() for name in names.split(",") if name),
-            *(TrackerSpec(cue.strip(), self.costs_of, {"costs": cue.strip()}) for cue in cues),
+            *(TrackerSpec(cue.strip(), self.base_tracker, {"costs": cue.strip()}) for cue in cues),
         )
 
     def _show(
@@ -137,7 +137,7 @@ class BreakingPointCommand:
         from mot_sim.experiments.sweep.curves import save_curves
 
         tables = breaking_tables(self.axis, self.metric, self.drop, points)
-        keep(self.out, "break", self._title(question), tables)
+        keep(self.out, "breaking-point", self._title(question), tables)
         if self.json is not None:
             content = breaking_content(question, points)
             terminal.save(jsonlib.dumps(content, indent=2) + "\n", self.json)
@@ -159,5 +159,5 @@ def setting_of(text: str) -> "tuple[str, Level]":
 
     name, equals, value = (part.strip() for part in text.partition("="))
     if not (name and equals and value):
-        raise BadConfig(f"--fix {text}: write NAME=LEVEL")
+        raise BadConfig(f"--set {text}: write NAME=LEVEL")
     return name, parse_level(value)

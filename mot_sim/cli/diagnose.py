@@ -26,7 +26,7 @@ class Diagnose:
 
     mot-sim diagnose intersection --seeds 8 --profile rrc --tracker default --attribute
 
-    mot-sim diagnose --suite long-occlusions --attribute --sheet out/moments --out out/why
+    mot-sim diagnose --suite long-occlusions --attribute --contact-sheet out/moments --out out/why
 
     mot-sim diagnose --root KITTI --sequences labelled --detections rrc
 
@@ -46,7 +46,7 @@ class Diagnose:
     """One tracker, as for mot-sim sweep --trackers."""
     profile: Annotated[str | None, option("NAME|FILE", "rrc")] = None
     """The detector's noise."""
-    fix: Annotated[Many, option("NAME=LEVEL")] = ()
+    settings: Annotated[Many, option("NAME=LEVEL", name="set")] = ()
     """Any axis of mot-sim sweep, set to one level; repeatable."""
     seeds: Annotated[int | None, option("N", f"{SEEDS}")] = None
     """How many runs."""
@@ -57,9 +57,9 @@ class Diagnose:
     kitti: KittiOptions = field(default_factory=KittiOptions)
     attribute: Flag = False
     """Say which source of noise each switch hangs on; not for KITTI, whose noise is as it is."""
-    sheet: Annotated[Path | None, option("DIR", "no pictures")] = None
+    contact_sheet: Annotated[Path | None, option("DIR", "no pictures")] = None
     """Draw the worst switches into this folder: a picture each, and sheet.png."""
-    most: Annotated[int, option("N", "12")] = 12
+    max_switches: Annotated[int, option("N", "12")] = 12
     """How many switches are drawn."""
     renderer: Annotated[str, option("NAME|none", "raster")] = "raster"
     """What draws the images of a scene; none: boxes on a plain ground, which is faster."""
@@ -110,21 +110,21 @@ class Diagnose:
             raise BadConfig(
                 "what is to be diagnosed? give one of: a SCENE, --suite NAME, --root DIR (KITTI)"
             )
-        if self.most < 1:
-            raise BadConfig(f"--most {self.most}: give 1 or more")
+        if self.max_switches < 1:
+            raise BadConfig(f"--max-switches {self.max_switches}: give 1 or more")
         made = ("profile", "seeds", "first_seed", "frames")
         of_scenes = [name for name in made if getattr(self, name) is not None]
-        of_scenes += [name for name in ("fix", "attribute") if getattr(self, name)]
+        of_scenes += [name for name in ("settings", "attribute") if getattr(self, name)]
         if of_kitti and of_scenes:
             raise BadConfig(
                 f"--{of_scenes[0].replace('_', '-')} is for scenes: the noise of a recorded drive "
                 "cannot be changed; leave it out, or name a scene"
             )
-        if self.sheet is not None and self.renderer != "none":
+        if self.contact_sheet is not None and self.renderer != "none":
             from mot_sim.simulation.renderers import find_renderer
 
             find_renderer(self.renderer)
-        for folder in (self.out, self.sheet):
+        for folder in (self.out, self.contact_sheet):
             if folder is not None:
                 require_writable(folder / "x")
 
@@ -157,7 +157,7 @@ class Diagnose:
             found["scene.profile"] = self.profile
         if self.frames is not None:
             found["scene.frames"] = self.frames
-        return found | dict(parse_setting(text) for text in self.fix)
+        return found | dict(parse_setting(text) for text in self.settings)
 
     def _draw(
         self,
@@ -166,13 +166,13 @@ class Diagnose:
         advance: object,
     ) -> list[Path]:
         """The pictures, if they were asked for."""
-        if self.sheet is None:
+        if self.contact_sheet is None:
             return []
         from mot_sim.diagnosis.contact_sheet import draw_sheet
 
         renderer = None if self.renderer == "none" else self.renderer
         return draw_sheet(
-            self.sheet, found, tasks, most=self.most, renderer=renderer,
+            self.contact_sheet, found, tasks, most=self.max_switches, renderer=renderer,
             progress=advance,  # type: ignore[arg-type]
         )  # fmt: skip
 

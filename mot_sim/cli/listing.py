@@ -57,7 +57,7 @@ def registers() -> dict[str, dict[str, str]]:
         "--renderer": _first_lines(RENDERERS) | {AUTO: "mesh where there is OpenGL, else raster"},
         "--tracker": _described(TRACKERS),
         "--costs": _described(COSTS),
-        "--associate": _described(FRAMEWORKS),
+        "--association": _described(FRAMEWORKS),
         "--detections": dict(sorted(rows.items())),
         "--ego": _described({name: type(source) for name, source in EGO.items()}),
         "--rules": _described(RULES),

@@ -120,7 +120,7 @@ class TrackerOptions:
 
     costs: Annotated[str | None, option("NAME=WEIGHT,...", "the tracker's own")] = None
     """Pairwise costs and their weights, for example volume=0.6,reprojection=0.4."""
-    associate: Annotated[str | None, option("NAME", "the tracker's own")] = None
+    association: Annotated[str | None, option("NAME", "the tracker's own")] = None
     """hungarian or greedy: two frames, online; window: decided a second later, over the frames
     until then; network_flow: over the whole drive. The last two fill gaps and drop weak tracks."""
     cues: Annotated[str | None, option("NAMES", "none")] = None
@@ -133,7 +133,7 @@ class TrackerOptions:
         from mot_sim.evaluation.runs import Recipe, parse_costs
 
         costs = None if self.costs is None else parse_costs(self.costs)
-        return Recipe(tracker, costs, self.associate, self.cues or "none")
+        return Recipe(tracker, costs, self.association, self.cues or "none")
 
     @property
     def wants_images(self) -> bool:
@@ -149,7 +149,7 @@ class TrackerOptions:
         return {
             "tracker": tracker,
             "costs": ",".join(weights) or None,
-            "associate": self.associate,
+            "association": self.association,
             "cues": self.cues if self.wants_images else None,
         }
 

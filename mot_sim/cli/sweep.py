@@ -42,7 +42,7 @@ class Sweep:
     """noise, or a TOML file (docs/clusters.md shows one); other options change it."""
     axis: Annotated[Many, option("NAME=LEVEL,...", aliases=("-a",))] = ()
     """An axis with its levels, or NAME=LOW..HIGH for --random; repeat it for more axes."""
-    fix: Annotated[Many, option("NAME=LEVEL")] = ()
+    settings: Annotated[Many, option("NAME=LEVEL", name="set")] = ()
     """Any axis, set to one level everywhere; repeatable."""
     trackers: Annotated[str | None, option("NAMES", "default,paper")] = None
     """With commas: default, paper, one with settings (slow=default:lifecycle.max_gap=1,
@@ -141,7 +141,7 @@ class Sweep:
         from mot_sim.experiments.sweep.paths import parse_level, parse_setting
 
         found = {} if self.profile is None else {"scene.profile": parse_level(self.profile)}
-        return found | dict(parse_setting(text) for text in self.fix)
+        return found | dict(parse_setting(text) for text in self.settings)
 
     def _require_picture(self) -> None:
         from mot_sim.plotting.charts import require_figure

@@ -1,4 +1,4 @@
-"""`mot-sim learn-appearance`: the weights of the appearance descriptor, from synthetic cars."""
+"""`mot-sim train-appearance`: the weights of the appearance descriptor, from synthetic cars."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 class TrainAppearance:
     """Learn the weights of the appearance descriptor (eq. 5) on synthetic cars.
 
-    mot-sim learn-appearance --out appearance.npz
+    mot-sim train-appearance --out appearance.npz
 
     Draws the drives of mot_sim.training.identities, looks at their cars with the keypoint network,
     and solves for the weights; no gradient descent, the same file every time. About 15 minutes.

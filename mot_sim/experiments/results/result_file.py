@@ -17,7 +17,7 @@ from tracker.errors import BadConfig, BadFile, UnknownName
 
 RESULT_FILE = "result.json"
 FORMAT = 1  # raised when the file's layout changes
-KINDS = ("sweep", "stress", "break", "compare", "tables", "tune", "diagnosis", "run")
+KINDS = ("sweep", "stress", "breaking-point", "compare", "tables", "tune", "diagnosis", "run")
 LARGEST = 2**63  # whole numbers of a file are smaller
 # What the wrong values in the wrong places raise.
 FAULTS = (ValueError, TypeError, LookupError, AttributeError, RecursionError, ArithmeticError)

@@ -58,10 +58,10 @@ def fitting(value: Level, like: Level, where: str) -> Level:
 
 
 def parse_setting(text: str) -> tuple[str, Level]:
-    """The axis and the level of NAME=LEVEL, as `--fix` takes it. Raises BadConfig."""
+    """The axis and the level of NAME=LEVEL, as `--set` takes it. Raises BadConfig."""
     name, equals, value = text.partition("=")
     if not (name and equals and value):
-        raise BadConfig(f"--fix {text}: write NAME=LEVEL")
+        raise BadConfig(f"--set {text}: write NAME=LEVEL")
     return name, parse_level(value)
 
 

@@ -122,7 +122,7 @@ def _diagnosis(result: Result) -> Iterator[Panel]:
 PANELS: dict[str, Callable[[Result], Iterator[Panel]]] = {
     "sweep": _curves,
     "stress": _stress,
-    "break": _break,
+    "breaking-point": _break,
     "compare": _compare,
     "tables": _tables,
     "tune": _tune,

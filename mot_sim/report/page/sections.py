@@ -11,7 +11,7 @@ from mot_sim.report.page.tables import table_markup
 from mot_sim.report.page.verdicts import verdicts_of
 
 KINDS = {
-    "sweep": "sweep", "stress": "stress test", "break": "breaking points",
+    "sweep": "sweep", "stress": "stress test", "breaking-point": "breaking points",
     "compare": "comparison", "tables": "the paper's tables", "tune": "weights",
     "diagnosis": "diagnosis", "run": "run",
 }  # fmt: skip

@@ -49,7 +49,7 @@ def find_sources(folders: Sequence[Path]) -> list[ResultSource]:
         if not places:
             raise BadFile(
                 f"{folder}: nothing of ours: no {', '.join(FILES)} there or one folder below; name "
-                "folders that sweep, stress, break, compare, tables, tune, diagnose or track got "
+                "folders that sweep, stress, breaking-point, compare, tables, tune, diagnose or track got "
                 "as --out"
             )
         for place in places:

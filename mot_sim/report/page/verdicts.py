@@ -196,7 +196,7 @@ def _is_bin(name: str, kinds: set[str]) -> bool:
 VERDICTS: dict[str, Callable[[Result], Iterator[Sentence]]] = {
     "sweep": _sweep,
     "stress": _stress,
-    "break": _break,
+    "breaking-point": _break,
     "compare": _compare,
     "tables": _tables,
     "tune": _tune,

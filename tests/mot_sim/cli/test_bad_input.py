@@ -76,7 +76,7 @@ def test_a_broken_file_of_the_tree_is_one_line_and_leaves_nothing(
 BAD_NAMES = {
     "tracker": (["--tracker", "defualt"], ["'defualt'", "Did you mean 'default'?"]),
     "cost": (["--costs", "volum=1"], ["unknown cost 'volum'", "Did you mean 'volume'?"]),
-    "association": (["--associate", "hungarien"], ["Did you mean 'hungarian'?"]),
+    "association": (["--association", "hungarien"], ["Did you mean 'hungarian'?"]),
     "detector": (["--detections", "rcc"], ["unknown detector 'rcc'", "Did you mean 'rrc'?"]),
     "format": (["--detections", "x", "--detection-format", "rcc"], ["Did you mean 'rrc'?"]),
     "ego-motion": (["--ego", "oxt"], ["unknown ego-motion 'oxt'", "Did you mean 'oxts'?"]),

@@ -134,12 +134,12 @@ def test_weights_are_learned_from_the_command_line_and_not_over_a_file_that_is_t
     mot_sim: CommandLine, tmp_path: Path
 ) -> None:
     path = write(tmp_path / "w.npz", "precious")
-    outcome = mot_sim("learn-appearance", "--out", path)
+    outcome = mot_sim("train-appearance", "--out", path)
     assert outcome.code == 2
     assert "--overwrite replaces it" in outcome.err
     assert path.read_text() == "precious"
-    outcome = mot_sim("learn-appearance", "--out", tmp_path / "new.npz", "--drives", "0")
+    outcome = mot_sim("train-appearance", "--out", tmp_path / "new.npz", "--drives", "0")
     assert (outcome.code, outcome.err) == (2, "error: --drives 0: give 1 or more\n")
-    outcome = mot_sim("learn-appearance", "--out", path, "--overwrite", "--hourglass", path)
+    outcome = mot_sim("train-appearance", "--out", path, "--overwrite", "--hourglass", path)
     assert outcome.code == 2
     assert path.read_text() == "precious"

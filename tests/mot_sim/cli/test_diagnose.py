@@ -10,7 +10,7 @@ from mot_sim.experiments.results.result_file import read_result
 from tests.mot_sim.cli.conftest import CommandLine, files, write
 from tests.mot_sim.cli.test_bad_input import require_one_line
 
-BARE = ("--fix", "scene.houses=0", "--fix", "scene.trees=0", "--fix", "scene.furniture=0")
+BARE = ("--set", "scene.houses=0", "--set", "scene.trees=0", "--set", "scene.furniture=0")
 SMALL = ("diagnose", "crossing", "--seeds", "1", "--frames", "12", *BARE)
 ODD = "odd=tests.mot_sim.diagnosis.odd:NewNameAtTen"
 
@@ -23,7 +23,7 @@ def cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPa
 
 def test_a_scene_is_diagnosed_drawn_and_kept(mot_sim: CommandLine, tmp_path: Path) -> None:
     out = tmp_path / "why"
-    options = ("--tracker", ODD, "--attribute", "--sheet", out / "moments", "--most", "1",
+    options = ("--tracker", ODD, "--attribute", "--contact-sheet", out / "moments", "--max-switches", "1",
                "--renderer", "none", "--out", out)  # fmt: skip
     done = mot_sim(*SMALL, *options)
     assert done.code == 0
@@ -53,7 +53,7 @@ def test_json_and_csv_hold_everything(mot_sim: CommandLine) -> None:
 
 
 def test_no_switches_are_said_and_no_error(mot_sim: CommandLine, tmp_path: Path) -> None:
-    options = ("--profile", "perfect", "--attribute", "--sheet", tmp_path / "sheet")
+    options = ("--profile", "perfect", "--attribute", "--contact-sheet", tmp_path / "sheet")
     done = mot_sim(*SMALL, *options)
     assert done.code == 0
     assert "no switches: there is nothing to explain" in done.err
@@ -106,11 +106,11 @@ def test_an_interrupt_keeps_what_is_finished(
         (["crossing", "--first-seed", "-2"], ["--first-seed -2"]),
         (["crossing", "--profile", "rcc"], ["unknown profile", "Did you mean 'rrc'"]),
         (["crossing", "--frames", "0"], ["0 frames"]),
-        (["crossing", "--fix", "odometry"], ["--fix odometry", "NAME=LEVEL"]),
-        (["crossing", "--fix", "odometry.drfit=1"], ["odometry.drift"]),
+        (["crossing", "--set", "odometry"], ["--set odometry", "NAME=LEVEL"]),
+        (["crossing", "--set", "odometry.drfit=1"], ["odometry.drift"]),
         (["crossing", "--jobs", "0"], ["--jobs 0"]),
-        (["crossing", "--most", "0"], ["--most 0"]),
-        (["crossing", "--sheet", "x", "--renderer", "rastr"], ["renderer", "raster"]),
+        (["crossing", "--max-switches", "0"], ["--max-switches 0"]),
+        (["crossing", "--contact-sheet", "x", "--renderer", "rastr"], ["renderer", "raster"]),
         (["--root", "/nowhere"], ["/nowhere"]),
         (["--root", "/nowhere", "--attribute"], ["--attribute is for scenes"]),
         (["--root", "/nowhere", "--first-seed", "3"], ["--first-seed is for scenes"]),

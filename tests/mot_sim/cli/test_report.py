@@ -12,7 +12,7 @@ from tests.mot_sim.cli.conftest import CommandLine
 from tests.mot_sim.report.page.made import stress_result, write_every
 from tests.mot_sim.report.page.pages import Page
 
-BARE = ("--fix", "scene.houses=0", "--fix", "scene.trees=0", "--fix", "scene.furniture=0")
+BARE = ("--set", "scene.houses=0", "--set", "scene.trees=0", "--set", "scene.furniture=0")
 SWEEP = ("sweep", "--scene", "crossing", "--seeds", 2, "--frames", 4, *BARE)
 
 
@@ -30,7 +30,7 @@ def test_a_sweep_and_a_search_leave_what_the_report_shows(
     assert (result.made.finished, result.made.trials) == (True, (8, 8))
     assert [table.name for table in result.tables] == ["means", "differences", "design"]
     search = (
-        "break", "--axis", "detector.jitter", "--to", 2, "--trackers", "default", "--seeds", 2,
+        "breaking-point", "--axis", "detector.jitter", "--to", 2, "--trackers", "default", "--seeds", 2,
         "--frames", 4, "--scene", "crossing", *BARE, "--out", tmp_path / "out/where",
     )  # fmt: skip
     assert mot_sim(*search).code == 0

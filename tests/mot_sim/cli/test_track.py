@@ -62,7 +62,7 @@ def test_the_run_file_says_how_the_results_were_made(
     mot_sim: CommandLine, tree: Path, tmp_path: Path
 ) -> None:
     arguments = ["--tracker", "paper", "--costs", "volume=0.6,reprojection=0.4"]
-    arguments += ["--associate", "greedy", "--ego", "none", "--height", "1.6", "--pitch", "-0.5"]
+    arguments += ["--association", "greedy", "--ego", "none", "--height", "1.6", "--pitch", "-0.5"]
     outcome = mot_sim("track", "--root", tree, "--out", tmp_path / "out", *arguments, "--json")
     assert outcome.code == 0
     run = json.loads((tmp_path / "out" / "run.json").read_text())

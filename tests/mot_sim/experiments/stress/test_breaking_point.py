@@ -16,8 +16,8 @@ from tracker.errors import BadConfig, TrackingError, UnknownName
 
 ODD = "tests.mot_sim.experiments.odd"
 SMALL = [
-    "break", "--scene", "crossing", "--seeds", "2", "--frames", "6", "--trackers", "default",
-    *(word for axis in BARE for word in ("--fix", f"{axis}=0")),
+    "breaking-point", "--scene", "crossing", "--seeds", "2", "--frames", "6", "--trackers", "default",
+    *(word for axis in BARE for word in ("--set", f"{axis}=0")),
 ]  # fmt: skip
 
 
@@ -167,7 +167,7 @@ def test_questions_without_an_answer_are_refused(
     [
         (["--axis", "detector.jitta"], "Did you mean"),
         (["--axis", "detector.jitter", "--plot", "x.jpg"], "ends in .png"),
-        (["--axis", "detector.jitter", "--fix", "scene.cars"], "write NAME=LEVEL"),
+        (["--axis", "detector.jitter", "--set", "scene.cars"], "write NAME=LEVEL"),
     ],
 )
 def test_wrong_input_is_one_line_and_exit_code_2(

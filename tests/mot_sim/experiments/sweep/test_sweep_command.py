@@ -16,8 +16,8 @@ from tests.mot_sim.experiments.small import trial_files
 
 ROOT = Path(__file__).parents[4]
 SMALL = [
-    "sweep", "--scene", "crossing", "--seeds", "2", "--frames", "4", "--fix", "scene.houses=0",
-    "--fix", "scene.trees=0", "--fix", "scene.furniture=0",
+    "sweep", "--scene", "crossing", "--seeds", "2", "--frames", "4", "--set", "scene.houses=0",
+    "--set", "scene.trees=0", "--set", "scene.furniture=0",
 ]  # fmt: skip
 
 
@@ -63,7 +63,7 @@ def test_axes_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
         (["--axis", "detector.jitta=0", "--out", "x"], "Did you mean 'detector.jitter'"),
         (["--axis", "detector.jitter=lots", "--out", "x"], "give a number"),
         (["--axis", "nothing", "--out", "x"], "write NAME=LEVEL"),
-        (["--fix", "nothing", "--axis", "detector.jitter=0"], "write NAME=LEVEL"),
+        (["--set", "nothing", "--axis", "detector.jitter=0"], "write NAME=LEVEL"),
         (["--profile", "rrk", "--axis", "detector.jitter=0"], "Did you mean 'rrc'"),
         (["--design", "nois"], "Did you mean 'noise'"),
         (["--axis", "detector.jitter=0", "--jobs", "0", "--out", "x"], "--jobs 0"),

@@ -80,7 +80,7 @@ def break_result() -> Result:
         "fall high", "seeds",
     )  # fmt: skip
     return Result(
-        "break", "crossing: where HOTA breaks", MADE,
+        "breaking-point", "crossing: where HOTA breaks", MADE,
         (
             ResultTable("points", "Levels that cost 5 points of HOTA", about, points),
             ResultTable("curves", "HOTA over jitter", columns, curve),
