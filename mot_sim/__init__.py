@@ -1,8 +1,96 @@
 """The testbed: it makes worlds, reads KITTI, adds noise, scores, sweeps and reports.
 
-Importing it registers the Gymnasium ids, so that `gym.make("mot_sim/Crossing-v0")` finds them.
+What users need is handed on here, and loaded when it is first asked for: `from mot_sim import
+record, find_scene`. Rooms may move, these names stay. Importing the package registers the
+Gymnasium ids, so that `gym.make("mot_sim/Crossing-v0")` finds them.
 """
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from mot_sim.envs.registration import register_environments
 
+if TYPE_CHECKING:
+    from mot_sim.datasets import box_sequence, kitti_sequence, read_labels, read_results
+    from mot_sim.evaluation.runs import track_sequence
+    from mot_sim.experiments.sweep import Design, sweep
+    from mot_sim.metrics import Scores, evaluate, evaluate_sequence
+    from mot_sim.simulation.episode import Episode, record
+    from mot_sim.simulation.registry import SCENES, find_scene
+    from mot_sim.simulation.scene import Scene
+    from mot_sim.simulation.sensors import Detector
+    from mot_sim.testing import assert_tracks, mot_episode
+    from tracker import Camera, Cuboids, Detections, Frame, Sequence, Tracker, Tracks
+
+# The room that each of these names lives in.
+_ROOMS = {
+    "Camera": "tracker",
+    "Cuboids": "tracker",
+    "Design": "mot_sim.experiments.sweep",
+    "Detections": "tracker",
+    "Detector": "mot_sim.simulation.sensors",
+    "Episode": "mot_sim.simulation.episode",
+    "Frame": "tracker",
+    "SCENES": "mot_sim.simulation.registry",
+    "Scene": "mot_sim.simulation.scene",
+    "Scores": "mot_sim.metrics",
+    "Sequence": "tracker",
+    "Tracker": "tracker",
+    "Tracks": "tracker",
+    "assert_tracks": "mot_sim.testing",
+    "box_sequence": "mot_sim.datasets",
+    "evaluate": "mot_sim.metrics",
+    "evaluate_sequence": "mot_sim.metrics",
+    "find_scene": "mot_sim.simulation.registry",
+    "kitti_sequence": "mot_sim.datasets",
+    "mot_episode": "mot_sim.testing",
+    "read_labels": "mot_sim.datasets",
+    "read_results": "mot_sim.datasets",
+    "record": "mot_sim.simulation.episode",
+    "sweep": "mot_sim.experiments.sweep",
+    "track_sequence": "mot_sim.evaluation.runs",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """One of the names above, from its room."""
+    if name not in _ROOMS:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(_ROOMS[name]), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    """The names that are handed on, loaded or not."""
+    return sorted({*globals(), *_ROOMS})
+
+
 register_environments()
+
+__all__ = [
+    "SCENES",
+    "Camera",
+    "Cuboids",
+    "Design",
+    "Detections",
+    "Detector",
+    "Episode",
+    "Frame",
+    "Scene",
+    "Scores",
+    "Sequence",
+    "Tracker",
+    "Tracks",
+    "assert_tracks",
+    "box_sequence",
+    "evaluate",
+    "evaluate_sequence",
+    "find_scene",
+    "kitti_sequence",
+    "mot_episode",
+    "read_labels",
+    "read_results",
+    "record",
+    "sweep",
+    "track_sequence",
+]

@@ -60,7 +60,7 @@ WINGS: dict[str, set[str]] = {
     "demo": {"report"},
     "cli": {"demo", "report", "diagnosis", "training", "testing", "envs"},
     "__main__": {"cli"},
-    FACE: {"envs"},
+    FACE: {"testing", "envs"},
 }
 TABLES = {"tracker": ROOMS, "mot_sim": WINGS}
 # From outside: the rooms with a door, and there only the public names.
