@@ -11,8 +11,8 @@ from numpy import ndarray as Array
 
 from benchmarks.appearance_samples import CLIPS, GAPS, Seen, matches
 from mot_sim.datasets import kitti_sequence
-from mot_sim.simulation.sensors.appearance import AppearanceNoise
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
+from mot_sim.simulation.sensors.cues import AppearanceNoise
 from mot_sim.simulation.sensors.sightings import Sightings
 from mot_sim.simulation.traffic.traffic_state import STEP
 from mot_sim.training.appearance import DescriptorDataset, pair_distances, unit_of

@@ -17,8 +17,7 @@ from numpy import ndarray as Array
 from mot_sim.simulation.episode import record
 from mot_sim.simulation.registry import find_scene
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
-from mot_sim.simulation.sensors.pose import Pose
-from mot_sim.simulation.sensors.shape import Shape
+from mot_sim.simulation.sensors.cues import Pose, Shape
 from mot_sim.simulation.sensors.sightings import Sightings
 from mot_sim.simulation.traffic.traffic_state import STEP
 from tracker.costs.shape_pose import ShapeAndPose

@@ -36,9 +36,12 @@ def across(
     """A car that crosses our road in one lane; start: its y at time 0."""
     first, last = SIDES if to_right else SIDES[::-1]
     return Script(
-        Route([(lane, first), (lane, last)]), [(0.0, speed)], start=abs(start - first),
-        size=size, kind="Van" if size == VAN else "Car",
-    )  # fmt: skip
+        Route([(lane, first), (lane, last)]),
+        [(0.0, speed)],
+        start=abs(start - first),
+        size=size,
+        kind="Van" if size == VAN else "Car",
+    )
 
 
 CARS = (

@@ -20,9 +20,14 @@ BAY = 36.0  # metres to each side that the car park reaches
 
 
 def gauntlet(
-    *, rate: float = 0.35, speed: float = 9.0, vans: int = 5, gap: float = 3.0,
-    alike: float = 0.0, frames: int = 200,
-) -> Scene:  # fmt: skip
+    *,
+    rate: float = 0.35,
+    speed: float = 9.0,
+    vans: int = 5,
+    gap: float = 3.0,
+    alike: float = 0.0,
+    frames: int = 200,
+) -> Scene:
     """Cars cross behind parked vans.
 
     rate: cars a second in each lane, 0 to 0.6. speed: m/s of the slowest lane; the others are

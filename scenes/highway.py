@@ -17,5 +17,5 @@ def highway(
     the models of cars that look the same. frames: at 10 Hz.
     """
     return live_scene(
-        "highway", "highway", cars=cars, arrivals=arrivals, alike=alike, frames=frames,
-    )  # fmt: skip
+        "highway", "highway", cars=cars, arrivals=arrivals, alike=alike, frames=frames
+    )

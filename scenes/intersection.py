@@ -20,6 +20,12 @@ def intersection(
     the models of cars that look the same. frames: at 10 Hz.
     """
     return live_scene(
-        "intersection", "intersection", cars=cars, arrivals=arrivals, parked=parked, vans=vans,
-        alike=alike, frames=frames,
-    )  # fmt: skip
+        "intersection",
+        "intersection",
+        cars=cars,
+        arrivals=arrivals,
+        parked=parked,
+        vans=vans,
+        alike=alike,
+        frames=frames,
+    )

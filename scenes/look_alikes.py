@@ -5,15 +5,24 @@ from scenes.live import live_scene
 
 
 def look_alikes(
-    *, cars: int = 54, arrivals: float = 1.5, alike: float = 1.0, models: int = 12,
+    *,
+    cars: int = 54,
+    arrivals: float = 1.5,
+    alike: float = 1.0,
+    models: int = 12,
     frames: int = 200,
-) -> Scene:  # fmt: skip
+) -> Scene:
     """A highway full of cars that look the same.
 
     cars: driving at the beginning. arrivals: cars a second that come later. alike: share of the
     models of cars that look the same. models: how many there are. frames: at 10 Hz.
     """
     return live_scene(
-        "look_alikes", "highway", cars=cars, arrivals=arrivals, alike=alike, models=models,
+        "look_alikes",
+        "highway",
+        cars=cars,
+        arrivals=arrivals,
+        alike=alike,
+        models=models,
         frames=frames,
-    )  # fmt: skip
+    )

@@ -16,6 +16,4 @@ def merge(
     cars: driving at the beginning. arrivals: cars a second that come later. alike: share of
     the models of cars that look the same. frames: at 10 Hz.
     """
-    return live_scene(
-        "merge", "merge", cars=cars, arrivals=arrivals, alike=alike, frames=frames,
-    )  # fmt: skip
+    return live_scene("merge", "merge", cars=cars, arrivals=arrivals, alike=alike, frames=frames)

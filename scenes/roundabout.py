@@ -20,6 +20,12 @@ def roundabout(
     of the models of cars that look the same. frames: at 10 Hz.
     """
     return live_scene(
-        "roundabout", "roundabout", cars=cars, arrivals=arrivals, parked=parked, vans=vans,
-        alike=alike, frames=frames,
-    )  # fmt: skip
+        "roundabout",
+        "roundabout",
+        cars=cars,
+        arrivals=arrivals,
+        parked=parked,
+        vans=vans,
+        alike=alike,
+        frames=frames,
+    )

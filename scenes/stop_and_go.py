@@ -17,9 +17,13 @@ KNOTS = 0.5  # seconds between the points of a speed table
 
 
 def stop_and_go(
-    *, speed: float = 6.0, period: float = 14.0, gap: float = 4.0, alike: float = 0.0,
+    *,
+    speed: float = 6.0,
+    period: float = 14.0,
+    gap: float = 4.0,
+    alike: float = 0.0,
     frames: int = 200,
-) -> Scene:  # fmt: skip
+) -> Scene:
     """Three columns of cars that stop and go.
 
     speed: m/s between two stops. period: seconds from stop to stop. gap: metres between cars

@@ -20,6 +20,12 @@ def street(
     of the models of cars that look the same. frames: at 10 Hz.
     """
     return live_scene(
-        "street", "street", cars=cars, arrivals=arrivals, parked=parked, vans=vans,
-        alike=alike, frames=frames,
-    )  # fmt: skip
+        "street",
+        "street",
+        cars=cars,
+        arrivals=arrivals,
+        parked=parked,
+        vans=vans,
+        alike=alike,
+        frames=frames,
+    )

@@ -20,6 +20,12 @@ def t_junction(
     of the models of cars that look the same. frames: at 10 Hz.
     """
     return live_scene(
-        "t_junction", "t_junction", cars=cars, arrivals=arrivals, parked=parked, vans=vans,
-        alike=alike, frames=frames,
-    )  # fmt: skip
+        "t_junction",
+        "t_junction",
+        cars=cars,
+        arrivals=arrivals,
+        parked=parked,
+        vans=vans,
+        alike=alike,
+        frames=frames,
+    )

@@ -46,8 +46,7 @@ class Calibrate:
         from mot_sim.files.writing import require_writable, write_lines
         from mot_sim.plotting import write_image
         from mot_sim.simulation.sensors.fitting.calibrate import fit_profile, simulate
-        from mot_sim.simulation.sensors.fitting.fit_plot import fit_picture
-        from mot_sim.simulation.sensors.fitting.fit_report import curves, fit_lines
+        from mot_sim.simulation.sensors.fitting.fit_report import curves, fit_lines, fit_picture
         from mot_sim.simulation.sensors.fitting.measure import measure
         from mot_sim.simulation.sensors.profile import profile_lines
 

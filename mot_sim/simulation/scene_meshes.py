@@ -64,11 +64,15 @@ def levels_of(mesh: Mesh) -> tuple[Mesh, ...]:
     return (
         mesh,
         *(
-            Mesh(mesh.vertices, level.faces, mesh.colours[level.origins],
-                 mesh.semantics[level.origins])
+            Mesh(
+                mesh.vertices,
+                level.faces,
+                mesh.colours[level.origins],
+                mesh.semantics[level.origins],
+            )
             for level in coarse_levels().values()
         ),
-    )  # fmt: skip
+    )
 
 
 def semantics_of(shape: CarShape) -> UInt8[Array, " f"]:

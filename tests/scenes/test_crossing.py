@@ -50,14 +50,18 @@ def test_nobody_jumps_brakes_or_turns_harder_than_a_car_can(episode) -> None:
 
 def test_cars_cross_from_both_sides_and_one_oncoming_turns_left_before_us(episode) -> None:
     ends = {car: (path[0], path[-1]) for car, path in paths(episode).items()}
-    crossing = {car: np.sign(last[2] - first[2]) for car, (first, last) in ends.items()
-                if abs(last[2] - first[2]) > 30 and abs(last[1] - first[1]) < 1}  # fmt: skip
+    crossing = {
+        car: np.sign(last[2] - first[2])
+        for car, (first, last) in ends.items()
+        if abs(last[2] - first[2]) > 30 and abs(last[1] - first[1]) < 1
+    }
     assert sorted(crossing.values()).count(1.0) >= 2
     assert sorted(crossing.values()).count(-1.0) >= 2
     turning = [
-        car for car, (first, last) in ends.items()
+        car
+        for car, (first, last) in ends.items()
         if abs(first[3]) == pytest.approx(np.pi) and np.sin(last[3]) == pytest.approx(1.0)
-    ]  # fmt: skip
+    ]
     assert len(turning) == 1
 
 

@@ -1,10 +1,9 @@
 """The deformable fleet: shape coefficients -> mesh, keypoints, size; paints, look-alikes, files."""
 
-from mot_sim.simulation.cars.carshape import CarShape
+from mot_sim.simulation.cars.carshape import PAINTS, CarShape, paint_colour
 from mot_sim.simulation.cars.design import BODIES
 from mot_sim.simulation.cars.files import export_car, load_car
 from mot_sim.simulation.cars.fleet import Cars, Fleet, load_fleet, look_alike_ids
-from mot_sim.simulation.cars.paint import PAINTS, paint_colour
 from mot_sim.simulation.cars.topology import PARTS, Topology, topology
 from mot_sim.simulation.cars.vehicles import Models, Vehicles, VehicleSampler
 

@@ -1,25 +1,80 @@
-"""Makes the three shipped files: `python -m mot_sim.simulation.cars.build`, after a change of the design.
+"""Builds the shipped files: `python -m mot_sim.simulation.cars.build`, after a change of design.
 
-One population gives both the mesh basis of the fleet and the keypoint prior of the tracker, so
-the same coefficients mean the same car in both.
+A seeded population of cars, its mean and its principal components: where eq. 1 comes from. One
+population gives both the mesh basis of the fleet and the keypoint prior of the tracker, so the
+same coefficients mean the same car in both.
 """
 
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray as Array
+from scipy.linalg import eigh
 
-from mot_sim.simulation.cars.body import authors_keypoints, whole
 from mot_sim.simulation.cars.coarse import LEVELS, SHIPPED_COARSE, simplify
-from mot_sim.simulation.cars.population import (
-    ARRAYS,
-    SHIPPED_FLEET,
-    Components,
-    components,
-    population,
+from mot_sim.simulation.cars.design import BODIES, SHARES, draw_designs
+from mot_sim.simulation.cars.fleet import ARRAYS, COMPONENTS, SHIPPED_FLEET, Components
+from mot_sim.simulation.cars.topology import (
+    authors_keypoints,
+    half_keypoints,
+    half_points,
+    topology,
+    whole,
 )
-from mot_sim.simulation.cars.topology import topology
+from mot_sim.simulation.random_numbers import named_stream
 from tracker.shape import KEYPOINTS, SHIPPED_PRIOR, ShapeBasis, save_prior
+
+SEED = 2018
+CARS = 1600
+KEYPOINT_SHARE = 0.5  # how much the keypoints count against all points of the mesh
+
+
+def population(
+    count: int = CARS, seed: int = SEED
+) -> tuple[Float[Array, "n h 3"], Int[Array, " n"]]:
+    """The left halves of `count` cars and the number of each one's body in BODIES.
+
+    A function of the seed alone. The bodies come in fixed shares.
+    """
+    halves, bodies = [], []
+    for number, body in enumerate(BODIES):
+        cars = round(count * SHARES[body])
+        designs = draw_designs(body, cars, named_stream(seed, f"designs of {body}"))
+        halves.append(half_points(designs))
+        bodies.append(np.full(cars, number))
+    return np.concatenate(halves), np.concatenate(bodies)
+
+
+def components(halves: Float[Array, "n h 3"], bodies: Int[Array, " n"]) -> Components:
+    """The principal components over points and keypoints jointly.
+
+    Points and keypoints are weighted so that the keypoints make up KEYPOINT_SHARE of the
+    population's variance. The signs are fixed: the coordinate that moves most moves
+    towards +.
+    """
+    mean = halves.mean(axis=0)
+    offsets = (halves - mean).reshape(len(halves), -1)
+    marks = (half_keypoints(halves)[:, :18] - half_keypoints(mean)[:18]).reshape(len(halves), -1)
+    weight = np.sqrt((offsets**2).sum() / (marks**2).sum() * KEYPOINT_SHARE / (1 - KEYPOINT_SHARE))
+    joint = np.concatenate((offsets, weight * marks), axis=1)
+    order = joint.shape[1]
+    values, axes = eigh(
+        joint.T @ joint / len(halves), subset_by_index=(order - COMPONENTS, order - 1)
+    )
+    # Coefficients have the unit of a root mean square shift of the points.
+    scores = joint @ axes[:, ::-1] / np.sqrt(order / 3)
+    std = np.sqrt(values[::-1] / (order / 3))
+    vectors = scores.T @ offsets / (len(halves) * std[:, None] ** 2)
+    sign = np.sign(vectors[np.arange(COMPONENTS), np.abs(vectors).argmax(axis=1)])
+    lambdas, vectors = scores * sign, vectors * sign[:, None]
+    means = np.stack([lambdas[bodies == body].mean(axis=0) for body in range(len(BODIES))])
+    roots = np.stack(
+        [np.linalg.cholesky(np.cov(lambdas[bodies == body].T)) for body in range(len(BODIES))]
+    )
+    return Components(mean, vectors.reshape(COMPONENTS, -1, 3), std, means, roots)
+
 
 AT_EDGE = 1e-6  # metres
 DECIMALS = 6  # micrometres: what differs between processors stays below

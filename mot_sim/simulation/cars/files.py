@@ -10,9 +10,8 @@ from numpy import ndarray as Array
 from trimesh.exchange.gltf import export_glb
 from trimesh.resolvers import FilePathResolver
 
-from mot_sim.simulation.cars.carshape import CarShape
+from mot_sim.simulation.cars.carshape import OTHERS, CarShape, Paint, paint_colour
 from mot_sim.simulation.cars.fleet import Fleet, load_fleet
-from mot_sim.simulation.cars.paint import OTHERS, Paint, paint_colour
 from mot_sim.simulation.cars.topology import PARTS
 from tracker.errors import BadConfig, BadFile, BadOutput, UnknownName
 

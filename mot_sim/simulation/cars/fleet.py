@@ -10,22 +10,39 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 from scipy.optimize import lsq_linear
 
-from mot_sim.simulation.cars.body import authors_keypoints, whole
-from mot_sim.simulation.cars.carshape import CarShape
+from mot_sim.simulation.cars.carshape import PAINTS, CarShape, choose
 from mot_sim.simulation.cars.design import BODIES, SHARES
-from mot_sim.simulation.cars.paint import PAINTS, choose
-from mot_sim.simulation.cars.population import ARRAYS, COMPONENTS, SHIPPED_FLEET, Components
-from mot_sim.simulation.cars.topology import EXTREMES, topology
+from mot_sim.simulation.cars.topology import EXTREMES, authors_keypoints, topology, whole
 from mot_sim.simulation.random_numbers import normal, uniform
 from tracker.errors import BadConfig, UnknownName
 from tracker.shape import KEYPOINTS, KEYPOINTS_14
 
+SHIPPED_FLEET = Path(__file__).with_name("fleet.npz")
+COMPONENTS = 20  # the most coefficients that a fleet may use
 MOST_SIGMAS = 4.0  # shapes further out are no cars any more
 DRAWN_SIGMAS = 2.0  # within a body
 NEAREST_SIGMAS = 3.0
 TALL = 1.95  # metres: higher than any other car's mean by far
 SIZE_SIGMA = 0.01  # metres: how closely `nearest` follows a size before it stretches
 ROWS_14 = [KEYPOINTS.index(name) for name in KEYPOINTS_14]
+
+
+@dataclass(frozen=True, eq=False)
+class Components:
+    """Mean and principal components of the left halves of cars, and where the bodies lie.
+
+    mean, vectors: `half_points`, metres. std: of each coefficient. body_means, body_roots: mean
+    and a root of the covariance of the coefficients of every body, in the order of BODIES.
+    """
+
+    mean: Float[Array, "h 3"]
+    vectors: Float[Array, "b h 3"]
+    std: Float[Array, " b"]
+    body_means: Float[Array, "m b"]
+    body_roots: Float[Array, "m b b"]
+
+
+ARRAYS = ("mean", "vectors", "std", "body_means", "body_roots")  # what the file holds
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,9 +106,15 @@ class Fleet:
         half, shared = self.halves(coefficients), topology()
         points = authors_keypoints(half)
         return CarShape(
-            whole(half), shared.faces, shared.parts, shared.pieces,
-            points[:36], points[ROWS_14], coefficients, np.ones(3),
-        )  # fmt: skip
+            whole(half),
+            shared.faces,
+            shared.parts,
+            shared.pieces,
+            points[:36],
+            points[ROWS_14],
+            coefficients,
+            np.ones(3),
+        )
 
     def check(self, coefficients: Float[Array, "n b"]) -> None:
         """Raise BadConfig for coefficients that are no car of this fleet."""

@@ -1,4 +1,4 @@
-"""The one mesh that all cars share: faces, parts, mirrored points, where the keypoints are.
+"""The one mesh that all cars share: points, faces, parts, where the keypoints are.
 
 Only the left half is built; points on the middle plane are shared, all others have a twin on
 the right. A quad a, b, c, d is split along a-c.
@@ -9,11 +9,21 @@ from functools import cache
 from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.simulation.cars.fittings import SPOKES, WHEEL_POINTS
-from mot_sim.simulation.cars.shell import RING, STATIONS
+from mot_sim.simulation.cars.design import Designs
+from mot_sim.simulation.cars.shell import (
+    RING,
+    SPOKES,
+    STATIONS,
+    WHEEL_POINTS,
+    cap,
+    mirror,
+    plate,
+    shell,
+    wheel,
+)
 
 PARTS = ("paint", "glass", "trim", "headlight", "taillight", "plate", "tyre", "rim")
 WINDSCREEN, REAR_WINDOW = (5, 6), (12, 13)  # between these stations and the next
@@ -174,3 +184,50 @@ def _box(first: int, sides: range | tuple[int, ...]) -> list[Triangle]:
         a, b, c, d = (first + corner for corner in quads[side])
         faces += _quad(a, b, c, d, part)
     return faces
+
+
+def half_points(designs: Designs) -> Float[Array, "n h 3"]:
+    """The left halves of cars: x forward, y down, z left, metres; the wheels stand on y = 0."""
+    body = shell(designs)
+    front, rear = cap(designs, body, True), cap(designs, body, False)
+    count = len(body)
+    pieces = (
+        body,
+        front,
+        rear,
+        wheel(designs, True),
+        wheel(designs, False),
+        mirror(designs, body),
+        plate(designs, front, True),
+        plate(designs, rear, False),
+    )
+    shapes = [(count, int(np.prod(piece.shape[1:-1])), 3) for piece in pieces]
+    points = np.concatenate(
+        [piece.reshape(shape) for piece, shape in zip(pieces, shapes, strict=True)], axis=1
+    )
+    assert points.shape[1] == HALF_POINTS
+    return points * np.array([1.0, -1.0, 1.0])
+
+
+def whole(half: Float[Array, "*n h 3"]) -> Float[Array, "*n v 3"]:
+    """Cars, or their changes, from their left halves: the right is the exact mirror image."""
+    shared = topology()
+    sides = np.where(shared.on_right, -1.0, 1.0)
+    points = half[..., shared.twins, :]
+    points[..., 2] *= sides
+    return points
+
+
+def half_keypoints(half: Float[Array, "*n h 3"]) -> Float[Array, "*n 19 3"]:
+    """The named points of the left side (see KEYPOINTS), in that order."""
+    first, second = np.array(list(KEYPOINTS.values())).T
+    return 0.5 * (half[..., first, :] + half[..., second, :])
+
+
+def authors_keypoints(half: Float[Array, "*n h 3"]) -> Float[Array, "*n 38 3"]:
+    """All keypoints: the authors' rows 0..17, their mirror images 18..35, and the two mirrors."""
+    left = half_keypoints(half)
+    right = left * np.array([1.0, 1.0, -1.0])
+    return np.concatenate(
+        (left[..., :18, :], right[..., :18, :], left[..., 18:, :], right[..., 18:, :]), axis=-2
+    )

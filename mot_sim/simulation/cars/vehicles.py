@@ -8,10 +8,9 @@ from jaxtyping import Bool, Float, Int, Shaped
 from numpy import ndarray as Array
 from trimesh.triangles import closest_point
 
-from mot_sim.simulation.cars.carshape import CarShape
+from mot_sim.simulation.cars.carshape import CarShape, paint_colour
 from mot_sim.simulation.cars.design import BODIES
 from mot_sim.simulation.cars.fleet import Cars, Fleet, load_fleet, look_alike_ids
-from mot_sim.simulation.cars.paint import paint_colour
 from mot_sim.simulation.traffic.recording import RecordedTraffic
 from tracker.errors import BadConfig, UnknownName
 from tracker.types import Rows
@@ -42,9 +41,13 @@ class Vehicles(Rows):
         """Nobody."""
         words = np.zeros(0, "<U9")
         return cls(
-            np.zeros(0, np.int64), words, words, words, np.zeros((0, coefficients)),
+            np.zeros(0, np.int64),
+            words,
+            words,
+            words,
+            np.zeros((0, coefficients)),
             np.zeros((0, 3)),
-        )  # fmt: skip
+        )
 
     def rows(self, ids: Int[Array, " m"]) -> Int[Array, " m"]:
         """The rows of some ids."""
@@ -169,9 +172,13 @@ class VehicleSampler:
         names = np.array(list(BODIES))[body]
         by_body = np.where(names == VAN, "Van", "Car")
         return Vehicles(
-            ids, np.where(kinds == "", by_body, kinds), names,
-            self._paints(models, model, is_model, ids, seed), lambdas, sizes,
-        )  # fmt: skip
+            ids,
+            np.where(kinds == "", by_body, kinds),
+            names,
+            self._paints(models, model, is_model, ids, seed),
+            lambdas,
+            sizes,
+        )
 
     def _like(self, size: Float[Array, "3"], kind: str) -> tuple[Float[Array, " b"], int]:
         """Coefficients and body of a car of this size: a 'Van' is a van, a 'Car' is none."""

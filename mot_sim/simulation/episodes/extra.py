@@ -1,4 +1,7 @@
-"""The one file with what KITTI's cannot hold: traffic, cast, all of the truth, the exact camera."""
+"""The one file with what KITTI's cannot hold: traffic, vehicles, all of the truth, exact camera.
+
+The checksum of the file finds accidents; `require_sound` finds what was written on purpose.
+"""
 
 import json
 from collections.abc import Callable, Mapping
@@ -13,14 +16,82 @@ from numpy import ndarray as Array
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.files.array_files import ArrayFormat, checksum, require_columns
 from mot_sim.files.documents import parse_json
+from mot_sim.files.text import LARGEST
 from mot_sim.simulation.cars.vehicles import Vehicles
 from mot_sim.simulation.episode import SimulatedDrive
-from mot_sim.simulation.episodes.soundness import ALWAYS, require_metadata, require_sound
+from mot_sim.simulation.episodes.places import PICTURES
 from mot_sim.simulation.scene import Knob
 from mot_sim.simulation.traffic.recording import RecordedTraffic
 from mot_sim.simulation.truth import Annotations, Events, Occlusions, Truth
 from tracker.errors import BadCalibration, BadFile
 from tracker.types import Camera, Cuboids, Detections, Tracks
+
+# Tables whose numbers may be NaN, where a car is not there or a point is behind the camera.
+WITH_GAPS = ("traffic.", "truth.", "log.")
+NEVER_NAN = ("traffic.ego", "traffic.start", "log.detections.boxes", "log.detections.scores")
+# Columns of the truth that are there, though other tracks may lack them.
+ALWAYS = tuple(
+    f"truth.tracks.{column}"
+    for column in (
+        "kinds", "truncation", "occlusion", "cuboids.base", "cuboids.yaw", "cuboids.size"
+    )
+)  # fmt: skip
+FRAMES = ("truth.tracks.frames", "occlusions.frames", "events.frames", "log.frames")
+
+
+def require_metadata(told: Any) -> None:
+    """Raise ValueError for metadata with words where numbers belong, and the other way round."""
+    kinds = {
+        "scene": str,
+        "knobs": dict,
+        "seed": int,
+        "frames": int,
+        "renderer": str | None,
+        "pictures": list,
+        "versions": dict,
+        "sha256": dict,
+    }
+    for name, kind in kinds.items():
+        value = told[name]
+        if not isinstance(value, kind) or isinstance(value, bool):
+            raise ValueError(f"{name} is {value!r:.80}")
+    if not (0 <= told["seed"] < 2**63 and told["frames"] >= 0):
+        raise ValueError(f"seed {told['seed']!r:.30} and {told['frames']!r:.30} frames")
+    if not all(isinstance(part, str) and part in PICTURES for part in told["pictures"]):
+        raise ValueError(f"pictures {told['pictures']!r:.80}; known: {', '.join(PICTURES)}")
+    words = [*told["versions"].values(), *told["sha256"].values()]
+    if not all(isinstance(word, str) for word in words):
+        raise ValueError("a version or a hash that is no word")
+    if not all(isinstance(knob, int | float | str) for knob in told["knobs"].values()):
+        raise ValueError(f"knobs {told['knobs']!r:.80}")
+
+
+def require_sound(arrays: Mapping[str, Array], frame_count: int, path: Path) -> None:
+    """Raise BadFile for numbers that no episode has.
+
+    Those are: infinity, giants, NaN where a number must be, frames outside the recording or out
+    of order, more frames than worlds.
+    """
+    worlds = len(arrays["traffic.present"])
+    if not 0 <= frame_count <= worlds:
+        raise BadFile(f"{path}: {frame_count} frames of {worlds} worlds; record again")
+    for name, array in arrays.items():
+        if array.dtype.kind != "f":
+            continue
+        numbers = array if name in NEVER_NAN or not name.startswith(WITH_GAPS) else _known(array)
+        if not (np.abs(numbers) <= LARGEST).all():
+            raise BadFile(f"{path}: {name} holds a number that is not finite; record again")
+    for name in FRAMES:
+        frames = arrays[name]
+        if len(frames) and not (frames[0] >= 0 and frames[-1] < max(worlds, 1)):
+            raise BadFile(f"{path}: {name} reaches beyond the {worlds} worlds; record again")
+        if (frames[1:] < frames[:-1]).any():
+            raise BadFile(f"{path}: {name} is not in order; record again")
+
+
+def _known(array: Array) -> Array:
+    return array[~np.isnan(array)]
+
 
 FORMAT = ArrayFormat("an episode", 1)
 Kind = TypeVar("Kind")
@@ -81,10 +152,14 @@ class Extra:
 def arrays_of(drive: SimulatedDrive) -> dict[str, Array]:
     """The arrays of an episode, by `table.column`."""
     tables = {
-        "traffic": drive.traffic, "cast": drive.vehicles, "truth": drive.exact,
-        "occlusions": drive.occlusions, "events": drive.events, "log": drive.log,
+        "traffic": drive.traffic,
+        "cast": drive.vehicles,
+        "truth": drive.exact,
+        "occlusions": drive.occlusions,
+        "events": drive.events,
+        "log": drive.log,
         "camera": drive.camera,
-    }  # fmt: skip
+    }
     found: dict[str, Array] = {}
     for name, table in tables.items():
         found |= _columns(name, table)

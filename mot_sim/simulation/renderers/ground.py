@@ -117,9 +117,9 @@ def road_rgba(camera: Camera, road: Road) -> UInt8[Array, "r w 4"]:
     warps = [road_warp(camera, level) for level in road.levels]
     image = np.empty((height - first, width, 4), np.uint8)
     for top, bottom, finer, number in cuts(camera, road):
-        A_band_image = np.array([
-            [1.0, 0.0, 0.0], [0.0, finer, 0.5 * (finer - 1.0) - finer * top], [0.0, 0.0, 1.0],
-        ])  # fmt: skip
+        A_band_image = np.array(
+            [[1.0, 0.0, 0.0], [0.0, finer, 0.5 * (finer - 1.0) - finer * top], [0.0, 0.0, 1.0]]
+        )
         band = cv2.warpPerspective(
             road.levels[number].texture.rgba,
             A_band_image @ warps[number],

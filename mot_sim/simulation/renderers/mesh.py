@@ -1,6 +1,15 @@
-"""The OpenGL renderer: pyrender draws the objects, lit and anti-aliased; the road is raster's."""
+"""The OpenGL renderer: pyrender draws the objects, lit and anti-aliased; the road is raster's.
 
+pyrender is loaded and mended here: 0.1.45 asks numpy for `infty`, which numpy 2 no longer has,
+and pins PyOpenGL 3.1.0, which works with EGL but lacks what pyrender needs of OSMesa.
+"""
+
+import os
+import warnings
+from ctypes.util import find_library
 from functools import lru_cache
+from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 import cv2
@@ -8,11 +17,55 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.simulation.renderers.context import load_pyrender, offscreen
 from mot_sim.simulation.renderers.raster import RasterRenderer
 from mot_sim.simulation.renderers.triangles import NEAR
 from mot_sim.simulation.renderers.view import NO_INSTANCE, Mesh, Rendered, View
-from tracker.errors import BadConfig
+from tracker.errors import BadConfig, NoOpenGL
+
+PLATFORMS = {"egl": "EGL", "osmesa": "OSMesa"}  # PyOpenGL's name, and that of the library
+CURE = (
+    "install 'mot-sim[gl]' and a library, libegl1 with libegl-mesa0 or a GPU's driver "
+    "(or libosmesa6 with PyOpenGL >= 3.1.7, which pyrender's pin keeps out: pip install "
+    "--no-deps), or take the renderer 'raster'"
+)
+
+
+class _OldNumpy:
+    """numpy with the name that pyrender still uses."""
+
+    infty = np.inf
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(np, name)
+
+
+def load_pyrender() -> ModuleType:
+    """pyrender, ready to draw without a window. Raises NoOpenGL where that cannot be."""
+    platform = os.environ.get("PYOPENGL_PLATFORM") or next(
+        (name for name, library in PLATFORMS.items() if find_library(library)), None
+    )
+    if platform is None:
+        raise NoOpenGL(f"neither libEGL nor libOSMesa is here: {CURE}")
+    os.environ["PYOPENGL_PLATFORM"] = platform  # read when OpenGL is first imported
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            pyrender = import_module("pyrender")
+    except (ImportError, AttributeError, OSError, TypeError) as error:
+        raise NoOpenGL(f"pyrender cannot be loaded over {platform} ({error}): {CURE}") from error
+    pyrender.mesh.np = _OldNumpy()
+    return pyrender
+
+
+def offscreen(pyrender: ModuleType, width: int, height: int) -> Any:
+    """A place to draw to. Raises NoOpenGL where the driver gives none."""
+    errors = import_module("OpenGL.error")
+    try:
+        return pyrender.OffscreenRenderer(width, height)
+    except (ImportError, AttributeError, OSError, ValueError, RuntimeError, errors.Error) as error:
+        platform = os.environ["PYOPENGL_PLATFORM"]
+        raise NoOpenGL(f"no OpenGL context over {platform} ({error}): {CURE}") from error
+
 
 FAR = 2000.0  # metres; nothing farther is drawn
 GAMMA = 2.2  # pyrender's: it lights linear colours and encodes the sum

@@ -8,9 +8,8 @@ import numpy as np
 from jaxtyping import Float, Int, Int32, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.simulation.renderers.clipping import clip_polygon
 from mot_sim.simulation.renderers.surroundings import Sun
-from mot_sim.simulation.renderers.triangles import side_planes
+from mot_sim.simulation.renderers.triangles import clip_polygon, side_planes
 from mot_sim.simulation.renderers.view import Mesh, View
 from tracker.geometry import transform
 from tracker.types import Camera

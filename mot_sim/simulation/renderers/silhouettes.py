@@ -188,9 +188,9 @@ def hiders(
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
     nearest = triangles.corners[..., 2].min(axis=1, initial=np.inf)
     deep = np.flatnonzero(np.isfinite(farthest))
-    around = np.concatenate((
-        boxes[deep, :2].min(axis=0, initial=np.inf), boxes[deep, 2:].max(axis=0, initial=-np.inf),
-    ))  # fmt: skip
+    around = np.concatenate(
+        (boxes[deep, :2].min(axis=0, initial=np.inf), boxes[deep, 2:].max(axis=0, initial=-np.inf))
+    )
     rows = np.flatnonzero(_over(low, high, around) & (nearest < farthest.max(initial=-np.inf)))
     low, high, nearest = low[rows], high[rows], nearest[rows]
     may = np.zeros(len(rows), bool)

@@ -113,11 +113,13 @@ class Road:
             raise BadConfig(f"a road between x {x} and z {z}: give the smaller edge first")
         width, height = texture.size
         across, along = width / (x[1] - x[0]), height / (z[1] - z[0])
-        A_texture_road = np.array([
-            [across, 0.0, -across * x[0] - 0.5],
-            [0.0, -along, along * z[1] - 0.5],
-            [0.0, 0.0, 1.0],
-        ])  # fmt: skip
+        A_texture_road = np.array(
+            [
+                [across, 0.0, -across * x[0] - 0.5],
+                [0.0, -along, along * z[1] - 0.5],
+                [0.0, 0.0, 1.0],
+            ]
+        )
         return cls(texture, A_texture_road, around)
 
 

@@ -6,12 +6,11 @@ view = world.view(camera, ego, cars)
 image = look(weather, view, renderer.render(view), seed, frame)
 """
 
-from mot_sim.simulation.scenery.knobs import Knobs
-from mot_sim.simulation.scenery.light import Light
 from mot_sim.simulation.scenery.neighbourhood import Neighbourhood
+from mot_sim.simulation.scenery.placing import Knobs
 from mot_sim.simulation.scenery.post_processing import post_process
 from mot_sim.simulation.scenery.scenery import Scenery
-from mot_sim.simulation.scenery.weather import WEATHERS, Weather, find_weather
+from mot_sim.simulation.scenery.weather import WEATHERS, Light, Weather, find_weather
 
 __all__ = [
     "WEATHERS", "Knobs", "Light", "Neighbourhood", "Scenery", "Weather", "find_weather", "post_process",

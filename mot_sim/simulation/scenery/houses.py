@@ -143,18 +143,27 @@ def _roof(
         x = np.linspace(-over, width + over, (5, 3, 2)[detail])
         for k in range(strips):
             for a, b in itertools.pairwise(x):
-                quads.append([(a, y[k], h[k]), (b, y[k], h[k]), (b, y[k + 1], h[k + 1]),
-                              (a, y[k + 1], h[k + 1])])  # fmt: skip
+                quads.append(
+                    [
+                        (a, y[k], h[k]),
+                        (b, y[k], h[k]),
+                        (b, y[k + 1], h[k + 1]),
+                        (a, y[k + 1], h[k + 1]),
+                    ]
+                )
     tones = shaded(colour, rng.uniform(0.86, 1.08, len(quads)))
-    gables = np.array([
-        [(x, 0.0, high), (x, depth, high), (x, 0.5 * depth, high + rise)] for x in (0.0, width)
-    ])  # fmt: skip
+    gables = np.array(
+        [[(x, 0.0, high), (x, depth, high), (x, 0.5 * depth, high + rise)] for x in (0.0, width)]
+    )
     inside = middle + (0.0, 0.0, 0.4 * high)
     chimney = _chimney(0.3 * width, 0.42 * depth, high + 0.7 * rise)
-    return join([
-        facing(np.array(quads), tones, Semantic.BUILDING, inside),
-        facing(gables, wall, Semantic.BUILDING, inside), chimney,
-    ])  # fmt: skip
+    return join(
+        [
+            facing(np.array(quads), tones, Semantic.BUILDING, inside),
+            facing(gables, wall, Semantic.BUILDING, inside),
+            chimney,
+        ]
+    )
 
 
 def _chimney(x: float, y: float, low: float) -> Solid:

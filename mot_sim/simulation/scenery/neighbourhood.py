@@ -9,10 +9,10 @@ from mot_sim.simulation.renderers import MeshInstances, Road, Sky, Sun, View
 from mot_sim.simulation.renderers.triangles import NEAR
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scenery.ground import Ground
-from mot_sim.simulation.scenery.knobs import Knobs
-from mot_sim.simulation.scenery.light import Light
 from mot_sim.simulation.scenery.panorama import panorama_of
+from mot_sim.simulation.scenery.placing import Knobs
 from mot_sim.simulation.scenery.scenery import Scenery, checked, shadows_of
+from mot_sim.simulation.scenery.weather import Light
 from mot_sim.simulation.scenery.window import Windows
 from mot_sim.simulation.traffic.roads import Roads
 from tracker.types import Camera

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int, Int32, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.simulation.renderers.clipping import clip_polygon
+from mot_sim.simulation.renderers.triangles import clip_polygon
 
 SHIFT = 4  # fractional bits of the corners
 SQUARE = 16.0  # metres: patches are looked up by squares of this size

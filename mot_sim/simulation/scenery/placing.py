@@ -9,12 +9,33 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.simulation import random_numbers
-from mot_sim.simulation.scenery.furniture import garden_wall, rail
 from mot_sim.simulation.scenery.houses import house
-from mot_sim.simulation.scenery.plants import hedge
-from mot_sim.simulation.scenery.props import Make, makers
+from mot_sim.simulation.scenery.props import Make, garden_wall, hedge, makers, rail
 from mot_sim.simulation.scenery.solids import Solid
 from mot_sim.simulation.scenery.terrain import Terrain
+from tracker.errors import BadConfig
+
+MOST = 3.0  # times a usual town's density
+
+
+@dataclass(frozen=True)
+class Knobs:
+    """What a neighbourhood looks like; wear: of asphalt and paint, 0 to 1.
+
+    houses, trees, furniture (lamps, signs, fences): 0 = none, 1 = as in a usual town, at most 3.
+    """
+
+    wear: float = 0.5
+    houses: float = 1.0
+    trees: float = 1.0
+    furniture: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name, most in (("wear", 1.0), ("houses", MOST), ("trees", MOST), ("furniture", MOST)):
+            value = getattr(self, name)
+            if not 0.0 <= value <= most:
+                raise BadConfig(f"{name} of a neighbourhood is {value:g}: give 0 to {most:g}")
+
 
 HOUSES = 18  # that differ; streets draw from them
 CLEAR = 1.0  # metres from any thing to the asphalt, on a grid of half a metre
@@ -93,9 +114,9 @@ def _houses(terrain: Terrain, seed: int, away: float, amount: float) -> list[Ite
         width, depth = _house_size(kind)
         along = np.array([out[1], -out[0]])  # so that the house lies to the left of x, behind y
         start = point - 0.5 * width * along + 2.5 * draw[3] * out
-        base = start + np.array([
-            0.0 * out, width * along, width * along + depth * out, depth * out,
-        ])  # fmt: skip
+        base = start + np.array(
+            [0.0 * out, width * along, width * along + depth * out, depth * out]
+        )
         behind = terrain.distance[terrain.cells(base[2:])].min()
         if behind < away + depth - 3.0:  # another road lies behind it, as around an island
             continue
@@ -131,9 +152,14 @@ def _set_down(solid: Solid, start: Array, turn: float, out: Array) -> Solid:
 
 
 def _single(
-    terrain: Terrain, seed: int, kind: str, away: float, pitch: float, amount: float,
+    terrain: Terrain,
+    seed: int,
+    kind: str,
+    away: float,
+    pitch: float,
+    amount: float,
     scatter: float = 0.5,
-) -> list[Item]:  # fmt: skip
+) -> list[Item]:
     """Trees, bushes, lamps or signs, one by one."""
     make, radius, leafy = makers(seed)[kind]
     circle = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]) * radius
@@ -174,9 +200,9 @@ def _fences(terrain: Terrain, seed: int, amount: float) -> list[Item]:
         length = 5.0 + int(5.0 * draw[1])
         along = np.array([out[1], -out[0]])
         start = point - 0.5 * length * along
-        base = start + np.array([
-            -0.36 * out, length * along - 0.36 * out, length * along + 0.36 * out, 0.36 * out,
-        ])  # fmt: skip
+        base = start + np.array(
+            [-0.36 * out, length * along - 0.36 * out, length * along + 0.36 * out, 0.36 * out]
+        )
         if draw[2] < 0.75 * amount and terrain.is_free(base, PLOT - 1.0):
             terrain.take(base)
             turn = float(np.arctan2(along[1], along[0]))

@@ -78,11 +78,17 @@ def _toned(image: Image, weather: Weather, rendered: Rendered) -> Image:
             0, int(np.flatnonzero(np.isinf(rendered.depth).any(axis=1)).max(initial=-1)) + 1
         )
         sky = np.isinf(rendered.depth[rows]).view(np.uint8)
-        mixed = cv2.addWeighted(
-            image[rows], 1.0 - 0.8 * weather.overcast,
-            cv2.merge([np.full(sky.shape, one, np.uint8) for one in GREY_SKY]),
-            0.8 * weather.overcast, 0.0,
-        ) if sky.any() else image[rows]  # fmt: skip
+        mixed = (
+            cv2.addWeighted(
+                image[rows],
+                1.0 - 0.8 * weather.overcast,
+                cv2.merge([np.full(sky.shape, one, np.uint8) for one in GREY_SKY]),
+                0.8 * weather.overcast,
+                0.0,
+            )
+            if sky.any()
+            else image[rows]
+        )
         cv2.copyTo(mixed, sky, image[rows])
     pale = 0.3 * weather.overcast
     A = (1.0 - pale) * np.eye(3) + pale * np.array([0.3, 0.59, 0.11])
@@ -161,9 +167,12 @@ def _moved(
     for step in range(1, STEPS):
         back = np.float32(step / STEPS)
         seen = cv2.remap(
-            image, u - back * flow_u, v - back * flow_v, cv2.INTER_LINEAR,
+            image,
+            u - back * flow_u,
+            v - back * flow_v,
+            cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_REPLICATE,
-        )  # fmt: skip
+        )
         total += np.asarray(seen, np.uint8)
     return cv2.convertScaleAbs(total, alpha=1.0 / STEPS)
 

@@ -1,11 +1,200 @@
-"""What stands beside roads one by one, made once a seed: trees, bushes, lamps, signs."""
+"""What stands beside roads one by one: lamp posts, signs, rails, walls, trees, bushes, hedges."""
 
+import itertools
 from collections.abc import Callable
 from functools import lru_cache
+from itertools import pairwise
 
-from mot_sim.simulation.scenery.furniture import ENAMEL, lamp_post, sign
-from mot_sim.simulation.scenery.plants import KINDS, bush, trees
-from mot_sim.simulation.scenery.solids import Solid
+import numpy as np
+
+from mot_sim.simulation.random_numbers import named_stream
+from mot_sim.simulation.renderers import Semantic
+from mot_sim.simulation.scenery.solids import Colour, Solid, box, facing, join, prism, shaded
+
+STEEL: Colour = (128, 132, 134)
+LAMP_HEIGHT = 6.5
+ENAMEL: tuple[tuple[Colour, Colour, int], ...] = (  # rim, middle, corners
+    ((176, 28, 32), (232, 232, 226), 12),
+    ((24, 74, 150), (24, 74, 150), 12),
+    ((176, 28, 32), (232, 232, 226), 3),
+    ((226, 226, 220), (24, 74, 150), 4),
+    ((226, 226, 220), (214, 178, 40), 4),
+)
+
+
+def lamp_post() -> Solid:
+    """A lamp post at the origin; its arm reaches towards -y."""
+    post = prism(0.09, 0.0, LAMP_HEIGHT, STEEL, Semantic.POLE, 6, 0.05)
+    arm = box((-0.04, -1.5, LAMP_HEIGHT - 0.08), (0.04, 0.0, LAMP_HEIGHT), STEEL, Semantic.POLE)
+    head = box(
+        (-0.13, -1.9, LAMP_HEIGHT - 0.1), (0.13, -1.2, LAMP_HEIGHT + 0.05), STEEL, Semantic.POLE
+    )
+    glass = np.array(
+        [[(-0.11, -1.85, 0.0), (0.11, -1.85, 0.0), (0.11, -1.25, 0.0), (-0.11, -1.25, 0.0)]]
+    )
+    glass[..., 2] = LAMP_HEIGHT - 0.11
+    above = (0.0, -1.5, LAMP_HEIGHT)
+    return join([post, arm, head, facing(glass, (238, 236, 220), Semantic.LIGHT, above)])
+
+
+def sign(kind: int) -> Solid:
+    """A traffic sign at the origin; it looks towards -x."""
+    rim, middle, corners = ENAMEL[kind % len(ENAMEL)]
+    pole = prism(0.035, 0.0, 2.75, STEEL, Semantic.POLE, 5)
+    front = [_disc(corners, r, x) for r, x in ((0.36, -0.05), (0.27, -0.06))]
+    back = _disc(corners, 0.36, -0.04)
+    inside, behind = (0.0, 0.0, 2.4), (-0.3, 0.0, 2.4)
+    plates = [
+        facing(front[0], rim, Semantic.OTHER, inside),
+        facing(front[1], middle, Semantic.OTHER, inside),
+        facing(back, (120, 122, 124), Semantic.OTHER, behind),
+    ]
+    symbol = np.array(
+        [[(-0.07, -0.05, 2.28), (-0.07, 0.05, 2.28), (-0.07, 0.05, 2.53), (-0.07, -0.05, 2.53)]]
+    )
+    return join([pole, *plates, facing(symbol, (30, 30, 32), Semantic.OTHER, inside)])
+
+
+def _disc(corners: int, radius: float, x: float) -> np.ndarray:
+    """A regular polygon as triangles around its middle, upright at an x."""
+    turn = (np.arange(corners + 1) + 0.5 * (corners == 4)) * (2.0 * np.pi / corners)
+    rim = np.stack((0.0 * turn + x, radius * np.sin(turn), 2.4 + radius * np.cos(turn)), axis=1)
+    centre = np.broadcast_to(np.array([x, 0.0, 2.4]), rim[:-1].shape)
+    return np.stack((centre, rim[:-1], rim[1:]), axis=1)
+
+
+def rail(length: float, detail: int) -> Solid:
+    """A guard rail along x from 0, on posts; detail: 0 = seen from near, 2 = from far."""
+    posts = [
+        box((x, -0.04, 0.0), (x + 0.1, 0.04, 0.6), (104, 106, 108), Semantic.POLE)
+        for x in np.arange(0.5, length, 4.0).tolist()
+    ]
+    beams = [
+        box((0.0, -0.09, low), (length, 0.09, low + 0.13), colour, Semantic.WALL)
+        for low, colour in ((0.42, (150, 153, 155)), (0.58, (172, 175, 177)))
+    ]
+    return join(beams if detail == 2 else [*posts, *beams])
+
+
+def garden_wall(length: float, tones: np.ndarray, detail: int) -> Solid:
+    """A low wall of stones along x from 0, 1 m high; tones: of its stones, taken in turn."""
+    wide = max(round(length / (0.8, 2.0, 10.0)[detail]), 1)
+    x = np.linspace(0.0, length, wide + 1)
+    quads = []
+    for y in (-0.14, 0.14):
+        for low in (0.0, 0.34, 0.68):
+            quads += [
+                [(a, y, low), (b, y, low), (b, y, low + 0.34), (a, y, low + 0.34)]
+                for a, b in itertools.pairwise(x)
+            ]
+    stones = np.array(quads)
+    colours = shaded((146, 132, 118), np.resize(tones, len(stones)))
+    middle = (0.5 * length, 0.0, 0.5)
+    top = box((-0.05, -0.18, 1.0), (length + 0.05, 0.18, 1.1), (168, 162, 152), Semantic.WALL)
+    return join([facing(stones, colours, Semantic.WALL, middle), top])
+
+
+GREENS: tuple[Colour, ...] = ((62, 86, 36), (78, 98, 44), (52, 78, 40), (92, 104, 50))
+BARK: Colour = (84, 72, 58)
+LEAF = Semantic.VEGETATION
+KINDS = 6  # trees that differ; each place takes one, turned and scaled
+# From near to far: tufts of a tree and a bush, and how large they are.
+TUFTS = ((240, 0.5), (64, 0.85), (16, 1.5))
+BUSH_TUFTS = ((50, 0.34), (18, 0.5), (6, 0.8))
+
+
+def trees(seed: int, detail: int) -> list[Solid]:
+    """Trees about 7 m high around the origin, each another one; detail: 0 = seen from near."""
+    return [_tree(seed, kind, detail) for kind in range(KINDS)]
+
+
+def _tree(seed: int, kind: int, detail: int) -> Solid:
+    rng = named_stream(seed, f"tree {kind}")
+    green = GREENS[kind % len(GREENS)]
+    wide, high, start = rng.uniform(1.7, 2.3), rng.uniform(2.3, 3.0), rng.uniform(1.7, 2.3)
+    middle = np.array([0.0, 0.0, start + high])
+    radii = np.array([wide, wide, high])
+    trunk = prism(0.17, 0.0, start + 0.7 * high, BARK, LEAF, 5 - detail, 0.09)
+    core = _blob(middle, radii * 0.74, shaded(green, rng.uniform(0.62, 0.75, 20)))
+    return join([trunk, core, _tufts(rng, middle, radii, green, *TUFTS[detail])])
+
+
+def bush(seed: int, kind: int, detail: int) -> Solid:
+    """A bush about 1.4 m high around the origin."""
+    rng = named_stream(seed, f"bush {kind}")
+    green, middle, radii = GREENS[(kind + 1) % 4], np.array([0.0, 0.0, 0.6]), np.array([0.8] * 3)
+    core = _blob(middle, radii * 0.8, shaded(green, rng.uniform(0.6, 0.75, 20)))
+    return join([core, _tufts(rng, middle, radii, green, *BUSH_TUFTS[detail])])
+
+
+def hedge(length: float, seed: int, number: int, detail: int) -> Solid:
+    """A hedge along x from 0, 1.3 m high, 0.7 m thick."""
+    rng = named_stream(seed, f"hedge {number}")
+    green = GREENS[number % len(GREENS)]
+    # Its surface is broken into many small faces of unlike greens.
+    steps = max(round(length / (0.4, 1.2, 4.0)[detail]), 1)
+    x = np.linspace(0.0, length, steps + 1) + np.r_[0.0, rng.uniform(-0.1, 0.1, steps - 1), 0.0]
+    rough = rng.uniform(-0.07, 0.07, (4, 3, steps + 1))
+    heights = (0.0, 0.65, 1.2)
+    quads = []
+    for side in (-1.0, 1.0):
+        row = int(side > 0.0)
+        rim = [
+            np.stack((x, side * (0.3 + rough[row, k]), h + (k > 0) * rough[2 + row, k]), axis=1)
+            for k, h in enumerate(heights)
+        ]
+        quads += [np.stack((a[:-1], a[1:], b[1:], b[:-1]), axis=1) for a, b in pairwise(rim)]
+        quads.append(rim[-1])
+    top = np.stack((quads[2][:-1], quads[2][1:], quads[5][1:], quads[5][:-1]), axis=1)
+    walls = np.concatenate((*quads[0:2], *quads[3:5], top))
+    ends = np.array(
+        [[(e, -0.3, 0), (e, 0.3, 0), (e, 0.3, 1.2), (e, -0.3, 1.2)] for e in (0, length)]
+    )
+    solid = np.concatenate((walls, ends))
+    inside = solid.mean(axis=1)
+    inside[:, 1:] = 0.0, 0.6
+    inside[-2:, 0] = 0.5 * length
+    return facing(solid, shaded(green, rng.uniform(0.7, 1.15, len(solid))), LEAF, inside)
+
+
+def _tufts(
+    rng: np.random.Generator,
+    middle: np.ndarray,
+    radii: np.ndarray,
+    green: Colour,
+    count: int,
+    size: float,
+) -> Solid:
+    """Triangles scattered over an ellipsoid, dark below and light above."""
+    out = rng.standard_normal((count, 3))
+    out /= np.linalg.norm(out, axis=1, keepdims=True)
+    centres = middle + out * radii * rng.uniform(0.72, 0.98, (count, 1))
+    side = np.cross(out, rng.standard_normal((count, 3)))
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    up = np.cross(out, side) + rng.uniform(-0.5, 0.5, (count, 1)) * out
+    reach = size * rng.uniform(0.6, 1.25, (count, 1))
+    shapes = [centres + reach * (np.cos(t) * side + np.sin(t) * up) for t in (0.3, 2.2, 4.4)]
+    light = 0.92 + 0.22 * out[:, 2] + rng.uniform(-0.24, 0.24, count)
+    colours = shaded(green, light) + rng.uniform(-6, 10, (count, 1)) * (1.0, 0.6, 0.1)
+    return facing(np.stack(shapes, axis=1), colours, LEAF, middle)
+
+
+def _blob(middle: np.ndarray, radii: np.ndarray, colours: np.ndarray) -> Solid:
+    """An ellipsoid of 20 faces: an icosahedron."""
+    g = 0.5 * (1.0 + 5.0**0.5)
+    points = np.array([(0, s, t * g) for s in (-1, 1) for t in (-1, 1)], float)
+    points = np.concatenate((points, points[:, [2, 0, 1]], points[:, [1, 2, 0]]))
+    apart = np.linalg.norm(points[:, None] - points[None], axis=2)
+    near = np.isclose(apart, 2.0)
+    faces = [
+        (a, b, c)
+        for a in range(12)
+        for b in range(a + 1, 12)
+        for c in range(b + 1, 12)
+        if near[a, b] and near[b, c] and near[a, c]
+    ]
+    return facing(middle + points[np.array(faces)] / 1.902 * radii, colours, LEAF, middle)
+
 
 DETAILS = 3  # by how near a thing is seen from: 0 = near
 BUSHES = 4  # that differ
@@ -24,6 +213,8 @@ def makers(seed: int) -> dict[str, tuple[Make, float, bool]]:
         "bush": (lambda number, detail: low[detail][number * 3 % BUSHES], 0.6, True),
         "lamp": (lambda number, detail: _lamp_post(), 0.12, False),
         "sign": (
-            lambda number, detail: _sign((number * 3 + number // 5) % len(ENAMEL)), 0.12, False,
+            lambda number, detail: _sign((number * 3 + number // 5) % len(ENAMEL)),
+            0.12,
+            False,
         ),
-    }  # fmt: skip
+    }

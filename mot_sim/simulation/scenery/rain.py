@@ -80,6 +80,13 @@ def _layer(seed: int, amount: float, size: tuple[int, int]) -> Image:
     slant = rng.normal(0.06, 0.03, count)
     for (u, v), long, bright, lean in zip(start, length, light, slant, strict=True):
         ends = np.round(np.array([(u, v), (u + lean * long, v + long)]) * 16).astype(int)
-        cv2.line(layer, tuple(ends[0].tolist()), tuple(ends[1].tolist()), (float(bright),), 1,
-                 cv2.LINE_AA, 4)  # fmt: skip
+        cv2.line(
+            layer,
+            tuple(ends[0].tolist()),
+            tuple(ends[1].tolist()),
+            (float(bright),),
+            1,
+            cv2.LINE_AA,
+            4,
+        )
     return cv2.merge((layer, layer, layer))

@@ -45,13 +45,15 @@ def damage_of(roads: Roads, seed: int, amount: float) -> tuple[list[Mark], list[
 
     amount: 0 = a new road, 1 = a worn one.
     """
-    cells = sorted({
-        (column, row)
-        for surface in roads.surfaces
-        if surface.paint == "asphalt"
-        for column in _span(surface.corners[:, 0])
-        for row in _span(surface.corners[:, 1])
-    })  # fmt: skip
+    cells = sorted(
+        {
+            (column, row)
+            for surface in roads.surfaces
+            if surface.paint == "asphalt"
+            for column in _span(surface.corners[:, 0])
+            for row in _span(surface.corners[:, 1])
+        }
+    )
     ids = np.array([column * 65_536 + row for column, row in cells], dtype=np.int64)
     chance = random_numbers.uniform(seed, "wear", ids, np.zeros_like(ids), 12)
     marks, cracks = [], []

@@ -11,9 +11,8 @@ from numpy import ndarray as Array
 from mot_sim.simulation.renderers import NO_INSTANCE, Mesh, MeshInstances
 from mot_sim.simulation.renderers.triangles import NEAR, sphere_in_view
 from mot_sim.simulation.rig import Rig
-from mot_sim.simulation.scenery.knobs import Knobs
 from mot_sim.simulation.scenery.patches import Patches
-from mot_sim.simulation.scenery.placing import Density, Item, place
+from mot_sim.simulation.scenery.placing import Density, Item, Knobs, place
 from mot_sim.simulation.scenery.props import DETAILS
 from mot_sim.simulation.scenery.solids import join
 from mot_sim.simulation.scenery.terrain import Terrain

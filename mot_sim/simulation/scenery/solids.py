@@ -83,9 +83,14 @@ def box(
 
 
 def prism(
-    radius: float, low: float, high: float, colour: Colour, semantic: Semantic, sides: int = 6,
+    radius: float,
+    low: float,
+    high: float,
+    colour: Colour,
+    semantic: Semantic,
+    sides: int = 6,
     top: float | None = None,
-) -> Solid:  # fmt: skip
+) -> Solid:
     """A post around the origin between two heights; top: its radius there."""
     turn = np.arange(sides + 1) * (2.0 * np.pi / sides)
     circle = np.stack((np.cos(turn), np.sin(turn)), axis=1)

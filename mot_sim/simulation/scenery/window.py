@@ -8,10 +8,9 @@ import numpy as np
 from jaxtyping import Bool, Float, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.simulation.renderers.clipping import clip_polygon
 from mot_sim.simulation.renderers.surroundings import Colour, Level, Road, Texture
-from mot_sim.simulation.scenery.grain import LEVELS, TEXEL, TILE
-from mot_sim.simulation.scenery.ground import GRASS, Ground
+from mot_sim.simulation.renderers.triangles import clip_polygon
+from mot_sim.simulation.scenery.ground import GRASS, LEVELS, TEXEL, TILE, Ground
 from tracker.types import Camera
 
 ACROSS = 6  # tiles along a window's sides: 38.4 m on the finest level, 614 m on the coarsest
@@ -115,10 +114,13 @@ class Windows:
             tile = self._tile(number, column + u, row + v)
             window.pixels[v * TILE : (v + 1) * TILE, u * TILE : (u + 1) * TILE] = tile
         window.filled |= needed
-        A_texture_world = np.array([
-            [1.0 / texel, 0.0, -column * TILE - 0.5], [0.0, 1.0 / texel, -row * TILE - 0.5],
-            [0.0, 0.0, 1.0],
-        ])  # fmt: skip
+        A_texture_world = np.array(
+            [
+                [1.0 / texel, 0.0, -column * TILE - 0.5],
+                [0.0, 1.0 / texel, -row * TILE - 0.5],
+                [0.0, 0.0, 1.0],
+            ]
+        )
         A_world_road = T_world_road[np.ix_((0, 1, 3), (0, 2, 3))]
         return Level(Texture.of_rgba(window.pixels), A_texture_world @ A_world_road, reach)
 

@@ -2,22 +2,53 @@
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, Shaped
 from numpy import ndarray as Array
 
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.simulation.cars import Vehicles
-from mot_sim.simulation.sensors.border import Border, has_area
+from mot_sim.simulation.sensors.boxes import Border, has_area
 from mot_sim.simulation.sensors.checks import require_sigmas
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, Wanted, prefetch_draws
 from mot_sim.simulation.sensors.profile import Profile, find_profile
-from mot_sim.simulation.sensors.provenance import Provenance, Sensed
 from mot_sim.simulation.sensors.sightings import Sightings
 from mot_sim.simulation.traffic.traffic_state import STEP
 from mot_sim.simulation.truth import Truth
-from tracker.types import Camera, Detections
+from tracker.types import Camera, Detections, Rows
+
+Source = Literal["object", "duplicate", "merged", "split", "clutter"]
+NO_OBJECT = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Provenance(Rows):
+    """A row a detection, in the order of its log.
+
+    sources: object, duplicate, merged, split, clutter. ids: the object of truth that it shows,
+    or is a copy or a part of; -1 for clutter. others: the second object in a merged box, else -1.
+    """
+
+    sources: Shaped[Array, " n"]
+    ids: Int[Array, " n"]
+    others: Int[Array, " n"]
+
+    @classmethod
+    def of(cls, source: Source, ids: Int[Array, " n"]) -> "Provenance":
+        """Rows of one source."""
+        nobody = np.full(len(ids), NO_OBJECT)
+        return cls(np.full(len(ids), source, "<U9"), ids, nobody)
+
+
+@dataclass(frozen=True, eq=False)
+class Sensed:
+    """What a detector gave, and where each row of it came from."""
+
+    log: DetectionLog
+    provenance: Provenance
+
 
 Part = tuple[Int[Array, " _"], Detections, Provenance]
 

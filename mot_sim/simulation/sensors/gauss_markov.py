@@ -160,8 +160,9 @@ def draw_blocks(
     chain, order, where = side_by_side(streams)
     path = steps[0][..., :0]
     if len(order):
-        path = _paths(chain, _noise(anchors, streams, order), _noise(steps, streams, order),
-                      owner, block)  # fmt: skip
+        path = _paths(
+            chain, _noise(anchors, streams, order), _noise(steps, streams, order), owner, block
+        )
     return [
         DrawnBlocks(path[..., mine], a[owner, 0, each.width :], s[..., each.width :])
         for each, mine, a, s in zip(streams, where, anchors, steps, strict=True)

@@ -1,4 +1,4 @@
-"""Cars that the detector does not see: small, hidden or cut ones, in bursts, or a whole frame."""
+"""Which cars the detector does not see, and which vans and trucks it takes for cars."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -8,14 +8,18 @@ from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 from scipy.special import expit, ndtr, ndtri
 
-from mot_sim.simulation.sensors.bursts import with_frame_noise
 from mot_sim.simulation.sensors.checks import (
     require_finite,
     require_rates,
     require_sigmas,
     require_table,
 )
-from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlated_normal_columns
+from mot_sim.simulation.sensors.correlated_noise import (
+    Autocorrelation,
+    bursts,
+    correlated_normal_columns,
+    with_frame_noise,
+)
 from mot_sim.simulation.sensors.sightings import Sightings
 
 # Where the log-odds of being found are given; straight lines between, level outside.
@@ -124,3 +128,27 @@ def cut_growth(sightings: Sightings) -> Float[Array, " n"]:
 def hat(values: Float[Array, " n"], knots: tuple[float, ...]) -> Float[Array, "n k"]:
     """What each knot's number weighs in the straight line between knots; level outside."""
     return np.stack([np.interp(values, knots, row) for row in np.eye(len(knots))], axis=1)
+
+
+@dataclass(frozen=True)
+class Confusion:
+    """The rates at which other vehicles are reported as cars, and how long a verdict lasts."""
+
+    van: float = 0.0
+    truck: float = 0.0
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
+
+    def __post_init__(self) -> None:
+        require_rates("confusion", self.van, self.truck)
+
+    def __call__(self, sightings: Sightings, seed: int, step: float) -> Bool[Array, " n"]:
+        """Whose kind the detector reports; cars always."""
+        are_cars = sightings.kinds == "Car"
+        if are_cars.all():
+            return np.asarray(are_cars)
+        rates = np.select(
+            [sightings.kinds == "Van", sightings.kinds == "Truck"], [self.van, self.truck], 0.0
+        )
+        frames, ids = sightings.frames, sightings.ids
+        taken = bursts(rates, seed, "confusion", ids, frames, self.memory, step)
+        return taken | are_cars

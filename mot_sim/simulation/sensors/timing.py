@@ -9,9 +9,8 @@ from numpy import ndarray as Array
 
 from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.simulation import random_numbers
-from mot_sim.simulation.sensors.bursts import FRAME, bursts
 from mot_sim.simulation.sensors.checks import require_rates, require_sigmas
-from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
+from mot_sim.simulation.sensors.correlated_noise import FRAME, Autocorrelation, bursts
 from tracker.types import Camera, Frame
 
 LARGEST = 0.45  # steps that a time stamp is off at most, so that time goes forward

@@ -3,12 +3,16 @@
 `mot_sim.simulation.traffic.highway` drives cars live; it is not imported here, since highway-env is heavy.
 """
 
-from mot_sim.simulation.traffic.collisions import colliding_pairs, collisions
 from mot_sim.simulation.traffic.kitti_replay import kitti_recording, kitti_replay
 from mot_sim.simulation.traffic.recording import RecordedTraffic, Replay, record_traffic
 from mot_sim.simulation.traffic.roads import Roads, Surface
 from mot_sim.simulation.traffic.scripted import Improvised, Route, Script, Scripted
-from mot_sim.simulation.traffic.traffic_state import Traffic, TrafficState
+from mot_sim.simulation.traffic.traffic_state import (
+    Traffic,
+    TrafficState,
+    colliding_pairs,
+    collisions,
+)
 
 __all__ = [
     "Improvised",

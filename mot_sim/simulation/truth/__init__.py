@@ -3,8 +3,13 @@
 from mot_sim.simulation.truth.annotate import Annotations, annotate, annotate_frame
 from mot_sim.simulation.truth.cuboid_boxes import boxes_around, clip_to_image, project_edges
 from mot_sim.simulation.truth.events import EVENTS, Events, find_events
-from mot_sim.simulation.truth.labels import labels
-from mot_sim.simulation.truth.table import KeypointVisibility, Occlusions, Truth, occlusion_level
+from mot_sim.simulation.truth.table import (
+    KeypointVisibility,
+    Occlusions,
+    Truth,
+    labels,
+    occlusion_level,
+)
 
 __all__ = [
     "EVENTS",

@@ -7,8 +7,7 @@ import numpy as np
 from jaxtyping import Int, Shaped
 from numpy import ndarray as Array
 
-from mot_sim.simulation.traffic.collisions import collisions
-from mot_sim.simulation.traffic.traffic_state import TrafficState
+from mot_sim.simulation.traffic.traffic_state import TrafficState, collisions
 from mot_sim.simulation.truth.table import Truth
 from tracker.types import Rows
 
@@ -39,9 +38,11 @@ class Events(Rows):
         ordered = sorted(rows)
         frames, kinds, ids, others = zip(*ordered, strict=True) if ordered else ((), (), (), ())
         return cls(
-            np.array(frames, np.int64), np.array(kinds, "<U16"),
-            np.array(ids, np.int64), np.array(others, np.int64),
-        )  # fmt: skip
+            np.array(frames, np.int64),
+            np.array(kinds, "<U16"),
+            np.array(ids, np.int64),
+            np.array(others, np.int64),
+        )
 
 
 def find_events(truth: Truth, worlds: Iterable[TrafficState]) -> Events:

@@ -17,11 +17,9 @@ from mot_sim.simulation.sensors import (
     Timing,
     find_profile,
 )
-from mot_sim.simulation.sensors.border import Border
-from mot_sim.simulation.sensors.confusion import Confusion
-from mot_sim.simulation.sensors.merges import Merges
-from mot_sim.simulation.sensors.occlusion import VisiblePart
-from mot_sim.simulation.sensors.splits import Splits
+from mot_sim.simulation.sensors.boxes import Border, VisiblePart
+from mot_sim.simulation.sensors.misses import Confusion
+from mot_sim.simulation.sensors.multiplicity import Merges, Splits
 from tests.mot_sim.diagnosis.conftest import Crossing
 from tracker.errors import UnknownName
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mot_sim.simulation.renderers.clipping import clip_polygon
+from mot_sim.simulation.renderers.triangles import clip_polygon
 from mot_sim.simulation.rig import KITTI_K, Rig
 from mot_sim.simulation.traffic.traffic_state import TrafficState
 from tracker.errors import BadCalibration

@@ -16,12 +16,14 @@ def test_the_corners_of_a_car_are_those_of_its_cuboid() -> None:
     for row, T in enumerate(Ts_cam_object(cuboids, rig)):
         length, height, width = cuboids.size[row]
         low, high = np.array([-length, -2 * height, -width]) / 2, np.array([length, 0, width]) / 2
-        corners = np.array([
-            (x, y, z)
-            for x in (low[0], high[0])
-            for y in (low[1], high[1])
-            for z in (low[2], high[2])
-        ])  # fmt: skip
+        corners = np.array(
+            [
+                (x, y, z)
+                for x in (low[0], high[0])
+                for y in (low[1], high[1])
+                for z in (low[2], high[2])
+            ]
+        )
         expected = transform(rig.camera.T_cam_road, cuboids.corners()[row])
         gaps = np.linalg.norm(transform(T, corners)[:, None] - expected[None], axis=2)
         assert gaps.min(axis=1).max() < 1e-9

@@ -6,7 +6,7 @@ from math import log
 
 import numpy as np
 
-from mot_sim.simulation.sensors.border import Border
+from mot_sim.simulation.sensors.boxes import Border
 from mot_sim.simulation.sensors.detector import Detector
 from mot_sim.simulation.sensors.fitting.fit_boxes import fit_jitter, fit_scores
 from mot_sim.simulation.sensors.fitting.fit_false import ABOUT, fit_clutter, fit_duplicates

@@ -8,12 +8,12 @@ from scipy.special import ndtr, ndtri
 from scipy.stats import rankdata
 
 from mot_sim.simulation import random_numbers
+from mot_sim.simulation.sensors.boxes import Component, Jitter
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.fitting.fit_misses import LAGS
 from mot_sim.simulation.sensors.fitting.measure import Found
 from mot_sim.simulation.sensors.fitting.statistics import autocorrelation, lagged
 from mot_sim.simulation.sensors.fitting.tetrachoric import both_below, correlation_of, memory_of
-from mot_sim.simulation.sensors.jitter import Component, Jitter
 from mot_sim.simulation.sensors.misses import HEIGHTS, VISIBLE, Misses, hat
 from mot_sim.simulation.sensors.scores import ScoreNoise
 

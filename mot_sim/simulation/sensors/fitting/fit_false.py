@@ -4,15 +4,15 @@ import numpy as np
 from jaxtyping import Bool
 from numpy import ndarray as Array
 
+from mot_sim.simulation.sensors.boxes import box_errors
 from mot_sim.simulation.sensors.clutter import Clutter
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
-from mot_sim.simulation.sensors.duplicates import Duplicates
 from mot_sim.simulation.sensors.fitting.fit_misses import event_memory
 from mot_sim.simulation.sensors.fitting.measure import DetectorMeasurements, FalseBoxes
 from mot_sim.simulation.sensors.fitting.statistics import linked
 from mot_sim.simulation.sensors.fitting.tetrachoric import memory_of
-from mot_sim.simulation.sensors.jitter import box_errors
 from mot_sim.simulation.sensors.misses import VISIBLE
+from mot_sim.simulation.sensors.multiplicity import Duplicates
 from mot_sim.simulation.sensors.quantiles import Quantiles
 
 ABOUT = 0.1  # IoU with a labelled car from which a false box is about it

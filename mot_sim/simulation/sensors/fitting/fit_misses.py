@@ -8,12 +8,19 @@ from numpy import ndarray as Array
 from scipy.special import expit, logit
 
 from mot_sim.metrics.overlaps import same_frame_pairs
-from mot_sim.simulation.sensors.confusion import Confusion
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.fitting.measure import APART, FalseBoxes, Found
 from mot_sim.simulation.sensors.fitting.statistics import lagged
 from mot_sim.simulation.sensors.fitting.tetrachoric import correlation_of, memory_of
-from mot_sim.simulation.sensors.misses import CUTS, HEIGHTS, VISIBLE, Misses, cut_growth, hat
+from mot_sim.simulation.sensors.misses import (
+    CUTS,
+    HEIGHTS,
+    VISIBLE,
+    Confusion,
+    Misses,
+    cut_growth,
+    hat,
+)
 
 LAGS = (1, 2, 3, 5, 8, 12, 20, 40)
 FRAME_LAGS = (0, 1, 10)  # frames between two objects, to tell a frame's glare from the drive

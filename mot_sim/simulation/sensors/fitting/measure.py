@@ -16,7 +16,7 @@ from mot_sim.metrics.preprocessing import (
     match_cars,
     prepare_sequence,
 )
-from mot_sim.simulation.sensors.jitter import box_errors
+from mot_sim.simulation.sensors.boxes import box_errors
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.geometry import box_iou
 from tracker.types import Camera, Rows, Tracks

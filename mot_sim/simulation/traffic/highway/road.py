@@ -8,8 +8,8 @@ from highway_env.road.road import LaneIndex, Road
 from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
-from mot_sim.simulation.traffic.collisions import colliding_pairs
 from mot_sim.simulation.traffic.highway.layout import Layout, Segment
+from mot_sim.simulation.traffic.traffic_state import colliding_pairs
 
 FARTHEST = 120.0  # metres: lanes that begin farther behind this one are not looked at
 MARGIN, OVERHANG = 1.0, 5.0  # metres: highway-env's rule of who is on a lane

@@ -9,18 +9,19 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.simulation import random_numbers
-from mot_sim.simulation.traffic.collisions import collisions
 from mot_sim.simulation.traffic.driving import COMMANDS, Driving
-from mot_sim.simulation.traffic.highway.junctions import (
+from mot_sim.simulation.traffic.highway.layout import (
+    Layout,
+    highway_layout,
     intersection_layout,
+    merge_layout,
     roundabout_layout,
+    street_layout,
     t_junction_layout,
 )
-from mot_sim.simulation.traffic.highway.layout import Layout
 from mot_sim.simulation.traffic.highway.simulation import EGO, Demand, Simulation
-from mot_sim.simulation.traffic.highway.straights import highway_layout, merge_layout, street_layout
 from mot_sim.simulation.traffic.scripted import SEDAN
-from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
+from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState, collisions
 from tracker.errors import BadConfig, UnknownName
 
 # The name of a road: what builds it.
@@ -156,9 +157,15 @@ class HighwayTraffic:
     def demand(self) -> Demand:
         """What a run needs to know."""
         return Demand(
-            self.road, self.cars, self.arrivals, self.parked, self.vans, self.sizes,
-            self.van_size, self.ego_size,
-        )  # fmt: skip
+            self.road,
+            self.cars,
+            self.arrivals,
+            self.parked,
+            self.vans,
+            self.sizes,
+            self.van_size,
+            self.ego_size,
+        )
 
 
 def attempts(rng: np.random.Generator) -> list[int]:

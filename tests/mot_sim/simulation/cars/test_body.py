@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import trimesh
 
-from mot_sim.simulation.cars.body import half_points, whole
 from mot_sim.simulation.cars.design import (
     BODIES,
     COMMON,
@@ -13,8 +12,15 @@ from mot_sim.simulation.cars.design import (
     draw_designs,
     greenhouse,
 )
-from mot_sim.simulation.cars.fittings import SPOKES, TYRE_WIDTH
-from mot_sim.simulation.cars.topology import HALF_POINTS, KEYPOINTS, PARTS, topology
+from mot_sim.simulation.cars.shell import SPOKES, TYRE_WIDTH
+from mot_sim.simulation.cars.topology import (
+    HALF_POINTS,
+    KEYPOINTS,
+    PARTS,
+    half_points,
+    topology,
+    whole,
+)
 from tests.mot_sim.simulation.cars.rays import hits
 from tracker.shape import KEYPOINTS_36
 

@@ -5,10 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mot_sim.simulation.cars.build import build_files, keypoint_prior
+from mot_sim.simulation.cars.build import ARRAYS, CARS, build_files, keypoint_prior, population
 from mot_sim.simulation.cars.design import BODIES
 from mot_sim.simulation.cars.fleet import load_fleet, read_fleet
-from mot_sim.simulation.cars.population import ARRAYS, CARS, population
 from tracker.shape import KEYPOINTS, load_prior
 
 

@@ -53,10 +53,12 @@ def test_a_flat_grid_loses_its_inner_points_and_keeps_the_locked_ones() -> None:
     u, v = (axis.ravel() for axis in np.meshgrid(np.arange(n), np.arange(n)))
     points = np.stack((u, v, 0 * u), axis=1).astype(float)
     corner = np.arange(n * n).reshape(n, n)[:-1, :-1].ravel()
-    faces = np.concatenate((
-        np.stack((corner, corner + 1, corner + n), 1),
-        np.stack((corner + 1, corner + n + 1, corner + n), 1),
-    ))  # fmt: skip
+    faces = np.concatenate(
+        (
+            np.stack((corner, corner + 1, corner + n), 1),
+            np.stack((corner + 1, corner + n + 1, corner + n), 1),
+        )
+    )
     border = (u == 0) | (v == 0) | (u == n - 1) | (v == n - 1)
     locked = border.copy()
     locked[12] = True

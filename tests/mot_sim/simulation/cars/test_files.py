@@ -53,8 +53,9 @@ def test_a_users_mesh_is_turned_scaled_and_stood_on_the_road(tmp_path: Path, end
 
 
 def test_the_axes_lead_forward_down_and_left(tmp_path: Path) -> None:
-    corner = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 4]],
-                             [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])  # fmt: skip
+    corner = trimesh.Trimesh(
+        [[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 4]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    )
     corner.export(tmp_path / "corner.obj")
     car = load_car(tmp_path / "corner.obj", forward="-x", up="+z")  # so left is -y
     assert car.size.tolist() == [1.0, 4.0, 2.0]

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mot_sim.simulation.cars import BODIES, PAINTS, load_fleet, look_alike_ids, topology
+from mot_sim.simulation.cars.build import CARS
 from mot_sim.simulation.cars.design import SHARES
-from mot_sim.simulation.cars.population import CARS
 from tracker.errors import BadConfig, UnknownName
 from tracker.shape import KEYPOINTS_14, KEYPOINTS_36, load_prior
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mot_sim.simulation.cars import PAINTS, PARTS, load_fleet, paint_colour
-from mot_sim.simulation.cars.paint import choose, part_colours
+from mot_sim.simulation.cars.carshape import choose, part_colours
 from tracker.errors import UnknownName
 
 

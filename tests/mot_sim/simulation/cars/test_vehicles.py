@@ -13,10 +13,17 @@ from tracker.errors import BadConfig, UnknownName
 def traffic_of(sizes, ids=None, kinds=None) -> RecordedTraffic:
     n = len(sizes)
     world = TrafficState(
-        0.0, np.arange(n) if ids is None else np.array(ids), np.zeros(n), np.zeros(n),
-        np.zeros(n), np.zeros(n), np.array(sizes, dtype=float).reshape(-1, 3), np.zeros(3),
-        np.ones(3), kinds=None if kinds is None else np.array(kinds),
-    )  # fmt: skip
+        0.0,
+        np.arange(n) if ids is None else np.array(ids),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(n),
+        np.array(sizes, dtype=float).reshape(-1, 3),
+        np.zeros(3),
+        np.ones(3),
+        kinds=None if kinds is None else np.array(kinds),
+    )
     return RecordedTraffic.of([world])
 
 

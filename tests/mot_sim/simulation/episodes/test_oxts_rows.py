@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from mot_sim.datasets.kitti.ego.oxts import COLUMNS, read_oxts
 from mot_sim.files.writing import write_lines
-from mot_sim.simulation.episodes.oxts_rows import calibration_of, oxts_lines
+from mot_sim.simulation.episodes.texts import calibration_of, oxts_lines
 from tests.mot_sim.simulation.episodes.small import rig
 from tracker.geometry import transform
 

@@ -122,8 +122,10 @@ def test_who_hides_a_car_is_named_with_the_pixels_it_takes() -> None:
     missing = scanned.silhouettes.amodal - scanned.silhouettes.visible
     hidden = scanned.hidden
     assert set(zip(hidden.instances.tolist(), hidden.occluder_ids.tolist(), strict=True)) == {
-        (4, NO_INSTANCE), (9, NO_INSTANCE), (9, 4),
-    }  # fmt: skip
+        (4, NO_INSTANCE),
+        (9, NO_INSTANCE),
+        (9, 4),
+    }
     for row, number in enumerate((4, 9)):
         assert hidden.pixels[hidden.instances == number].sum() == missing[row]
 
@@ -133,8 +135,11 @@ def test_a_layer_is_the_object_alone() -> None:
     scanned = scan_view(view)
     for layer in scanned.layers:
         row = layer.instance
-        only = MeshInstances(view.placed.meshes[row : row + 1], view.placed.T_cam_object[row : row + 1],
-                      np.array([row]))  # fmt: skip
+        only = MeshInstances(
+            view.placed.meshes[row : row + 1],
+            view.placed.T_cam_object[row : row + 1],
+            np.array([row]),
+        )
         rendered = RASTER.render(View(KITTI, only))
         left, top, right, bottom = layer.box
         covered = rendered.instances[top:bottom, left:right] == row

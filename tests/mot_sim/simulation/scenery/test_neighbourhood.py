@@ -10,7 +10,7 @@ import pytest
 
 from mot_sim.simulation.renderers import NO_INSTANCE, MeshInstances, Semantic, find_renderer
 from mot_sim.simulation.scenery import WEATHERS, Knobs, Light, Neighbourhood, Scenery, post_process
-from mot_sim.simulation.scenery.grain import LEVELS
+from mot_sim.simulation.scenery.ground import LEVELS
 from mot_sim.simulation.scenery.patches import Patches
 from mot_sim.simulation.scenery.scenery import FAR
 from mot_sim.simulation.scenery.window import KEPT

@@ -110,9 +110,10 @@ def test_an_unknown_weather_is_refused_with_its_neighbour() -> None:
 
 
 @pytest.mark.parametrize(
-    ("knob", "value"), [(name, RANGES[name][0] - 0.5) for name in sorted(RANGES)]
+    ("knob", "value"),
+    [(name, RANGES[name][0] - 0.5) for name in sorted(RANGES)]
     + [("night", 1.1), ("jpeg", 101.0), ("noise", float("nan"))],
-)  # fmt: skip
+)
 def test_a_knob_out_of_range_is_refused(knob: str, value: float) -> None:
     with pytest.raises(BadConfig, match=f"{knob} of the weather is"):
         Weather(**{knob: value})

@@ -5,14 +5,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mot_sim.simulation.sensors.border import Border
+from mot_sim.simulation.sensors.boxes import (
+    Border,
+    Component,
+    Jitter,
+    VisiblePart,
+    box_errors,
+    move_boxes,
+)
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
-from mot_sim.simulation.sensors.duplicates import Duplicates
-from mot_sim.simulation.sensors.jitter import Component, Jitter, box_errors, move_boxes
-from mot_sim.simulation.sensors.merges import Merges
-from mot_sim.simulation.sensors.occlusion import VisiblePart
+from mot_sim.simulation.sensors.multiplicity import Duplicates, Merges, Splits
 from mot_sim.simulation.sensors.quantiles import Quantiles
-from mot_sim.simulation.sensors.splits import Splits
 from tests.mot_sim.simulation.sensors.sights import (
     CAMERA,
     STEP,

@@ -5,11 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mot_sim.simulation.sensors.appearance import AppearanceNoise
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
-from mot_sim.simulation.sensors.keypoints import Keypoints
-from mot_sim.simulation.sensors.pose import Pose
-from mot_sim.simulation.sensors.shape import Shape
+from mot_sim.simulation.sensors.cues import AppearanceNoise, Keypoints, Pose, Shape
 from tests.mot_sim.simulation.sensors.sights import STEP, by_object, crowd, lag_one
 from tracker.errors import BadConfig
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mot_sim.simulation.sensors import Detector, Sightings, find_profile
-from mot_sim.simulation.sensors.pose import Pose
+from mot_sim.simulation.sensors.cues import Pose
+from mot_sim.simulation.sensors.detector import Sensed
 from mot_sim.simulation.sensors.profile import PROFILES
-from mot_sim.simulation.sensors.provenance import Sensed
 from tests.mot_sim.simulation.sensors.sights import CAMERA, STEP, crowd, sightings_of
 from tests.mot_sim.simulation.truth.worlds import RIG, truth_of, world_of
 from tracker.errors import BadConfig, UnknownName
@@ -23,11 +23,15 @@ def rows(sensed: Sensed, source: str = "object") -> dict[tuple[int, int], tuple[
     return {
         (int(frame), int(number)): (*box, score)
         for frame, number, box, score, kind in zip(
-            log.frames, origin.ids, log.detections.boxes.tolist(),
-            log.detections.scores.tolist(), origin.sources, strict=True,
+            log.frames,
+            origin.ids,
+            log.detections.boxes.tolist(),
+            log.detections.scores.tolist(),
+            origin.sources,
+            strict=True,
         )
         if kind == source
-    }  # fmt: skip
+    }
 
 
 @pytest.mark.parametrize(

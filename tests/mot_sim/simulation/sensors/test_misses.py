@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from mot_sim.simulation.sensors.bursts import bursts
-from mot_sim.simulation.sensors.confusion import Confusion
-from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
-from mot_sim.simulation.sensors.misses import HEIGHTS, Misses
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, bursts
+from mot_sim.simulation.sensors.misses import HEIGHTS, Confusion, Misses
 from tests.mot_sim.simulation.sensors.sights import STEP, by_object, crowd, lag_one, sightings_of
 from tracker.errors import BadConfig
 

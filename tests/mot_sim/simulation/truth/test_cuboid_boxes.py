@@ -38,9 +38,12 @@ def test_what_reaches_behind_the_camera_is_cut_at_the_near_plane() -> None:
 
 
 @given(
-    st.floats(-3, 60), st.floats(-20, 20), st.floats(-3.1, 3.1), st.floats(-0.05, 0.05),
+    st.floats(-3, 60),
+    st.floats(-20, 20),
+    st.floats(-3.1, 3.1),
+    st.floats(-0.05, 0.05),
     st.integers(0, 1000),
-)  # fmt: skip
+)
 def test_boxes_hold_every_point_of_the_cuboid_before_the_camera(x, y, heading, pitch, seed) -> None:
     rig = Rig.kitti(pitch=pitch, roll=0.02)
     cuboid = rig.cuboids(world_of((x, y, heading), size=SIZE))

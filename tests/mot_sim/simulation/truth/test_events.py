@@ -24,8 +24,10 @@ def found(worlds: list[TrafficState]) -> list[tuple]:
 def test_a_car_enters_and_leaves() -> None:
     ahead, behind = [(20.0, 0.0, 0.0)], [(-20.0, 0.0, 0.0)]
     assert found(drive(behind, ahead, ahead, behind, ahead)) == [
-        (1, "enter", 0, -2), (3, "leave", 0, -2), (4, "enter", 0, -2),
-    ]  # fmt: skip
+        (1, "enter", 0, -2),
+        (3, "leave", 0, -2),
+        (4, "enter", 0, -2),
+    ]
 
 
 def test_a_car_that_passes_behind_another_is_hidden_and_crosses_it() -> None:
@@ -52,8 +54,9 @@ def test_a_car_that_drives_into_us_collides_with_the_ego_car() -> None:
 
 def test_a_flicker_between_the_bounds_is_one_occlusion() -> None:
     assert hidings([1.0, 0.39, 0.45, 0.38, 0.49, 0.6], list(range(6)), 7) == [
-        (1, "occlusion begins", 7, -2), (5, "occlusion ends", 7, -2),
-    ]  # fmt: skip
+        (1, "occlusion begins", 7, -2),
+        (5, "occlusion ends", 7, -2),
+    ]
 
 
 def test_nobody_has_no_events_and_every_kind_is_known() -> None:

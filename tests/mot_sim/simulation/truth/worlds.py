@@ -19,9 +19,17 @@ def world_of(*cars: tuple[float, float, float], size=CAR, time=0.0, speed=0.0) -
     poses = np.array(cars, dtype=float).reshape(-1, 3)
     n = len(poses)
     return TrafficState(
-        time, np.arange(n), poses[:, 0], poses[:, 1], poses[:, 2], np.full(n, speed),
-        np.tile(np.array(size), (n, 1)), EGO, np.array(CAR), kinds=np.full(n, "Car"),
-    )  # fmt: skip
+        time,
+        np.arange(n),
+        poses[:, 0],
+        poses[:, 1],
+        poses[:, 2],
+        np.full(n, speed),
+        np.tile(np.array(size), (n, 1)),
+        EGO,
+        np.array(CAR),
+        kinds=np.full(n, "Car"),
+    )
 
 
 def stage_of(*worlds: TrafficState, rig: Rig = RIG) -> SceneMeshes:

@@ -7,15 +7,13 @@ import pytest
 
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.simulation.sensors import Autocorrelation, Profile, Sightings
-from mot_sim.simulation.sensors.confusion import Confusion
+from mot_sim.simulation.sensors.boxes import Component, Jitter
 from mot_sim.simulation.sensors.fitting.calibrate import fit_profile, simulate
-from mot_sim.simulation.sensors.fitting.fit_plot import fit_picture
-from mot_sim.simulation.sensors.fitting.fit_report import curves, fit_lines
+from mot_sim.simulation.sensors.fitting.fit_report import curves, fit_lines, fit_picture
 from mot_sim.simulation.sensors.fitting.measure import LabelledDetections, measure
 from mot_sim.simulation.sensors.fitting.statistics import Distance, gap_lengths, ks_distance, lagged
 from mot_sim.simulation.sensors.fitting.tetrachoric import both_below, correlation_of, memory_of
-from mot_sim.simulation.sensors.jitter import Component, Jitter
-from mot_sim.simulation.sensors.misses import Misses
+from mot_sim.simulation.sensors.misses import Confusion, Misses
 from mot_sim.simulation.sensors.scores import ScoreNoise
 from tests.mot_sim.simulation.sensors.sights import CAMERA
 from tracker.errors import BadConfig, BadDetections
@@ -26,11 +24,13 @@ PLANTED = Profile(
     confusion=Confusion(),
     misses=Misses(2.0, (-3.0, -2.0, -1.0, 0.0), memory=SLOW),
     jitter=Jitter(
-        Component(0.02, bias=0.01, memory=SLOW), Component(0.03, memory=SLOW),
-        Component(0.04, memory=SLOW), Component(0.03, memory=SLOW),
+        Component(0.02, bias=0.01, memory=SLOW),
+        Component(0.03, memory=SLOW),
+        Component(0.04, memory=SLOW),
+        Component(0.03, memory=SLOW),
     ),
     scores=ScoreNoise((-4.0, 4.0), (-2.0, 6.0), memory=SLOW),
-)  # fmt: skip
+)
 
 
 def labels(cars: int = 60, frames: int = 150) -> Tracks:

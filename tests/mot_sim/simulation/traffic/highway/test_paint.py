@@ -32,9 +32,10 @@ def test_lanes_meet_where_their_nodes_do() -> None:
 @pytest.mark.parametrize(("name", "count"), [("intersection", 4), ("highway", 0), ("street", 0)])
 def test_stop_lines_stand_before_crossings_only(name: str, count: int) -> None:
     wide = [
-        s for s in roads_of(name).surfaces
+        s
+        for s in roads_of(name).surfaces
         if s.paint == "line" and np.isclose(np.hypot(*(s.corners[1] - s.corners[2])), 0.4)
-    ]  # fmt: skip
+    ]
     assert len(wide) == count
 
 

@@ -1,16 +1,17 @@
-"""Boxes that are off: centre and size apart, in proportion to the size, correlated in time."""
+"""How boxes are off: errors of centre and size, the visible part alone, the image's border."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
-from mot_sim.simulation.sensors.checks import require_finite, require_sigmas
+from mot_sim.simulation.sensors.checks import require_finite, require_rates, require_sigmas
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlated_normal_columns
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.errors import BadConfig
+from tracker.types import Camera
 
 MOST = 8.0  # no error is further than this many typical ones, so that no box turns inside out
 LEAST_TAIL = 1e-6  # below, sinh is a straight line
@@ -85,14 +86,16 @@ class Jitter:
     def _numbers(self) -> Float[Array, "6 4"]:
         """spread, bias, tail, skew, hidden, by_height of the four; no tail is a tiny one."""
         parts = self.x, self.y, self.width, self.height
-        return np.array([
-            [part.spread for part in parts],
-            [part.bias for part in parts],
-            [max(part.tail, LEAST_TAIL) for part in parts],
-            [part.skew for part in parts],
-            [part.hidden for part in parts],
-            [part.by_height for part in parts],
-        ])  # fmt: skip
+        return np.array(
+            [
+                [part.spread for part in parts],
+                [part.bias for part in parts],
+                [max(part.tail, LEAST_TAIL) for part in parts],
+                [part.skew for part in parts],
+                [part.hidden for part in parts],
+                [part.by_height for part in parts],
+            ]
+        )
 
 
 def move_boxes(
@@ -115,3 +118,45 @@ def box_errors(boxes: Float[Array, "n 4"], true: Float[Array, "n 4"]) -> Float[A
     sides = true[:, 2:] - true[:, :2]
     moved = 0.5 * (boxes[:, :2] + boxes[:, 2:] - true[:, :2] - true[:, 2:]) / sides
     return np.concatenate((moved, np.log((boxes[:, 2:] - boxes[:, :2]) / sides)), axis=1)
+
+
+@dataclass(frozen=True)
+class VisiblePart:
+    """weight: 0 draws the whole car (amodal, as KITTI's labels), 1 only its visible part."""
+
+    weight: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_rates("visible_part weight", self.weight)
+
+    def __call__(self, sightings: Sightings) -> Float[Array, "n 4"]:
+        """The boxes; whole where nobody knows what was visible."""
+        part = np.where(np.isnan(sightings.visible_boxes), sightings.boxes, sightings.visible_boxes)
+        if self.weight == 0.0:
+            return sightings.boxes
+        return (1.0 - self.weight) * sightings.boxes + self.weight * part
+
+
+@dataclass(frozen=True)
+class Border:
+    """snap: pixels; an edge this near to the border lies on it."""
+
+    snap: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_sigmas("border snap", self.snap)
+
+    def __call__(self, boxes: Float[Array, "n 4"], camera: Camera) -> Float[Array, "n 4"]:
+        """The boxes inside the image; exact boxes stay as they are when nothing snaps."""
+        clipped = camera.clip_boxes(boxes)
+        if self.snap == 0.0:
+            return clipped
+        far = camera.far_corner
+        low = np.where(clipped[:, :2] < self.snap, 0.0, clipped[:, :2])
+        high = np.where(clipped[:, 2:] > far[2:] - self.snap, far[2:], clipped[:, 2:])
+        return np.concatenate((low, high), axis=1)
+
+
+def has_area(boxes: Float[Array, "n 4"]) -> Bool[Array, " n"]:
+    """Boxes with an inside; others (wholly outside the image) no detector reports."""
+    return np.asarray((boxes[:, 2:] > boxes[:, :2]).all(axis=1))

@@ -1,0 +1,144 @@
+"""One car in two boxes (duplicates, splits), and two cars in one (merges)."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray as Array
+from scipy.special import expit
+
+from mot_sim.metrics.overlaps import same_frame_pairs
+from mot_sim.simulation import random_numbers
+from mot_sim.simulation.sensors.boxes import move_boxes
+from mot_sim.simulation.sensors.checks import require_rates, require_sigmas, require_table
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, bursts, correlated_normals
+from mot_sim.simulation.sensors.misses import VISIBLE
+from mot_sim.simulation.sensors.quantiles import Quantiles
+from mot_sim.simulation.sensors.sightings import Sightings
+from tracker.geometry import box_iou
+
+STILL = Quantiles((0.0, 0.0))
+
+
+@dataclass(frozen=True)
+class Duplicates:
+    """seen, missed: the rate of a second box by visible fraction, of cars that are seen or not.
+
+    dx, dy, dw, dh: how it lies to the true box, as in `move_boxes`. log_odds: of its score.
+    """
+
+    seen: tuple[float, ...] = (0.0,) * len(VISIBLE)
+    missed: tuple[float, ...] = (0.0,) * len(VISIBLE)
+    dx: Quantiles = STILL
+    dy: Quantiles = STILL
+    dw: Quantiles = STILL
+    dh: Quantiles = STILL
+    log_odds: Quantiles = STILL
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
+
+    def __post_init__(self) -> None:
+        for rates in (self.seen, self.missed):
+            require_table("duplicates", VISIBLE, rates)
+            require_rates("duplicates", *rates)
+
+    def __call__(
+        self,
+        sightings: Sightings,
+        missed: Bool[Array, " n"],
+        seed: int,
+        step: float,
+        level: float = 1.0,
+    ) -> tuple[Int[Array, " k"], Float[Array, "k 4"], Float[Array, " k"]]:
+        """The rows that have a second box, the boxes, and their scores."""
+        rates = np.where(
+            missed,
+            np.interp(sightings.visible, VISIBLE, self.missed),
+            np.interp(sightings.visible, VISIBLE, self.seen),
+        )
+        rates = np.where(sightings.visible > 0.0, np.minimum(level * rates, 1.0), 0.0)
+        ids, frames = sightings.ids, sightings.frames
+        rows = np.flatnonzero(bursts(rates, seed, "duplicate", ids, frames, self.memory, step))
+        if not len(rows):
+            return rows, np.zeros((0, 4)), np.zeros(0)
+        ids, frames = ids[rows], frames[rows]
+        x = correlated_normals(seed, "duplicate/box", ids, frames, self.memory, step, 5)
+        parts = (self.dx, self.dy, self.dw, self.dh)
+        moves = [part.of_normal(x[:, column]) for column, part in enumerate(parts)]
+        boxes = move_boxes(sightings.boxes[rows], *moves)
+        return rows, boxes, expit(self.log_odds.of_normal(x[:, 4]))
+
+
+@dataclass(frozen=True)
+class Splits:
+    """rate: of vehicles at least min_width pixels wide."""
+
+    rate: float = 0.0
+    min_width: float = 200.0
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
+
+    def __post_init__(self) -> None:
+        require_rates("splits", self.rate)
+        require_sigmas("splits min_width", self.min_width)
+
+    def __call__(
+        self, sightings: Sightings, boxes: Float[Array, "n 4"], seed: int, step: float
+    ) -> tuple[Int[Array, " k"], Float[Array, "k 4"], Float[Array, "k 4"]]:
+        """The rows that are split, and the boxes of both parts."""
+        wide = boxes[:, 2] - boxes[:, 0] >= self.min_width
+        ids, frames = sightings.ids, sightings.frames
+        rates = np.where(wide, self.rate, 0.0)
+        rows = np.flatnonzero(bursts(rates, seed, "split", ids, frames, self.memory, step))
+        share = (
+            0.35 + 0.3 * random_numbers.uniform(seed, "split/where", ids[rows], frames[rows])[:, 0]
+        )
+        left, right = boxes[rows].copy(), boxes[rows].copy()
+        cut = left[:, 0] + share * (left[:, 2] - left[:, 0])
+        left[:, 2], right[:, 0] = cut, cut
+        return rows, left, right
+
+
+@dataclass(frozen=True)
+class Merges:
+    """rate: of a car whose box overlaps another's by min_iou or more being swallowed by it."""
+
+    rate: float = 0.0
+    min_iou: float = 0.3
+    memory: Autocorrelation = field(default_factory=Autocorrelation)
+
+    def __post_init__(self) -> None:
+        require_rates("merges", self.rate, self.min_iou)
+
+    def __call__(
+        self, sightings: Sightings, boxes: Float[Array, "n 4"], seed: int, step: float
+    ) -> tuple[Int[Array, " k"], Int[Array, " k"], Float[Array, "k 4"]]:
+        """Rows that keep a merged box, rows that vanish in it, and the boxes around both.
+
+        A row takes part in one merge at most: the one that overlaps it most.
+        """
+        none = np.zeros(0, np.int64)
+        if self.rate == 0.0 or not len(sightings):
+            return none, none, np.zeros((0, 4))
+        frames = sightings.frames
+        first, second = same_frame_pairs(frames, frames)
+        pairs = first < second
+        first, second = first[pairs], second[pairs]
+        iou = box_iou(boxes[first], boxes[second])
+        near = np.flatnonzero(iou >= self.min_iou)
+        near = near[np.argsort(-iou[near], kind="stable")]
+        first, second = first[near], second[near]
+        keys = sightings.ids[first] * 1_000_003 + sightings.ids[second]  # one number a pair
+        rates = np.full(len(near), self.rate)
+        joined = np.flatnonzero(
+            bursts(rates, seed, "merge", keys, frames[first], self.memory, step)
+        )
+        taken: set[int] = set()
+        kept, gone = [], []
+        for a, b in zip(first[joined].tolist(), second[joined].tolist(), strict=True):
+            if a not in taken and b not in taken:
+                taken |= {a, b}
+                kept.append(a)
+                gone.append(b)
+        a_rows, b_rows = np.array(kept, np.int64), np.array(gone, np.int64)
+        low = np.minimum(boxes[a_rows, :2], boxes[b_rows, :2])
+        high = np.maximum(boxes[a_rows, 2:], boxes[b_rows, 2:])
+        return a_rows, b_rows, np.concatenate((low, high), axis=1)
