@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.renderers import bare_opencv
 from mot_sim.simulation.registry import SCENES, find_scene
-from mot_sim.simulation.renderers import NEAR, MeshInstances, View, find_renderer
+from mot_sim.simulation.renderers import NEAR_METRES, MeshInstances, View, find_renderer
 from mot_sim.simulation.renderers.triangles import sphere_in_view
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scene import Rollout
@@ -33,7 +33,7 @@ def cars_before(take: Rollout, world: TrafficState, most: int = CARS) -> MeshIns
     """The nearest cars that the camera may see."""
     placed = take.scene_meshes.instances(world)
     depth = placed.T_cam_object[:, 2, 3]
-    rows = np.flatnonzero(sphere_in_view(placed, take.scene.rig.camera, NEAR))
+    rows = np.flatnonzero(sphere_in_view(placed, take.scene.rig.camera, NEAR_METRES))
     rows = rows[np.argsort(depth[rows], kind="stable")][:most]
     meshes = tuple(placed.meshes[row] for row in rows)
     return MeshInstances(meshes, placed.T_cam_object[rows], placed.instances[rows])

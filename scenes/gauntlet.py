@@ -12,11 +12,11 @@ from mot_sim.simulation.traffic import Improvised, Roads, Route, Script, Scripte
 from mot_sim.simulation.traffic.roads import rectangle, stripe
 from tracker.errors import BadConfig
 
-LANE = 3.5  # metres
-LANES = (36.0, 39.5, 43.0, 46.5)  # x of the lanes; the first two lead to the right
-ROW = 29.0  # x of the vans
-SIDES = (-140.0, 140.0)  # y of the cross road
-BAY = 36.0  # metres to each side that the car park reaches
+LANE_METRES = 3.5  # metres
+LANES_X = (36.0, 39.5, 43.0, 46.5)  # x of the lanes; the first two lead to the right
+VAN_ROW_X = 29.0  # x of the vans
+CROSS_ROAD_ENDS_Y = (-140.0, 140.0)  # y of the cross road
+CAR_PARK_METRES = 36.0  # metres to each side that the car park reaches
 
 
 def gauntlet(
@@ -63,11 +63,11 @@ def _script(
         Script(_standing(start + row * number), [(0.0, 0.0)], size=models.van_size, kind="Van")
         for number in range(vans)
     ]
-    for lane, x in enumerate(LANES):
-        first, last = SIDES if lane < 2 else SIDES[::-1]
+    for lane, x in enumerate(LANES_X):
+        first, last = CROSS_ROAD_ENDS_Y if lane < 2 else CROSS_ROAD_ENDS_Y[::-1]
         pace = speed * (1.0 + 0.25 * (lane % 2)) * rng.uniform(0.95, 1.05)
         # Places along the lane at time 0, some of them before its beginning: those come later.
-        place, before = SIDES[1] - SIDES[0], 0.0
+        place, before = CROSS_ROAD_ENDS_Y[1] - CROSS_ROAD_ENDS_Y[0], 0.0
         while rate > 0.0 and place > -pace * seconds:
             length, height, width = models.size[rng.integers(len(models.size))].tolist()
             place -= 0.5 * (before + length) + 3.0 + rng.exponential(pace / rate)
@@ -82,24 +82,28 @@ def _script(
 
 def _standing(y: float) -> Route:
     """Where a van of the row stands."""
-    return Route([(ROW, y), (ROW, 500.0)])
+    return Route([(VAN_ROW_X, y), (VAN_ROW_X, 500.0)])
 
 
 def _roads() -> Roads:
     """A lane that ends at a car park, and a cross road with four lanes behind the vans' row."""
-    near, far = LANES[0] - 0.5 * LANE, LANES[-1] + 0.5 * LANE
+    near, far = LANES_X[0] - 0.5 * LANE_METRES, LANES_X[-1] + 0.5 * LANE_METRES
     surfaces = [
-        rectangle("pavement", (near - 2.5, far + 2.5), SIDES),
-        rectangle("kerb", (near - 0.2, far + 0.2), SIDES),
-        rectangle("asphalt", (near, far), SIDES),
+        rectangle("pavement", (near - 2.5, far + 2.5), CROSS_ROAD_ENDS_Y),
+        rectangle("kerb", (near - 0.2, far + 0.2), CROSS_ROAD_ENDS_Y),
+        rectangle("asphalt", (near, far), CROSS_ROAD_ENDS_Y),
         rectangle("asphalt", (-40.0, near - 2.5), (-4.5, 4.5)),
-        rectangle("asphalt", (ROW - 3.0, near - 2.5), (-BAY, BAY)),
+        rectangle("asphalt", (VAN_ROW_X - 3.0, near - 2.5), (-CAR_PARK_METRES, CAR_PARK_METRES)),
     ]
-    middle = 0.5 * (LANES[1] + LANES[2])
-    surfaces += stripe((middle - 0.15, SIDES[0]), (middle - 0.15, SIDES[1]), 0.12)
-    surfaces += stripe((middle + 0.15, SIDES[0]), (middle + 0.15, SIDES[1]), 0.12)
-    for x in (LANES[0] + 0.5 * LANE, LANES[2] + 0.5 * LANE):
-        surfaces += stripe((x, SIDES[0]), (x, SIDES[1]), dash=(3.0, 4.5))
+    middle = 0.5 * (LANES_X[1] + LANES_X[2])
+    surfaces += stripe(
+        (middle - 0.15, CROSS_ROAD_ENDS_Y[0]), (middle - 0.15, CROSS_ROAD_ENDS_Y[1]), 0.12
+    )
+    surfaces += stripe(
+        (middle + 0.15, CROSS_ROAD_ENDS_Y[0]), (middle + 0.15, CROSS_ROAD_ENDS_Y[1]), 0.12
+    )
+    for x in (LANES_X[0] + 0.5 * LANE_METRES, LANES_X[2] + 0.5 * LANE_METRES):
+        surfaces += stripe((x, CROSS_ROAD_ENDS_Y[0]), (x, CROSS_ROAD_ENDS_Y[1]), dash=(3.0, 4.5))
     for x in (near + 0.15, far - 0.15):
-        surfaces += stripe((x, SIDES[0]), (x, SIDES[1]))
+        surfaces += stripe((x, CROSS_ROAD_ENDS_Y[0]), (x, CROSS_ROAD_ENDS_Y[1]))
     return Roads(tuple(surfaces))

@@ -8,12 +8,12 @@ from mot_sim.simulation.traffic import Improvised, Roads, Route, Script, Scripte
 from mot_sim.simulation.traffic.roads import rectangle, stripe
 from tracker.errors import BadConfig
 
-LANE = 3.5  # metres
-LANES = (-LANE, 0.0, LANE)  # y; the middle one is ours
-REACH = (-25.0, 95.0)  # metres behind and before us that cars stand in
-END = 1500.0
-REACTION = 0.45  # seconds from one car's change of speed to the next one's behind
-KNOTS = 0.5  # seconds between the points of a speed table
+LANE_METRES = 3.5  # metres
+LANES_Y = (-LANE_METRES, 0.0, LANE_METRES)  # y; the middle one is ours
+COLUMN_ENDS_METRES = (-25.0, 95.0)  # metres behind and before us that cars stand in
+ROUTE_END_X = 1500.0
+REACTION_SECONDS = 0.45  # seconds from one car's change of speed to the next one's behind
+KNOT_SECONDS = 0.5  # seconds between the points of a speed table
 
 
 def stop_and_go(
@@ -55,18 +55,18 @@ def _script(
 ) -> Scripted:
     """The columns; every lane has its own phase and pace of the wave."""
     cars, ego = [], None
-    for y in LANES:
+    for y in LANES_Y:
         pace, phase = speed * rng.uniform(0.8, 1.0), rng.uniform(0.0, period)
         # A car that reacts later has come closer by at most so much.
-        closer = pace * REACTION
-        x = REACH[1] + rng.uniform(0.0, 5.0)
+        closer = pace * REACTION_SECONDS
+        x = COLUMN_ENDS_METRES[1] + rng.uniform(0.0, 5.0)
         number = 0
-        while x > REACH[0]:
+        while x > COLUMN_ENDS_METRES[0]:
             size = models.size[rng.integers(len(models.size))]
             length, height, width = (float(value) for value in size)
             x -= 0.5 * length
-            table = _waves(pace, period, phase + number * REACTION, seconds)
-            script = Script(Route([(x, y), (END, y)]), table, size=(length, height, width))
+            table = _waves(pace, period, phase + number * REACTION_SECONDS, seconds)
+            script = Script(Route([(x, y), (ROUTE_END_X, y)]), table, size=(length, height, width))
             is_ours = y == 0.0 and ego is None and x < 0.0
             if is_ours:
                 ego = script
@@ -80,7 +80,7 @@ def _script(
 
 def _waves(pace: float, period: float, delay: float, seconds: float) -> list[tuple[float, float]]:
     """A speed table: a quarter of the period at rest, then up to the pace and down again."""
-    times = np.arange(0.0, seconds + KNOTS, KNOTS)
+    times = np.arange(0.0, seconds + KNOT_SECONDS, KNOT_SECONDS)
     turn = np.mod((times - delay) / period, 1.0)
     speeds = pace * np.clip(1.5 * np.sin(np.pi * np.clip((turn - 0.25) / 0.75, 0.0, 1.0)), 0.0, 1.0)
     return list(zip(times.tolist(), speeds.tolist(), strict=True))
@@ -88,9 +88,9 @@ def _waves(pace: float, period: float, delay: float, seconds: float) -> list[tup
 
 def _roads() -> Roads:
     """Three lanes one way, with shoulders."""
-    x, edge = (-80.0, 700.0), 1.5 * LANE
+    x, edge = (-80.0, 700.0), 1.5 * LANE_METRES
     surfaces = [rectangle("asphalt", x, (-edge - 2.5, edge + 2.5))]
-    for y in (-0.5 * LANE, 0.5 * LANE):
+    for y in (-0.5 * LANE_METRES, 0.5 * LANE_METRES):
         surfaces += stripe((x[0], y), (x[1], y), dash=(4.0, 6.0))
     for y in (-edge, edge):
         surfaces += stripe((x[0], y), (x[1], y), 0.2)

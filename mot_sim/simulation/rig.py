@@ -14,7 +14,7 @@ from tracker.types import Camera, Cuboids
 # KITTI's camera 2 on the tracking benchmark, and where it stands.
 KITTI_K = ((721.5377, 0.0, 609.5593), (0.0, 721.5377, 172.854), (0.0, 0.0, 1.0))
 KITTI_IMAGE_SIZE = (1242, 375)
-KITTI_HEIGHT = 1.65
+KITTI_HEIGHT_METRES = 1.65
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,9 @@ class Rig:
             raise BadCalibration(f"focal lengths of K {self.camera.K.tolist()}: give some above 0")
 
     @classmethod
-    def kitti(cls, height: float = KITTI_HEIGHT, pitch: float = 0.0, roll: float = 0.0) -> "Rig":
+    def kitti(
+        cls, height: float = KITTI_HEIGHT_METRES, pitch: float = 0.0, roll: float = 0.0
+    ) -> "Rig":
         """KITTI's camera; pitch > 0 looks up, roll > 0 leans right, radians."""
         return cls(Camera.mounted(np.array(KITTI_K), KITTI_IMAGE_SIZE, height, pitch, roll))
 

@@ -11,12 +11,12 @@ from mot_sim.simulation.truth import Truth, annotate
 from tracker.geometry import wrap_angle
 
 # Cars that count: as high as KITTI's evaluation asks for, as near as its labels reach, in sight.
-MIN_HEIGHT = 25.0  # pixels
-MAX_DISTANCE = 80.0  # metres
+MIN_HEIGHT_PIXELS = 25.0  # pixels
+MAX_DISTANCE_METRES = 80.0  # metres
 MIN_VISIBLE = 0.2
-HALF = 0.5
-TURNED = np.radians(30.0)
-MINUTE = 60.0
+OCCLUDED_BELOW = 0.5
+TURNED_RADIANS = np.radians(30.0)
+MINUTE_SECONDS = 60.0
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ def figures_of_take(take: Rollout, progress: Callable[[], None] | None = None) -
     turns = np.abs(np.diff(ego, n=1)) / STEP
     return Figures(
         cars=len(visible) / frames,
-        occluded=_share(near.visible < HALF),
-        turned=_share(heading > TURNED),
-        ids=len(np.unique(visible.tracks.ids)) / (frames * STEP / MINUTE),
+        occluded=_share(near.visible < OCCLUDED_BELOW),
+        turned=_share(heading > TURNED_RADIANS),
+        ids=len(np.unique(visible.tracks.ids)) / (frames * STEP / MINUTE_SECONDS),
         yaw_rate=float(np.degrees(turns.max(initial=0.0))),
     )
 
@@ -70,7 +70,7 @@ def cars_in_sight(truth: Truth) -> np.ndarray:
     assert cuboids is not None
     height = truth.amodal_boxes[:, 3] - truth.amodal_boxes[:, 1]
     distance = np.hypot(cuboids.base[:, 0], cuboids.base[:, 2])
-    return (height >= MIN_HEIGHT) & (distance <= MAX_DISTANCE) & (truth.pixels > 0)
+    return (height >= MIN_HEIGHT_PIXELS) & (distance <= MAX_DISTANCE_METRES) & (truth.pixels > 0)
 
 
 def _told(

@@ -16,12 +16,12 @@ from mot_sim.simulation.traffic.traffic_state import TrafficState
 from tracker.types import Cuboids
 
 # What each of PARTS is to the semantic image.
-MADE_OF = {
+PART_SEMANTICS = {
     "paint": Semantic.CAR, "glass": Semantic.GLASS, "trim": Semantic.TRIM,
     "headlight": Semantic.LIGHT, "taillight": Semantic.LIGHT, "plate": Semantic.PLATE,
     "tyre": Semantic.TYRE, "rim": Semantic.TYRE,
 }  # fmt: skip
-SEMANTICS = np.array([MADE_OF[part] for part in PARTS], np.uint8)
+SEMANTICS = np.array([PART_SEMANTICS[part] for part in PARTS], np.uint8)
 
 
 @dataclass(frozen=True, eq=False)

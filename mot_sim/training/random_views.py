@@ -10,7 +10,7 @@ from mot_sim.simulation.cars import BODIES, Vehicles, load_fleet
 from mot_sim.simulation.random_numbers import named_stream
 from mot_sim.simulation.registry import find_scene
 from mot_sim.simulation.renderers import View
-from mot_sim.simulation.rig import KITTI_HEIGHT, KITTI_IMAGE_SIZE, KITTI_K, Rig
+from mot_sim.simulation.rig import KITTI_HEIGHT_METRES, KITTI_IMAGE_SIZE, KITTI_K, Rig
 from mot_sim.simulation.scene_meshes import SceneMeshes
 from mot_sim.simulation.scenery import Knobs, Light, Neighbourhood, Weather
 from mot_sim.simulation.traffic import Roads, TrafficState, colliding_pairs
@@ -108,7 +108,7 @@ def camera_of(rng: np.random.Generator, finer: float) -> Camera:
         size = FINE_SIZE
         K[0, 2] = rng.uniform(0.0, 1.0) * size[0]
         K[1, 2] = 150.0
-    height = KITTI_HEIGHT + float(rng.normal(0.0, 0.06))
+    height = KITTI_HEIGHT_METRES + float(rng.normal(0.0, 0.06))
     pitch, roll = rng.normal(0.0, (0.015, 0.012)).tolist()
     return Camera.mounted(K, size, height, pitch, roll)
 

@@ -12,7 +12,7 @@ from numpy import ndarray as Array
 
 from mot_sim.experiments.sweep.paths import Level, fitting, scalars, unknown, with_value
 from mot_sim.simulation.registry import find_scene, knobs_of
-from mot_sim.simulation.rig import KITTI_HEIGHT, KITTI_IMAGE_SIZE, KITTI_K, Rig
+from mot_sim.simulation.rig import KITTI_HEIGHT_METRES, KITTI_IMAGE_SIZE, KITTI_K, Rig
 from mot_sim.simulation.scene import Scene
 from mot_sim.simulation.sensors import (
     EFFECTS,
@@ -43,7 +43,7 @@ class Mount:
     frame_rate: Hz; 10, or 10 divided by a whole number: every second, third, ... frame comes.
     """
 
-    height: float = KITTI_HEIGHT
+    height: float = KITTI_HEIGHT_METRES
     pitch_deg: float = 0.0
     roll_deg: float = 0.0
     height_error: float = 0.0

@@ -13,9 +13,9 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 from scipy.linalg import eigh
 
-from mot_sim.simulation.cars.coarse import LEVELS, SHIPPED_COARSE, simplify
-from mot_sim.simulation.cars.design import BODIES, SHARES, draw_designs
-from mot_sim.simulation.cars.fleet import ARRAYS, COMPONENTS, SHIPPED_FLEET, Components
+from mot_sim.simulation.cars.coarse import LEVEL_DISTANCES, SHIPPED_COARSE, simplify
+from mot_sim.simulation.cars.design import BODIES, BODY_SHARES, draw_designs
+from mot_sim.simulation.cars.fleet import FLEET_ARRAYS, MAX_COEFFICIENTS, SHIPPED_FLEET, Components
 from mot_sim.simulation.cars.topology import (
     authors_keypoints,
     half_keypoints,
@@ -26,13 +26,15 @@ from mot_sim.simulation.cars.topology import (
 from mot_sim.simulation.random_numbers import named_stream
 from tracker.shape import KEYPOINTS, SHIPPED_PRIOR, ShapeBasis, save_prior
 
-SEED = 2018
-CARS = 1600
+POPULATION_SEED = 2018
+POPULATION_COUNT = 1600
 KEYPOINT_SHARE = 0.5  # how much the keypoints count against all points of the mesh
+AT_EDGE_METRES = 1e-6  # metres
+DECIMALS = 6  # micrometres: what differs between processors stays below
 
 
 def population(
-    count: int = CARS, seed: int = SEED
+    count: int = POPULATION_COUNT, seed: int = POPULATION_SEED
 ) -> tuple[Float[Array, "n h 3"], Int[Array, " n"]]:
     """The left halves of `count` cars and the number of each one's body in BODIES.
 
@@ -40,7 +42,7 @@ def population(
     """
     halves, bodies = [], []
     for number, body in enumerate(BODIES):
-        cars = round(count * SHARES[body])
+        cars = round(count * BODY_SHARES[body])
         designs = draw_designs(body, cars, named_stream(seed, f"designs of {body}"))
         halves.append(half_points(designs))
         bodies.append(np.full(cars, number))
@@ -61,29 +63,25 @@ def components(halves: Float[Array, "n h 3"], bodies: Int[Array, " n"]) -> Compo
     joint = np.concatenate((offsets, weight * marks), axis=1)
     order = joint.shape[1]
     values, axes = eigh(
-        joint.T @ joint / len(halves), subset_by_index=(order - COMPONENTS, order - 1)
+        joint.T @ joint / len(halves), subset_by_index=(order - MAX_COEFFICIENTS, order - 1)
     )
     # Coefficients have the unit of a root mean square shift of the points.
     scores = joint @ axes[:, ::-1] / np.sqrt(order / 3)
     std = np.sqrt(values[::-1] / (order / 3))
     vectors = scores.T @ offsets / (len(halves) * std[:, None] ** 2)
-    sign = np.sign(vectors[np.arange(COMPONENTS), np.abs(vectors).argmax(axis=1)])
+    sign = np.sign(vectors[np.arange(MAX_COEFFICIENTS), np.abs(vectors).argmax(axis=1)])
     lambdas, vectors = scores * sign, vectors * sign[:, None]
     means = np.stack([lambdas[bodies == body].mean(axis=0) for body in range(len(BODIES))])
     roots = np.stack(
         [np.linalg.cholesky(np.cov(lambdas[bodies == body].T)) for body in range(len(BODIES))]
     )
-    return Components(mean, vectors.reshape(COMPONENTS, -1, 3), std, means, roots)
-
-
-AT_EDGE = 1e-6  # metres
-DECIMALS = 6  # micrometres: what differs between processors stays below
+    return Components(mean, vectors.reshape(MAX_COEFFICIENTS, -1, 3), std, means, roots)
 
 
 def build_components() -> Components:
     """The components of the population, rounded as they are shipped."""
     exact = components(*population())
-    return Components(*(np.round(getattr(exact, name), DECIMALS) + 0.0 for name in ARRAYS))
+    return Components(*(np.round(getattr(exact, name), DECIMALS) + 0.0 for name in FLEET_ARRAYS))
 
 
 def keypoint_prior(fleet: Components) -> ShapeBasis:
@@ -98,10 +96,10 @@ def coarse_arrays(fleet: Components) -> dict[str, Any]:
     halves = fleet.mean + np.tensordot(fleet.body_means, fleet.vectors, axes=1)
     shapes = whole(halves)
     low, high = shapes.min(axis=1, keepdims=True), shapes.max(axis=1, keepdims=True)
-    reaches_out = (shapes - low < AT_EDGE) | (high - shapes < AT_EDGE)
+    reaches_out = (shapes - low < AT_EDGE_METRES) | (high - shapes < AT_EDGE_METRES)
     locked = reaches_out.any(axis=(0, 2))  # so that sizes stay exact
     arrays: dict[str, Any] = {}
-    for count in LEVELS:
+    for count in LEVEL_DISTANCES:
         level = simplify(shapes, shared.faces, shared.parts, locked, count)
         arrays |= {f"faces{count}": level.faces, f"origins{count}": level.origins}
     return arrays
@@ -114,7 +112,7 @@ def build_files(
 ) -> None:
     """Write the files."""
     fleet = build_components()
-    np.savez_compressed(fleet_path, **{name: getattr(fleet, name) for name in ARRAYS})
+    np.savez_compressed(fleet_path, **{name: getattr(fleet, name) for name in FLEET_ARRAYS})
     save_prior(keypoint_prior(fleet), prior_path)
     np.savez_compressed(coarse_path, **coarse_arrays(fleet))
 

@@ -23,7 +23,7 @@ PAINTS: dict[str, tuple[tuple[int, int, int], float]] = {
     "brown": ((88, 66, 52), 0.02),
     "yellow": ((226, 186, 40), 0.02),
 }
-OTHERS: dict[str, tuple[int, int, int]] = {
+PART_COLOURS: dict[str, tuple[int, int, int]] = {
     "glass": (40, 48, 56),
     "trim": (32, 32, 34),
     "headlight": (228, 232, 236),
@@ -46,7 +46,7 @@ def paint_colour(paint: Paint) -> tuple[int, int, int]:
 
 def part_colours(parts: Int[Array, " f"], paint: Paint) -> UInt8[Array, "f 3"]:
     """The RGB of faces from their parts."""
-    palette = [paint_colour(paint), *(OTHERS[part] for part in PARTS[1:])]
+    palette = [paint_colour(paint), *(PART_COLOURS[part] for part in PARTS[1:])]
     return np.array(palette, dtype=np.uint8)[parts]
 
 

@@ -17,9 +17,9 @@ from numpy import ndarray as Array
 SHIPPED_COARSE = Path(__file__).with_name("coarse.npz")
 # Faces of each level, and from what distance in metres on it stands in for the whole mesh: from
 # there on no edge of its box is off by a pixel of KITTI's camera (a test).
-LEVELS: dict[int, float] = {640: 25.0, 320: 60.0}
+LEVEL_DISTANCES: dict[int, float] = {640: 25.0, 320: 60.0}
 EDGE_WEIGHT = 4.0  # how much more a border between two materials weighs than a face
-MIN_TURN = 0.2  # cosine: no face may turn further when a vertex moves
+MIN_TURN_COSINE = 0.2  # cosine: no face may turn further when a vertex moves
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ def coarse_levels() -> dict[float, Coarse]:
     with np.load(SHIPPED_COARSE, allow_pickle=False) as file:
         return {
             distance: Coarse(file[f"faces{count}"], file[f"origins{count}"])
-            for count, distance in LEVELS.items()
+            for count, distance in LEVEL_DISTANCES.items()
         }
 
 
@@ -105,7 +105,7 @@ class _Mesh:
         after = np.where(before == i, j, before)
         old, new = (_normals(self.shapes, corners) for corners in (before, after))
         sizes = np.linalg.norm(old, axis=2) * np.linalg.norm(new, axis=2)
-        return bool(((old * new).sum(axis=2) > MIN_TURN * sizes).all())
+        return bool(((old * new).sum(axis=2) > MIN_TURN_COSINE * sizes).all())
 
     def collapse(self, i: int, j: int) -> int:
         """Move i onto j; gives how many faces vanish."""

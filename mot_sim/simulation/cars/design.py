@@ -17,7 +17,7 @@ Range: TypeAlias = tuple[float, float]
 
 # What a car is unless its body says otherwise. Metres, or shares of the length (wheelbase,
 # overhang), of the height (nose, belt, deck_height) or of the width (the rest of the widths).
-COMMON: dict[str, Range] = {
+COMMON_RANGES: dict[str, Range] = {
     "length": (4.30, 5.00),
     "width": (1.68, 1.90),
     "height": (1.38, 1.52),
@@ -93,17 +93,17 @@ BODIES: dict[str, dict[str, Range]] = {
     },
 }  # fmt: skip
 # How many of a hundred cars have which body; European streets, with few pickups.
-SHARES: dict[str, float] = {
+BODY_SHARES: dict[str, float] = {
     "sedan": 0.27, "hatchback": 0.28, "estate": 0.12, "suv": 0.14, "coupe": 0.10, "van": 0.07,
     "pickup": 0.02,
 }  # fmt: skip
-SHORTEST_ROOF = 0.5  # metres; steeper windows make room for it
+MIN_ROOF_METRES = 0.5  # metres; steeper windows make room for it
 
 
 def draw_designs(body: str, count: int, rng: np.random.Generator) -> dict[str, Array]:
     """`count` designs of one body, every measure uniform in its range."""
-    ranges = COMMON | BODIES[body]
-    return {name: rng.uniform(*ranges[name], count) for name in COMMON}
+    ranges = COMMON_RANGES | BODIES[body]
+    return {name: rng.uniform(*ranges[name], count) for name in COMMON_RANGES}
 
 
 def front_axle(designs: Designs) -> Float[Array, " n"]:
@@ -121,7 +121,7 @@ def greenhouse(designs: Designs) -> tuple[Array, Array, Array, Array]:
     cowl = front_axle(designs) - designs["cowl"]
     foot = -0.5 * designs["length"] + designs["corner_rear"] + designs["deck"]
     free = cowl - foot - designs["screen"] - designs["backlight"]
-    short = np.maximum(SHORTEST_ROOF - free, 0.0)
+    short = np.maximum(MIN_ROOF_METRES - free, 0.0)
     runs = designs["screen"] + designs["backlight"]
     front_run = designs["screen"] * (1.0 - short / runs)
     rear_run = designs["backlight"] * (1.0 - short / runs)

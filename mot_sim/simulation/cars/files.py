@@ -10,7 +10,7 @@ from numpy import ndarray as Array
 from trimesh.exchange.gltf import export_glb
 from trimesh.resolvers import FilePathResolver
 
-from mot_sim.simulation.cars.carshape import OTHERS, CarShape, Paint, paint_colour
+from mot_sim.simulation.cars.carshape import PART_COLOURS, CarShape, Paint, paint_colour
 from mot_sim.simulation.cars.fleet import Fleet, load_fleet
 from mot_sim.simulation.cars.topology import PARTS
 from tracker.errors import BadConfig, BadFile, BadOutput, UnknownName
@@ -24,7 +24,8 @@ AXES = {
     for axis, name in enumerate("xyz")
 }
 # Metres, if the file is in metres: no car is thinner, or has a corner farther out.
-THINNEST, FARTHEST = 1e-6, 1e9
+MIN_EXTENT_METRES = 1e-6
+MAX_COORDINATE_METRES = 1e9
 # From our axes (forward, down, left) to glTF's: x left, y up, z forward.
 R_GLTF_OBJECT = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
 
@@ -63,11 +64,13 @@ def load_car(
     if length is not None and not 0.0 < length < np.inf:
         raise BadConfig(f"a car {length:g} m long: give a length > 0, or none")
     mesh = _read(Path(path))
-    if not (np.abs(mesh.vertices) <= FARTHEST).all():
-        raise BadFile(f"{path}: a corner that is not within {FARTHEST:g} of the origin")
+    if not (np.abs(mesh.vertices) <= MAX_COORDINATE_METRES).all():
+        raise BadFile(
+            f"{path}: a corner that is not within {MAX_COORDINATE_METRES:g} of the origin"
+        )
     vertices = np.asarray(mesh.vertices, dtype=float) @ R_object_file.T
     low, high = vertices.min(axis=0), vertices.max(axis=0)
-    if not (high - low > THINNEST).all():
+    if not (high - low > MIN_EXTENT_METRES).all():
         raise BadFile(f"{path}: a flat mesh, {(high - low).tolist()} long, high and wide")
     middle = 0.5 * (low + high)
     vertices = vertices - np.array([middle[0], high[1], middle[2]])
@@ -96,7 +99,7 @@ def export_car(
         raise BadOutput(f"{target}: cars are written as GLB; end the name in .glb")
     fleet = load_fleet(len(coefficients)) if fleet is None else fleet
     car = fleet.car(coefficients)
-    colours = {"paint": paint_colour(paint), **OTHERS}
+    colours = {"paint": paint_colour(paint), **PART_COLOURS}
     vertices = car.vertices @ R_GLTF_OBJECT.T
     scene = trimesh.Scene()
     for number, part in enumerate(PARTS):

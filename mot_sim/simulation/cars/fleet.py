@@ -11,20 +11,21 @@ from numpy import ndarray as Array
 from scipy.optimize import lsq_linear
 
 from mot_sim.simulation.cars.carshape import PAINTS, CarShape, choose
-from mot_sim.simulation.cars.design import BODIES, SHARES
+from mot_sim.simulation.cars.design import BODIES, BODY_SHARES
 from mot_sim.simulation.cars.topology import EXTREMES, authors_keypoints, topology, whole
 from mot_sim.simulation.random_numbers import normal, uniform
 from tracker.errors import BadConfig, UnknownName
 from tracker.shape import KEYPOINTS, KEYPOINTS_14
 
 SHIPPED_FLEET = Path(__file__).with_name("fleet.npz")
-COMPONENTS = 20  # the most coefficients that a fleet may use
-MOST_SIGMAS = 4.0  # shapes further out are no cars any more
-DRAWN_SIGMAS = 2.0  # within a body
-NEAREST_SIGMAS = 3.0
-TALL = 1.95  # metres: higher than any other car's mean by far
-SIZE_SIGMA = 0.01  # metres: how closely `nearest` follows a size before it stretches
+MAX_COEFFICIENTS = 20  # the most coefficients that a fleet may use
+MAX_SIGMAS = 4.0  # shapes further out are no cars any more
+MAX_DRAWN_SIGMAS = 2.0  # within a body
+MAX_NEAREST_SIGMAS = 3.0
+VAN_HEIGHT_METRES = 1.95  # metres: higher than any other car's mean by far
+SIZE_SIGMA_METRES = 0.01  # metres: how closely `nearest` follows a size before it stretches
 ROWS_14 = [KEYPOINTS.index(name) for name in KEYPOINTS_14]
+FLEET_ARRAYS = ("mean", "vectors", "std", "body_means", "body_roots")  # what the file holds
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +41,6 @@ class Components:
     std: Float[Array, " b"]
     body_means: Float[Array, "m b"]
     body_roots: Float[Array, "m b b"]
-
-
-ARRAYS = ("mean", "vectors", "std", "body_means", "body_roots")  # what the file holds
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,14 +120,14 @@ class Fleet:
             raise BadConfig(
                 f"{coefficients.shape[-1]} shape coefficients: this fleet takes {self.coefficients}"
             )
-        limits = MOST_SIGMAS * self.std
+        limits = MAX_SIGMAS * self.std
         outside = ~(np.abs(coefficients) <= limits)  # NaN is outside as well
         if outside.any():
             row, column = (int(index[0]) for index in np.nonzero(outside))
             raise BadConfig(
                 f"shape coefficient {column} of car {row} is {coefficients[row, column]:g}: "
                 f"the population reaches from {-limits[column]:g} to {limits[column]:g} "
-                f"({MOST_SIGMAS:g} standard deviations)"
+                f"({MAX_SIGMAS:g} standard deviations)"
             )
 
     def sample(self, seed: int, ids: Int[Array, " n"], body: str | None = None) -> Cars:
@@ -142,17 +140,17 @@ class Fleet:
             raise UnknownName.of("body", body, BODIES)
         frames = np.zeros_like(ids)
         chosen = choose(
-            [SHARES[name] for name in BODIES], uniform(seed, "car body", ids, frames)[:, 0]
+            [BODY_SHARES[name] for name in BODIES], uniform(seed, "car body", ids, frames)[:, 0]
         )
         bodies = chosen if body is None else np.full(len(ids), list(BODIES).index(body))
         paints = choose(
             [share for _, share in PAINTS.values()],
             uniform(seed, "car paint", ids, frames)[:, 0],
         )
-        spread = normal(seed, "car shape", ids, frames, COMPONENTS)[:, : self.coefficients]
+        spread = normal(seed, "car shape", ids, frames, MAX_COEFFICIENTS)[:, : self.coefficients]
         names = list(PAINTS)
         return Cars(
-            self._near_bodies(bodies, np.clip(spread, -DRAWN_SIGMAS, DRAWN_SIGMAS)),
+            self._near_bodies(bodies, np.clip(spread, -MAX_DRAWN_SIGMAS, MAX_DRAWN_SIGMAS)),
             bodies,
             tuple(names[paint] for paint in paints),
         )
@@ -166,19 +164,19 @@ class Fleet:
             raise BadConfig(f"car of size {size.tolist()}: give length, height, width > 0")
         if body is not None and body not in BODIES:
             raise UnknownName.of("body", body, BODIES)
-        start, root, most = np.zeros(self.coefficients), np.diag(self.std), NEAREST_SIGMAS
+        start, root, most = np.zeros(self.coefficients), np.diag(self.std), MAX_NEAREST_SIGMAS
         if body is not None:
-            row, most = list(BODIES).index(body), DRAWN_SIGMAS
+            row, most = list(BODIES).index(body), MAX_DRAWN_SIGMAS
             start, root = self.components.body_means[row], self.components.body_roots[row]
         points, axes = EXTREMES
         change = self.components.vectors[:, points, axes].T * np.array([[2.0], [-1.0], [2.0]])
         missing = size - self.size(start)
         found = lsq_linear(  # the unknowns are counted in standard deviations
-            np.concatenate((np.eye(self.coefficients), change @ root / SIZE_SIGMA)),
-            np.concatenate((np.zeros(self.coefficients), missing / SIZE_SIGMA)),
+            np.concatenate((np.eye(self.coefficients), change @ root / SIZE_SIGMA_METRES)),
+            np.concatenate((np.zeros(self.coefficients), missing / SIZE_SIGMA_METRES)),
             (-most, most),
         )
-        limits = MOST_SIGMAS * self.std
+        limits = MAX_SIGMAS * self.std
         return self.car(np.clip(start + root @ found.x, -limits, limits)).scaled_to(size)
 
     def body_of(self, size: Float[Array, "3"], among: Sequence[str] = tuple(BODIES)) -> str:
@@ -186,7 +184,7 @@ class Fleet:
 
         Whatever is higher than TALL is a van, where that is among them.
         """
-        if size[1] > TALL and "van" in among:
+        if size[1] > VAN_HEIGHT_METRES and "van" in among:
             return "van"
         rows = [list(BODIES).index(body) for body in among]
         sizes = self.size(self.components.body_means[rows])
@@ -205,11 +203,11 @@ class Fleet:
         rows = np.arange(len(bodies))
         for _ in range(6):
             cars = means[rows] + offsets[rows]
-            bad = (np.abs(cars) > MOST_SIGMAS * self.std).any(axis=1)
+            bad = (np.abs(cars) > MAX_SIGMAS * self.std).any(axis=1)
             bad |= np.abs(_off_origin(self._linear(cars))).max(axis=1) > 1e-6
             rows = rows[bad]
             offsets[rows] *= 0.7
-        return np.clip(means + offsets, -MOST_SIGMAS * self.std, MOST_SIGMAS * self.std)
+        return np.clip(means + offsets, -MAX_SIGMAS * self.std, MAX_SIGMAS * self.std)
 
 
 def _off_origin(half: Float[Array, "*n h 3"]) -> Float[Array, "*n 3"]:
@@ -229,10 +227,10 @@ def load_fleet(coefficients: int = 5) -> Fleet:
 
 def read_fleet(path: Path, coefficients: int = 5) -> Fleet:
     """A fleet from a file that `mot_sim.simulation.cars.build` wrote."""
-    if not 1 <= coefficients <= COMPONENTS:
-        raise BadConfig(f"{coefficients} shape coefficients: give 1 to {COMPONENTS}")
+    if not 1 <= coefficients <= MAX_COEFFICIENTS:
+        raise BadConfig(f"{coefficients} shape coefficients: give 1 to {MAX_COEFFICIENTS}")
     with np.load(path, allow_pickle=False) as file:
-        mean, vectors, std, means, roots = (file[name] for name in ARRAYS)
+        mean, vectors, std, means, roots = (file[name] for name in FLEET_ARRAYS)
     b = slice(coefficients)
     return Fleet(Components(mean, vectors[b], std[b], means[:, b], roots[:, b, b]))
 

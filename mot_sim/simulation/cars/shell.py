@@ -20,16 +20,23 @@ RING = ("b0", "b1", "s0", "s1", "s2", "s3", "s4", "g", "t0", "u0", "t1", "t2")
 LEAN = np.array([0.0, 0.0, 0.0, 0.1, 0.35, 0.7, 1, 1, 1, 1, 1, 1])
 # Share of the half width at the middle of the car; the upper five depend on the design.
 SIDE = np.array([0.0, 0.6, 0.955, 0.988, 1.0, 0.99, 0.955, 0.915])
-FULL_WIDTH = 0.4  # tyre radii before and behind the axles: between them the car is at its widest
+FULL_WIDTH_RADII = (
+    0.4  # tyre radii before and behind the axles: between them the car is at its widest
+)
 NEAR_END = np.zeros(STATIONS)  # where the shoulder line leaves room for the lamps
 NEAR_END[[0, 1, 2, -3, -2, -1]] = (1.0, 0.8, 0.3, 0.3, 0.8, 1.0)
 ABOVE_SHOULDER = np.array([0.015, 0.03, 0.034, 0.05, 0.06])  # bonnet and boot: g, t0, u0, t1, t2
 BULGE = {5: 0.10, 6: 0.08, 7: 0.05, 12: -0.04, 13: -0.04, 14: -0.03}  # windows curve in plan
-WING = 0.05  # metres: the least of a wing above a wheel arch; low bonnets swell there
-CAP_ROWS = np.array([0.05, 0.012, 0.03, 0.07, 0.14])  # how far s0..s4 lie behind the nose
-CAP_ROWS_REAR = np.array([0.04, 0.012, 0.03, 0.06, 0.08])
+MIN_WING_METRES = 0.05  # metres: the least of a wing above a wheel arch; low bonnets swell there
+FRONT_CAP_OFFSETS = np.array([0.05, 0.012, 0.03, 0.07, 0.14])  # how far s0..s4 lie behind the nose
+REAR_CAP_OFFSETS = np.array([0.04, 0.012, 0.03, 0.06, 0.08])
 CAP_INNER = 0.58  # the inner column of the front and the rear, as a share of their half width
-CURVE = 2.4  # exponent of the rounding of nose and tail in plan
+CORNER_EXPONENT = 2.4  # exponent of the rounding of nose and tail in plan
+SPOKES = 16  # corners of a wheel; one of them stands on the road
+WHEEL_POINTS = 3 * SPOKES + 2  # tyre outside, rim, tyre inside, hub, inner centre
+TYRE_WIDTH_METRES = 0.20
+RIM_SHARE = 0.68  # radius of the rim over that of the tyre
+BOX_CORNERS = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype=float)
 
 
 def shell(designs: Designs) -> Float[Array, "n 19 12 3"]:
@@ -64,8 +71,8 @@ def _end(designs: Designs, front: bool, rows: Array, z: Array) -> Float[Array, "
     """How far forward the points of the nose lie, or back those of the tail."""
     ending = "front" if front else "rear"
     width = 0.5 * designs["width"] * designs["nose_width" if front else "tail_width"]
-    back = designs[f"corner_{ending}"][:, None] * (z / width[:, None]) ** CURVE
-    offset = (CAP_ROWS if front else CAP_ROWS_REAR)[rows]
+    back = designs[f"corner_{ending}"][:, None] * (z / width[:, None]) ** CORNER_EXPONENT
+    offset = (FRONT_CAP_OFFSETS if front else REAR_CAP_OFFSETS)[rows]
     along = 0.5 * designs["length"][:, None] - offset - back
     return along if front else -along
 
@@ -98,8 +105,8 @@ def _upper_outline(designs: Designs) -> Float[Array, "n 19"]:
     """Where the windows begin and end along the car, with bonnet and boot between."""
     along = np.zeros((len(designs["length"]), STATIONS))
     cowl, roof_front, roof_rear, foot = greenhouse(designs)
-    nose = 0.5 * designs["length"] - designs["corner_front"] - CAP_ROWS[4]
-    tail = -0.5 * designs["length"] + designs["corner_rear"] + CAP_ROWS_REAR[4]
+    nose = 0.5 * designs["length"] - designs["corner_front"] - FRONT_CAP_OFFSETS[4]
+    tail = -0.5 * designs["length"] + designs["corner_rear"] + REAR_CAP_OFFSETS[4]
     lamp = nose - np.minimum(0.22, 0.3 * (nose - cowl))
     along[:, :6] = _between(lamp, cowl, np.array([-0.3, 0.0, 0.27, 0.52, 0.77, 1.0]))
     along[:, 6] = 0.5 * (cowl + roof_front)
@@ -115,7 +122,7 @@ def _half_width(designs: Designs, along: Array) -> Float[Array, "n 19 12"]:
     axles = {"nose": front_axle(designs), "tail": -rear_axle(designs)}
     for sign, ending, end in ((1, "front", "nose"), (-1, "rear", "tail")):
         last = 0.5 * designs["length"] - designs[f"corner_{ending}"]
-        reach = np.maximum(last - axles[end] - FULL_WIDTH * designs["wheel"], 0.1)
+        reach = np.maximum(last - axles[end] - FULL_WIDTH_RADII * designs["wheel"], 0.1)
         inside = (last[:, None, None] - sign * along) / reach[:, None, None]
         narrow = (1.0 - np.clip(inside, 0.0, 1.0)) ** 3
         plan -= (1.0 - designs[f"{end}_width"][:, None, None]) * narrow
@@ -158,7 +165,7 @@ def _heights(designs: Designs, lower: Array) -> Float[Array, "n 19 12"]:
     shoulder[:, 5:15] = _between(belt - 0.03, deck - 0.03, np.linspace(0.0, 1.0, 10))
     tail = deck - 0.03 - designs["tail"]
     shoulder[:, 14:] = _between(deck - 0.03, tail, np.array([0, 0.3, 0.6, 0.85, 1.0]))
-    shoulder = np.maximum(shoulder, lower + WING)
+    shoulder = np.maximum(shoulder, lower + MIN_WING_METRES)
     up[..., :2] = designs["clearance"][:, None, None]
     up[:, [0, 1, -2, -1], :2] = lower[:, [0, 1, -2, -1], None]
     side = shoulder - lower
@@ -190,21 +197,14 @@ def _between(first: Array, last: Array, share: Array) -> Float[Array, "n m"]:
     return first[:, None] + share * (last - first)[:, None]
 
 
-SPOKES = 16  # corners of a wheel; one of them stands on the road
-WHEEL_POINTS = 3 * SPOKES + 2  # tyre outside, rim, tyre inside, hub, inner centre
-TYRE_WIDTH = 0.20
-RIM = 0.68  # radius of the rim over that of the tyre
-BOX = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)], dtype=float)
-
-
 def wheel(designs: Designs, front: bool) -> Float[Array, "n p 3"]:
     """Along, up, left of a left wheel's points."""
     turn = np.linspace(0.0, 2.0 * np.pi, SPOKES, endpoint=False)
     circle = np.stack((np.sin(turn), -np.cos(turn)), axis=1)  # the first corner is the lowest
     circle[0] = (0.0, -1.0)
-    rings = np.concatenate((circle, RIM * circle, circle, np.zeros((2, 2))))
-    inward = np.repeat([0.02, 0.0, TYRE_WIDTH], SPOKES)
-    inward = np.concatenate((inward, [0.025, TYRE_WIDTH]))
+    rings = np.concatenate((circle, RIM_SHARE * circle, circle, np.zeros((2, 2))))
+    inward = np.repeat([0.02, 0.0, TYRE_WIDTH_METRES], SPOKES)
+    inward = np.concatenate((inward, [0.025, TYRE_WIDTH_METRES]))
     radius = designs["wheel"]
     axle = front_axle(designs) if front else rear_axle(designs)
     outside = 0.5 * designs["width"] - 0.035
@@ -222,7 +222,7 @@ def mirror(designs: Designs, shell_points: Float[Array, "n 19 12 3"]) -> Float[A
     back = np.minimum(0.34, 0.5 * (cowl - roof_front))
     low = np.stack((cowl - back - 0.05, shell_points[:, 5, 6, 1] + 0.03, 0.86 * half), axis=1)
     high = low + np.stack((0.10 + 0 * half, 0.13 + 0 * half, 0.135 * half), axis=1)
-    return low[:, None] + BOX * (high - low)[:, None]
+    return low[:, None] + BOX_CORNERS * (high - low)[:, None]
 
 
 def plate(designs: Designs, rows: Float[Array, "n 3 2 3"], front: bool) -> Float[Array, "n 8 3"]:
@@ -235,4 +235,4 @@ def plate(designs: Designs, rows: Float[Array, "n 3 2 3"], front: bool) -> Float
     rear, ahead = (last - 0.05, last) if front else (-last, 0.05 - last)
     low = np.stack((rear, middle - 0.055, 0 * last), axis=1)
     high = np.stack((ahead, middle + 0.055, 0 * last + 0.26), axis=1)
-    return low[:, None] + BOX * (high - low)[:, None]
+    return low[:, None] + BOX_CORNERS * (high - low)[:, None]

@@ -26,10 +26,12 @@ from mot_sim.simulation.cars.shell import (
 )
 
 PARTS = ("paint", "glass", "trim", "headlight", "taillight", "plate", "tyre", "rim")
-WINDSCREEN, REAR_WINDOW = (5, 6), (12, 13)  # between these stations and the next
+WINDSCREEN = (5, 6)  # between these stations and the next
+REAR_WINDOW = (12, 13)  # between these stations and the next
 SIDE_WINDOWS = (5, 6, 7, 8, 10, 11)
 B_PILLAR = 9
-FRONT_CAP, REAR_CAP = STATIONS * len(RING), STATIONS * len(RING) + 6
+FRONT_CAP = STATIONS * len(RING)
+REAR_CAP = STATIONS * len(RING) + 6
 WHEELS = (REAR_CAP + 6, REAR_CAP + 6 + WHEEL_POINTS)
 MIRROR = WHEELS[1] + WHEEL_POINTS
 PLATES = (MIRROR + 8, MIRROR + 16)

@@ -15,8 +15,8 @@ from mot_sim.simulation.traffic.recording import RecordedTraffic
 from tracker.errors import BadConfig, UnknownName
 from tracker.types import Rows
 
-VAN = "van"
-ON_FACE = 1e-4  # metres
+VAN_BODY = "van"
+ON_FACE_METRES = 1e-4  # metres
 VAN_MODEL = 1 << 40  # the id that parked vans are drawn with; no car has it
 
 
@@ -99,7 +99,7 @@ def keypoint_faces() -> tuple[Int[Array, " f"], ...]:
     found = []
     for point in mean.keypoints:
         nearest = closest_point(corners, np.tile(point, (len(corners), 1)))  # type: ignore[no-untyped-call]
-        found.append(np.flatnonzero(np.linalg.norm(nearest - point, axis=1) < ON_FACE))
+        found.append(np.flatnonzero(np.linalg.norm(nearest - point, axis=1) < ON_FACE_METRES))
     return tuple(found)
 
 
@@ -150,7 +150,7 @@ class VehicleSampler:
         own = np.arange(self.models)
         drawn = look_alike_ids(seed, own, self.alike, self.groups)
         cars = self.fleet.sample(seed, drawn, self.body)
-        van = self.fleet.sample(seed, np.array([VAN_MODEL]), VAN)
+        van = self.fleet.sample(seed, np.array([VAN_MODEL]), VAN_BODY)
         length, height, width = self.fleet.size(van.coefficients)[0].tolist()
         sizes = self.fleet.size(cars.coefficients)
         return Models(cars, np.where(drawn == own, own, drawn), sizes, van, (length, height, width))
@@ -170,7 +170,7 @@ class VehicleSampler:
         for row in np.flatnonzero(~is_model).tolist():
             lambdas[row], body[row] = self._like(sizes[row], str(kinds[row]))
         names = np.array(list(BODIES))[body]
-        by_body = np.where(names == VAN, "Van", "Car")
+        by_body = np.where(names == VAN_BODY, "Van", "Car")
         return Vehicles(
             ids,
             np.where(kinds == "", by_body, kinds),
@@ -183,8 +183,8 @@ class VehicleSampler:
     def _like(self, size: Float[Array, "3"], kind: str) -> tuple[Float[Array, " b"], int]:
         """Coefficients and body of a car of this size: a 'Van' is a van, a 'Car' is none."""
         names = list(BODIES)
-        others = [name for name in names if name != VAN]
-        body = self.fleet.body_of(size, {"Van": [VAN], "Car": others}.get(kind, names))
+        others = [name for name in names if name != VAN_BODY]
+        body = self.fleet.body_of(size, {"Van": [VAN_BODY], "Car": others}.get(kind, names))
         found = self.fleet.nearest(size, body).coefficients
         assert found is not None
         return found, names.index(body)

@@ -27,16 +27,32 @@ from tracker.errors import BadCalibration, BadFile
 from tracker.types import Camera, Cuboids, Detections, Tracks
 
 # Tables whose numbers may be NaN, where a car is not there or a point is behind the camera.
-WITH_GAPS = ("traffic.", "truth.", "log.")
+MAY_BE_NAN = ("traffic.", "truth.", "log.")
 NEVER_NAN = ("traffic.ego", "traffic.start", "log.detections.boxes", "log.detections.scores")
 # Columns of the truth that are there, though other tracks may lack them.
-ALWAYS = tuple(
+TRUTH_COLUMNS = tuple(
     f"truth.tracks.{column}"
     for column in (
         "kinds", "truncation", "occlusion", "cuboids.base", "cuboids.yaw", "cuboids.size"
     )
 )  # fmt: skip
-FRAMES = ("truth.tracks.frames", "occlusions.frames", "events.frames", "log.frames")
+FRAME_COLUMNS = ("truth.tracks.frames", "occlusions.frames", "events.frames", "log.frames")
+FORMAT = ArrayFormat("an episode", 1)
+Kind = TypeVar("Kind")
+# The tables of the file, and the tables that stand in their columns.
+TABLES: dict[str, type] = {
+    "traffic": RecordedTraffic, "cast": Vehicles, "truth": Truth, "occlusions": Occlusions,
+    "events": Events, "log": DetectionLog, "camera": Camera,
+}  # fmt: skip
+INNER_TABLES: dict[str, type] = {"tracks": Tracks, "cuboids": Cuboids, "detections": Detections}
+TRUTH_TABLES = (
+    "cast",
+    "truth",
+    "occlusions",
+    "events",
+    "camera",
+)  # the tables of the truth's checksum
+METADATA = "metadata"
 
 
 def require_metadata(told: Any) -> None:
@@ -78,10 +94,10 @@ def require_sound(arrays: Mapping[str, Array], frame_count: int, path: Path) -> 
     for name, array in arrays.items():
         if array.dtype.kind != "f":
             continue
-        numbers = array if name in NEVER_NAN or not name.startswith(WITH_GAPS) else _known(array)
+        numbers = array if name in NEVER_NAN or not name.startswith(MAY_BE_NAN) else _known(array)
         if not (np.abs(numbers) <= LARGEST).all():
             raise BadFile(f"{path}: {name} holds a number that is not finite; record again")
-    for name in FRAMES:
+    for name in FRAME_COLUMNS:
         frames = arrays[name]
         if len(frames) and not (frames[0] >= 0 and frames[-1] < max(worlds, 1)):
             raise BadFile(f"{path}: {name} reaches beyond the {worlds} worlds; record again")
@@ -91,19 +107,6 @@ def require_sound(arrays: Mapping[str, Array], frame_count: int, path: Path) -> 
 
 def _known(array: Array) -> Array:
     return array[~np.isnan(array)]
-
-
-FORMAT = ArrayFormat("an episode", 1)
-Kind = TypeVar("Kind")
-
-# The tables of the file, and the tables that stand in their columns.
-TABLES: dict[str, type] = {
-    "traffic": RecordedTraffic, "cast": Vehicles, "truth": Truth, "occlusions": Occlusions,
-    "events": Events, "log": DetectionLog, "camera": Camera,
-}  # fmt: skip
-INSIDE: dict[str, type] = {"tracks": Tracks, "cuboids": Cuboids, "detections": Detections}
-TRUE = ("cast", "truth", "occlusions", "events", "camera")  # the tables of the truth's checksum
-METADATA = "metadata"
 
 
 @dataclass(frozen=True)
@@ -172,7 +175,7 @@ def array_digests(arrays: Mapping[str, Array]) -> dict[str, str]:
     def digest(*names: str) -> str:
         return checksum({key: arrays[key] for key in arrays if key.split(".")[0] in names})
 
-    return {"trajectories": digest("traffic"), "truth": digest(*TRUE)}
+    return {"trajectories": digest("traffic"), "truth": digest(*TRUTH_TABLES)}
 
 
 def write_extra(path: Path, metadata: Metadata, arrays: Mapping[str, Array]) -> None:
@@ -183,7 +186,7 @@ def write_extra(path: Path, metadata: Metadata, arrays: Mapping[str, Array]) -> 
 
 def read_extra(path: Path) -> Extra:
     """All that the file holds. Raises BadFile for any other file, naming it and the cure."""
-    needed, optional = {METADATA, *ALWAYS}, set()
+    needed, optional = {METADATA, *TRUTH_COLUMNS}, set()
     for name, kind in TABLES.items():
         must, may = _names(name, kind)
         needed |= must
@@ -211,7 +214,7 @@ def _columns(name: str, table: object) -> dict[str, Array]:
     found: dict[str, Array] = {}
     for column in fields(table):  # type: ignore[arg-type]
         value = getattr(table, column.name)
-        if column.name in INSIDE and value is not None:
+        if column.name in INNER_TABLES and value is not None:
             found |= _columns(f"{name}.{column.name}", value)
         elif value is not None:
             found[f"{name}.{column.name}"] = np.asarray(value)
@@ -224,8 +227,8 @@ def _names(name: str, kind: Any) -> tuple[set[str], set[str]]:
     may: set[str] = set()
     for column in fields(kind):
         key, always = f"{name}.{column.name}", column.default is MISSING
-        if column.name in INSIDE:
-            inner, more = _names(key, INSIDE[column.name])
+        if column.name in INNER_TABLES:
+            inner, more = _names(key, INNER_TABLES[column.name])
             must, may = (must | inner, may | more) if always else (must, may | inner | more)
         else:
             (must if always else may).add(key)
@@ -244,16 +247,16 @@ def _require_table(name: str, kind: Any, arrays: Mapping[str, Array], path: Path
     there = {
         column.name: arrays.get(f"{name}.{column.name}")
         for column in fields(kind)
-        if column.name not in INSIDE
+        if column.name not in INNER_TABLES
     }
     require_columns(kind, there, f"{path}: {name}.")
     for column in fields(kind):
         key = f"{name}.{column.name}"
-        if column.name in INSIDE and any(found.startswith(f"{key}.") for found in arrays):
-            must, _ = _names(key, INSIDE[column.name])
+        if column.name in INNER_TABLES and any(found.startswith(f"{key}.") for found in arrays):
+            must, _ = _names(key, INNER_TABLES[column.name])
             if not must <= set(arrays):
                 raise BadFile(f"{path}: lacks {sorted(must - set(arrays))}; record again")
-            _require_table(key, INSIDE[column.name], arrays, path)
+            _require_table(key, INNER_TABLES[column.name], arrays, path)
 
 
 def _table(name: str, kind: Callable[..., Kind], arrays: Mapping[str, Array]) -> Kind:
@@ -261,10 +264,10 @@ def _table(name: str, kind: Callable[..., Kind], arrays: Mapping[str, Array]) ->
     values: dict[str, Any] = {}
     for column in fields(kind):  # type: ignore[arg-type]
         key = f"{name}.{column.name}"
-        if column.name not in INSIDE:
+        if column.name not in INNER_TABLES:
             values[column.name] = arrays.get(key)
         elif any(found.startswith(f"{key}.") for found in arrays):
-            values[column.name] = _table(key, INSIDE[column.name], arrays)
+            values[column.name] = _table(key, INNER_TABLES[column.name], arrays)
         else:
             values[column.name] = None
     return kind(**values)

@@ -16,9 +16,9 @@ from mot_sim.simulation.episodes.places import PICTURES, EpisodeFiles
 from mot_sim.simulation.renderers import Rendered
 from tracker.errors import BadConfig, BadFile
 
-DEPTH_STEPS = 256.0  # a metre, as in KITTI's depth maps
-LARGEST = 2**16 - 1
-FAST = [cv2.IMWRITE_PNG_COMPRESSION, 1]  # half the time of level 6, files a third larger
+DEPTH_STEPS_PER_METRE = 256.0  # a metre, as in KITTI's depth maps
+MAX_UINT16 = 2**16 - 1
+PNG_SETTINGS = [cv2.IMWRITE_PNG_COMPRESSION, 1]  # half the time of level 6, files a third larger
 
 Pixels = Shaped[Array, "h w *c"]
 
@@ -42,7 +42,7 @@ class Pictures:
         for part in self.parts:
             pixels = ENCODERS[part](rendered)
             if self.places is not None:
-                done, png = cv2.imencode(".png", pixels, FAST)
+                done, png = cv2.imencode(".png", pixels, PNG_SETTINGS)
                 assert done
                 write_bytes(self.places.picture(part, frame), png.tobytes())
             self.hashes[part].append(_hash(pixels))
@@ -62,7 +62,7 @@ def read_depth(path: Path) -> Shaped[Array, "h w"]:
     steps = _decode(path)
     if steps.ndim != 2:
         raise BadFile(f"{path}: colours where a depth of one channel belongs; record again")
-    metres = steps.astype(np.float32) / np.float32(DEPTH_STEPS)
+    metres = steps.astype(np.float32) / np.float32(DEPTH_STEPS_PER_METRE)
     return np.where(steps > 0, metres, np.float32(np.inf))
 
 
@@ -72,15 +72,15 @@ def _image(rendered: Rendered) -> Pixels:
 
 def _depth(rendered: Rendered) -> Pixels:
     """Steps of 1/256 m; 0: nothing there, or farther than the steps reach."""
-    steps = np.rint(rendered.depth * np.float32(DEPTH_STEPS))
-    return np.where(steps <= LARGEST, np.maximum(steps, 1.0), 0.0).astype(np.uint16)
+    steps = np.rint(rendered.depth * np.float32(DEPTH_STEPS_PER_METRE))
+    return np.where(steps <= MAX_UINT16, np.maximum(steps, 1.0), 0.0).astype(np.uint16)
 
 
 def _instances(rendered: Rendered) -> Pixels:
     """The id of the car, plus 1; 0: no car."""
     highest = int(rendered.instances.max(initial=0))
-    if highest >= LARGEST:
-        raise BadConfig(f"a car has the id {highest}: masks hold ids up to {LARGEST - 1}")
+    if highest >= MAX_UINT16:
+        raise BadConfig(f"a car has the id {highest}: masks hold ids up to {MAX_UINT16 - 1}")
     return (rendered.instances + 1).astype(np.uint16)
 
 

@@ -24,18 +24,20 @@ from tracker.geometry import homogeneous, invert, wrap_angle
 from tracker.types import Camera, Detections
 
 # Where a run begins: latitude and longitude of Karlsruhe in degrees, and metres above the sea.
-ORIGIN = (49.0, 8.4)
-ALTITUDE = 115.0
-IMU_HEIGHT = 0.93  # metres above the road, as on KITTI's car
+ORIGIN_DEGREES = (49.0, 8.4)
+ALTITUDE_METRES = 115.0
+IMU_HEIGHT_METRES = 0.93  # metres above the road, as on KITTI's car
 # From the unit's axes (forward, left, up) to the road's (right, down, forward).
 R_ROAD_IMU = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 # Exact positions and velocities, a locked filter; nobody counts satellites.
-STATUS = "0 0 4 0 0 0 0"
+OXTS_STATUS = "0 0 4 0 0 0 0"
+NOISY_MOTION_STD = ORBSLAM3_MOTION_STD  # what the source of ego-motion `noisy` says of its files
+MIN_SIDE_PIXELS = 1.5e-6  # pixels; a thinner box has no area when it is printed with six decimals
 
 
 def calibration_of(camera: Camera) -> Calibration:
     """A rig whose camera 0 is camera 2, its inertial unit below it, level as the road."""
-    T_road_imu = homogeneous(R_ROAD_IMU, np.array([0.0, -IMU_HEIGHT, 0.0]))
+    T_road_imu = homogeneous(R_ROAD_IMU, np.array([0.0, -IMU_HEIGHT_METRES, 0.0]))
     return Calibration(camera.K, T_cam_imu=camera.T_cam_road @ T_road_imu)
 
 
@@ -45,12 +47,12 @@ def oxts_lines(ego: Float[Array, "n 3"]) -> list[str]:
     Velocities are over the step before (the first row's: over the first step), accelerations
     and rates likewise. Positions are exact to 1e-8 m.
     """
-    scale = np.cos(np.radians(ORIGIN[0])) * EARTH_RADIUS
+    scale = np.cos(np.radians(ORIGIN_DEGREES[0])) * EARTH_RADIUS
     east, north = (ego[:, :2] - ego[:1, :2]).T * np.array([[1.0], [-1.0]])
-    north = north + scale * np.log(np.tan(np.radians(90.0 + ORIGIN[0]) / 2.0))
+    north = north + scale * np.log(np.tan(np.radians(90.0 + ORIGIN_DEGREES[0]) / 2.0))
     latitude = np.degrees(2.0 * np.arctan(np.exp(north / scale))) - 90.0
-    latitude[:1] = ORIGIN[0]
-    longitude = ORIGIN[1] + np.degrees(east / scale)
+    latitude[:1] = ORIGIN_DEGREES[0]
+    longitude = ORIGIN_DEGREES[1] + np.degrees(east / scale)
     yaw = np.asarray(wrap_angle(-ego[:, 2]))
     v_east, v_north = _rates(ego[:, 0]), -_rates(ego[:, 1])
     c, s = np.cos(yaw), np.sin(yaw)
@@ -64,8 +66,8 @@ def oxts_lines(ego: Float[Array, "n 3"]) -> list[str]:
         axis=1,
     )
     return [
-        f"{lat:.13f} {lon:.13f} {ALTITUDE + IMU_HEIGHT:.6f} 0 0 {angle:.12f} "
-        f"{' '.join(f'{value:.6f}' for value in row)} {STATUS}"
+        f"{lat:.13f} {lon:.13f} {ALTITUDE_METRES + IMU_HEIGHT_METRES:.6f} 0 0 {angle:.12f} "
+        f"{' '.join(f'{value:.6f}' for value in row)} {OXTS_STATUS}"
         for lat, lon, angle, row in zip(
             latitude.tolist(),
             longitude.tolist(),
@@ -87,10 +89,6 @@ def _rates(values: Float[Array, " n"]) -> Float[Array, " n"]:
         return np.zeros(len(values))
     change = np.diff(values) / STEP
     return np.concatenate((change[:1], change)) + 0.0
-
-
-NOISY_MOTION_STD = ORBSLAM3_MOTION_STD  # what the source of ego-motion `noisy` says of its files
-THINNEST = 1.5e-6  # pixels; a thinner box has no area when it is printed with six decimals
 
 
 def write_texts(drive: SimulatedDrive, places: EpisodeFiles) -> dict[str, str]:
@@ -117,7 +115,7 @@ def exact_detections(truth: Truth) -> DetectionLog:
 def detection_lines(log: DetectionLog) -> Iterator[str]:
     """`frame,x1,y1,x2,y2,score`, six decimals; boxes that have no area then are left out."""
     boxes, scores = log.detections.boxes, log.detections.scores
-    kept = np.flatnonzero((boxes[:, 2:] - boxes[:, :2] > THINNEST).all(axis=1))
+    kept = np.flatnonzero((boxes[:, 2:] - boxes[:, :2] > MIN_SIDE_PIXELS).all(axis=1))
     for row in kept.tolist():
         values = [*boxes[row].tolist(), float(scores[row])]
         yield f"{log.frames[row]},{','.join(f'{value:.6f}' for value in values)}"

@@ -13,7 +13,7 @@ from mot_sim.simulation.renderers.silhouettes import (
     silhouettes,
 )
 from mot_sim.simulation.renderers.surroundings import Road, Sky, Sun, Texture
-from mot_sim.simulation.renderers.triangles import NEAR
+from mot_sim.simulation.renderers.triangles import NEAR_METRES
 from mot_sim.simulation.renderers.view import (
     NO_INSTANCE,
     Mesh,
@@ -26,7 +26,7 @@ from tracker.errors import TrackingError, UnknownName
 
 __all__ = [
     "AUTO",
-    "NEAR",
+    "NEAR_METRES",
     "NO_INSTANCE",
     "RENDERERS",
     "Hidden",
@@ -47,6 +47,12 @@ __all__ = [
     "scan_view",
     "silhouettes",
 ]
+# The name of a renderer: the module and the class that hold it, imported when asked for.
+RENDERERS: dict[str, str] = {
+    "raster": "mot_sim.simulation.renderers.raster:RasterRenderer",
+    "mesh": "mot_sim.simulation.renderers.mesh:MeshRenderer",
+}
+AUTO = "auto"  # mesh where there is OpenGL, else raster
 
 
 @runtime_checkable
@@ -56,14 +62,6 @@ class Renderer(Protocol):
     def render(self, view: View) -> Rendered:
         """The frame of a view; its arrays are the caller's own."""
         ...
-
-
-# The name of a renderer: the module and the class that hold it, imported when asked for.
-RENDERERS: dict[str, str] = {
-    "raster": "mot_sim.simulation.renderers.raster:RasterRenderer",
-    "mesh": "mot_sim.simulation.renderers.mesh:MeshRenderer",
-}
-AUTO = "auto"  # mesh where there is OpenGL, else raster
 
 
 def find_renderer(name: str = "raster") -> Renderer:

@@ -17,9 +17,9 @@ from mot_sim.simulation.renderers.triangles import Triangles
 from tracker.types import Camera
 
 HALF_PI = 0.5 * np.pi  # the field of view for which OpenCV's focal length is half the height
-NUMBERS = float(1 << 24)  # triangle numbers over this are colours in [0, 1], exact in float32
-SPARE = 0.1  # pixels: more than single precision may be wrong about where a corner is
-MARGIN = 1e-3  # how much wider than the triangles the range of depths is drawn
+MAX_NUMBER = float(1 << 24)  # triangle numbers over this are colours in [0, 1], exact in float32
+SPARE_PIXELS = 0.1  # pixels: more than single precision may be wrong about where a corner is
+DEPTH_MARGIN = 1e-3  # how much wider than the triangles the range of depths is drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ class Canvas:
         numbers = np.zeros((*self._depth.shape, 3), np.float32)
         range_ = near_far(triangles)
         self._draw(points, kept, numbers, range_)
-        found = (numbers[top:bottom, :, 0] * np.float32(NUMBERS)).astype(np.int64)
+        found = (numbers[top:bottom, :, 0] * np.float32(MAX_NUMBER)).astype(np.int64)
         return Fragments(top, found, depth_of(self._depth[top:bottom], range_))
 
     def _draw(
@@ -74,7 +74,7 @@ class Canvas:
     ) -> None:
         """Fill some triangles into the depth and into the picture of numbers."""
         colours = np.zeros((3 * len(rows), 3), np.float32)  # a flat triangle takes the first one's
-        colours[::3, 0] = (rows + 1) * (1.0 / NUMBERS)
+        colours[::3, 0] = (rows + 1) * (1.0 / MAX_NUMBER)
         cv2.triangleRasterize(
             points.reshape(-1, 9).take(rows, axis=0).reshape(-1, 3),
             _indices(len(rows)),
@@ -125,8 +125,8 @@ def pixel_bounds(points: Float32[Array, "c 3"], camera: Camera) -> Float32[Array
         pixel = points @ row
         pixel /= points[:, 2]
         a, b, c = pixel[::3], pixel[1::3], pixel[2::3]
-        bounds[axis] = np.ceil(np.minimum(np.minimum(a, b), c) - SPARE)
-        bounds[axis + 2] = np.floor(np.maximum(np.maximum(a, b), c) + SPARE)
+        bounds[axis] = np.ceil(np.minimum(np.minimum(a, b), c) - SPARE_PIXELS)
+        bounds[axis + 2] = np.floor(np.maximum(np.maximum(a, b), c) + SPARE_PIXELS)
     return bounds
 
 
@@ -170,7 +170,7 @@ def world2cam(camera: Camera) -> Float[Array, "4 4"]:
 def near_far(triangles: Triangles) -> tuple[float, float]:
     """As narrow a range of depths as holds the triangles: the z-buffer is finest so."""
     nearest, farthest = triangles.depths
-    return nearest * (1.0 - MARGIN), farthest * (1.0 + MARGIN)
+    return nearest * (1.0 - DEPTH_MARGIN), farthest * (1.0 + DEPTH_MARGIN)
 
 
 @lru_cache(maxsize=64)

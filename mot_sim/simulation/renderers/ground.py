@@ -15,10 +15,13 @@ from tracker.types import Camera
 
 # Rows near the horizon see many texels at once: they are warped so many times higher, and then
 # averaged; that many times at most.
-MOST = 4
-TEXELS = 3.0  # that a drawn row may skip
-SHARP = 0.33  # texels that a pixel is wide, at least, where a finer picture is to be had
-SKY_RANGE = 0.35  # slope above the horizon from which on the sky has its top colour
+MAX_SUPERSAMPLING = 4
+MAX_TEXELS_PER_ROW = 3.0  # that a drawn row may skip
+MIN_TEXELS_PER_PIXEL = (
+    0.33  # texels that a pixel is wide, at least, where a finer picture is to be had
+)
+SKY_TOP_SLOPE = 0.35  # slope above the horizon from which on the sky has its top colour
+_KINDS = np.where(np.arange(256) > 127, Semantic.ROAD, Semantic.GROUND).astype(np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +64,7 @@ def sky_image(camera: Camera, sky: Sky) -> UInt8[Array, "h w 3"]:
 
 @lru_cache(maxsize=8)
 def _faded(camera: Camera, top: Colour, low: Colour) -> UInt8[Array, "h w 3"]:
-    share = (horizon(camera).slope / SKY_RANGE).clip(0.0, 1.0)[..., None]
+    share = (horizon(camera).slope / SKY_TOP_SLOPE).clip(0.0, 1.0)[..., None]
     first, last = np.array(low, np.float32), np.array(top, np.float32)
     return np.round(first + share * (last - first)).astype(np.uint8)
 
@@ -152,10 +155,12 @@ def cuts(camera: Camera, road: Road) -> tuple[tuple[int, int, int, int], ...]:
     for number in reversed(range(len(levels))):
         along, across, inside = _footprints(camera, levels[number])
         takes = inside & ~sharp if number < len(levels) - 1 else np.ones(len(rows), bool)
-        steps = np.ceil(np.log2(np.maximum(along, 1e-9) / TEXELS)).clip(0, np.log2(MOST))
+        steps = np.ceil(np.log2(np.maximum(along, 1e-9) / MAX_TEXELS_PER_ROW)).clip(
+            0, np.log2(MAX_SUPERSAMPLING)
+        )
         smooth = 2 ** np.maximum.accumulate(steps[::-1])[::-1]
         chosen[takes], finer[takes] = number, smooth[takes].astype(int)
-        sharp |= takes & (across >= SHARP)
+        sharp |= takes & (across >= MIN_TEXELS_PER_PIXEL)
     changes = (np.diff(finer) != 0) | (np.diff(chosen) != 0)
     edges = [0, *(np.flatnonzero(changes) + 1).tolist(), len(rows)]
     return tuple(
@@ -202,9 +207,6 @@ def road_semantics(
         cv2.copyTo(below, seen.below[seen.first :], kinds[seen.first :])
         return kinds
     return _plain_semantics(camera, road)
-
-
-_KINDS = np.where(np.arange(256) > 127, Semantic.ROAD, Semantic.GROUND).astype(np.uint8)
 
 
 def _plain_semantics(camera: Camera, road: Road) -> UInt8[Array, "h w"]:

@@ -18,16 +18,21 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers.raster import RasterRenderer
-from mot_sim.simulation.renderers.triangles import NEAR
+from mot_sim.simulation.renderers.triangles import NEAR_METRES
 from mot_sim.simulation.renderers.view import NO_INSTANCE, Mesh, Rendered, View
 from tracker.errors import BadConfig, NoOpenGL
 
 PLATFORMS = {"egl": "EGL", "osmesa": "OSMesa"}  # PyOpenGL's name, and that of the library
-CURE = (
+OPENGL_CURE = (
     "install 'mot-sim[gl]' and a library, libegl1 with libegl-mesa0 or a GPU's driver "
     "(or libosmesa6 with PyOpenGL >= 3.1.7, which pyrender's pin keeps out: pip install "
     "--no-deps), or take the renderer 'raster'"
 )
+FAR_METRES = 2000.0  # metres; nothing farther is drawn
+GAMMA = 2.2  # pyrender's: it lights linear colours and encodes the sum
+SUN_INTENSITY = 3.0  # of the sun: about pi, by which a Lambertian face divides it
+ROUGHNESS = 0.55
+A_gl_cam = np.diag((1.0, -1.0, -1.0, 1.0))  # OpenGL's camera: y up, z backwards
 
 
 class _OldNumpy:
@@ -45,14 +50,16 @@ def load_pyrender() -> ModuleType:
         (name for name, library in PLATFORMS.items() if find_library(library)), None
     )
     if platform is None:
-        raise NoOpenGL(f"neither libEGL nor libOSMesa is here: {CURE}")
+        raise NoOpenGL(f"neither libEGL nor libOSMesa is here: {OPENGL_CURE}")
     os.environ["PYOPENGL_PLATFORM"] = platform  # read when OpenGL is first imported
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             pyrender = import_module("pyrender")
     except (ImportError, AttributeError, OSError, TypeError) as error:
-        raise NoOpenGL(f"pyrender cannot be loaded over {platform} ({error}): {CURE}") from error
+        raise NoOpenGL(
+            f"pyrender cannot be loaded over {platform} ({error}): {OPENGL_CURE}"
+        ) from error
     pyrender.mesh.np = _OldNumpy()
     return pyrender
 
@@ -64,14 +71,7 @@ def offscreen(pyrender: ModuleType, width: int, height: int) -> Any:
         return pyrender.OffscreenRenderer(width, height)
     except (ImportError, AttributeError, OSError, ValueError, RuntimeError, errors.Error) as error:
         platform = os.environ["PYOPENGL_PLATFORM"]
-        raise NoOpenGL(f"no OpenGL context over {platform} ({error}): {CURE}") from error
-
-
-FAR = 2000.0  # metres; nothing farther is drawn
-GAMMA = 2.2  # pyrender's: it lights linear colours and encodes the sum
-BRIGHTNESS = 3.0  # of the sun: about pi, by which a Lambertian face divides it
-ROUGHNESS = 0.55
-A_gl_cam = np.diag((1.0, -1.0, -1.0, 1.0))  # OpenGL's camera: y up, z backwards
+        raise NoOpenGL(f"no OpenGL context over {platform} ({error}): {OPENGL_CURE}") from error
 
 
 class MeshRenderer:
@@ -82,7 +82,7 @@ class MeshRenderer:
     Frames may differ in bits between drivers. near: metres; what is nearer is cut off.
     """
 
-    def __init__(self, near: float = NEAR, shadows: bool = True) -> None:
+    def __init__(self, near: float = NEAR_METRES, shadows: bool = True) -> None:
         self._backdrop = RasterRenderer(near, shadows)
         self._near = near
         self._pyrender = load_pyrender()
@@ -127,10 +127,10 @@ class MeshRenderer:
         scene = pyrender.Scene(bg_color=np.zeros(4), ambient_light=ambient)
         middle = K[:2, 2] + 0.5  # OpenGL's pixel centres lie at halves
         scene.add(
-            pyrender.IntrinsicsCamera(K[0, 0], K[1, 1], *middle, znear=self._near, zfar=FAR),
+            pyrender.IntrinsicsCamera(K[0, 0], K[1, 1], *middle, znear=self._near, zfar=FAR_METRES),
             pose=np.eye(4),
         )
-        light = pyrender.DirectionalLight(color=np.ones(3), intensity=BRIGHTNESS)
+        light = pyrender.DirectionalLight(color=np.ones(3), intensity=SUN_INTENSITY)
         towards = A_gl_cam[:3, :3] @ view.camera.T_cam_road[:3, :3] @ view.sun.direction
         scene.add(light, pose=_looking_from(towards))
         nodes, rows, semantics = [], [], []

@@ -9,18 +9,20 @@ from mot_sim.simulation.renderers.filling import Canvas, Fragments
 from mot_sim.simulation.renderers.ground import horizon, road_rgba, road_semantics, sky_image
 from mot_sim.simulation.renderers.shadows import shadow_mask
 from mot_sim.simulation.renderers.surroundings import Sun
-from mot_sim.simulation.renderers.triangles import NEAR, Triangles
+from mot_sim.simulation.renderers.triangles import NEAR_METRES, Triangles
 from mot_sim.simulation.renderers.view import NO_INSTANCE, Rendered, Semantic, View
 from tracker.errors import BadConfig
 
-SKY = np.array([196.0, 208.0, 220.0])
-GROUND = 0.3  # of the sky's light, what comes from below the horizon
-BRIGHT = 120.0  # grey levels of the sun in a face that mirrors it
+SKY_COLOUR = np.array([196.0, 208.0, 220.0])
+GROUND_LIGHT_SHARE = 0.3  # of the sky's light, what comes from below the horizon
+SUN_GLINT_LEVELS = 120.0  # grey levels of the sun in a face that mirrors it
 # By semantic id: the share of light mirrored straight on, the share more at flat angles, and
 # how narrow the sun's image is. The first two are near Fresnel's for glass and clear coat.
 SHINE = np.zeros((256, 3))
 SHINE[Semantic.CAR] = 0.02, 0.5, 18.0
 SHINE[Semantic.GLASS] = 0.16, 0.7, 40.0
+ROUNDING = 1e-3  # so that 99.99999 is 100
+ROAD_LIGHT_SHARE = 0.55  # of the sky's light, what a face that looks down still gets from the road
 
 
 def specular_light(
@@ -44,14 +46,10 @@ def specular_light(
     to_up, to_sun = (
         2.0 * towards[:, None] * (normals @ axes) + points @ axes / distance[:, None]
     ).T
-    sky = GROUND + (1.0 - GROUND) * np.clip(2.0 * to_up + 0.35, 0.0, 1.0)
+    sky = GROUND_LIGHT_SHARE + (1.0 - GROUND_LIGHT_SHARE) * np.clip(2.0 * to_up + 0.35, 0.0, 1.0)
     share = straight + flat * (1.0 - towards) ** 4
     glint = np.where(narrow > 0.0, np.maximum(to_sun, 1e-3) ** narrow, 0.0)
-    return (share * sky)[:, None] * SKY + (BRIGHT * bright * glint)[:, None]
-
-
-ROUNDING = 1e-3  # so that 99.99999 is 100
-BELOW = 0.55  # of the sky's light, what a face that looks down still gets from the road
+    return (share * sky)[:, None] * SKY_COLOUR + (SUN_GLINT_LEVELS * bright * glint)[:, None]
 
 
 class RasterRenderer:
@@ -60,9 +58,11 @@ class RasterRenderer:
     near: metres before the camera; what is nearer is cut off. shadows: on the road.
     """
 
-    def __init__(self, near: float = NEAR, shadows: bool = True) -> None:
+    def __init__(self, near: float = NEAR_METRES, shadows: bool = True) -> None:
         if not (np.isfinite(near) and near > 0.0):
-            raise BadConfig(f"near plane at {near:g} m: it must lie before the camera, e.g. {NEAR}")
+            raise BadConfig(
+                f"near plane at {near:g} m: it must lie before the camera, e.g. {NEAR_METRES}"
+            )
         self.near = near
         self.shadows = shadows
 
@@ -148,7 +148,7 @@ def strength(
 
     up, towards: cosines of their normals' angles to the zenith and to the sun.
     """
-    sky = sun.ambient * (0.5 * (1.0 + BELOW) + 0.5 * (1.0 - BELOW) * up)
+    sky = sun.ambient * (0.5 * (1.0 + ROAD_LIGHT_SHARE) + 0.5 * (1.0 - ROAD_LIGHT_SHARE) * up)
     # Light goes through leaves, and from leaf to leaf.
     leaves = semantics == Semantic.VEGETATION
     direct = np.where(leaves, 0.4 + 0.35 * towards, np.maximum(towards, 0.0))

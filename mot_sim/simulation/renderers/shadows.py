@@ -14,13 +14,13 @@ from mot_sim.simulation.renderers.view import Mesh, View
 from tracker.geometry import transform
 from tracker.types import Camera
 
-SHIFT = 4  # fractional bits of the polygons' corners
-FAR_OUT = 8000.0  # pixels; OpenCV's fixed-point corners overflow beyond 16 bits
-FAINT = 150.0  # metres: a shadow farther away is a quarter of a pixel high
+SUBPIXEL_BITS = 4  # fractional bits of the polygons' corners
+MAX_PIXEL = 8000.0  # pixels; OpenCV's fixed-point corners overflow beyond 16 bits
+MAX_SHADOW_METRES = 150.0  # metres: a shadow farther away is a quarter of a pixel high
 # Layers, from light to dark: how far the outline is moved out in metres, and how much of the
 # full darkness it has. Below the body no sky is seen: the last ones are the footprint's own.
-CAST = ((0.10, 0.25), (0.03, 0.55), (-0.05, 0.8))
-BENEATH = ((0.05, 0.9), (-0.12, 1.0))
+CAST_LAYERS = ((0.10, 0.25), (0.03, 0.55), (-0.05, 0.8))
+FOOTPRINT_LAYERS = ((0.05, 0.9), (-0.12, 1.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,11 +61,13 @@ def shadow_mask(view: View, near: float) -> UInt8[Array, "h w"]:
     rows = casters(view, near)
     if not len(rows):
         return mask
-    for outlines, layers in zip(outlines_of(view, rows), (CAST, BENEATH), strict=True):
+    for outlines, layers in zip(
+        outlines_of(view, rows), (CAST_LAYERS, FOOTPRINT_LAYERS), strict=True
+    ):
         for distance, darkness in layers:
             corners = outlines.grown(distance)
             for polygon in drawn(view.camera, corners, outlines.ends, near):
-                cv2.fillConvexPoly(mask, polygon, 255.0 * darkness, cv2.LINE_8, SHIFT)
+                cv2.fillConvexPoly(mask, polygon, 255.0 * darkness, cv2.LINE_8, SUBPIXEL_BITS)
     return cv2.blur(mask, (3, 3))
 
 
@@ -87,7 +89,7 @@ def casters(view: View, near: float) -> Int[Array, " k"]:
     reach = radii + np.hypot(*half.T) + 0.5
     inside = around @ side_planes(view.camera).T >= -reach[:, None]
     depth = around[:, 2]
-    return rows[(depth + reach > near) & (depth - reach < FAINT) & inside.all(axis=1)]
+    return rows[(depth + reach > near) & (depth - reach < MAX_SHADOW_METRES) & inside.all(axis=1)]
 
 
 def outlines_of(view: View, rows: Int[Array, " k"]) -> tuple[Outlines, Outlines]:
@@ -128,7 +130,7 @@ def drawn(
     starts = np.concatenate(([0], ends[:-1]))
     whole = np.minimum.reduceat(points_cam[:, 2], starts) >= near
     pixels = camera.project(points_cam)
-    whole[whole] &= np.maximum.reduceat(np.abs(pixels).max(axis=1), starts)[whole] < FAR_OUT
+    whole[whole] &= np.maximum.reduceat(np.abs(pixels).max(axis=1), starts)[whole] < MAX_PIXEL
     fixed, polygons = _fixed(np.nan_to_num(pixels)), []
     for start, end, is_whole in zip(starts.tolist(), ends.tolist(), whole.tolist(), strict=True):
         if is_whole:
@@ -145,9 +147,9 @@ def _cut(camera: Camera, points_cam: Float[Array, "k 3"], near: float) -> Float[
     polygon = camera.project(clip_polygon(points_cam, points_cam[:, 2], near))
     for axis in (0, 1):
         for side in (1.0, -1.0):
-            polygon = clip_polygon(polygon, FAR_OUT + side * polygon[:, axis])
+            polygon = clip_polygon(polygon, MAX_PIXEL + side * polygon[:, axis])
     return polygon
 
 
 def _fixed(pixels: Float[Array, "n 2"]) -> Int32[Array, "n 2"]:
-    return np.round(pixels * (1 << SHIFT)).astype(np.int32)
+    return np.round(pixels * (1 << SUBPIXEL_BITS)).astype(np.int32)

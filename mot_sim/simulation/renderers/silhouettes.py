@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float, Float32, Int, Int32
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers.filling import Canvas, depth_of, near_far
-from mot_sim.simulation.renderers.triangles import NEAR, Triangles
+from mot_sim.simulation.renderers.triangles import NEAR_METRES, Triangles
 from mot_sim.simulation.renderers.view import NO_INSTANCE, View
 from tracker.types import Camera, Rows
 
@@ -90,7 +90,7 @@ class Scan:
         return np.where(nearness > 0.0, depth, np.float32(np.inf))
 
 
-def scan_view(view: View, near: float = NEAR) -> Scan:
+def scan_view(view: View, near: float = NEAR_METRES) -> Scan:
     """Draw every instance alone and lay them over one another: exact counts, boxes, occluders.
 
     Of the scenery only what may hide an instance is drawn.
@@ -123,7 +123,7 @@ def scan_view(view: View, near: float = NEAR) -> Scan:
     return Scan(silhouettes, hidden, tuple(layers), numbers, nearest, range_)
 
 
-def silhouettes(view: View, near: float = NEAR) -> Silhouettes:
+def silhouettes(view: View, near: float = NEAR_METRES) -> Silhouettes:
     """The silhouettes of a view's instances. Visible is at most whole."""
     return scan_view(view, near).silhouettes
 

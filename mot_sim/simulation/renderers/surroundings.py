@@ -12,12 +12,12 @@ from tracker.errors import BadConfig
 
 Colour = tuple[int, int, int]
 
-ASPHALT: Colour = (92, 94, 98)
-GRASS: Colour = (118, 132, 88)
+ASPHALT_COLOUR: Colour = (92, 94, 98)
+GRASS_COLOUR: Colour = (118, 132, 88)
 
 
-PLAIN = 64  # texels along a plain road's sides
-PLAIN_SIZE = 2000.0  # metres
+PLAIN_TEXELS = 64  # texels along a plain road's sides
+PLAIN_METRES = 2000.0  # metres
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,12 +51,12 @@ class Texture:
 
 @cache
 def _plain() -> Texture:
-    return Texture(np.full((PLAIN, PLAIN, 3), ASPHALT, np.uint8))
+    return Texture(np.full((PLAIN_TEXELS, PLAIN_TEXELS, 3), ASPHALT_COLOUR, np.uint8))
 
 
 def _plain_map() -> Float[Array, "3 3"]:
     """A plain texture around the camera."""
-    scale, middle = PLAIN / PLAIN_SIZE, 0.5 * (PLAIN - 1)
+    scale, middle = PLAIN_TEXELS / PLAIN_METRES, 0.5 * (PLAIN_TEXELS - 1)
     return np.array([[scale, 0.0, middle], [0.0, scale, middle], [0.0, 0.0, 1.0]])
 
 
@@ -89,7 +89,7 @@ class Road:
 
     texture: Texture = field(default_factory=_plain)
     A_texture_road: Float[Array, "3 3"] = field(default_factory=_plain_map)
-    around: Colour = GRASS
+    around: Colour = GRASS_COLOUR
     finer: tuple[Level, ...] = ()
 
     def __post_init__(self) -> None:
@@ -106,7 +106,7 @@ class Road:
         texture: Texture,
         x: tuple[float, float],
         z: tuple[float, float],
-        around: Colour = GRASS,
+        around: Colour = GRASS_COLOUR,
     ) -> "Road":
         """A texture between two x (left, right edge) and two z (lower, upper edge), metres."""
         if not (x[1] > x[0] and z[1] > z[0]):

@@ -10,7 +10,7 @@ from numpy import ndarray as Array
 from mot_sim.simulation.renderers.view import MeshInstances
 from tracker.types import Camera
 
-NEAR = 0.3  # metres before the camera; nothing nearer is in its view
+NEAR_METRES = 0.3  # metres before the camera; nothing nearer is in its view
 
 
 @dataclass(frozen=True, eq=False)

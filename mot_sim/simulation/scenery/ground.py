@@ -13,11 +13,25 @@ from mot_sim.simulation.scenery.patches import Patches
 from mot_sim.simulation.scenery.road_damage import damage_of, tracks_of
 from mot_sim.simulation.traffic.roads import PAINTS, Roads
 
-TEXEL = 0.025  # metres, of the finest pictures
-LEVELS = 5  # each one twice as coarse as the one before
-PERIOD = 1024  # texels of the finest picture after which the grain repeats: 25.6 m
-COARSE = 0.4  # metres a texel of the slow noise, which repeats after 409.6 m
-TILE = 256  # texels along a tile's sides
+TEXEL_METRES = 0.025  # metres, of the finest pictures
+LEVEL_COUNT = 5  # each one twice as coarse as the one before
+PERIOD_TEXELS = 1024  # texels of the finest picture after which the grain repeats: 25.6 m
+SLOW_TEXEL_METRES = 0.4  # metres a texel of the slow noise, which repeats after 409.6 m
+TILE_TEXELS = 256  # texels along a tile's sides
+SUPERSAMPLING = 2  # patches are filled on a grid so many times finer, then averaged: smooth edges
+CHANNELS = {paint: channel for channel, paint in enumerate(("asphalt", "pavement", "kerb", "line"))}
+ASPHALT_COLOUR = (104, 104, 106)
+PAVEMENT_COLOUR = (158, 154, 147)
+KERB_COLOUR = (178, 176, 170)
+LINE_COLOUR = (228, 228, 222)
+GRASS_COLOUR = np.array([86, 101, 56], np.float32)
+DRY_GRASS_COLOUR = np.array([124, 116, 78], np.float32)
+SLAB_METRES = 0.5  # metres
+MAX_CRACK_LEVEL = (
+    2  # cracks are drawn up to this level of detail: they are finer than coarser texels
+)
+Colour = tuple[int, int, int]
+Place = tuple[int, int, int]  # of a tile: its level, column and row
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,20 +45,20 @@ class Grain:
     def at(self, which: str, level: int, column: int, row: int) -> Float32[Array, "t t"]:
         """The noise under a tile."""
         layer: Float32[Array, "_ _"] = getattr(self, which)[level]
-        period = max(PERIOD >> level, 1)
-        u, v = column * TILE % period, row * TILE % period
-        return layer[v : v + TILE, u : u + TILE]
+        period = max(PERIOD_TEXELS >> level, 1)
+        u, v = column * TILE_TEXELS % period, row * TILE_TEXELS % period
+        return layer[v : v + TILE_TEXELS, u : u + TILE_TEXELS]
 
     def slow_at(self, level: int, column: int, row: int) -> Float32[Array, "t t"]:
         """The slow noise under a tile, interpolated."""
-        ratio = (TEXEL * 2**level) / COARSE
-        x, y = column * TILE * ratio, row * TILE * ratio
+        ratio = (TEXEL_METRES * 2**level) / SLOW_TEXEL_METRES
+        x, y = column * TILE_TEXELS * ratio, row * TILE_TEXELS * ratio
         size = len(self.slow)
         A = np.array([[ratio, 0.0, x % size], [0.0, ratio, y % size]])
         return cv2.warpAffine(
             self.slow,
             A,
-            (TILE, TILE),
+            (TILE_TEXELS, TILE_TEXELS),
             flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
             borderMode=cv2.BORDER_WRAP,
         )
@@ -54,10 +68,10 @@ class Grain:
 def grain_of(seed: int) -> Grain:
     """The grain of a seed."""
     rng = named_stream(seed, "grain")
-    stones = _rough(rng, PERIOD, 0.35)
+    stones = _rough(rng, PERIOD_TEXELS, 0.35)
     stones += 1.2 * (stones > 2.2) - 0.8 * (stones < -2.3)  # single bright and dark stones
-    blades = _rough(rng, PERIOD, 0.75)
-    slow = _rough(rng, PERIOD, 1.6)
+    blades = _rough(rng, PERIOD_TEXELS, 0.75)
+    slow = _rough(rng, PERIOD_TEXELS, 1.6)
     return Grain(_pyramid(stones), _pyramid(blades), slow)
 
 
@@ -74,25 +88,17 @@ def _rough(rng: np.random.Generator, size: int, slope: float) -> Float32[Array, 
 def _pyramid(noise: Float32[Array, "s s"]) -> tuple[Float32[Array, "_ _"], ...]:
     """The mean of 1, 4, 16, ... texels, repeated until a tile fits at every place."""
     layers = []
-    for level in range(LEVELS):
-        size = PERIOD >> level
+    for level in range(LEVEL_COUNT):
+        size = PERIOD_TEXELS >> level
         layer = cv2.resize(noise, (size, size), interpolation=cv2.INTER_AREA) if level else noise
-        times = -(-(size + TILE) // size)
-        layers.append(np.tile(layer, (times, times))[: size + TILE, : size + TILE].copy())
+        times = -(-(size + TILE_TEXELS) // size)
+        layers.append(
+            np.tile(layer, (times, times))[: size + TILE_TEXELS, : size + TILE_TEXELS].copy()
+        )
     return tuple(layers)
 
 
-FINER = 2  # patches are filled on a grid so many times finer, then averaged: smooth edges
-CHANNELS = {paint: channel for channel, paint in enumerate(("asphalt", "pavement", "kerb", "line"))}
 assert set(CHANNELS) == set(PAINTS)
-ASPHALT, PAVEMENT, KERB, LINE = (104, 104, 106), (158, 154, 147), (178, 176, 170), (228, 228, 222)
-GRASS, DRY = np.array([86, 101, 56], np.float32), np.array([124, 116, 78], np.float32)
-SLAB = 0.5  # metres
-CRACKED = 2  # cracks are drawn up to this level of detail: they are finer than coarser texels
-
-
-Colour = tuple[int, int, int]
-Place = tuple[int, int, int]  # of a tile: its level, column and row
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,12 +139,12 @@ class Ground:
 
     def tile(self, level: int, column: int, row: int) -> UInt8[Array, "t t 4"]:
         """A tile's picture; alpha is 255 on what cars drive on."""
-        texel = TEXEL * 2**level
-        low = TILE * texel * np.array([column, row], dtype=float)
+        texel = TEXEL_METRES * 2**level
+        low = TILE_TEXELS * texel * np.array([column, row], dtype=float)
         weights = self._weights(low, texel)
         slow = self.grain.slow_at(level, column, row)
-        planes = [np.zeros((TILE, TILE), np.float32) for _ in range(3)]
-        alpha = np.zeros((TILE, TILE), np.uint8)
+        planes = [np.zeros((TILE_TEXELS, TILE_TEXELS), np.float32) for _ in range(3)]
+        alpha = np.zeros((TILE_TEXELS, TILE_TEXELS), np.uint8)
         bare: Float32[Array, "t t"] | None = None
         if weights is not None:
             alpha = np.maximum(weights[0], weights[3])
@@ -159,7 +165,10 @@ class Ground:
     ) -> list[tuple[Float32[Array, "t t"], Colour]]:
         """How bright each paint is in each texel, 0 where it is not, and its colour."""
         level, column, row = place
-        low, texel = TILE * TEXEL * 2**level * np.array([column, row], float), TEXEL * 2**level
+        low, texel = (
+            TILE_TEXELS * TEXEL_METRES * 2**level * np.array([column, row], float),
+            TEXEL_METRES * 2**level,
+        )
         share = [one * np.float32(1.0 / 255.0) if one.any() else None for one in weights]
         stones = self.grain.at("stones", level, column, row)
         asphalt, pavement, kerb, line = share
@@ -170,24 +179,28 @@ class Ground:
         found = []
         if asphalt is not None:
             asphalt *= self._tone(level, low, texel) * (1.0 + 0.085 * stones + 0.05 * slow)
-            found.append((asphalt, ASPHALT))
+            found.append((asphalt, ASPHALT_COLOUR))
         if pavement is not None:
             pavement *= self._slabs(level, column, row) * (1.0 + 0.05 * stones + 0.04 * slow)
-            found.append((pavement, PAVEMENT))
+            found.append((pavement, PAVEMENT_COLOUR))
         found += [
             (one * (np.float32(1.0) + np.float32(0.05) * stones), colour)
-            for one, colour in ((kerb, KERB), (line, LINE))
+            for one, colour in ((kerb, KERB_COLOUR), (line, LINE_COLOUR))
             if one is not None
         ]
         return found
 
     def _weights(self, low: Array, texel: float) -> list[UInt8[Array, "t t"]] | None:
         """How much asphalt, pavement, kerb and line is in each texel; None where there is none."""
-        if not len(self.surfaces.within(low, low + TILE * texel)):
+        if not len(self.surfaces.within(low, low + TILE_TEXELS * texel)):
             return None
-        size = FINER * TILE
-        weights = self.surfaces.fill(np.zeros((size, size, 4), np.uint8), low, texel / FINER)
-        return list(cv2.split(cv2.resize(weights, (TILE, TILE), interpolation=cv2.INTER_AREA)))
+        size = SUPERSAMPLING * TILE_TEXELS
+        weights = self.surfaces.fill(
+            np.zeros((size, size, 4), np.uint8), low, texel / SUPERSAMPLING
+        )
+        return list(
+            cv2.split(cv2.resize(weights, (TILE_TEXELS, TILE_TEXELS), interpolation=cv2.INTER_AREA))
+        )
 
     def _add_grass(
         self,
@@ -202,20 +215,20 @@ class Ground:
             blades *= bare
         dry = np.clip(0.3 + 0.35 * slow, 0.0, 1.0) * blades
         for channel in range(3):
-            planes[channel] += blades * GRASS[channel]
-            planes[channel] += dry * (DRY - GRASS)[channel]
+            planes[channel] += blades * GRASS_COLOUR[channel]
+            planes[channel] += dry * (DRY_GRASS_COLOUR - GRASS_COLOUR)[channel]
 
     def _tone(self, level: int, low: Array, texel: float) -> Float32[Array, "t t"]:
         """How bright the asphalt is: tracks of wheels, patches, covers, cracks; 1 = its own."""
-        tone = np.full((TILE, TILE), 128, np.uint8)
+        tone = np.full((TILE_TEXELS, TILE_TEXELS), 128, np.uint8)
         self.tracks.fill(tone, low, texel)
         soft = round(0.2 / texel)
         if soft > 1:
             tone = np.asarray(cv2.blur(tone, (soft, soft)))
-        if level <= CRACKED + 1:
+        if level <= MAX_CRACK_LEVEL + 1:
             self.marks.fill(tone, low, texel)
-        if level <= CRACKED:
-            found = self.cracks.within(low, low + TILE * texel).tolist()
+        if level <= MAX_CRACK_LEVEL:
+            found = self.cracks.within(low, low + TILE_TEXELS * texel).tolist()
             points = [(self.cracks.corners[row] - low) / texel - 0.5 for row in found]
             lines = [np.round(one * 16.0).astype(np.int32) for one in points]
             cv2.polylines(tone, lines, False, (62 + 22 * level,), 1, cv2.LINE_AA, 4)
@@ -223,10 +236,13 @@ class Ground:
 
     def _slabs(self, level: int, column: int, row: int) -> Float32[Array, "t t"]:
         """How bright slabs of the pavement are, and the dark joints between them."""
-        side = SLAB / (TEXEL * 2**level)  # texels
+        side = SLAB_METRES / (TEXEL_METRES * 2**level)  # texels
         if side < 4.0:
-            return np.ones((TILE, TILE), np.float32)
-        u, v = column * TILE + np.arange(TILE), row * TILE + np.arange(TILE)
+            return np.ones((TILE_TEXELS, TILE_TEXELS), np.float32)
+        u, v = (
+            column * TILE_TEXELS + np.arange(TILE_TEXELS),
+            row * TILE_TEXELS + np.arange(TILE_TEXELS),
+        )
         slow = self.grain.slow
         rows, columns = (v // side).astype(int) * 37, (u // side).astype(int) * 53
         own = slow[np.ix_(rows % len(slow), columns % len(slow))]
@@ -238,10 +254,10 @@ class Ground:
 
     def _light(self, low: Array, texel: float) -> Float32[Array, "t t"] | None:
         """What the shadows of trees and houses leave of the light; None where there are none."""
-        if not len(self.shadows.within(low, low + TILE * texel)):
+        if not len(self.shadows.within(low, low + TILE_TEXELS * texel)):
             return None
         margin = 8  # around, so that the blur knows of what lies beside the tile
-        wide = np.zeros((TILE + 2 * margin, TILE + 2 * margin), np.uint8)
+        wide = np.zeros((TILE_TEXELS + 2 * margin, TILE_TEXELS + 2 * margin), np.uint8)
         self.shadows.fill(wide, low - margin * texel, texel)
         soft = max(2 * round(0.15 / texel / 2) + 1, 1)
         shade = cv2.blur(wide, (soft, soft))[margin:-margin, margin:-margin]

@@ -10,15 +10,18 @@ from mot_sim.simulation.random_numbers import named_stream
 from mot_sim.simulation.renderers import Semantic
 from mot_sim.simulation.scenery.solids import Colour, Solid, box, facing, join, shaded
 
-WALLS: tuple[Colour, ...] = (
+WALL_COLOURS: tuple[Colour, ...] = (
     (206, 198, 178), (188, 172, 148), (172, 120, 96), (214, 208, 198), (158, 150, 138),
     (196, 178, 128), (148, 104, 84), (222, 214, 190),
 )  # fmt: skip
-ROOFS: tuple[Colour, ...] = ((128, 68, 52), (96, 60, 52), (74, 74, 78), (110, 84, 66))
-FRAME, PANE, PLINTH = (224, 222, 214), (52, 62, 72), (112, 108, 102)
-DOORS: tuple[Colour, ...] = ((84, 56, 38), (44, 62, 52), (70, 30, 28), (52, 54, 60))
-STOREY, WINDOW = 2.9, (1.05, 1.4)  # metres; a window's width and height
-LIT = 0.35  # of the windows have a light behind them at night
+ROOF_COLOURS: tuple[Colour, ...] = ((128, 68, 52), (96, 60, 52), (74, 74, 78), (110, 84, 66))
+FRAME_COLOUR = (224, 222, 214)
+PANE_COLOUR = (52, 62, 72)
+PLINTH_COLOUR = (112, 108, 102)
+DOOR_COLOURS: tuple[Colour, ...] = ((84, 56, 38), (44, 62, 52), (70, 30, 28), (52, 54, 60))
+STOREY_METRES = 2.9  # height
+WINDOW_METRES = (1.05, 1.4)  # width and height
+LIT_SHARE = 0.35  # of the windows have a light behind them at night
 
 
 def house(seed: int, number: int, width: float, depth: float, detail: int) -> Solid:
@@ -28,8 +31,8 @@ def house(seed: int, number: int, width: float, depth: float, detail: int) -> So
     """
     rng = named_stream(seed, f"house {number}")
     storeys = int(rng.integers(2, 5))
-    high = 0.5 + STOREY * storeys
-    wall = WALLS[int(rng.integers(len(WALLS)))]
+    high = 0.5 + STOREY_METRES * storeys
+    wall = WALL_COLOURS[int(rng.integers(len(WALL_COLOURS)))]
     middle = np.array([0.5 * width, 0.5 * depth, 0.5 * high])
     ends = np.array([(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)])
     parts = [_roof(rng, width, depth, high, middle, wall, detail)]
@@ -53,7 +56,7 @@ def _wall(
     """A wall in panels that differ a little: rain and sun are not the same everywhere."""
     panels = 1 if detail else max(round(float(np.hypot(*(end - start))) / 3.0), 1)
     u = np.linspace(0.0, 1.0, panels + 1)
-    h = np.array([0.0, 0.5, *(0.5 + STOREY * (1 + np.arange(storeys)))])
+    h = np.array([0.0, 0.5, *(0.5 + STOREY_METRES * (1 + np.arange(storeys)))])
     if detail:
         h = h[[0, -1]] if detail > 1 else h[[0, 1, -1]]
     line = start + u[:, None] * (end - start)
@@ -62,7 +65,7 @@ def _wall(
         for a, b in itertools.pairwise(line):
             quads.append([(*a, low), (*b, low), (*b, high), (*a, high)])
             tone = rng.uniform(0.95, 1.04)
-            tones.append(np.array(PLINTH if high == 0.5 else colour) * tone)
+            tones.append(np.array(PLINTH_COLOUR if high == 0.5 else colour) * tone)
     return facing(np.array(quads), np.array(tones), Semantic.BUILDING, middle)
 
 
@@ -74,14 +77,14 @@ def _windows(
     length = float(np.hypot(*(end - start)))
     count = max(int(length / 2.5), 1)
     at = (np.arange(count) + 0.5) * (length / count)
-    low = np.array([0.5 + STOREY * storey + 0.85 for storey in range(storeys)])
+    low = np.array([0.5 + STOREY_METRES * storey + 0.85 for storey in range(storeys)])
     along = np.tile(at, storeys)
     base = np.repeat(low, count)
-    width = np.full(len(along), WINDOW[0])
-    height = np.full(len(along), WINDOW[1])
+    width = np.full(len(along), WINDOW_METRES[0])
+    height = np.full(len(along), WINDOW_METRES[1])
     if door:
         base[count // 2], height[count // 2] = 0.1, 2.3
-    lit = rng.uniform(0.0, 1.0, len(along)) < LIT
+    lit = rng.uniform(0.0, 1.0, len(along)) < LIT_SHARE
     if door:
         lit[count // 2] = False
     ahead = (end - start) / length
@@ -90,9 +93,9 @@ def _windows(
     frames = _rectangles(start + 0.03 * out, ahead, along, base - 0.08, width + 0.2, height + 0.16)
     panes = _rectangles(start + 0.06 * out, ahead, along, base, width, height)
     sky = rng.uniform(0.75, 1.5, len(along))
-    colours = shaded(PANE, sky)
+    colours = shaded(PANE_COLOUR, sky)
     if door:
-        colours[count // 2] = DOORS[int(rng.integers(len(DOORS)))]
+        colours[count // 2] = DOOR_COLOURS[int(rng.integers(len(DOOR_COLOURS)))]
     bars = _rectangles(start + 0.08 * out, ahead, along, base, 0.07 + 0.0 * width, height)
     upper = _rectangles(
         start + 0.07 * out, ahead, along, base + 0.62 * height, width, 0.38 * height
@@ -102,12 +105,12 @@ def _windows(
         facing(panes[lit], colours[lit], Semantic.LIGHT, middle),
     ]
     if detail < 2:
-        parts.append(facing(frames, FRAME, Semantic.BUILDING, middle))
+        parts.append(facing(frames, FRAME_COLOUR, Semantic.BUILDING, middle))
     if detail:
         return join(parts)
     parts += [
         facing(upper[~lit], colours[~lit] * 1.25, Semantic.BUILDING, middle),
-        facing(bars, FRAME, Semantic.BUILDING, middle),
+        facing(bars, FRAME_COLOUR, Semantic.BUILDING, middle),
     ]
     return join(parts)
 
@@ -133,7 +136,7 @@ def _roof(
     detail: int,
 ) -> Solid:
     """A gable roof with its ridge along the front, in strips of tiles."""
-    colour = ROOFS[int(rng.integers(len(ROOFS)))]
+    colour = ROOF_COLOURS[int(rng.integers(len(ROOF_COLOURS)))]
     over, rise = 0.4, rng.uniform(0.28, 0.42) * depth
     strips, quads = (5, 2, 1)[detail], []
     for side in (0.0, 1.0):

@@ -11,30 +11,30 @@ from mot_sim.simulation.renderers import NO_INSTANCE, Rendered, Semantic
 from tracker.types import Camera
 
 Image = UInt8[Array, "h w 3"]
-DARK = np.array([0.085, 0.095, 0.125])  # what is left of the day's light at full night, RGB
-SKY_DARK = 0.45  # of that, in the sky
-BEAM = np.array([1.0, 0.95, 0.84])
-REACH = 24.0  # metres at which a headlight has half its strength
-WARM = (255, 206, 132)  # windows and street lamps
-SMALLER = 4  # the glow is blurred in a picture so many times smaller
+NIGHT_LIGHT = np.array([0.085, 0.095, 0.125])  # what is left of the day's light at full night, RGB
+NIGHT_SKY_LIGHT = 0.45  # of that, in the sky
+BEAM_COLOUR = np.array([1.0, 0.95, 0.84])
+BEAM_METRES = 24.0  # metres at which a headlight has half its strength
+LAMP_COLOUR = (255, 206, 132)  # windows and street lamps
+GLOW_DOWNSAMPLING = 4  # the glow is blurred in a picture so many times smaller
 
 
 def lit_at_night(
     image: Image, camera: Camera, rendered: Rendered, night: float, headlights: float
 ) -> Image:
     """The image at night; what is made of light keeps its own, and glows."""
-    ambient = 1.0 - night * (1.0 - DARK)
-    share = rendered.depth * np.float32(1.0 / REACH)
+    ambient = 1.0 - night * (1.0 - NIGHT_LIGHT)
+    share = rendered.depth * np.float32(1.0 / BEAM_METRES)
     share *= share
     share += np.float32(1.0)
     beam = cv2.divide(_beam(camera), share, scale=255.0 * 0.85 * headlights * night)
     light = [
         cv2.convertScaleAbs(beam, alpha=float(b), beta=255.0 * float(a))
-        for a, b in zip(ambient, BEAM, strict=True)
+        for a, b in zip(ambient, BEAM_COLOUR, strict=True)
     ]
     dark = cv2.multiply(image, cv2.merge(light), scale=1.0 / 255.0)
     sky = (rendered.semantics == Semantic.SKY).view(np.uint8)
-    cv2.copyTo(cv2.convertScaleAbs(dark, alpha=1.0 - night * (1.0 - SKY_DARK)), sky, dark)
+    cv2.copyTo(cv2.convertScaleAbs(dark, alpha=1.0 - night * (1.0 - NIGHT_SKY_LIGHT)), sky, dark)
     glowing = (rendered.semantics == Semantic.LIGHT).view(np.uint8)
     if not glowing.any():
         return dark
@@ -49,13 +49,15 @@ def lit_at_night(
 @lru_cache(maxsize=8)
 def _warm(camera: Camera) -> Image:
     width, height = camera.image_size
-    return np.full((height, width, 3), WARM, np.uint8)
+    return np.full((height, width, 3), LAMP_COLOUR, np.uint8)
 
 
 def _glow(own: Image, strength: float) -> Image:
     """Light that lens and air scatter around lamps."""
     height, width = own.shape[:2]
-    small = cv2.resize(own, (width // SMALLER, height // SMALLER), interpolation=cv2.INTER_AREA)
+    small = cv2.resize(
+        own, (width // GLOW_DOWNSAMPLING, height // GLOW_DOWNSAMPLING), interpolation=cv2.INTER_AREA
+    )
     near, wide = cv2.blur(cv2.blur(small, (3, 3)), (3, 3)), small
     for _ in range(2):
         wide = cv2.blur(wide, (11, 11))

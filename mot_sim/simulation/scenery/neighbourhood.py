@@ -6,7 +6,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers import MeshInstances, Road, Sky, Sun, View
-from mot_sim.simulation.renderers.triangles import NEAR
+from mot_sim.simulation.renderers.triangles import NEAR_METRES
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scenery.ground import Ground
 from mot_sim.simulation.scenery.panorama import panorama_of
@@ -43,7 +43,7 @@ class Neighbourhood:
         return self.windows.road(checked(ego), Rig(camera).T_world_road(ego), camera)
 
     def scenery_at(
-        self, ego: Float[Array, "3"], camera: Camera, near: float = NEAR
+        self, ego: Float[Array, "3"], camera: Camera, near: float = NEAR_METRES
     ) -> MeshInstances:
         """The houses, trees and other things that the camera may see; all of them NOBODY's."""
         return self.scenery.seen_from(ego, camera, near)

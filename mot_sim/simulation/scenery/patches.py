@@ -10,11 +10,11 @@ from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers.triangles import clip_polygon
 
-SHIFT = 4  # fractional bits of the corners
-SQUARE = 16.0  # metres: patches are looked up by squares of this size
-KEYS = 1 << 24  # more than there are squares in a column
+SUBTEXEL_BITS = 4  # fractional bits of the corners
+SQUARE_METRES = 16.0  # metres: patches are looked up by squares of this size
+MAX_SQUARES = 1 << 24  # more than there are squares in a column
 HALVES = (slice(0, 2), slice(2, 4))
-FAR_OUT = 4000.0  # texels beyond an image at which polygons are cut
+MAX_TEXELS_OUTSIDE = 4000.0  # texels beyond an image at which polygons are cut
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,12 +34,16 @@ class Patches:
     @cached_property
     def _squares(self) -> tuple[Int[Array, " k"], Int[Array, " k"]]:
         """Keys of the squares that boxes touch, ascending, and which box each is of."""
-        first, last = (np.floor(self.boxes / SQUARE).astype(np.int64)[:, side] for side in HALVES)
+        first, last = (
+            np.floor(self.boxes / SQUARE_METRES).astype(np.int64)[:, side] for side in HALVES
+        )
         wide, high = (last - first + 1).T
         rows = np.repeat(np.arange(len(first)), wide * high)
         start = np.repeat(np.cumsum(wide * high) - wide * high, wide * high)
         step = np.arange(len(rows)) - start
-        keys = (first[rows, 0] + step % wide[rows]) * KEYS + first[rows, 1] + step // wide[rows]
+        keys = (
+            (first[rows, 0] + step % wide[rows]) * MAX_SQUARES + first[rows, 1] + step // wide[rows]
+        )
         order = np.argsort(keys, kind="stable")
         return keys[order], rows[order]
 
@@ -48,10 +52,10 @@ class Patches:
         if not self.corners:
             return np.zeros(0, np.int64)
         keys, rows = self._squares
-        columns = np.arange(np.floor(low[0] / SQUARE), np.floor(high[0] / SQUARE) + 1)
-        starts = columns.astype(np.int64) * KEYS
-        begin = np.searchsorted(keys, starts + int(np.floor(low[1] / SQUARE)), "left")
-        end = np.searchsorted(keys, starts + int(np.floor(high[1] / SQUARE)), "right")
+        columns = np.arange(np.floor(low[0] / SQUARE_METRES), np.floor(high[0] / SQUARE_METRES) + 1)
+        starts = columns.astype(np.int64) * MAX_SQUARES
+        begin = np.searchsorted(keys, starts + int(np.floor(low[1] / SQUARE_METRES)), "left")
+        end = np.searchsorted(keys, starts + int(np.floor(high[1] / SQUARE_METRES)), "right")
         found = [rows[a:b] for a, b in zip(begin.tolist(), end.tolist(), strict=True)]
         near = np.unique(np.concatenate(found))
         boxes = self.boxes[near]
@@ -73,14 +77,14 @@ class Patches:
         stops = np.cumsum(lengths)
         chosen = np.arange(stops[-1]) + np.repeat(ends[rows] - stops + lengths, lengths)
         texels = (points[chosen] - low) / texel - 0.5
-        outside = np.maximum(-texels, texels - size).max(axis=1) > FAR_OUT
+        outside = np.maximum(-texels, texels - size).max(axis=1) > MAX_TEXELS_OUTSIDE
         far = np.maximum.reduceat(outside, stops - lengths).tolist()
-        fixed = np.round(texels * (1 << SHIFT)).astype(np.int32)
+        fixed = np.round(texels * (1 << SUBTEXEL_BITS)).astype(np.int32)
         starts = (stops - lengths).tolist()
         for row, a, b, is_far in zip(rows.tolist(), starts, stops.tolist(), far, strict=True):
             outline = _fixed(_cut(texels[a:b], size)) if is_far else fixed[a:b]
             if len(outline) >= 3:
-                cv2.fillConvexPoly(image, outline, self.values[row], cv2.LINE_8, SHIFT)
+                cv2.fillConvexPoly(image, outline, self.values[row], cv2.LINE_8, SUBTEXEL_BITS)
         return image
 
     @cached_property
@@ -95,18 +99,20 @@ def fill_outline(
 ) -> None:
     """Fill one convex outline with 255, in place; it lies in the image or not far beside it."""
     fixed = _fixed((outline - low) / texel - 0.5)
-    cv2.fillConvexPoly(image, fixed, (255,), cv2.LINE_8, SHIFT)
+    cv2.fillConvexPoly(image, fixed, (255,), cv2.LINE_8, SUBTEXEL_BITS)
 
 
 def _fixed(texels: Float[Array, "n 2"]) -> Int32[Array, "n 2"]:
-    return np.round(texels * (1 << SHIFT)).astype(np.int32)
+    return np.round(texels * (1 << SUBTEXEL_BITS)).astype(np.int32)
 
 
 def _cut(texels: Float[Array, "n 2"], size: Float[Array, "2"]) -> Float[Array, "m 2"]:
     for axis in (0, 1):
-        for distance in (FAR_OUT + texels[:, axis], None):
+        for distance in (MAX_TEXELS_OUTSIDE + texels[:, axis], None):
             if not len(texels):
                 return texels
-            inside = size[axis] + FAR_OUT - texels[:, axis] if distance is None else distance
+            inside = (
+                size[axis] + MAX_TEXELS_OUTSIDE - texels[:, axis] if distance is None else distance
+            )
             texels = clip_polygon(texels, inside)
     return texels

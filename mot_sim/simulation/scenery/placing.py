@@ -15,7 +15,15 @@ from mot_sim.simulation.scenery.solids import Solid
 from mot_sim.simulation.scenery.terrain import Terrain
 from tracker.errors import BadConfig
 
-MOST = 3.0  # times a usual town's density
+MAX_DENSITY = 3.0  # times a usual town's density
+HOUSE_KINDS = 18  # that differ; streets draw from them
+MIN_CLEARANCE_METRES = 1.0  # metres from any thing to the asphalt, on a grid of half a metre
+FENCE_METRES = 3.6  # from the asphalt
+HOUSE_METRES = 7.5  # from the asphalt
+WOOD_METRES = 16.0  # from the asphalt, of the first woods
+UNSCALED = (1.0, 1.0)
+_hedge_of = lru_cache(maxsize=256)(hedge)
+_rail_of = lru_cache(maxsize=64)(rail)
 
 
 @dataclass(frozen=True)
@@ -31,18 +39,15 @@ class Knobs:
     furniture: float = 1.0
 
     def __post_init__(self) -> None:
-        for name, most in (("wear", 1.0), ("houses", MOST), ("trees", MOST), ("furniture", MOST)):
+        for name, most in (
+            ("wear", 1.0),
+            ("houses", MAX_DENSITY),
+            ("trees", MAX_DENSITY),
+            ("furniture", MAX_DENSITY),
+        ):
             value = getattr(self, name)
             if not 0.0 <= value <= most:
                 raise BadConfig(f"{name} of a neighbourhood is {value:g}: give 0 to {most:g}")
-
-
-HOUSES = 18  # that differ; streets draw from them
-CLEAR = 1.0  # metres from any thing to the asphalt, on a grid of half a metre
-PLOT, FRONT, WOODS = 3.6, 7.5, 16.0  # metres from the asphalt: fences, houses, the first woods
-
-
-AS_IS = (1.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +77,7 @@ def place(terrain: Terrain, seed: int, density: Density) -> list[Item]:
     is_town = bool(((terrain.paved > 0) & (terrain.distance > 1.0)).any())
     items: list[Item] = []
     if is_town:
-        items += _houses(terrain, seed, FRONT, density.houses)
+        items += _houses(terrain, seed, HOUSE_METRES, density.houses)
         items += _fences(terrain, seed, density.furniture)
         items += _single(terrain, seed, "tree", 4.6, 8.0, 0.62 * density.trees)
         items += _single(terrain, seed, "bush", 5.6, 5.0, 0.5 * density.trees)
@@ -84,7 +89,7 @@ def place(terrain: Terrain, seed: int, density: Density) -> list[Item]:
         items += _single(terrain, seed, "bush", 5.0, 7.0, 0.5 * density.trees)
         items += _single(terrain, seed, "tree", 8.5, 8.0, 0.7 * density.trees)
         items += _houses(terrain, seed, 32.0, 0.25 * density.houses)
-    for number, away in enumerate((WOODS, WOODS + 14.0, WOODS + 32.0)):
+    for number, away in enumerate((WOOD_METRES, WOOD_METRES + 14.0, WOOD_METRES + 32.0)):
         items += _single(
             terrain, seed + 7 + number, "tree", away, 9.0 + 5.0 * number, 0.7 * density.trees, 1.5
         )
@@ -110,7 +115,7 @@ def _houses(terrain: Terrain, seed: int, away: float, amount: float) -> list[Ite
     """Houses in a row that face the road, gaps between them."""
     found = []
     for point, out, draw, _ in _walk(terrain, away, seed, "house", 4.0):
-        kind = int(HOUSES * draw[1])
+        kind = int(HOUSE_KINDS * draw[1])
         width, depth = _house_size(kind)
         along = np.array([out[1], -out[0]])  # so that the house lies to the left of x, behind y
         start = point - 0.5 * width * along + 2.5 * draw[3] * out
@@ -130,7 +135,9 @@ def _houses(terrain: Terrain, seed: int, away: float, amount: float) -> list[Ite
 
 def _house_size(kind: int) -> tuple[float, float]:
     """Width and depth of a kind of house, metres."""
-    return 8.5 + 6.5 * (kind * 7 % HOUSES) / HOUSES, 8.0 + 3.5 * (kind * 5 % HOUSES) / HOUSES
+    return 8.5 + 6.5 * (kind * 7 % HOUSE_KINDS) / HOUSE_KINDS, 8.0 + 3.5 * (
+        kind * 5 % HOUSE_KINDS
+    ) / HOUSE_KINDS
 
 
 def _house_at(seed: int, kind: int, spot: tuple[Array, float, Array], detail: int) -> Solid:
@@ -163,7 +170,7 @@ def _single(
     """Trees, bushes, lamps or signs, one by one."""
     make, radius, leafy = makers(seed)[kind]
     circle = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]) * radius
-    least = max(min(away - 0.8, 0.6 * away), CLEAR)
+    least = max(min(away - 0.8, 0.6 * away), MIN_CLEARANCE_METRES)
     found = []
     for point, out, draw, number in _walk(terrain, away, seed, kind, pitch):
         shift = scatter * (4.0 * (draw[1] - 0.5)) if leafy else 0.0
@@ -196,23 +203,25 @@ def _moved(
 def _fences(terrain: Terrain, seed: int, amount: float) -> list[Item]:
     """Hedges and walls along the plots, straight pieces with gaps."""
     found = []
-    for point, out, draw, number in _walk(terrain, PLOT, seed, "fence", 9.0):
+    for point, out, draw, number in _walk(terrain, FENCE_METRES, seed, "fence", 9.0):
         length = 5.0 + int(5.0 * draw[1])
         along = np.array([out[1], -out[0]])
         start = point - 0.5 * length * along
         base = start + np.array(
             [-0.36 * out, length * along - 0.36 * out, length * along + 0.36 * out, 0.36 * out]
         )
-        if draw[2] < 0.75 * amount and terrain.is_free(base, PLOT - 1.0):
+        if draw[2] < 0.75 * amount and terrain.is_free(base, FENCE_METRES - 1.0):
             terrain.take(base)
             turn = float(np.arctan2(along[1], along[0]))
             there = (float(start[0]), float(start[1]))
             if draw[3] < 0.6:
-                grow = partial(_moved, partial(_hedge, length, seed), number, (there, turn, AS_IS))
+                grow = partial(
+                    _moved, partial(_hedge, length, seed), number, (there, turn, UNSCALED)
+                )
                 found.append(Item("hedge", grow, base))
             else:
                 build = partial(
-                    _moved, partial(_garden, length, seed), number, (there, turn, AS_IS)
+                    _moved, partial(_garden, length, seed), number, (there, turn, UNSCALED)
                 )
                 found.append(Item("wall", build, base))
     return found
@@ -228,9 +237,6 @@ def _garden(length: float, seed: int, number: int, detail: int) -> Solid:
 
 def _rail(length: float, number: int, detail: int) -> Solid:
     return _rail_of(round(length, 1), detail)
-
-
-_hedge_of, _rail_of = lru_cache(maxsize=256)(hedge), lru_cache(maxsize=64)(rail)
 
 
 @lru_cache(maxsize=256)
@@ -252,9 +258,9 @@ def _rails(terrain: Terrain, amount: float) -> list[Item]:
             along = (end - start) / length
             side = 0.1 * np.array([-along[1], along[0]])
             base = np.array([start - side, end - side, end + side, start + side])
-            if terrain.is_free(base, CLEAR):
+            if terrain.is_free(base, MIN_CLEARANCE_METRES):
                 turn = float(np.arctan2(along[1], along[0]))
                 there = (float(start[0]), float(start[1]))
-                build = partial(_moved, partial(_rail, length), 0, (there, turn, AS_IS))
+                build = partial(_moved, partial(_rail, length), 0, (there, turn, UNSCALED))
                 found.append(Item("rail", build, base))
     return found

@@ -11,36 +11,54 @@ from mot_sim.simulation.random_numbers import named_stream
 from mot_sim.simulation.renderers import Semantic
 from mot_sim.simulation.scenery.solids import Colour, Solid, box, facing, join, prism, shaded
 
-STEEL: Colour = (128, 132, 134)
-LAMP_HEIGHT = 6.5
-ENAMEL: tuple[tuple[Colour, Colour, int], ...] = (  # rim, middle, corners
+STEEL_COLOUR: Colour = (128, 132, 134)
+LAMP_HEIGHT_METRES = 6.5
+SIGN_FACES: tuple[tuple[Colour, Colour, int], ...] = (  # rim, middle, corners
     ((176, 28, 32), (232, 232, 226), 12),
     ((24, 74, 150), (24, 74, 150), 12),
     ((176, 28, 32), (232, 232, 226), 3),
     ((226, 226, 220), (24, 74, 150), 4),
     ((226, 226, 220), (214, 178, 40), 4),
 )
+LEAF_COLOURS: tuple[Colour, ...] = ((62, 86, 36), (78, 98, 44), (52, 78, 40), (92, 104, 50))
+BARK_COLOUR: Colour = (84, 72, 58)
+LEAF = Semantic.VEGETATION
+TREE_KINDS = 6  # trees that differ; each place takes one, turned and scaled
+# From near to far: tufts of a tree and a bush, and how large they are.
+TREE_TUFTS = ((240, 0.5), (64, 0.85), (16, 1.5))
+BUSH_TUFTS = ((50, 0.34), (18, 0.5), (6, 0.8))
+DETAIL_LEVELS = 3  # by how near a thing is seen from: 0 = near
+BUSH_KINDS = 4  # that differ
+Make = Callable[[int, int], Solid]  # the number-th of a kind, at a detail
 
 
 def lamp_post() -> Solid:
     """A lamp post at the origin; its arm reaches towards -y."""
-    post = prism(0.09, 0.0, LAMP_HEIGHT, STEEL, Semantic.POLE, 6, 0.05)
-    arm = box((-0.04, -1.5, LAMP_HEIGHT - 0.08), (0.04, 0.0, LAMP_HEIGHT), STEEL, Semantic.POLE)
+    post = prism(0.09, 0.0, LAMP_HEIGHT_METRES, STEEL_COLOUR, Semantic.POLE, 6, 0.05)
+    arm = box(
+        (-0.04, -1.5, LAMP_HEIGHT_METRES - 0.08),
+        (0.04, 0.0, LAMP_HEIGHT_METRES),
+        STEEL_COLOUR,
+        Semantic.POLE,
+    )
     head = box(
-        (-0.13, -1.9, LAMP_HEIGHT - 0.1), (0.13, -1.2, LAMP_HEIGHT + 0.05), STEEL, Semantic.POLE
+        (-0.13, -1.9, LAMP_HEIGHT_METRES - 0.1),
+        (0.13, -1.2, LAMP_HEIGHT_METRES + 0.05),
+        STEEL_COLOUR,
+        Semantic.POLE,
     )
     glass = np.array(
         [[(-0.11, -1.85, 0.0), (0.11, -1.85, 0.0), (0.11, -1.25, 0.0), (-0.11, -1.25, 0.0)]]
     )
-    glass[..., 2] = LAMP_HEIGHT - 0.11
-    above = (0.0, -1.5, LAMP_HEIGHT)
+    glass[..., 2] = LAMP_HEIGHT_METRES - 0.11
+    above = (0.0, -1.5, LAMP_HEIGHT_METRES)
     return join([post, arm, head, facing(glass, (238, 236, 220), Semantic.LIGHT, above)])
 
 
 def sign(kind: int) -> Solid:
     """A traffic sign at the origin; it looks towards -x."""
-    rim, middle, corners = ENAMEL[kind % len(ENAMEL)]
-    pole = prism(0.035, 0.0, 2.75, STEEL, Semantic.POLE, 5)
+    rim, middle, corners = SIGN_FACES[kind % len(SIGN_FACES)]
+    pole = prism(0.035, 0.0, 2.75, STEEL_COLOUR, Semantic.POLE, 5)
     front = [_disc(corners, r, x) for r, x in ((0.36, -0.05), (0.27, -0.06))]
     back = _disc(corners, 0.36, -0.04)
     inside, behind = (0.0, 0.0, 2.4), (-0.3, 0.0, 2.4)
@@ -94,35 +112,30 @@ def garden_wall(length: float, tones: np.ndarray, detail: int) -> Solid:
     return join([facing(stones, colours, Semantic.WALL, middle), top])
 
 
-GREENS: tuple[Colour, ...] = ((62, 86, 36), (78, 98, 44), (52, 78, 40), (92, 104, 50))
-BARK: Colour = (84, 72, 58)
-LEAF = Semantic.VEGETATION
-KINDS = 6  # trees that differ; each place takes one, turned and scaled
-# From near to far: tufts of a tree and a bush, and how large they are.
-TUFTS = ((240, 0.5), (64, 0.85), (16, 1.5))
-BUSH_TUFTS = ((50, 0.34), (18, 0.5), (6, 0.8))
-
-
 def trees(seed: int, detail: int) -> list[Solid]:
     """Trees about 7 m high around the origin, each another one; detail: 0 = seen from near."""
-    return [_tree(seed, kind, detail) for kind in range(KINDS)]
+    return [_tree(seed, kind, detail) for kind in range(TREE_KINDS)]
 
 
 def _tree(seed: int, kind: int, detail: int) -> Solid:
     rng = named_stream(seed, f"tree {kind}")
-    green = GREENS[kind % len(GREENS)]
+    green = LEAF_COLOURS[kind % len(LEAF_COLOURS)]
     wide, high, start = rng.uniform(1.7, 2.3), rng.uniform(2.3, 3.0), rng.uniform(1.7, 2.3)
     middle = np.array([0.0, 0.0, start + high])
     radii = np.array([wide, wide, high])
-    trunk = prism(0.17, 0.0, start + 0.7 * high, BARK, LEAF, 5 - detail, 0.09)
+    trunk = prism(0.17, 0.0, start + 0.7 * high, BARK_COLOUR, LEAF, 5 - detail, 0.09)
     core = _blob(middle, radii * 0.74, shaded(green, rng.uniform(0.62, 0.75, 20)))
-    return join([trunk, core, _tufts(rng, middle, radii, green, *TUFTS[detail])])
+    return join([trunk, core, _tufts(rng, middle, radii, green, *TREE_TUFTS[detail])])
 
 
 def bush(seed: int, kind: int, detail: int) -> Solid:
     """A bush about 1.4 m high around the origin."""
     rng = named_stream(seed, f"bush {kind}")
-    green, middle, radii = GREENS[(kind + 1) % 4], np.array([0.0, 0.0, 0.6]), np.array([0.8] * 3)
+    green, middle, radii = (
+        LEAF_COLOURS[(kind + 1) % 4],
+        np.array([0.0, 0.0, 0.6]),
+        np.array([0.8] * 3),
+    )
     core = _blob(middle, radii * 0.8, shaded(green, rng.uniform(0.6, 0.75, 20)))
     return join([core, _tufts(rng, middle, radii, green, *BUSH_TUFTS[detail])])
 
@@ -130,7 +143,7 @@ def bush(seed: int, kind: int, detail: int) -> Solid:
 def hedge(length: float, seed: int, number: int, detail: int) -> Solid:
     """A hedge along x from 0, 1.3 m high, 0.7 m thick."""
     rng = named_stream(seed, f"hedge {number}")
-    green = GREENS[number % len(GREENS)]
+    green = LEAF_COLOURS[number % len(LEAF_COLOURS)]
     # Its surface is broken into many small faces of unlike greens.
     steps = max(round(length / (0.4, 1.2, 4.0)[detail]), 1)
     x = np.linspace(0.0, length, steps + 1) + np.r_[0.0, rng.uniform(-0.1, 0.1, steps - 1), 0.0]
@@ -196,24 +209,23 @@ def _blob(middle: np.ndarray, radii: np.ndarray, colours: np.ndarray) -> Solid:
     return facing(middle + points[np.array(faces)] / 1.902 * radii, colours, LEAF, middle)
 
 
-DETAILS = 3  # by how near a thing is seen from: 0 = near
-BUSHES = 4  # that differ
-Make = Callable[[int, int], Solid]  # the number-th of a kind, at a detail
-
-_lamp_post, _sign = lru_cache(lamp_post), lru_cache(sign)
+_lamp_post = lru_cache(lamp_post)
+_sign = lru_cache(sign)
 
 
 @lru_cache(maxsize=8)
 def makers(seed: int) -> dict[str, tuple[Make, float, bool]]:
     """For each kind: what makes it, half the width of its foot, whether it has leaves."""
-    grown = [trees(seed, detail) for detail in range(DETAILS)]
-    low = [[bush(seed, kind, detail) for kind in range(BUSHES)] for detail in range(DETAILS)]
+    grown = [trees(seed, detail) for detail in range(DETAIL_LEVELS)]
+    low = [
+        [bush(seed, kind, detail) for kind in range(BUSH_KINDS)] for detail in range(DETAIL_LEVELS)
+    ]
     return {
-        "tree": (lambda number, detail: grown[detail][number * 7 % KINDS], 0.3, True),
-        "bush": (lambda number, detail: low[detail][number * 3 % BUSHES], 0.6, True),
+        "tree": (lambda number, detail: grown[detail][number * 7 % TREE_KINDS], 0.3, True),
+        "bush": (lambda number, detail: low[detail][number * 3 % BUSH_KINDS], 0.6, True),
         "lamp": (lambda number, detail: _lamp_post(), 0.12, False),
         "sign": (
-            lambda number, detail: _sign((number * 3 + number // 5) % len(ENAMEL)),
+            lambda number, detail: _sign((number * 3 + number // 5) % len(SIGN_FACES)),
             0.12,
             False,
         ),

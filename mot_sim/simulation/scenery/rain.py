@@ -13,9 +13,9 @@ from mot_sim.simulation.renderers.ground import horizon
 from tracker.types import Camera
 
 Image = UInt8[Array, "h w 3"]
-SPARE = 384  # pixels: by how much the layer of drops is larger than the image
-DROPS = 0.0011  # a pixel, in the heaviest rain
-WET = 0.3  # of its brightness, that wet asphalt loses
+SPARE_PIXELS = 384  # pixels: by how much the layer of drops is larger than the image
+DROPS_PER_PIXEL = 0.0011  # a pixel, in the heaviest rain
+WET_DARKENING = 0.3  # of its brightness, that wet asphalt loses
 
 
 def rained_on(
@@ -35,7 +35,7 @@ def rained_on(
         road = (semantics[first:] == Semantic.ROAD).view(np.uint8) * np.uint8(255)
         mirrored = _mirrored(image, first)
         share = _sheen(camera, amount)
-        dull = np.float32(1.0 - WET * amount) * (np.float32(1.0) - share)
+        dull = np.float32(1.0 - WET_DARKENING * amount) * (np.float32(1.0) - share)
         wet = cv2.blendLinear(lower, mirrored, dull, share)
         weight = np.asarray(cv2.blur(road, (3, 3)), np.float32) * np.float32(1.0 / 255.0)
         # blendLinear divides by the sum of its weights: take the wet share of light back.
@@ -64,8 +64,8 @@ def _drops(camera: Camera, amount: float, seed: int, frame: int) -> Image:
     """A piece of the layer of drops; every frame has another."""
     width, height = camera.image_size
     where = uniform(seed, "rain", np.zeros(1, np.int64), np.array([frame]), 2)[0]
-    top, left = (SPARE * where).astype(int)
-    layer = _layer(seed, amount, (height + SPARE, width + SPARE))
+    top, left = (SPARE_PIXELS * where).astype(int)
+    layer = _layer(seed, amount, (height + SPARE_PIXELS, width + SPARE_PIXELS))
     return layer[top : top + height, left : left + width]
 
 
@@ -73,7 +73,7 @@ def _drops(camera: Camera, amount: float, seed: int, frame: int) -> Image:
 def _layer(seed: int, amount: float, size: tuple[int, int]) -> Image:
     """Streaks, long ones of near drops and short ones of far drops."""
     rng = named_stream(seed, "rain")
-    count = int(DROPS * amount * size[0] * size[1])
+    count = int(DROPS_PER_PIXEL * amount * size[0] * size[1])
     layer = np.zeros(size, np.uint8)
     start = rng.uniform(0.0, 1.0, (count, 2)) * (size[1], size[0])
     length, light = rng.uniform(5.0, 26.0, count), rng.uniform(10.0, 46.0, count)

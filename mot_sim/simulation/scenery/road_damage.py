@@ -9,9 +9,11 @@ from numpy import ndarray as Array
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.traffic.roads import Roads, ribbon
 
-CELL = 9.0  # metres: one place for each kind of damage in every cell of this size
-TRACK, TRACK_ASIDE, OIL = 0.28, 0.78, 0.25  # half widths and offset of a lane's darker ribbons
-RIM = 0.33  # metres: the radius of a manhole cover
+CELL_METRES = 9.0  # metres: one place for each kind of damage in every cell of this size
+TRACK_HALF_METRES = 0.28  # half the width of the ribbon that tyres darken
+TRACK_OFFSET_METRES = 0.78  # of those ribbons from the lane's centre
+OIL_HALF_METRES = 0.25  # half the width of the oil's ribbon
+COVER_RADIUS_METRES = 0.33  # metres: the radius of a manhole cover
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,10 +35,16 @@ def tracks_of(roads: Roads) -> list[Mark]:
     """Along each lane, where tyres roll and where oil drips."""
     found = []
     for lane in roads.lanes:
-        for aside, half, tone in ((-TRACK_ASIDE, TRACK, 121), (TRACK_ASIDE, TRACK, 121)):
+        for aside, half, tone in (
+            (-TRACK_OFFSET_METRES, TRACK_HALF_METRES, 121),
+            (TRACK_OFFSET_METRES, TRACK_HALF_METRES, 121),
+        ):
             quads = ribbon("asphalt", lane.centre, aside - half, aside + half)
             found += [Mark(quad.corners, tone) for quad in quads]
-        found += [Mark(quad.corners, 117) for quad in ribbon("asphalt", lane.centre, -OIL, OIL)]
+        found += [
+            Mark(quad.corners, 117)
+            for quad in ribbon("asphalt", lane.centre, -OIL_HALF_METRES, OIL_HALF_METRES)
+        ]
     return found
 
 
@@ -58,18 +66,20 @@ def damage_of(roads: Roads, seed: int, amount: float) -> tuple[list[Mark], list[
     chance = random_numbers.uniform(seed, "wear", ids, np.zeros_like(ids), 12)
     marks, cracks = [], []
     for cell, number, draw in zip(cells, ids.tolist(), chance, strict=True):
-        corner = CELL * np.array(cell, dtype=float)
+        corner = CELL_METRES * np.array(cell, dtype=float)
         if draw[0] < 0.35 * amount:
-            marks.append(_patch(corner + CELL * draw[1:3], draw[3:6]))
+            marks.append(_patch(corner + CELL_METRES * draw[1:3], draw[3:6]))
         if draw[6] < 0.75 * amount:
-            cracks += _cracks(corner + CELL * draw[7:9], draw[9], number, seed)
+            cracks += _cracks(corner + CELL_METRES * draw[7:9], draw[9], number, seed)
         if draw[10] < 0.10 + 0.05 * amount:
-            marks += _cover(corner + CELL * draw[[2, 11]])
+            marks += _cover(corner + CELL_METRES * draw[[2, 11]])
     return marks, cracks
 
 
 def _span(values: Float[Array, " n"]) -> range:
-    return range(int(np.floor(values.min() / CELL)), int(np.floor(values.max() / CELL)) + 1)
+    return range(
+        int(np.floor(values.min() / CELL_METRES)), int(np.floor(values.max() / CELL_METRES)) + 1
+    )
 
 
 def _patch(middle: Float[Array, "2"], draw: Float[Array, "3"]) -> Mark:
@@ -93,7 +103,11 @@ def _cover(middle: Float[Array, "2"]) -> list[Mark]:
     """A round iron cover in its frame."""
     turn = np.arange(20) * (2.0 * np.pi / 20)
     circle = np.stack((np.cos(turn), np.sin(turn)), axis=1)
-    rings = ((RIM + 0.05, 150), (RIM, 70), (RIM - 0.04, 104))
+    rings = (
+        (COVER_RADIUS_METRES + 0.05, 150),
+        (COVER_RADIUS_METRES, 70),
+        (COVER_RADIUS_METRES - 0.04, 104),
+    )
     bars = [
         Mark(middle + np.array([(-0.2, y), (0.2, y), (0.2, y + 0.03), (-0.2, y + 0.03)]), 78)
         for y in np.arange(-0.2, 0.2, 0.08)

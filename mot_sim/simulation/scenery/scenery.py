@@ -9,11 +9,11 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers import NO_INSTANCE, Mesh, MeshInstances
-from mot_sim.simulation.renderers.triangles import NEAR, sphere_in_view
+from mot_sim.simulation.renderers.triangles import NEAR_METRES, sphere_in_view
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scenery.patches import Patches
 from mot_sim.simulation.scenery.placing import Density, Item, Knobs, place
-from mot_sim.simulation.scenery.props import DETAILS
+from mot_sim.simulation.scenery.props import DETAIL_LEVELS
 from mot_sim.simulation.scenery.solids import join
 from mot_sim.simulation.scenery.terrain import Terrain
 from mot_sim.simulation.traffic.roads import Roads
@@ -21,12 +21,12 @@ from tracker.errors import BadConfig
 from tracker.geometry import homogeneous, invert
 from tracker.types import Camera
 
-PIECE = 30.0  # metres: what stands in one square of this size is one mesh
-FAR = 180.0  # metres; what is farther is not drawn
-NEARBY = (30.0, 75.0)  # metres: from there on pieces are drawn with less detail
-KEPT = 160  # meshes: 60 MB at most
-CASTING = ("house", "hedge", "wall", "lamp", "sign")  # beside what has leaves
-CROWN = 4.0  # metres that trees reach out beyond their feet
+PIECE_METRES = 30.0  # metres: what stands in one square of this size is one mesh
+MAX_DISTANCE_METRES = 180.0  # metres; what is farther is not drawn
+DETAIL_METRES = (30.0, 75.0)  # metres: from there on pieces are drawn with less detail
+MAX_MESHES = 160  # meshes: 60 MB at most
+CASTING_KINDS = ("house", "hedge", "wall", "lamp", "sign")  # beside what has leaves
+CROWN_METRES = 4.0  # metres that trees reach out beyond their feet
 R_world_piece = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
@@ -60,34 +60,36 @@ class Scenery:
         """All items, put together by squares."""
         squares: dict[tuple[int, int], list[Item]] = {}
         for item in items:
-            column, row = np.floor(item.base.mean(axis=0) / PIECE).astype(int).tolist()
+            column, row = np.floor(item.base.mean(axis=0) / PIECE_METRES).astype(int).tolist()
             squares.setdefault((column, row), []).append(item)
-        origins = (np.array(sorted(squares)).reshape(-1, 2) + 0.5) * PIECE
+        origins = (np.array(sorted(squares)).reshape(-1, 2) + 0.5) * PIECE_METRES
         pieces = tuple(tuple(squares[square]) for square in sorted(squares))
         reach = [
             max(float(np.hypot(*(item.base - origin).T).max()) for item in piece)
             for piece, origin in zip(pieces, origins, strict=True)
         ]
-        return cls(pieces, origins, np.array(reach).reshape(-1) + CROWN)
+        return cls(pieces, origins, np.array(reach).reshape(-1) + CROWN_METRES)
 
     def mesh(self, row: int, detail: int) -> Mesh:
         """The mesh of a piece."""
         key = (row, detail)
         if key not in self.made:
-            if len(self.made) >= KEPT:
+            if len(self.made) >= MAX_MESHES:
                 self.made.pop(next(iter(self.made)))
             solids = [item.make(detail) for item in self.pieces[row]]
             self.made[key] = join(solids).mesh(self.origins[row])
         return self.made[key]
 
     def seen_from(
-        self, ego: Float[Array, "3"], camera: Camera, near: float = NEAR
+        self, ego: Float[Array, "3"], camera: Camera, near: float = NEAR_METRES
     ) -> MeshInstances:
         """What of it the camera of an ego pose (x, y, heading) may see; all of it NOBODY's."""
         T_world_cam = Rig(camera).T_world_cam(checked(ego))
         apart = self.origins - ego[:2]
         ahead = apart @ np.array([np.cos(ego[2]), np.sin(ego[2])])
-        close = (np.hypot(*apart.T) - self.radii < FAR) & (ahead + self.radii > near)
+        close = (np.hypot(*apart.T) - self.radii < MAX_DISTANCE_METRES) & (
+            ahead + self.radii > near
+        )
         rows = np.flatnonzero(close)
         rows = rows[np.argsort(ahead[rows], kind="stable")]  # near first: less is drawn over
         if not len(rows):
@@ -95,7 +97,7 @@ class Scenery:
         T_cam_world = invert(T_world_cam)
         T_world_piece = np.tile(homogeneous(R_world_piece, np.zeros(3)), (len(rows), 1, 1))
         T_world_piece[:, :2, 3] = self.origins[rows]
-        details = np.searchsorted(NEARBY, np.hypot(*apart[rows].T) - 0.5 * PIECE)
+        details = np.searchsorted(DETAIL_METRES, np.hypot(*apart[rows].T) - 0.5 * PIECE_METRES)
         meshes = tuple(map(self.mesh, rows.tolist(), details.tolist()))
         placed = MeshInstances(meshes, T_cam_world @ T_world_piece, np.full(len(rows), NO_INSTANCE))
         seen = np.flatnonzero(sphere_in_view(placed, camera, near))
@@ -129,8 +131,8 @@ def shadows_of(items: tuple[Item, ...], towards: Float[Array, "3"], shade: float
     for item in items:
         if item.leafy:
             outlines += list(item.make(1).corners @ _fall(slope))
-        elif item.kind in CASTING:
-            points = (item.make(DETAILS - 1).corners.reshape(-1, 3) @ _fall(slope)).astype(
+        elif item.kind in CASTING_KINDS:
+            points = (item.make(DETAIL_LEVELS - 1).corners.reshape(-1, 3) @ _fall(slope)).astype(
                 np.float32
             )
             outlines.append(cv2.convexHull(points)[:, 0].astype(np.float64))

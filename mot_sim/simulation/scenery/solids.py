@@ -10,8 +10,8 @@ from mot_sim.simulation.renderers import Mesh, Semantic
 
 Colour = tuple[int, int, int]
 # The eight corners of a box between 0 and 1, and its six sides.
-UNIT = np.array([(x, y, h) for x in (0.0, 1.0) for y in (0.0, 1.0) for h in (0.0, 1.0)])
-SIDES = np.array([(0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (1, 3, 7, 5)])
+UNIT_CORNERS = np.array([(x, y, h) for x in (0.0, 1.0) for y in (0.0, 1.0) for h in (0.0, 1.0)])
+BOX_SIDES = np.array([(0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (1, 3, 7, 5)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,8 +78,8 @@ def box(
     semantic: Semantic,
 ) -> Solid:
     """An upright box without a bottom."""
-    corners = np.array(low) + UNIT * (np.array(high) - np.array(low))
-    return facing(corners[SIDES], colour, semantic, 0.5 * (np.array(low) + np.array(high)))
+    corners = np.array(low) + UNIT_CORNERS * (np.array(high) - np.array(low))
+    return facing(corners[BOX_SIDES], colour, semantic, 0.5 * (np.array(low) + np.array(high)))
 
 
 def prism(

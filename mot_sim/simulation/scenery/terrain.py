@@ -11,8 +11,8 @@ from numpy import ndarray as Array
 from mot_sim.simulation.scenery.patches import Patches, fill_outline
 from mot_sim.simulation.traffic.roads import Roads
 
-CELL = 0.5  # metres
-MARGIN = 70.0  # metres around the roads
+CELL_METRES = 0.5  # metres
+MARGIN_METRES = 70.0  # metres around the roads
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +34,8 @@ class Terrain:
         """The terrain of roads."""
         corners = [surface.corners for surface in roads.surfaces] or [np.zeros((1, 2))]
         points = np.concatenate(corners)
-        low = np.floor(points.min(axis=0) - MARGIN)
-        size = np.ceil((points.max(axis=0) + MARGIN - low) / CELL).astype(int)
+        low = np.floor(points.min(axis=0) - MARGIN_METRES)
+        size = np.ceil((points.max(axis=0) + MARGIN_METRES - low) / CELL_METRES).astype(int)
         driven = np.zeros((size[1], size[0]), np.uint8)
         paved = driven.copy()
         for image, kinds in (
@@ -43,16 +43,16 @@ class Terrain:
             (paved, ("pavement", "kerb", "asphalt")),
         ):
             chosen = tuple(s.corners for s in roads.surfaces if s.paint in kinds)
-            Patches(chosen, ((255,),) * len(chosen)).fill(image, low, CELL)
+            Patches(chosen, ((255,),) * len(chosen)).fill(image, low, CELL_METRES)
         free = np.where(driven > 0, 0, 255).astype(np.uint8)
-        distance = cv2.distanceTransform(free, cv2.DIST_L2, 5) * np.float32(CELL)
+        distance = cv2.distanceTransform(free, cv2.DIST_L2, 5) * np.float32(CELL_METRES)
         if not driven.any():
-            distance = np.full(driven.shape, MARGIN, np.float32)
+            distance = np.full(driven.shape, MARGIN_METRES, np.float32)
         return cls(low, distance, paved, np.zeros_like(driven))
 
     def cells(self, points: Float[Array, "n 2"]) -> tuple[Array, Array]:
         """Rows and columns of the cells of points; the nearest ones for points outside."""
-        index = np.floor((points - self.low) / CELL).astype(int)
+        index = np.floor((points - self.low) / CELL_METRES).astype(int)
         height, width = self.distance.shape
         return index[:, 1].clip(0, height - 1), index[:, 0].clip(0, width - 1)
 
@@ -75,7 +75,7 @@ class Terrain:
 
     @cached_property
     def _high(self) -> Float[Array, "2"]:
-        return self.low + CELL * np.array(self.distance.shape[::-1])
+        return self.low + CELL_METRES * np.array(self.distance.shape[::-1])
 
     def _mask(
         self, outline: Float[Array, "n 2"], spare: float
@@ -86,14 +86,14 @@ class Terrain:
             away = outline - middle
             reach = np.maximum(np.hypot(*away.T), 1e-6)[:, None]
             outline = middle + away * (1.0 + spare / reach)
-        index = np.floor((outline - self.low) / CELL)
+        index = np.floor((outline - self.low) / CELL_METRES)
         low = np.maximum(index.min(axis=0), 0.0)
         high = np.minimum(index.max(axis=0), self.distance.shape[::-1] - np.ones(2))
         (left, top), (right, bottom) = low.astype(int).tolist(), high.astype(int).tolist()
         window = (slice(top, bottom + 1), slice(left, right + 1))
         mask = np.zeros((bottom + 1 - top, right + 1 - left), np.uint8)
-        corner = self.low + CELL * low
-        fill_outline(mask, outline, corner, CELL)
+        corner = self.low + CELL_METRES * low
+        fill_outline(mask, outline, corner, CELL_METRES)
         return mask, window
 
     def lines(self, distance: float) -> list[tuple[Float[Array, "n 2"], Float[Array, "n 2"]]]:
@@ -103,7 +103,7 @@ class Terrain:
         found = []
         for outline in sorted(outlines, key=lambda one: tuple(one[:, 0].min(axis=0).tolist())):
             cells = outline[:, 0].astype(float)
-            steps = np.hypot(*np.diff(cells, axis=0, append=cells[:1]).T) * CELL
+            steps = np.hypot(*np.diff(cells, axis=0, append=cells[:1]).T) * CELL_METRES
             along = np.concatenate(([0.0], np.cumsum(steps)))
             if along[-1] < 8.0:
                 continue
@@ -112,7 +112,7 @@ class Terrain:
             points = np.stack(
                 [np.interp(at, along[:-1], smooth[:, axis]) for axis in (0, 1)], axis=1
             )
-            points = self.low + CELL * (points + 0.5)
+            points = self.low + CELL_METRES * (points + 0.5)
             found.append((points, self.away(points)))
         return found
 

@@ -9,6 +9,16 @@ from numpy import ndarray as Array
 from mot_sim.simulation.renderers import Sun
 from tracker.errors import BadConfig, UnknownName
 
+Colour = tuple[int, int, int]
+AIR_COLOUR: Colour = (206, 216, 224)
+# The least and the most of every knob; the neutral value changes no byte.
+RANGES: dict[str, tuple[float, float]] = {
+    "visibility": (10.0, np.inf), "overcast": (0.0, 1.0), "rain": (0.0, 1.0),
+    "night": (0.0, 1.0), "headlights": (0.0, 1.0), "warmth": (-1.0, 1.0),
+    "glare": (0.0, 1.0), "exposure": (0.1, 10.0), "motion_blur": (0.0, 1.0),
+    "noise": (0.0, 60.0), "vignetting": (0.0, 1.0), "jpeg": (1.0, 100.0),
+}  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Light:
@@ -50,17 +60,6 @@ class Light:
         return Sun((float(c * y - s * x), float(z), float(c * x + s * y)), self.ambient, self.shade)
 
 
-Colour = tuple[int, int, int]
-AIR: Colour = (206, 216, 224)
-# The least and the most of every knob; the neutral value changes no byte.
-RANGES: dict[str, tuple[float, float]] = {
-    "visibility": (10.0, np.inf), "overcast": (0.0, 1.0), "rain": (0.0, 1.0),
-    "night": (0.0, 1.0), "headlights": (0.0, 1.0), "warmth": (-1.0, 1.0),
-    "glare": (0.0, 1.0), "exposure": (0.1, 10.0), "motion_blur": (0.0, 1.0),
-    "noise": (0.0, 60.0), "vignetting": (0.0, 1.0), "jpeg": (1.0, 100.0),
-}  # fmt: skip
-
-
 @dataclass(frozen=True)
 class Weather:
     """Knobs of the post-effect; all of them are neutral by default, and then no byte changes.
@@ -75,7 +74,7 @@ class Weather:
 
     light: Light = Light()
     visibility: float = np.inf
-    air: Colour = AIR
+    air: Colour = AIR_COLOUR
     overcast: float = 0.0
     rain: float = 0.0
     night: float = 0.0
@@ -104,29 +103,29 @@ class Weather:
         return all(getattr(self, name) == getattr(clear, name) for name in names)
 
 
-DULL = Light(ambient=0.9, shade=0.08, clouds=1.0)
-DARK = Light(ambient=0.95, shade=0.0, clouds=0.5)
-LOW = Light(azimuth=28.0, elevation=11.0, ambient=0.42, shade=0.55, clouds=0.25)
+OVERCAST_LIGHT = Light(ambient=0.9, shade=0.08, clouds=1.0)
+NIGHT_LIGHT = Light(ambient=0.95, shade=0.0, clouds=0.5)
+LOW_SUN_LIGHT = Light(azimuth=28.0, elevation=11.0, ambient=0.42, shade=0.55, clouds=0.25)
 
 # The name of a weather, for scenes and the command line.
 WEATHERS: dict[str, Weather] = {
     "clear": Weather(),
     "noon": Weather(visibility=1100.0, noise=1.6, vignetting=0.18),
     "low_sun": Weather(
-        LOW, 800.0, (238, 214, 176), warmth=0.55, glare=0.8, noise=2.0, vignetting=0.22
+        LOW_SUN_LIGHT, 800.0, (238, 214, 176), warmth=0.55, glare=0.8, noise=2.0, vignetting=0.22
     ),
-    "overcast": Weather(DULL, 700.0, overcast=0.85, noise=2.2, vignetting=0.18),
-    "fog": Weather(DULL, 95.0, (196, 201, 204), overcast=1.0, noise=2.2, vignetting=0.15),
+    "overcast": Weather(OVERCAST_LIGHT, 700.0, overcast=0.85, noise=2.2, vignetting=0.18),
+    "fog": Weather(OVERCAST_LIGHT, 95.0, (196, 201, 204), overcast=1.0, noise=2.2, vignetting=0.15),
     "rain": Weather(
-        DULL, 260.0, (166, 174, 182), overcast=1.0, rain=0.8, exposure=0.86, noise=2.8,
+        OVERCAST_LIGHT, 260.0, (166, 174, 182), overcast=1.0, rain=0.8, exposure=0.86, noise=2.8,
         vignetting=0.2,
     ),
     "dusk": Weather(
-        DARK, 900.0, (150, 140, 150), overcast=0.2, night=0.55, headlights=0.6, warmth=0.15,
+        NIGHT_LIGHT, 900.0, (150, 140, 150), overcast=0.2, night=0.55, headlights=0.6, warmth=0.15,
         noise=4.0, vignetting=0.22,
     ),
     "night": Weather(
-        DARK, 1500.0, (30, 34, 44), night=1.0, headlights=1.0, noise=5.5, vignetting=0.25
+        NIGHT_LIGHT, 1500.0, (30, 34, 44), night=1.0, headlights=1.0, noise=5.5, vignetting=0.25
     ),
 }  # fmt: skip
 

@@ -10,17 +10,24 @@ from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers.surroundings import Colour, Level, Road, Texture
 from mot_sim.simulation.renderers.triangles import clip_polygon
-from mot_sim.simulation.scenery.ground import GRASS, LEVELS, TEXEL, TILE, Ground
+from mot_sim.simulation.scenery.ground import (
+    GRASS_COLOUR,
+    LEVEL_COUNT,
+    TEXEL_METRES,
+    TILE_TEXELS,
+    Ground,
+)
 from tracker.types import Camera
 
-ACROSS = 6  # tiles along a window's sides: 38.4 m on the finest level, 614 m on the coarsest
+WINDOW_TILES = 6  # tiles along a window's sides: 38.4 m on the finest level, 614 m on the coarsest
 # Metres ahead that the finest level is painted for, each coarser one twice as far: from there on
 # KITTI's camera finds the next one sharp enough. And how far the coarsest one is painted.
-REACH, FARTHEST = 12.5, 450.0
-AHEAD = 0.3  # of a window's side, from the camera to its middle
-KEPT = 320  # tiles, of 0.26 MB each: 84 MB
-AROUND: Colour = (95, 105, 62)
-MEADOW = np.array((*GRASS, 0), np.uint8).view(np.uint32)[0]
+FINEST_REACH_METRES = 12.5
+MAX_REACH_METRES = 450.0
+AHEAD_SHARE = 0.3  # of a window's side, from the camera to its middle
+MAX_TILES = 320  # tiles, of 0.26 MB each: 84 MB
+AROUND_COLOUR: Colour = (95, 105, 62)
+MEADOW_RGBA = np.array((*GRASS_COLOUR, 0), np.uint8).view(np.uint32)[0]
 
 
 @dataclass(eq=False)
@@ -39,11 +46,11 @@ class SceneryWindow:
         """
         window = cls(
             origin,
-            np.empty((ACROSS * TILE, ACROSS * TILE, 4), np.uint8),
-            np.zeros((ACROSS, ACROSS), bool),
+            np.empty((WINDOW_TILES * TILE_TEXELS, WINDOW_TILES * TILE_TEXELS, 4), np.uint8),
+            np.zeros((WINDOW_TILES, WINDOW_TILES), bool),
         )
         u, v = (0, 0) if before is None else np.subtract(origin, before.origin).tolist()
-        if before is None or max(abs(u), abs(v)) >= ACROSS:
+        if before is None or max(abs(u), abs(v)) >= WINDOW_TILES:
             window.clear(slice(None), slice(None))
             return window
         rows, columns = _overlap(v), _overlap(u)
@@ -58,23 +65,23 @@ class SceneryWindow:
 
     def clear(self, rows: slice, columns: slice) -> None:
         """Show a meadow there."""
-        self.pixels.view(np.uint32)[rows, columns] = MEADOW
+        self.pixels.view(np.uint32)[rows, columns] = MEADOW_RGBA
 
 
 def _overlap(shift: int) -> tuple[slice, slice]:
     """The tiles that two windows share, along one axis: in the new one, and in the old one."""
-    count = ACROSS - abs(shift)
+    count = WINDOW_TILES - abs(shift)
     new, old = max(-shift, 0), max(shift, 0)
     return slice(new, new + count), slice(old, old + count)
 
 
 def _beside(shift: int) -> slice:
     """The tiles of a new window that the old one has not."""
-    return slice(ACROSS - shift, ACROSS) if shift >= 0 else slice(0, -shift)
+    return slice(WINDOW_TILES - shift, WINDOW_TILES) if shift >= 0 else slice(0, -shift)
 
 
 def _texels(tiles: slice) -> slice:
-    return slice(tiles.start * TILE, tiles.stop * TILE)
+    return slice(tiles.start * TILE_TEXELS, tiles.stop * TILE_TEXELS)
 
 
 @dataclass(eq=False)
@@ -91,33 +98,35 @@ class Windows:
         self, ego: Float[Array, "3"], T_world_road: Float[Array, "4 4"], camera: Camera
     ) -> Road:
         """The road plane as it is painted around an ego pose."""
-        levels = [self._level(number, ego, T_world_road, camera) for number in range(LEVELS)]
+        levels = [self._level(number, ego, T_world_road, camera) for number in range(LEVEL_COUNT)]
         coarsest = levels[-1]
-        return Road(coarsest.texture, coarsest.A_texture_road, AROUND, tuple(levels[:-1]))
+        return Road(coarsest.texture, coarsest.A_texture_road, AROUND_COLOUR, tuple(levels[:-1]))
 
     def _level(
         self, number: int, ego: Float[Array, "3"], T_world_road: Float[Array, "4 4"], camera: Camera
     ) -> Level:
-        texel = TEXEL * 2**number
-        side = TILE * texel
+        texel = TEXEL_METRES * 2**number
+        side = TILE_TEXELS * texel
         ahead = np.array([np.cos(ego[2]), np.sin(ego[2])])
-        middle = ego[:2] + AHEAD * ACROSS * side * ahead
-        column, row = np.floor(middle / side - 0.5 * ACROSS + 0.5).astype(int).tolist()
+        middle = ego[:2] + AHEAD_SHARE * WINDOW_TILES * side * ahead
+        column, row = np.floor(middle / side - 0.5 * WINDOW_TILES + 0.5).astype(int).tolist()
         window = self.now.get(number)
         if window is None or window.origin != (column, row):
             window = self.now[number] = SceneryWindow.at((column, row), window)
-        is_last = number == LEVELS - 1
-        reach = np.inf if is_last else REACH * 2.0**number
-        seen = footprint(camera, FARTHEST if is_last else reach + 1.0)
+        is_last = number == LEVEL_COUNT - 1
+        reach = np.inf if is_last else FINEST_REACH_METRES * 2.0**number
+        seen = footprint(camera, MAX_REACH_METRES if is_last else reach + 1.0)
         needed = _needed(seen, (column, row), side, T_world_road)
         for v, u in np.argwhere(needed & ~window.filled).tolist():
             tile = self._tile(number, column + u, row + v)
-            window.pixels[v * TILE : (v + 1) * TILE, u * TILE : (u + 1) * TILE] = tile
+            window.pixels[
+                v * TILE_TEXELS : (v + 1) * TILE_TEXELS, u * TILE_TEXELS : (u + 1) * TILE_TEXELS
+            ] = tile
         window.filled |= needed
         A_texture_world = np.array(
             [
-                [1.0 / texel, 0.0, -column * TILE - 0.5],
-                [0.0, 1.0 / texel, -row * TILE - 0.5],
+                [1.0 / texel, 0.0, -column * TILE_TEXELS - 0.5],
+                [0.0, 1.0 / texel, -row * TILE_TEXELS - 0.5],
                 [0.0, 0.0, 1.0],
             ]
         )
@@ -131,7 +140,7 @@ class Windows:
             self.tiles.move_to_end(key)
             return self.tiles[key]
         tile = self.tiles[key] = self.ground.tile(number, column, row)
-        if len(self.tiles) > KEPT:
+        if len(self.tiles) > MAX_TILES:
             self.tiles.popitem(last=False)
         return tile
 
@@ -144,12 +153,12 @@ def _needed(
 ) -> Bool[Array, "a a"]:
     """Which tiles of a window lie in what the camera sees of the road."""
     if len(seen) < 3:
-        return np.zeros((ACROSS, ACROSS), bool)
+        return np.zeros((WINDOW_TILES, WINDOW_TILES), bool)
     outline = seen @ T_world_road[:2, [0, 2]].T + T_world_road[:2, 3]
     outline = outline / side - origin
-    steps = np.arange(ACROSS + 1, dtype=float)
+    steps = np.arange(WINDOW_TILES + 1, dtype=float)
     low, high = outline.min(axis=0), outline.max(axis=0)
-    touched = np.ones((ACROSS, ACROSS), bool)
+    touched = np.ones((WINDOW_TILES, WINDOW_TILES), bool)
     touched &= ((steps[:-1] < high[0]) & (steps[1:] > low[0]))[None]
     touched &= ((steps[:-1] < high[1]) & (steps[1:] > low[1]))[:, None]
     edges = np.roll(outline, -1, axis=0) - outline

@@ -13,9 +13,11 @@ from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.errors import BadConfig
 from tracker.types import Camera
 
-MOST = 8.0  # no error is further than this many typical ones, so that no box turns inside out
-LEAST_TAIL = 1e-6  # below, sinh is a straight line
-LEAST_SIDE = 0.05  # of the true side; a smaller box is no box
+MAX_ERROR_SPREADS = (
+    8.0  # no error is further than this many typical ones, so that no box turns inside out
+)
+MIN_TAIL = 1e-6  # below, sinh is a straight line
+MIN_SIDE_SHARE = 0.05  # of the true side; a smaller box is no box
 
 
 @dataclass(frozen=True)
@@ -41,8 +43,8 @@ class Component:
 
     def shape(self, x: Float[Array, " n"]) -> Float[Array, " n"]:
         """From a normal number to one with the component's tails and skew."""
-        stretched = np.sinh(self.tail * x) / self.tail if self.tail > LEAST_TAIL else x
-        return (stretched + self.skew * (x**2 - 1.0)).clip(-MOST, MOST)
+        stretched = np.sinh(self.tail * x) / self.tail if self.tail > MIN_TAIL else x
+        return (stretched + self.skew * (x**2 - 1.0)).clip(-MAX_ERROR_SPREADS, MAX_ERROR_SPREADS)
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,9 @@ class Jitter:
         spread, bias, tail, skew, hidden, by_height = self._numbers
         grown = hidden * (0.95 - sightings.visible)[:, None]
         grown += by_height * np.log(np.maximum(sightings.height, 5.0) / 50.0)[:, None]
-        shape = (np.sinh(tail * x) / tail + skew * (x**2 - 1.0)).clip(-MOST, MOST)
+        shape = (np.sinh(tail * x) / tail + skew * (x**2 - 1.0)).clip(
+            -MAX_ERROR_SPREADS, MAX_ERROR_SPREADS
+        )
         errors = level * (bias + spread * np.exp(grown) * shape)
         return move_boxes(boxes, *errors.T)
 
@@ -90,7 +94,7 @@ class Jitter:
             [
                 [part.spread for part in parts],
                 [part.bias for part in parts],
-                [max(part.tail, LEAST_TAIL) for part in parts],
+                [max(part.tail, MIN_TAIL) for part in parts],
                 [part.skew for part in parts],
                 [part.hidden for part in parts],
                 [part.by_height for part in parts],
@@ -108,7 +112,9 @@ def move_boxes(
     """Boxes with moved centres (parts of the sides) and sides times e^dw, e^dh."""
     sides = boxes[:, 2:] - boxes[:, :2]
     centres = 0.5 * (boxes[:, :2] + boxes[:, 2:]) + sides * np.stack((dx, dy), axis=1)
-    scales = np.exp(np.stack((dw, dh), axis=1).clip(np.log(LEAST_SIDE), -np.log(LEAST_SIDE)))
+    scales = np.exp(
+        np.stack((dw, dh), axis=1).clip(np.log(MIN_SIDE_SHARE), -np.log(MIN_SIDE_SHARE))
+    )
     half = 0.5 * sides * scales
     return np.concatenate((centres - half, centres + half), axis=1)
 

@@ -11,17 +11,19 @@ from scipy.special import expit
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.sensors.checks import require_sigmas
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
-from mot_sim.simulation.sensors.gauss_markov import BLOCK
+from mot_sim.simulation.sensors.gauss_markov import BLOCK_FRAMES
 from mot_sim.simulation.sensors.quantiles import Quantiles
 from tracker.errors import BadConfig
 from tracker.geometry import transform
 from tracker.types import Camera, Rows
 
-GHOST_HEIGHT = 1.5  # metres: what stands on the road and looks like a car is as high as one
-MOST_BIRTHS = 16  # a step and share of the memory
-HORIZON = 8.0  # memories before the first frame from which ghosts may come (e^-8: none)
-FEW = 4  # frames up to which a call is a live step
-START = 1 << 20  # births before frame 0 have a positive number too
+FALSE_ALARM_HEIGHT_METRES = (
+    1.5  # metres: what stands on the road and looks like a car is as high as one
+)
+MAX_BIRTHS = 16  # a step and share of the memory
+LIFETIMES_BEFORE = 8.0  # memories before the first frame from which ghosts may come (e^-8: none)
+MAX_LIVE_FRAMES = 4  # frames up to which a call is a live step
+FRAME_OFFSET = 1 << 20  # births before frame 0 have a positive number too
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,8 +54,8 @@ class Clutter:
 
     def __post_init__(self) -> None:
         require_sigmas("clutter rate, wobble", self.rate, self.wobble)
-        if self.rate > MOST_BIRTHS / 2:
-            raise BadConfig(f"clutter rate {self.rate:g} a frame: at most {MOST_BIRTHS // 2}")
+        if self.rate > MAX_BIRTHS / 2:
+            raise BadConfig(f"clutter rate {self.rate:g} a frame: at most {MAX_BIRTHS // 2}")
 
     def __call__(
         self,
@@ -66,7 +68,7 @@ class Clutter:
         """The ghosts of the given frames (ascending); as many a frame at any frame rate."""
         rate = level * self.rate
         ids = when = np.zeros(0, np.int64)
-        if rate > 0.0 and len(frames) > FEW:
+        if rate > 0.0 and len(frames) > MAX_LIVE_FRAMES:
             ids, when = _present(frames, seed, rate, self.memory, step)
         elif rate > 0.0 and len(frames):  # a live step: the answer for its block is kept
             found = [_present_in(frame, seed, rate, self.memory, step) for frame in frames.tolist()]
@@ -88,7 +90,7 @@ class Clutter:
         height = np.maximum(self.height.of_normal(fixed[:, 0]), 2.0)
         width = height * np.maximum(self.aspect.of_normal(fixed[:, 1]), 0.1)
         u = self.x.of_normal(fixed[:, 2]) * camera.image_size[0] + wobble[:, 0] * width
-        depth = camera.K[1, 1] * GHOST_HEIGHT / height
+        depth = camera.K[1, 1] * FALSE_ALARM_HEIGHT_METRES / height
         ground = np.stack((np.zeros_like(depth), np.zeros_like(depth), depth), axis=1)
         v = camera.project(transform(camera.T_cam_road, ground))[:, 1]
         v = v + (0.1 * fixed[:, 3] + wobble[:, 1]) * height
@@ -114,7 +116,7 @@ def _present_in(
     frame: int, seed: int, rate: float, memory: Autocorrelation, step: float
 ) -> tuple[Int[Array, " n"], Int[Array, " n"]]:
     """The same for a frame, from the block of it that is kept."""
-    ids, when = _present_from(frame // BLOCK, seed, rate, memory, step)
+    ids, when = _present_from(frame // BLOCK_FRAMES, seed, rate, memory, step)
     rows = slice(*np.searchsorted(when, (frame, frame + 1)).tolist())
     return ids[rows], when[rows]
 
@@ -124,7 +126,7 @@ def _present_from(
     block: int, seed: int, rate: float, memory: Autocorrelation, step: float
 ) -> tuple[Int[Array, " n"], Int[Array, " n"]]:
     """The same for a block of frames."""
-    return _present(np.arange(BLOCK) + block * BLOCK, seed, rate, memory, step)
+    return _present(np.arange(BLOCK_FRAMES) + block * BLOCK_FRAMES, seed, rate, memory, step)
 
 
 def _alive(
@@ -135,17 +137,17 @@ def _alive(
     Births are a Poisson process in continuous time and lives are exponential (M/M/infinity), so
     the number in a frame is Poisson(rate) at any frame rate. life 0: one frame each.
     """
-    before = int(np.ceil(HORIZON * life))
+    before = int(np.ceil(LIFETIMES_BEFORE * life))
     births = np.arange(int(frames[0]) - before, int(frames[-1]) + 1)
     expected = rate / life if life > 0.0 else rate
     cumulative = np.cumsum(poisson(expected))
     chance = random_numbers.uniform(
         seed, f"clutter/births/{number}", np.zeros_like(births), births
     )[:, 0]
-    count = np.searchsorted(cumulative, chance).clip(0, MOST_BIRTHS)
+    count = np.searchsorted(cumulative, chance).clip(0, MAX_BIRTHS)
     born = np.repeat(births, count)
     slot = np.arange(len(born)) - np.repeat(np.cumsum(count) - count, count)
-    ids = (born + START) * MOST_BIRTHS * 8 + slot * 8 + number
+    ids = (born + FRAME_OFFSET) * MAX_BIRTHS * 8 + slot * 8 + number
     if life > 0.0:
         u = random_numbers.uniform(seed, "clutter/life", ids, np.zeros_like(ids), 2)
         # Born up to one frame before; a short life may end before any frame sees it.
@@ -161,6 +163,6 @@ def _alive(
 
 def poisson(mean: float) -> Float[Array, " k"]:
     """Probabilities of 0, 1, ..., MOST_BIRTHS events."""
-    count = np.arange(MOST_BIRTHS + 1)
+    count = np.arange(MAX_BIRTHS + 1)
     factorials = np.cumprod(np.maximum(count, 1).astype(float))
     return np.exp(-mean) * mean**count / factorials

@@ -9,13 +9,20 @@ from numpy import ndarray as Array
 from scipy.special import ndtr
 
 from mot_sim.simulation.sensors.checks import require_rates, require_sigmas
-from mot_sim.simulation.sensors.gauss_markov import BLOCK, FAR, NoiseStream, chain_of, draw_blocks
+from mot_sim.simulation.sensors.gauss_markov import (
+    BLOCK_FRAMES,
+    MAX_BLOCKS,
+    NoiseStream,
+    chain_of,
+    draw_blocks,
+)
 from tracker.errors import BadConfig
 
-FEW = 64  # rows up to which whole blocks are kept: a live step
-MOST_KEPT = 512  # blocks that are kept of a latent
-SMOOTHEST = 60.0  # seconds; beyond, the noise of a step is lost in rounding
-LONGEST = 1e5  # seconds; a memory from here on is a constant of the object
+MAX_LIVE_ROWS = 64  # rows up to which whole blocks are kept: a live step
+MAX_KEPT_BLOCKS = 512  # blocks that are kept of a latent
+MAX_SMOOTH_SECONDS = 60.0  # seconds; beyond, the noise of a step is lost in rounding
+CONSTANT_SECONDS = 1e5  # seconds; a memory from here on is a constant of the object
+FRAME_ID = -1  # the id of what belongs to a frame and to no object
 
 
 @dataclass(frozen=True)
@@ -34,15 +41,17 @@ class Autocorrelation:
 
     def __post_init__(self) -> None:
         require_rates("memory shares, smooth", *self.shares, *self.smooth)
-        require_sigmas("memory seconds", *(min(tau, LONGEST) for tau in self.seconds))
+        require_sigmas("memory seconds", *(min(tau, CONSTANT_SECONDS) for tau in self.seconds))
         if len(self.shares) != len(self.seconds) or abs(sum(self.shares) - 1.0) > 1e-3:
             raise BadConfig(
                 f"memory {self.shares} over {self.seconds} s: as many shares as times, sum 1"
             )
         if len(self.smooth) not in (0, len(self.shares)) or not set(self.smooth) <= {0.0, 1.0}:
             raise BadConfig(f"memory smooth {self.smooth}: 0 or 1 for each share, or none")
-        if any(smooth and tau > SMOOTHEST for _, tau, smooth in self.parts):
-            raise BadConfig(f"memory {self.seconds} s: smooth ones last at most {SMOOTHEST:g} s")
+        if any(smooth and tau > MAX_SMOOTH_SECONDS for _, tau, smooth in self.parts):
+            raise BadConfig(
+                f"memory {self.seconds} s: smooth ones last at most {MAX_SMOOTH_SECONDS:g} s"
+            )
 
     @property
     def parts(self) -> list[tuple[float, float, bool]]:
@@ -55,7 +64,7 @@ class Autocorrelation:
 
     def slower(self, factor: float) -> "Autocorrelation":
         """The same mixture with all times so many times as long."""
-        ends = [SMOOTHEST if smooth else np.inf for _, _, smooth in self.parts]
+        ends = [MAX_SMOOTH_SECONDS if smooth else np.inf for _, _, smooth in self.parts]
         seconds = [
             round(min(tau * factor, end), 4) for tau, end in zip(self.seconds, ends, strict=True)
         ]
@@ -63,19 +72,21 @@ class Autocorrelation:
 
     def correlation(self, seconds: float) -> float:
         """The autocorrelation after so many seconds."""
-        return sum(share * kept(seconds, tau, smooth) for share, tau, smooth in self.parts)
+        return sum(
+            share * correlation_after(seconds, tau, smooth) for share, tau, smooth in self.parts
+        )
 
 
-def kept(seconds: float, tau: float, smooth: bool) -> float:
+def correlation_after(seconds: float, tau: float, smooth: bool) -> float:
     """What a part of a memory has left after so many seconds."""
-    if tau >= LONGEST:
+    if tau >= CONSTANT_SECONDS:
         return 1.0
     a = seconds / max(tau, 1e-9)
     return float(np.exp(-a) * (1.0 + a if smooth else 1.0))
 
 
 WHITE = Autocorrelation()
-Wanted = tuple[
+NoiseRequest = tuple[
     tuple[str, tuple[Autocorrelation, ...]], ...
 ]  # effects, and the memory of each column
 
@@ -108,13 +119,13 @@ def correlated_normal_columns(
     """The same, a column a memory: one call for all of an effect costs what one column costs."""
     if not len(ids):
         return np.zeros((0, len(memories)))
-    pieces = ids * FAR + frames // BLOCK
-    if len(ids) > FEW:
+    pieces = ids * MAX_BLOCKS + frames // BLOCK_FRAMES
+    if len(ids) > MAX_LIVE_ROWS:
         every, piece = np.unique(pieces, return_inverse=True)
-        return _blocks(seed, every, ((effect, memories),), step)[0][piece, frames % BLOCK]
+        return _blocks(seed, every, ((effect, memories),), step)[0][piece, frames % BLOCK_FRAMES]
     # A live step asks for the same blocks again and again: they are kept, which changes no number.
     store = _store(seed, effect, memories, step)
-    wanted, at = pieces.tolist(), (frames % BLOCK).tolist()
+    wanted, at = pieces.tolist(), (frames % BLOCK_FRAMES).tolist()
     try:
         rows = [store[piece][k] for piece, k in zip(wanted, at, strict=True)]
     except KeyError:
@@ -124,21 +135,21 @@ def correlated_normal_columns(
 
 
 def prefetch_draws(
-    seed: int, ids: Int[Array, " n"], frames: Int[Array, " n"], wanted: Wanted, step: float
+    seed: int, ids: Int[Array, " n"], frames: Int[Array, " n"], wanted: NoiseRequest, step: float
 ) -> None:
     """For a live step: draws what several effects will ask for at once, which saves time only."""
-    if 0 < len(ids) <= FEW and wanted:
-        _fetch(seed, (ids * FAR + frames // BLOCK).tolist(), wanted, step)
+    if 0 < len(ids) <= MAX_LIVE_ROWS and wanted:
+        _fetch(seed, (ids * MAX_BLOCKS + frames // BLOCK_FRAMES).tolist(), wanted, step)
 
 
-def _fetch(seed: int, pieces: list[int], wanted: Wanted, step: float) -> None:
+def _fetch(seed: int, pieces: list[int], wanted: NoiseRequest, step: float) -> None:
     """Puts the blocks that are not kept yet with those that are."""
     stores = [_store(seed, effect, memories, step) for effect, memories in wanted]
     unknown = {piece for piece in pieces for store in stores if piece not in store}
     if not unknown:
         return
     for store in stores:
-        if len(store) > MOST_KEPT:
+        if len(store) > MAX_KEPT_BLOCKS:
             store.clear()
             unknown = set(pieces)
     new = sorted(unknown)
@@ -147,7 +158,7 @@ def _fetch(seed: int, pieces: list[int], wanted: Wanted, step: float) -> None:
 
 
 def _blocks(
-    seed: int, pieces: Int[Array, " p"], wanted: Wanted, step: float
+    seed: int, pieces: Int[Array, " p"], wanted: NoiseRequest, step: float
 ) -> list[Float[Array, "p b _"]]:
     """All frames of some blocks for each effect; a piece is id * FAR + block."""
     plans = [_plan(effect, memories, step) for effect, memories in wanted]
@@ -155,7 +166,7 @@ def _blocks(
     for plan, drawn in zip(
         plans, draw_blocks(seed, pieces, tuple(plan.stream for plan in plans)), strict=True
     ):
-        total = np.zeros((len(pieces), BLOCK, plan.columns))
+        total = np.zeros((len(pieces), BLOCK_FRAMES, plan.columns))
         for number, (column, weight) in enumerate(plan.moving):
             total[:, :, column] += weight * drawn.path[:, :, number]
         for number, (column, weight) in enumerate(plan.fixed):
@@ -188,7 +199,7 @@ def _plan(effect: str, memories: tuple[Autocorrelation, ...], step: float) -> Mi
             where = column, float(np.sqrt(share))
             if share == 0.0:
                 continue
-            if tau >= LONGEST:
+            if tau >= CONSTANT_SECONDS:
                 fixed.append(where)
             elif tau == 0.0:
                 white.append(where)
@@ -207,9 +218,6 @@ def _store(
     return {}
 
 
-FRAME = -1  # the id of what belongs to a frame and to no object
-
-
 def with_frame_noise(
     own: Float[Array, " n"],
     seed: int,
@@ -223,7 +231,7 @@ def with_frame_noise(
     if shared == 0.0:
         return own
     every, row = np.unique(frames, return_inverse=True)
-    nobody = np.full_like(every, FRAME)
+    nobody = np.full_like(every, FRAME_ID)
     common = correlated_normals(
         seed, f"{effect}/frame", nobody, every, Autocorrelation((1.0,), (seconds,)), step
     )

@@ -13,6 +13,9 @@ from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.errors import BadConfig
 from tracker.geometry import wrap_angle
 
+REFERENCE_DEPTH_METRES = 10.0  # metres: where `spread` is given
+STATE_COUNT = 4  # visible, hidden by the car itself, hidden by another, outside the image
+
 
 @dataclass(frozen=True)
 class Pose:
@@ -57,9 +60,6 @@ class Pose:
         return level * self.yaw * np.exp(self.hidden * (1.0 - sightings.visible))
 
 
-NEAR = 10.0  # metres: where `spread` is given
-
-
 @dataclass(frozen=True)
 class Shape:
     """spread: std of a coefficient at 10 m; growth: its power of depth / 10 m.
@@ -96,17 +96,14 @@ class Shape:
 
     def std(self, sightings: Sightings, level: float = 1.0) -> Float[Array, " n"]:
         """Of every measured coefficient."""
-        depth = np.nan_to_num(sightings.depth, nan=NEAR)
-        return level * self.spread * np.maximum(depth / NEAR, 0.1) ** self.growth
+        depth = np.nan_to_num(sightings.depth, nan=REFERENCE_DEPTH_METRES)
+        return level * self.spread * np.maximum(depth / REFERENCE_DEPTH_METRES, 0.1) ** self.growth
 
     def stated_std(self, sightings: Sightings, level: float = 1.0) -> Float[Array, " n"]:
         """The std that the detector states of every coefficient."""
         if not self.stated:
             return self.std(sightings, level)
         return np.full(len(sightings), level * self.stated)
-
-
-STATES = 4  # visible, hidden by the car itself, hidden by another, outside the image
 
 
 @dataclass(frozen=True)
@@ -117,13 +114,13 @@ class Keypoints:
     the first half of the points with the second. memory: of the errors and the flips.
     """
 
-    spread: tuple[float, ...] = (0.0,) * STATES
-    misses: tuple[float, ...] = (0.0,) * STATES
+    spread: tuple[float, ...] = (0.0,) * STATE_COUNT
+    misses: tuple[float, ...] = (0.0,) * STATE_COUNT
     flips: float = 0.0
     memory: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
-        if len(self.spread) != STATES or len(self.misses) != STATES:
+        if len(self.spread) != STATE_COUNT or len(self.misses) != STATE_COUNT:
             raise BadConfig("keypoints: give four numbers, one a state")
         require_sigmas("keypoints spread", *self.spread)
         require_rates("keypoints", *self.misses, self.flips)

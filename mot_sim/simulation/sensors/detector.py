@@ -12,7 +12,11 @@ from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.simulation.cars import Vehicles
 from mot_sim.simulation.sensors.boxes import Border, has_area
 from mot_sim.simulation.sensors.checks import require_sigmas
-from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, Wanted, prefetch_draws
+from mot_sim.simulation.sensors.correlated_noise import (
+    Autocorrelation,
+    NoiseRequest,
+    prefetch_draws,
+)
 from mot_sim.simulation.sensors.profile import Profile, find_profile
 from mot_sim.simulation.sensors.sightings import Sightings
 from mot_sim.simulation.traffic.traffic_state import STEP
@@ -115,7 +119,7 @@ class Detector:
         return _put_together(parts, self.effects.border or Border(), camera)
 
     @cached_property
-    def _wanted(self) -> Wanted:
+    def _wanted(self) -> NoiseRequest:
         """The latents that every sighting needs."""
         effects = self.effects
         found: list[tuple[str, tuple[Autocorrelation, ...]]] = []

@@ -9,7 +9,7 @@ from numpy import ndarray as Array
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.sensors.checks import require_finite, require_rates, require_sigmas
 from mot_sim.simulation.sensors.correlated_noise import (
-    FRAME,
+    FRAME_ID,
     Autocorrelation,
     bursts,
     correlated_normals,
@@ -45,7 +45,7 @@ class Odometry:
         if level == 0.0 or self == Odometry() or len(Ts_world_cam) < 2:
             return Ts_world_cam
         frames = np.arange(1, len(Ts_world_cam))
-        owner = np.full_like(frames, FRAME)
+        owner = np.full_like(frames, FRAME_ID)
         x = correlated_normals(seed, "odometry", owner, frames, self.memory, step, 2)
         rates = np.full(len(frames), min(level * self.dropouts, 1.0))
         lost = bursts(rates, seed, "odometry/lost", owner, frames, self.dropout_memory, step)
@@ -116,7 +116,7 @@ class Miscalibration:
         """Boxes where a vibrating mount puts them: all of a frame move up or down alike."""
         if level == 0.0 or self.vibration == 0.0:
             return boxes
-        owner = np.full_like(frames, FRAME)
+        owner = np.full_like(frames, FRAME_ID)
         x = correlated_normals(seed, "vibration", owner, frames, self.memory, step)[:, 0]
         rise = camera.K[1, 1] * np.tan(level * self.vibration * x)
         return boxes + rise[:, None] * np.array([0.0, 1.0, 0.0, 1.0])

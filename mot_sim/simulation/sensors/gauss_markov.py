@@ -22,8 +22,8 @@ from numpy import ndarray as Array
 
 from mot_sim.simulation import random_numbers
 
-BLOCK = 32  # frames between the anchors of a latent; what is drawn for one live step
-FAR = 1 << 22  # more blocks than any drive has (155 days at 10 Hz)
+BLOCK_FRAMES = 32  # frames between the anchors of a latent; what is drawn for one live step
+MAX_BLOCKS = 1 << 22  # more blocks than any drive has (155 days at 10 Hz)
 
 
 @dataclass(frozen=True)
@@ -59,15 +59,15 @@ class Chain:
     @cached_property
     def pulls(self) -> Float[Array, "b 2 n"]:
         """How far the value of a frame moves with what is missing of x, and of s, at its end."""
-        pulls = np.zeros((BLOCK, 2, len(self.phi)))
-        k = np.arange(BLOCK)[:, None]
+        pulls = np.zeros((BLOCK_FRAMES, 2, len(self.phi)))
+        k = np.arange(BLOCK_FRAMES)[:, None]
         a, count = np.array(self.rough), len(self.rough)
-        pulls[:, 0, :count] = np.exp(-a * (BLOCK - k)) * np.expm1(-2.0 * a * k)
-        pulls[:, 0, :count] /= np.expm1(-2.0 * a * BLOCK)
+        pulls[:, 0, :count] = np.exp(-a * (BLOCK_FRAMES - k)) * np.expm1(-2.0 * a * k)
+        pulls[:, 0, :count] /= np.expm1(-2.0 * a * BLOCK_FRAMES)
         for number, each in enumerate(self.smooth, count):
-            ends = np.linalg.inv(added(each * BLOCK))
-            for frame in range(1, BLOCK):
-                left = transition(each * (BLOCK - frame)).T
+            ends = np.linalg.inv(added(each * BLOCK_FRAMES))
+            for frame in range(1, BLOCK_FRAMES):
+                left = transition(each * (BLOCK_FRAMES - frame)).T
                 pulls[frame, :, number] = (added(each * frame) @ left @ ends)[0]
         return pulls
 
@@ -100,7 +100,7 @@ class Chain:
     @cached_property
     def far(self) -> "Chain":
         """From anchor to anchor."""
-        return self.times(BLOCK)
+        return self.times(BLOCK_FRAMES)
 
 
 def transition(a: float) -> Float[Array, "2 2"]:
@@ -142,11 +142,14 @@ def draw_blocks(
     seed: int, pieces: Int[Array, " p"], streams: tuple[NoiseStream, ...]
 ) -> list[DrawnBlocks]:
     """The blocks of some streams, whose processes run side by side; a piece: id * FAR + block."""
-    owner_ids, block = pieces // FAR, pieces % FAR
+    owner_ids, block = pieces // MAX_BLOCKS, pieces % MAX_BLOCKS
     objects, owner = np.unique(owner_ids, return_inverse=True)
     last = int(block.max()) + 2
     at_anchors = np.repeat(objects, last), np.tile(np.arange(last), len(objects))
-    at_steps = np.repeat(owner_ids, BLOCK), block[:, None] * BLOCK + np.arange(1, BLOCK + 1)
+    at_steps = (
+        np.repeat(owner_ids, BLOCK_FRAMES),
+        block[:, None] * BLOCK_FRAMES + np.arange(1, BLOCK_FRAMES + 1),
+    )
     anchors, steps = [], []
     for each in streams:
         width = each.width + each.fixed
@@ -156,7 +159,7 @@ def draw_blocks(
         drawn = random_numbers.normal(
             seed, f"{each.name}/step", at_steps[0], at_steps[1].ravel(), width
         )
-        steps.append(drawn.reshape(len(pieces), BLOCK, width))
+        steps.append(drawn.reshape(len(pieces), BLOCK_FRAMES, width))
     chain, order, where = side_by_side(streams)
     path = steps[0][..., :0]
     if len(order):

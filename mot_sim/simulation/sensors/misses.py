@@ -23,10 +23,10 @@ from mot_sim.simulation.sensors.correlated_noise import (
 from mot_sim.simulation.sensors.sightings import Sightings
 
 # Where the log-odds of being found are given; straight lines between, level outside.
-VISIBLE = (0.05, 0.35, 0.65, 0.95)
-HEIGHTS = (15.0, 20.0, 25.0, 35.0, 60.0, 120.0)  # pixels
-LOG_HEIGHTS = np.log(HEIGHTS)
-CUTS = (0.0, 0.2, 0.6)
+VISIBLE_KNOTS = (0.05, 0.35, 0.65, 0.95)
+HEIGHT_KNOTS = (15.0, 20.0, 25.0, 35.0, 60.0, 120.0)  # pixels
+LOG_HEIGHT_KNOTS = np.log(HEIGHT_KNOTS)
+TRUNCATION_KNOTS = (0.0, 0.2, 0.6)
 
 
 @dataclass(frozen=True)
@@ -41,25 +41,25 @@ class Misses:
     """
 
     base: float
-    by_visible: tuple[float, ...] = (0.0,) * len(VISIBLE)
-    by_height: tuple[float, ...] = (0.0,) * len(HEIGHTS)
-    by_cut: tuple[float, ...] = (0.0,) * len(CUTS)
-    by_both: tuple[float, ...] = (0.0,) * (len(VISIBLE) * len(HEIGHTS))
-    cut_by_height: tuple[float, ...] = (0.0,) * len(CUTS)
+    by_visible: tuple[float, ...] = (0.0,) * len(VISIBLE_KNOTS)
+    by_height: tuple[float, ...] = (0.0,) * len(HEIGHT_KNOTS)
+    by_cut: tuple[float, ...] = (0.0,) * len(TRUNCATION_KNOTS)
+    by_both: tuple[float, ...] = (0.0,) * (len(VISIBLE_KNOTS) * len(HEIGHT_KNOTS))
+    cut_by_height: tuple[float, ...] = (0.0,) * len(TRUNCATION_KNOTS)
     memory: Autocorrelation = field(default_factory=Autocorrelation)
-    flutter: tuple[float, ...] = (0.0,) * len(VISIBLE)
+    flutter: tuple[float, ...] = (0.0,) * len(VISIBLE_KNOTS)
     flutter_memory: Autocorrelation = field(default_factory=Autocorrelation)
     shared: float = 0.0
     shared_seconds: float = 0.0
 
     def __post_init__(self) -> None:
         require_finite("misses base", self.base)
-        require_table("misses by_visible", VISIBLE, self.by_visible)
-        require_table("misses by_height", HEIGHTS, self.by_height)
-        require_table("misses by_cut", CUTS, self.by_cut)
-        require_table("misses by_both", VISIBLE * len(HEIGHTS), self.by_both)
-        require_table("misses cut_by_height", CUTS, self.cut_by_height)
-        require_table("misses flutter", VISIBLE, self.flutter)
+        require_table("misses by_visible", VISIBLE_KNOTS, self.by_visible)
+        require_table("misses by_height", HEIGHT_KNOTS, self.by_height)
+        require_table("misses by_cut", TRUNCATION_KNOTS, self.by_cut)
+        require_table("misses by_both", VISIBLE_KNOTS * len(HEIGHT_KNOTS), self.by_both)
+        require_table("misses cut_by_height", TRUNCATION_KNOTS, self.cut_by_height)
+        require_table("misses flutter", VISIBLE_KNOTS, self.flutter)
         require_rates("misses shared, flutter", self.shared, *self.flutter)
         require_sigmas("misses shared_seconds", self.shared_seconds)
 
@@ -67,10 +67,10 @@ class Misses:
         """level * the probability of going unseen, at most 1; 1 where no pixel is visible."""
         odds = self._between(sightings.visible, np.log(np.maximum(sightings.height, 1.0)))
         if sightings.truncation.any():
-            odds += np.interp(sightings.truncation, CUTS, self.by_cut)
-            odds += np.interp(sightings.truncation, CUTS, self.cut_by_height) * cut_growth(
-                sightings
-            )
+            odds += np.interp(sightings.truncation, TRUNCATION_KNOTS, self.by_cut)
+            odds += np.interp(
+                sightings.truncation, TRUNCATION_KNOTS, self.cut_by_height
+            ) * truncation_growth(sightings)
         return np.where(sightings.visible <= 0.0, 1.0, np.minimum(level * expit(-odds), 1.0))
 
     @property
@@ -82,10 +82,10 @@ class Misses:
         self, visible: Float[Array, " n"], log_height: Float[Array, " n"]
     ) -> Float[Array, " n"]:
         """The log-odds of an uncut car: straight lines between the knots, both ways."""
-        v = np.interp(visible, VISIBLE, np.arange(len(VISIBLE)))
-        h = np.interp(log_height, LOG_HEIGHTS, np.arange(len(HEIGHTS)))
-        row = v.astype(np.int64).clip(max=len(VISIBLE) - 2)
-        column = h.astype(np.int64).clip(max=len(HEIGHTS) - 2)
+        v = np.interp(visible, VISIBLE_KNOTS, np.arange(len(VISIBLE_KNOTS)))
+        h = np.interp(log_height, LOG_HEIGHT_KNOTS, np.arange(len(HEIGHT_KNOTS)))
+        row = v.astype(np.int64).clip(max=len(VISIBLE_KNOTS) - 2)
+        column = h.astype(np.int64).clip(max=len(HEIGHT_KNOTS) - 2)
         v, h = v - row, h - column
         table = self._table
         low = (1.0 - h) * table[row, column] + h * table[row, column + 1]
@@ -95,7 +95,7 @@ class Misses:
     @cached_property
     def _table(self) -> Float[Array, "v h"]:
         """The log-odds at the knots."""
-        both = np.array(self.by_both).reshape(len(VISIBLE), len(HEIGHTS))
+        both = np.array(self.by_both).reshape(len(VISIBLE_KNOTS), len(HEIGHT_KNOTS))
         return self.base + np.array(self.by_visible)[:, None] + np.array(self.by_height) + both
 
     def __call__(
@@ -115,17 +115,17 @@ class Misses:
         """The latent: a standard normal number a row, whatever it is made of."""
         ids, frames = sightings.ids, sightings.frames
         own, fast = correlated_normal_columns(seed, "miss", ids, frames, self.memories, step).T
-        share = np.interp(sightings.visible, VISIBLE, self.flutter)
+        share = np.interp(sightings.visible, VISIBLE_KNOTS, self.flutter)
         own = np.sqrt(1.0 - share) * own + np.sqrt(share) * fast
         return with_frame_noise(own, seed, "miss", frames, self.shared, self.shared_seconds, step)
 
 
-def cut_growth(sightings: Sightings) -> Float[Array, " n"]:
+def truncation_growth(sightings: Sightings) -> Float[Array, " n"]:
     """What `cut_by_height` is multiplied with: near cars leave the image fast."""
     return np.log(np.maximum(sightings.height, 5.0) / 100.0).clip(-2.0, 1.0)
 
 
-def hat(values: Float[Array, " n"], knots: tuple[float, ...]) -> Float[Array, "n k"]:
+def hat_functions(values: Float[Array, " n"], knots: tuple[float, ...]) -> Float[Array, "n k"]:
     """What each knot's number weighs in the straight line between knots; level outside."""
     return np.stack([np.interp(values, knots, row) for row in np.eye(len(knots))], axis=1)
 

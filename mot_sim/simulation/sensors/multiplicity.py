@@ -12,12 +12,12 @@ from mot_sim.simulation import random_numbers
 from mot_sim.simulation.sensors.boxes import move_boxes
 from mot_sim.simulation.sensors.checks import require_rates, require_sigmas, require_table
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, bursts, correlated_normals
-from mot_sim.simulation.sensors.misses import VISIBLE
+from mot_sim.simulation.sensors.misses import VISIBLE_KNOTS
 from mot_sim.simulation.sensors.quantiles import Quantiles
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.geometry import box_iou
 
-STILL = Quantiles((0.0, 0.0))
+NO_CHANGE = Quantiles((0.0, 0.0))
 
 
 @dataclass(frozen=True)
@@ -27,18 +27,18 @@ class Duplicates:
     dx, dy, dw, dh: how it lies to the true box, as in `move_boxes`. log_odds: of its score.
     """
 
-    seen: tuple[float, ...] = (0.0,) * len(VISIBLE)
-    missed: tuple[float, ...] = (0.0,) * len(VISIBLE)
-    dx: Quantiles = STILL
-    dy: Quantiles = STILL
-    dw: Quantiles = STILL
-    dh: Quantiles = STILL
-    log_odds: Quantiles = STILL
+    seen: tuple[float, ...] = (0.0,) * len(VISIBLE_KNOTS)
+    missed: tuple[float, ...] = (0.0,) * len(VISIBLE_KNOTS)
+    dx: Quantiles = NO_CHANGE
+    dy: Quantiles = NO_CHANGE
+    dw: Quantiles = NO_CHANGE
+    dh: Quantiles = NO_CHANGE
+    log_odds: Quantiles = NO_CHANGE
     memory: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         for rates in (self.seen, self.missed):
-            require_table("duplicates", VISIBLE, rates)
+            require_table("duplicates", VISIBLE_KNOTS, rates)
             require_rates("duplicates", *rates)
 
     def __call__(
@@ -52,8 +52,8 @@ class Duplicates:
         """The rows that have a second box, the boxes, and their scores."""
         rates = np.where(
             missed,
-            np.interp(sightings.visible, VISIBLE, self.missed),
-            np.interp(sightings.visible, VISIBLE, self.seen),
+            np.interp(sightings.visible, VISIBLE_KNOTS, self.missed),
+            np.interp(sightings.visible, VISIBLE_KNOTS, self.seen),
         )
         rates = np.where(sightings.visible > 0.0, np.minimum(level * rates, 1.0), 0.0)
         ids, frames = sightings.ids, sightings.frames

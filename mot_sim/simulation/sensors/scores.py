@@ -9,7 +9,7 @@ from scipy.special import expit
 
 from mot_sim.simulation.sensors.checks import require_rates, require_rising, require_table
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlated_normals
-from mot_sim.simulation.sensors.misses import HEIGHTS, LOG_HEIGHTS, VISIBLE
+from mot_sim.simulation.sensors.misses import HEIGHT_KNOTS, LOG_HEIGHT_KNOTS, VISIBLE_KNOTS
 from mot_sim.simulation.sensors.sightings import Sightings
 
 
@@ -24,8 +24,8 @@ class ScoreNoise:
 
     y_knots: tuple[float, ...]
     log_odds: tuple[float, ...]
-    by_visible: tuple[float, ...] = (0.0,) * len(VISIBLE)
-    by_height: tuple[float, ...] = (0.0,) * len(HEIGHTS)
+    by_visible: tuple[float, ...] = (0.0,) * len(VISIBLE_KNOTS)
+    by_height: tuple[float, ...] = (0.0,) * len(HEIGHT_KNOTS)
     coupling: float = 0.0
     memory: Autocorrelation = field(default_factory=Autocorrelation)
 
@@ -33,15 +33,15 @@ class ScoreNoise:
         require_rising("scores y_knots", self.y_knots)
         require_rising("scores log_odds", self.log_odds)
         require_table("scores log_odds", self.y_knots, self.log_odds)
-        require_table("scores by_visible", VISIBLE, self.by_visible)
-        require_table("scores by_height", HEIGHTS, self.by_height)
+        require_table("scores by_visible", VISIBLE_KNOTS, self.by_visible)
+        require_table("scores by_height", HEIGHT_KNOTS, self.by_height)
         require_rates("scores coupling", self.coupling)
 
     def mean(self, sightings: Sightings) -> Float[Array, " n"]:
         """The latent without its noise."""
         height = np.log(np.maximum(sightings.height, 1.0))
-        return np.interp(sightings.visible, VISIBLE, self.by_visible) + np.interp(
-            height, LOG_HEIGHTS, self.by_height
+        return np.interp(sightings.visible, VISIBLE_KNOTS, self.by_visible) + np.interp(
+            height, LOG_HEIGHT_KNOTS, self.by_height
         )
 
     def __call__(

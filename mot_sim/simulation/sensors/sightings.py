@@ -15,8 +15,10 @@ VEHICLES = ("Car", "Van", "Truck")
 # .89 of those cars, as many as of the partly occluded ones); the part of the box outside the image
 # that stands for truncation 0, 1, 2. Annotators judged by eye: middles of their levels.
 LABEL_VISIBLE = np.array([0.95, 0.65, 0.35, 0.65])
-LABEL_CUT = np.array([0.0, 0.2, 0.6])
-PASSAGE = 4  # frames before and after, over which a change of level is spread: it was no jump
+LABEL_TRUNCATION = np.array([0.0, 0.2, 0.6])
+PASSAGE_FRAMES = (
+    4  # frames before and after, over which a change of level is spread: it was no jump
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +84,7 @@ class Sightings(Rows):
         none = np.zeros(len(labels), np.int64)
         occlusion = none if labels.occlusion is None else labels.occlusion.clip(0, 3)
         truncation = none if labels.truncation is None else labels.truncation.clip(0, 2)
-        cut = np.where(truncation > 0, _passing(LABEL_CUT[truncation], labels), 0.0)
+        cut = np.where(truncation > 0, _passing(LABEL_TRUNCATION[truncation], labels), 0.0)
         return cls(
             frames=labels.frames,
             ids=labels.ids,
@@ -104,7 +106,7 @@ def _passing(values: Float[Array, " n"], labels: Tracks) -> Float[Array, " n"]:
     code = labels.ids * (1 << 32) + labels.frames
     order = np.argsort(code, kind="stable")
     total, count = np.zeros(len(code)), np.zeros(len(code))
-    for lag in range(-PASSAGE, PASSAGE + 1):
+    for lag in range(-PASSAGE_FRAMES, PASSAGE_FRAMES + 1):
         at = order[np.searchsorted(code[order], code + lag).clip(max=len(code) - 1)]
         there = code[at] == code + lag
         total += np.where(there, values[at], 0.0)

@@ -10,10 +10,10 @@ from numpy import ndarray as Array
 from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.sensors.checks import require_rates, require_sigmas
-from mot_sim.simulation.sensors.correlated_noise import FRAME, Autocorrelation, bursts
+from mot_sim.simulation.sensors.correlated_noise import FRAME_ID, Autocorrelation, bursts
 from tracker.types import Camera, Frame
 
-LARGEST = 0.45  # steps that a time stamp is off at most, so that time goes forward
+MAX_STAMP_ERROR_STEPS = 0.45  # steps that a time stamp is off at most, so that time goes forward
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Timing:
         """The frames that come; the first always does."""
         frames = np.arange(frame_count)
         rates = np.where(frames > 0, self.drops, 0.0)
-        owner = np.full_like(frames, FRAME)
+        owner = np.full_like(frames, FRAME_ID)
         return frames[~bursts(rates, seed, "drop", owner, frames, self.memory, step)]
 
     def stamps(self, frames: Int[Array, " k"], seed: int, step: float) -> Float[Array, " k"]:
@@ -44,9 +44,11 @@ class Timing:
             return frames * step
         error = (
             self.jitter
-            * random_numbers.normal(seed, "stamp", np.full_like(frames, FRAME), frames)[:, 0]
+            * random_numbers.normal(seed, "stamp", np.full_like(frames, FRAME_ID), frames)[:, 0]
         )
-        return frames * step + error.clip(-LARGEST * step, LARGEST * step)
+        return frames * step + error.clip(
+            -MAX_STAMP_ERROR_STEPS * step, MAX_STAMP_ERROR_STEPS * step
+        )
 
     def __call__(self, sequence: RecordedSequence, seed: int) -> "Timed":
         """The sequence as it arrives."""

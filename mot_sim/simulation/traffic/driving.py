@@ -11,8 +11,10 @@ from mot_sim.simulation.traffic.traffic_state import TrafficState
 COMMANDS = ("autopilot", "lane_left", "idle", "lane_right", "faster", "slower")
 # The weights of highway-env's HighwayEnv, and the speeds it rewards as parts of the limit: its
 # 20 to 30 m/s on a road of 30 m/s.
-COLLISION, RIGHT_LANE, HIGH_SPEED = -1.0, 0.1, 0.4
-REWARDED_SPEEDS = (2.0 / 3.0, 1.0)
+COLLISION_REWARD = -1.0
+RIGHT_LANE_REWARD = 0.1
+HIGH_SPEED_REWARD = 0.4
+REWARDED_SPEED_SHARES = (2.0 / 3.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -61,8 +63,10 @@ def driving_reward(driving: Driving) -> float:
     """
     if not driving.on_road:
         return 0.0
-    low, high = (share * driving.limit for share in REWARDED_SPEEDS)
+    low, high = (share * driving.limit for share in REWARDED_SPEED_SHARES)
     fast = min(max((driving.speed - low) / (high - low), 0.0), 1.0)
     right = driving.lane / max(driving.lanes - 1, 1)
-    reward = HIGH_SPEED * fast + RIGHT_LANE * right + COLLISION * driving.crashed
-    return (reward - COLLISION) / (HIGH_SPEED + RIGHT_LANE - COLLISION)
+    reward = (
+        HIGH_SPEED_REWARD * fast + RIGHT_LANE_REWARD * right + COLLISION_REWARD * driving.crashed
+    )
+    return (reward - COLLISION_REWARD) / (HIGH_SPEED_REWARD + RIGHT_LANE_REWARD - COLLISION_REWARD)

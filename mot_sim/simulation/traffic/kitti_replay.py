@@ -15,21 +15,23 @@ from numpy import ndarray as Array
 
 from mot_sim.datasets.kitti import KittiSequence
 from mot_sim.simulation.traffic.recording import RecordedTraffic, Replay
-from mot_sim.simulation.traffic.scripted import SEDAN
+from mot_sim.simulation.traffic.scripted import SEDAN_SIZE
 from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
 from tracker.errors import BadConfig
 from tracker.geometry import invert
 from tracker.types import Tracks
 
-KINDS = ("Car", "Van")
+REPLAYED_KINDS = ("Car", "Van")
 
 
-def kitti_replay(sequence: KittiSequence, kinds: Sequence[str] = KINDS) -> Replay:
+def kitti_replay(sequence: KittiSequence, kinds: Sequence[str] = REPLAYED_KINDS) -> Replay:
     """The labelled cars of a sequence as traffic; see `kitti_recording`."""
     return Replay(kitti_recording(sequence, kinds))
 
 
-def kitti_recording(sequence: KittiSequence, kinds: Sequence[str] = KINDS) -> RecordedTraffic:
+def kitti_recording(
+    sequence: KittiSequence, kinds: Sequence[str] = REPLAYED_KINDS
+) -> RecordedTraffic:
     """The labelled cars of a sequence, a world a frame, with the ids of the labels.
 
     Raises BadConfig for a sequence without labels or motion, for a subset, and for kinds that
@@ -107,7 +109,7 @@ def _world(
         speed=speed,
         size=cars.cuboids.size,
         ego=ego,
-        ego_size=np.array(SEDAN),
+        ego_size=np.array(SEDAN_SIZE),
         z=cars.cuboids.base[:, 1],
         kinds=cars.kinds,
     )

@@ -14,7 +14,7 @@ from mot_sim.simulation.traffic.traffic_state import STEP, Traffic, TrafficState
 from tracker.errors import BadConfig, BadFile
 
 FORMAT = ArrayFormat("recorded traffic", 1)
-OPTIONAL = {"z", "crashed", "kinds"}
+OPTIONAL_COLUMNS = {"z", "crashed", "kinds"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +126,7 @@ class RecordedTraffic:
     def load(cls, path: Path) -> "RecordedTraffic":
         """Read what `save` wrote. Raises BadFile for any other file, naming it."""
         names = {column.name for column in fields(cls)}
-        arrays = FORMAT.read(path, names - OPTIONAL, OPTIONAL)
+        arrays = FORMAT.read(path, names - OPTIONAL_COLUMNS, OPTIONAL_COLUMNS)
         with jaxtyped("context"):
             require_columns(cls, {name: arrays.get(name) for name in names}, f"{path}: ")
         if not len(arrays["present"]):

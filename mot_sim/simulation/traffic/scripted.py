@@ -12,9 +12,9 @@ from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
 from tracker.errors import BadConfig
 from tracker.geometry import wrap_angle
 
-SEDAN = (4.4, 1.45, 1.8)  # length, height, width
-MIN_ARC = 1e-9  # metres, radians: below it a corner is none
-MAX_TURN = 2.9  # radians at one way-point: beyond it the arc shrinks to a turn on the spot
+SEDAN_SIZE = (4.4, 1.45, 1.8)  # length, height, width
+MIN_ARC_METRES = 1e-9  # metres, radians: below it a corner is none
+MAX_TURN_RADIANS = 2.9  # radians at one way-point: beyond it the arc shrinks to a turn on the spot
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class Route:
         if (np.hypot(*np.diff(points, axis=0).T) <= 0.0).any():
             raise BadConfig(f"way-points {self.waypoints}: two neighbours are the same point")
         headings = np.arctan2(*np.diff(points, axis=0).T[::-1])
-        if (np.abs(wrap_angle(np.diff(headings))) > MAX_TURN).any():
+        if (np.abs(wrap_angle(np.diff(headings))) > MAX_TURN_RADIANS).any():
             raise BadConfig(f"way-points {self.waypoints}: a turn back needs more points")
         if not self.radius > 0.0:
             raise BadConfig(f"corner radius {self.radius:g} m: it must be positive")
@@ -76,8 +76,8 @@ class Route:
             cut = min(room, self.radius * tangent)
             line = lengths[leg] - used - cut
             arc_start = (start + line, x + line * np.cos(heading), y + line * np.sin(heading))
-            arc = cut / tangent * abs(turn) if tangent > MIN_ARC else 2.0 * cut
-            rows.append((*arc_start, heading, turn / arc if arc > MIN_ARC else 0.0))
+            arc = cut / tangent * abs(turn) if tangent > MIN_ARC_METRES else 2.0 * cut
+            rows.append((*arc_start, heading, turn / arc if arc > MIN_ARC_METRES else 0.0))
             leave = points[leg + 1] + cut * legs[leg + 1] / lengths[leg + 1]
             rows.append((start + line + arc, *leave, headings[leg + 1], 0.0))
             used = cut
@@ -97,7 +97,7 @@ class Script:
     route: Route
     speeds: Sequence[tuple[float, float]]
     start: float = 0.0
-    size: tuple[float, float, float] = SEDAN
+    size: tuple[float, float, float] = SEDAN_SIZE
     begin: float = 0.0
     kind: str = "Car"
 

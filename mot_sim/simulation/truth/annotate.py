@@ -8,12 +8,12 @@ from jaxtyping import Bool, Float, Int, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers import NO_INSTANCE, Layer, MeshInstances, Scan, View, scan_view
-from mot_sim.simulation.renderers.triangles import NEAR
+from mot_sim.simulation.renderers.triangles import NEAR_METRES
 from mot_sim.simulation.scene_meshes import SceneMeshes
 from mot_sim.simulation.traffic.traffic_state import TrafficState
 from mot_sim.simulation.truth.cuboid_boxes import clip_to_image
 from mot_sim.simulation.truth.table import (
-    MAX_CUT,
+    MAX_TRUNCATION,
     KeypointVisibility,
     Occlusions,
     Truth,
@@ -21,6 +21,12 @@ from mot_sim.simulation.truth.table import (
 )
 from tracker.geometry import wrap_angle
 from tracker.types import Camera, Tracks
+
+# How far behind its own car's drawn surface a point may seem to lie and still be on it: metres,
+# and besides the slant of a surface over a pixel at grazing angles, in pixels of that depth.
+THICKNESS_METRES = 0.04
+SLANT_PIXELS = 3.0
+NEIGHBOUR_OFFSETS = np.array([(du, dv) for dv in (-1, 0, 1) for du in (-1, 0, 1)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +92,7 @@ def annotate_frame(
             ids=seen.instances,
             boxes=boxes[rows],
             kinds=stage.vehicles.kinds[cast_rows],
-            truncation=(cut[rows] > MAX_CUT).astype(np.int64),
+            truncation=(cut[rows] > MAX_TRUNCATION).astype(np.int64),
             occlusion=occlusion_level(seen.fraction),
             cuboids=cuboids.select(rows),
         ),
@@ -129,13 +135,6 @@ def rates(
     return acceleration, yaw_rate
 
 
-# How far behind its own car's drawn surface a point may seem to lie and still be on it: metres,
-# and besides the slant of a surface over a pixel at grazing angles, in pixels of that depth.
-THICKNESS = 0.04
-SLANT = 3.0
-AROUND = np.array([(du, dv) for dv in (-1, 0, 1) for du in (-1, 0, 1)])
-
-
 def seen_keypoints(
     points_cam: Float[Array, "n k 3"],
     faces_us: Bool[Array, "n k"],
@@ -152,8 +151,10 @@ def seen_keypoints(
     pixels = camera.project(points_cam)
     depth = points_cam[..., 2]
     width, height = camera.image_size
-    nearest = np.floor(np.where(depth[..., None] > NEAR, pixels, -9.0) + 0.5).astype(np.int64)
-    inside = ((nearest >= 0) & (nearest < (width, height))).all(axis=2) & (depth > NEAR)
+    nearest = np.floor(np.where(depth[..., None] > NEAR_METRES, pixels, -9.0) + 0.5).astype(
+        np.int64
+    )
+    inside = ((nearest >= 0) & (nearest < (width, height))).all(axis=2) & (depth > NEAR_METRES)
     states = np.full(depth.shape, KeypointVisibility.TRUNCATED, np.uint8)
     layers = {layer.instance: layer for layer in scanned.layers}
     for row, number in enumerate(ids.tolist()):
@@ -182,11 +183,11 @@ def behind_itself(
     """Which points their own car hides: all that is drawn around them is nearer than they are."""
     left, top, _, _ = layer.box
     rows, columns = layer.nearness.shape
-    u, v = (pixels[:, None] + AROUND - (left, top)).transpose(2, 0, 1)
+    u, v = (pixels[:, None] + NEIGHBOUR_OFFSETS - (left, top)).transpose(2, 0, 1)
     inside = (u >= 0) & (u < columns) & (v >= 0) & (v < rows)
     nearness = np.zeros(inside.shape, np.float32)
     nearness[inside] = layer.nearness[v[inside], u[inside]]
     drawn = nearness > 0.0
     surface = np.where(drawn, scanned.metres(nearness), 0.0).max(axis=1)
-    allowed = THICKNESS + SLANT * depth / camera.K[0, 0]
+    allowed = THICKNESS_METRES + SLANT_PIXELS * depth / camera.K[0, 0]
     return drawn.any(axis=1) & (surface < depth - allowed)

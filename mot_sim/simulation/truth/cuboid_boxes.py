@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.simulation.renderers.triangles import NEAR
+from mot_sim.simulation.renderers.triangles import NEAR_METRES
 from tracker.geometry import transform
 from tracker.types import Camera, Cuboids
 
@@ -29,8 +29,8 @@ def _cut_near(
 ) -> Float[Array, "n e 3"]:
     """The points, those behind the near plane moved onto it along their edges; else NaN."""
     depth, other = points[..., 2:], others[..., 2:]
-    behind, crosses = depth < NEAR, (depth < NEAR) & (other > NEAR)
-    share = np.where(crosses, (NEAR - depth) / np.where(crosses, other - depth, 1.0), 0.0)
+    behind, crosses = depth < NEAR_METRES, (depth < NEAR_METRES) & (other > NEAR_METRES)
+    share = np.where(crosses, (NEAR_METRES - depth) / np.where(crosses, other - depth, 1.0), 0.0)
     moved = points + share * (others - points)
     return np.where(behind & ~crosses, np.nan, moved)
 

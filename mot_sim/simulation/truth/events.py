@@ -13,7 +13,8 @@ from tracker.types import Rows
 
 EVENTS = ("enter", "leave", "occlusion begins", "occlusion ends", "crossing", "collision")
 # A car is hidden from less than the first visible fraction on, until it is above the second.
-HIDDEN, CLEAR = 0.4, 0.5
+HIDDEN_BELOW = 0.4
+CLEAR_ABOVE = 0.5
 Row = tuple[int, str, int, int]
 
 
@@ -77,10 +78,10 @@ def hidings(visible: list[float], frames: list[int], number: int) -> list[Row]:
     rows: list[Row] = []
     hidden = False
     for fraction, frame in zip(visible, frames, strict=True):
-        if not hidden and fraction < HIDDEN:
+        if not hidden and fraction < HIDDEN_BELOW:
             hidden = True
             rows.append((frame, "occlusion begins", number, -2))
-        elif hidden and fraction > CLEAR:
+        elif hidden and fraction > CLEAR_ABOVE:
             hidden = False
             rows.append((frame, "occlusion ends", number, -2))
     return rows

@@ -14,7 +14,12 @@ from tracker.types import Cuboids, Rows, Tracks
 # judged by eye: the numbers are ours.
 OCCLUSION_LEVELS = (0.8, 0.5, 0.2)
 # A car is truncated (KITTI's level 1) when more than this part of its box is outside the image.
-MAX_CUT = 0.05
+MAX_TRUNCATION = 0.05
+# KITTI's labels end at about 80 m (the 99.9th percentile of the given sequences) and 15 pixels
+# (the 1st percentile of the heights); what is smaller or farther lies in DontCare regions.
+MIN_LABEL_PIXELS = 15.0
+MAX_LABEL_METRES = 80.0
+DONT_CARE = "DontCare"
 
 
 class KeypointVisibility(IntEnum):
@@ -80,13 +85,6 @@ def occlusion_level(visible: Float[Array, " n"]) -> Int[Array, " n"]:
     return (visible[:, None] < np.array(OCCLUSION_LEVELS)).sum(axis=1).astype(np.int64)
 
 
-# KITTI's labels end at about 80 m (the 99.9th percentile of the given sequences) and 15 pixels
-# (the 1st percentile of the heights); what is smaller or farther lies in DontCare regions.
-MIN_HEIGHT = 15.0
-MAX_DISTANCE = 80.0
-DONT_CARE = "DontCare"
-
-
 def labels(truth: Truth) -> Tracks:
     """The tracks as KITTI labels them; small and far cars that are seen are DontCare, id -1.
 
@@ -123,4 +121,4 @@ def too_small(truth: Truth) -> Bool[Array, " n"]:
     assert cuboids is not None
     height = truth.amodal_boxes[:, 3] - truth.amodal_boxes[:, 1]
     distance = np.hypot(cuboids.base[:, 0], cuboids.base[:, 2])
-    return (height < MIN_HEIGHT) | (distance > MAX_DISTANCE)
+    return (height < MIN_LABEL_PIXELS) | (distance > MAX_LABEL_METRES)

@@ -9,7 +9,11 @@ import numpy as np
 from mot_sim.simulation.sensors.boxes import Border
 from mot_sim.simulation.sensors.detector import Detector
 from mot_sim.simulation.sensors.fitting.fit_boxes import fit_jitter, fit_scores
-from mot_sim.simulation.sensors.fitting.fit_false import ABOUT, fit_clutter, fit_duplicates
+from mot_sim.simulation.sensors.fitting.fit_false import (
+    MIN_DUPLICATE_IOU,
+    fit_clutter,
+    fit_duplicates,
+)
 from mot_sim.simulation.sensors.fitting.fit_misses import fit_confusion, fit_misses
 from mot_sim.simulation.sensors.fitting.measure import (
     DetectorMeasurements,
@@ -21,18 +25,19 @@ from mot_sim.simulation.sensors.profile import Profile
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.errors import BadConfig, BadDetections
 
-FEWEST_MATCHES = 500  # below, the tables by size and occlusion are guesses
-ROUNDS, SEEDS = 2, 8  # of bringing pooled figures home; of each round
-STEP = 0.1  # seconds between KITTI's frames
+MIN_MATCHES = 500  # below, the tables by size and occlusion are guesses
+SIMULATION_ROUNDS = 2  # of correcting pooled figures by simulation
+SEEDS_PER_ROUND = 8
+KITTI_STEP_SECONDS = 0.1  # seconds between KITTI's frames
 
-Told = Callable[[str], None]
+Progress = Callable[[str], None]
 
 
 def fit_profile(
     drives: Sequence[LabelledDetections],
     name: str = "fitted",
-    step: float = STEP,
-    tell: Told = lambda _: None,
+    step: float = KITTI_STEP_SECONDS,
+    tell: Progress = lambda _: None,
 ) -> Profile:
     """The profile that is likeliest to have made the drives' detections.
 
@@ -43,10 +48,10 @@ def fit_profile(
     tell("matching")
     measured = measure(drives)
     matches = int(measured.found.hit.sum())
-    if matches < FEWEST_MATCHES:
+    if matches < MIN_MATCHES:
         raise BadConfig(
             f"{matches} detections match a labelled car; a profile needs at least "
-            f"{FEWEST_MATCHES}: give more sequences, or check that labels and detections belong "
+            f"{MIN_MATCHES}: give more sequences, or check that labels and detections belong "
             "together"
         )
     tell("misses and box errors")
@@ -66,9 +71,9 @@ def fit_profile(
         clutter=fit_clutter(measured, step),
     )
     profile = allow_for_jitter(profile, drives, measured, step)
-    for number in range(ROUNDS):
-        tell(f"simulating, round {number + 1} of {ROUNDS}")
-        profile = bring_home(profile, drives, measured, step)
+    for number in range(SIMULATION_ROUNDS):
+        tell(f"simulating, round {number + 1} of {SIMULATION_ROUNDS}")
+        profile = correct_by_simulation(profile, drives, measured, step)
     return profile
 
 
@@ -87,7 +92,10 @@ def require_detections(drives: Sequence[LabelledDetections]) -> None:
 
 
 def simulate(
-    profile: Profile, drives: Sequence[LabelledDetections], seed: int, step: float = STEP
+    profile: Profile,
+    drives: Sequence[LabelledDetections],
+    seed: int,
+    step: float = KITTI_STEP_SECONDS,
 ) -> list[LabelledDetections]:
     """The same drives, seen by the profile in place of the detector."""
     detector = Detector(profile)
@@ -104,7 +112,7 @@ def simulate(
     return made
 
 
-def bring_home(
+def correct_by_simulation(
     profile: Profile, drives: Sequence[LabelledDetections], real: DetectorMeasurements, step: float
 ) -> Profile:
     """Shift rates of false boxes and times of misses by what a simulation has too many or few of.
@@ -112,8 +120,11 @@ def bring_home(
     Ghosts may lie where nobody counts, and gaps end where a car's rate changes: the effects' own
     figures do not see that.
     """
-    made = [measure(simulate(profile, drives, 7 + k, step)) for k in range(SEEDS)]
-    near, far = (real.false.iou >= ABOUT).sum(), (real.false.iou < ABOUT).sum()
+    made = [measure(simulate(profile, drives, 7 + k, step)) for k in range(SEEDS_PER_ROUND)]
+    near, far = (
+        (real.false.iou >= MIN_DUPLICATE_IOU).sum(),
+        (real.false.iou < MIN_DUPLICATE_IOU).sum(),
+    )
     made_near, made_far = _false(made)
     misses = profile.misses
     assert misses is not None
@@ -128,7 +139,7 @@ def bring_home(
     if duplicates is not None:
         single = replace(profile, duplicates=None)
         by_chance, _ = _false(
-            [measure(simulate(single, drives, 7 + k, step)) for k in range(SEEDS)]
+            [measure(simulate(single, drives, 7 + k, step)) for k in range(SEEDS_PER_ROUND)]
         )
         factor = _factor(near - by_chance, made_near - by_chance)
         duplicates = replace(
@@ -149,7 +160,9 @@ def allow_for_jitter(
     Simulated with and without jitter; the draws of the misses are the same in both.
     """
     hits = [
-        float(np.mean([_recall(simulate(each, drives, 7 + k, step)) for k in range(SEEDS)]))
+        float(
+            np.mean([_recall(simulate(each, drives, 7 + k, step)) for k in range(SEEDS_PER_ROUND)])
+        )
         for each in (profile, replace(profile, jitter=None))
     ]
     assert profile.misses is not None
@@ -170,7 +183,9 @@ def _odds(rate: float) -> float:
 def _false(made: Sequence[DetectorMeasurements]) -> tuple[float, float]:
     """How many false boxes a simulation has about cars, and elsewhere."""
     every = np.concatenate([each.false.iou for each in made])
-    return float((every >= ABOUT).sum()) / len(made), float((every < ABOUT).sum()) / len(made)
+    return float((every >= MIN_DUPLICATE_IOU).sum()) / len(made), float(
+        (every < MIN_DUPLICATE_IOU).sum()
+    ) / len(made)
 
 
 def _factor(wanted: float, made: float) -> float:

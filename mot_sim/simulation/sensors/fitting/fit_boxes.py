@@ -13,15 +13,23 @@ from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.fitting.fit_misses import LAGS
 from mot_sim.simulation.sensors.fitting.measure import Found
 from mot_sim.simulation.sensors.fitting.statistics import autocorrelation, lagged
-from mot_sim.simulation.sensors.fitting.tetrachoric import both_below, correlation_of, memory_of
-from mot_sim.simulation.sensors.misses import HEIGHTS, VISIBLE, Misses, hat
+from mot_sim.simulation.sensors.fitting.tetrachoric import (
+    both_below,
+    correlation_of,
+    nearest_autocorrelation,
+)
+from mot_sim.simulation.sensors.misses import HEIGHT_KNOTS, VISIBLE_KNOTS, Misses, hat_functions
 from mot_sim.simulation.sensors.scores import ScoreNoise
 
 PROBABILITIES = np.linspace(0.02, 0.98, 49)
-KNOTS = np.concatenate(([0.002, 0.01, 0.03], np.linspace(0.06, 0.94, 23), [0.97, 0.99, 0.998]))
-MOST_COUPLED = 0.7  # beyond, scores would foretell every miss
-ROUNDS = 8  # of imputing tied scores
-LOW = 0.05  # the part of the scores whose flickering is matched: near trackers' thresholds
+KNOT_PROBABILITIES = np.concatenate(
+    ([0.002, 0.01, 0.03], np.linspace(0.06, 0.94, 23), [0.97, 0.99, 0.998])
+)
+MAX_COUPLING = 0.7  # beyond, scores would foretell every miss
+IMPUTATION_ROUNDS = 8  # of imputing tied scores
+LOW_SCORE_SHARE = (
+    0.05  # the part of the scores whose flickering is matched: near trackers' thresholds
+)
 
 
 def fit_jitter(found: Found, step: float) -> Jitter:
@@ -63,15 +71,15 @@ def fit_component(hits: Found, errors: Float[Array, " n"], step: float) -> Compo
         skew=part.skew,
         hidden=float(hidden),
         by_height=float(by_height),
-        memory=value_memory(ranks, hits, step),
+        memory=value_autocorrelation(ranks, hits, step),
     )
 
 
-def value_memory(x: Float[Array, " n"], hits: Found, step: float) -> Autocorrelation:
+def value_autocorrelation(x: Float[Array, " n"], hits: Found, step: float) -> Autocorrelation:
     """The memory of a normal value that was measured itself."""
     correlations = [autocorrelation(x, hits.ids, hits.frames, lag) for lag in LAGS]
     weights = [len(lagged(hits.ids, hits.frames, lag)[0]) for lag in LAGS]
-    return memory_of([lag * step for lag in LAGS], correlations, weights)
+    return nearest_autocorrelation([lag * step for lag in LAGS], correlations, weights)
 
 
 def fit_scores(found: Found, misses: Misses, step: float) -> ScoreNoise:
@@ -81,12 +89,15 @@ def fit_scores(found: Found, misses: Misses, step: float) -> ScoreNoise:
     low = (rankdata(odds, "min") - 1.0) / len(odds)
     high = rankdata(odds, "max") / len(odds)
     height = np.log(np.maximum(sightings.height, 1.0))
-    tables = hat(sightings.visible, VISIBLE)[:, 1:3], hat(height, tuple(np.log(HEIGHTS)))
+    tables = (
+        hat_functions(sightings.visible, VISIBLE_KNOTS)[:, 1:3],
+        hat_functions(height, tuple(np.log(HEIGHT_KNOTS))),
+    )
     design = np.concatenate(tables, axis=1)
     rows = np.arange(len(odds))
     mean = np.zeros(len(odds))
     cuts = np.stack((low, high))
-    for number in range(ROUNDS):
+    for number in range(IMPUTATION_ROUNDS):
         # The latent's quantiles under the model so far, and a draw inside each row's own interval.
         noise = random_numbers.normal(0, "fit/scores", rows, np.full_like(rows, number))[:, 0]
         model = np.sort(mean + noise)
@@ -98,11 +109,13 @@ def fit_scores(found: Found, misses: Misses, step: float) -> ScoreNoise:
         beta = np.linalg.solve(ridge, design.T @ y)
         mean = design @ beta
     half, partly, *heights = beta.tolist()
-    noise = random_numbers.normal(0, "fit/scores", rows, np.full_like(rows, ROUNDS))[:, 0]
-    coupling, memory = flicker(found, hits, mean, misses, step)
+    noise = random_numbers.normal(0, "fit/scores", rows, np.full_like(rows, IMPUTATION_ROUNDS))[
+        :, 0
+    ]
+    coupling, memory = fit_flicker(found, hits, mean, misses, step)
     return ScoreNoise(
-        y_knots=tuple(np.quantile(mean + noise, KNOTS).tolist()),
-        log_odds=tuple(np.quantile(odds, KNOTS).tolist()),
+        y_knots=tuple(np.quantile(mean + noise, KNOT_PROBABILITIES).tolist()),
+        log_odds=tuple(np.quantile(odds, KNOT_PROBABILITIES).tolist()),
         by_visible=(half, half, partly, 0.0),
         by_height=tuple(heights),
         coupling=coupling,
@@ -119,11 +132,11 @@ def _between(
     return ndtri((low + u * (high - low)).clip(1e-9, 1.0 - 1e-9))
 
 
-def flicker(
+def fit_flicker(
     found: Found, hits: Found, mean: Float[Array, " n"], misses: Misses, step: float
 ) -> tuple[float, Autocorrelation]:
     """The coupling of low scores to misses, and the memory of the rest."""
-    limit = np.quantile(hits.log_odds, LOW)
+    limit = np.quantile(hits.log_odds, LOW_SCORE_SHARE)
     event = hits.log_odds < limit
     noise = random_numbers.normal(
         0, "fit/low", np.arange(len(mean)), np.zeros(len(mean), np.int64)
@@ -145,7 +158,7 @@ def flicker(
     after_hit = (miss_rates[b] - both_below(x, y, one)) / (1.0 - miss_rates[a])
     together = correlation_of(odds[a], after_hit, low[a], missed[b])
     coupling = (
-        float(np.clip(together / max(one, 0.1), 0.0, MOST_COUPLED))
+        float(np.clip(together / max(one, 0.1), 0.0, MAX_COUPLING))
         if np.isfinite(together)
         else 0.0
     )
@@ -156,4 +169,6 @@ def flicker(
         theirs = coupling**2 * misses.memory.correlation(lag * step)
         correlations.append(float(np.clip((whole - theirs) / (1.0 - coupling**2), -1.0, 1.0)))
         weights.append(len(first))
-    return round(coupling, 4), memory_of([lag * step for lag in LAGS], correlations, weights)
+    return round(coupling, 4), nearest_autocorrelation(
+        [lag * step for lag in LAGS], correlations, weights
+    )

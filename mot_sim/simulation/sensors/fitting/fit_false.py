@@ -7,42 +7,42 @@ from numpy import ndarray as Array
 from mot_sim.simulation.sensors.boxes import box_errors
 from mot_sim.simulation.sensors.clutter import Clutter
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
-from mot_sim.simulation.sensors.fitting.fit_misses import event_memory
+from mot_sim.simulation.sensors.fitting.fit_misses import event_autocorrelation
 from mot_sim.simulation.sensors.fitting.measure import DetectorMeasurements, FalseBoxes
 from mot_sim.simulation.sensors.fitting.statistics import linked
-from mot_sim.simulation.sensors.fitting.tetrachoric import memory_of
-from mot_sim.simulation.sensors.misses import VISIBLE
+from mot_sim.simulation.sensors.fitting.tetrachoric import nearest_autocorrelation
+from mot_sim.simulation.sensors.misses import VISIBLE_KNOTS
 from mot_sim.simulation.sensors.multiplicity import Duplicates
 from mot_sim.simulation.sensors.quantiles import Quantiles
 
-ABOUT = 0.1  # IoU with a labelled car from which a false box is about it
-MOST = 0.5  # no rate of second boxes is higher
-FEWEST = 8  # boxes from which a distribution is taken; fewer give the plain default
-LAGS = (1, 2, 3, 5, 8)
-LONGEST_LIFE = 1.2  # seconds on average: what is seen for longer moves through the image
+MIN_DUPLICATE_IOU = 0.1  # IoU with a labelled car from which a false box is about it
+MAX_DUPLICATE_RATE = 0.5  # no rate of second boxes is higher
+MIN_SAMPLE = 8  # boxes from which a distribution is taken; fewer give the plain default
+LIFETIME_LAGS = (1, 2, 3, 5, 8)
+MAX_LIFETIME_SECONDS = 1.2  # seconds on average: what is seen for longer moves through the image
 
 
 def fit_duplicates(measured: DetectorMeasurements, step: float) -> Duplicates | None:
     """Second boxes by visible fraction; None when there are too few to tell."""
     found, false = measured.found, measured.false
     trucks = found.sightings.kinds == "Truck"
-    about = (false.iou >= ABOUT) & ~((false.iou >= 0.5) & trucks[false.nearest])
-    if about.sum() < FEWEST:
+    about = (false.iou >= MIN_DUPLICATE_IOU) & ~((false.iou >= 0.5) & trucks[false.nearest])
+    if about.sum() < MIN_SAMPLE:
         return None
     second = false.select(about)
     event = np.zeros(len(found), bool)
     event[second.nearest] = True
     rates = np.zeros(len(found))
     tables = []
-    level = np.abs(found.sightings.visible[:, None] - np.array(VISIBLE)).argmin(axis=1)
+    level = np.abs(found.sightings.visible[:, None] - np.array(VISIBLE_KNOTS)).argmin(axis=1)
     for group in (found.hit, ~found.hit):
         table = [_rate(event[group & (level == number)]) for number in (1, 2, 3)]
         table = [table[0], *table]  # labels tell nothing of what is nearly hidden
-        rates[group] = np.interp(found.sightings.visible[group], VISIBLE, table)
+        rates[group] = np.interp(found.sightings.visible[group], VISIBLE_KNOTS, table)
         tables.append(tuple(table))
     errors = box_errors(second.boxes, found.sightings.boxes[second.nearest])
     moves = [Quantiles.of(errors[:, column]) for column in range(4)]
-    memory = event_memory(event, rates, found.ids, found.frames, step)
+    memory = event_autocorrelation(event, rates, found.ids, found.frames, step)
     seen, missed = tables
     dx, dy, dw, dh = moves
     odds = Quantiles.of(second.log_odds)
@@ -50,13 +50,15 @@ def fit_duplicates(measured: DetectorMeasurements, step: float) -> Duplicates | 
 
 
 def _rate(event: Bool[Array, " n"]) -> float:
-    return round(float(np.clip((event.sum() + 0.1) / (len(event) + 1.0), 0.0, MOST)), 5)
+    return round(
+        float(np.clip((event.sum() + 0.1) / (len(event) + 1.0), 0.0, MAX_DUPLICATE_RATE)), 5
+    )
 
 
 def fit_clutter(measured: DetectorMeasurements, step: float) -> Clutter | None:
     """Ghosts far from every labelled car; None when there are too few to tell."""
-    ghosts = measured.false.select(measured.false.iou < ABOUT)
-    if len(ghosts) < FEWEST:
+    ghosts = measured.false.select(measured.false.iou < MIN_DUPLICATE_IOU)
+    if len(ghosts) < MIN_SAMPLE:
         return None
     height = ghosts.boxes[:, 3] - ghosts.boxes[:, 1]
     width = ghosts.boxes[:, 2] - ghosts.boxes[:, 0]
@@ -73,5 +75,10 @@ def fit_clutter(measured: DetectorMeasurements, step: float) -> Clutter | None:
 
 def _lives(ghosts: FalseBoxes, step: float) -> Autocorrelation:
     """Shares of ghosts by how long they live, from how many are still there after a while."""
-    kept = [len(linked(ghosts, lag)[0]) / len(ghosts) for lag in LAGS]
-    return memory_of([lag * step for lag in LAGS], kept, [1.0] * len(LAGS), LONGEST_LIFE)
+    kept = [len(linked(ghosts, lag)[0]) / len(ghosts) for lag in LIFETIME_LAGS]
+    return nearest_autocorrelation(
+        [lag * step for lag in LIFETIME_LAGS],
+        kept,
+        [1.0] * len(LIFETIME_LAGS),
+        MAX_LIFETIME_SECONDS,
+    )

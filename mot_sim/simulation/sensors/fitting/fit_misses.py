@@ -9,24 +9,24 @@ from scipy.special import expit, logit
 
 from mot_sim.metrics.overlaps import same_frame_pairs
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
-from mot_sim.simulation.sensors.fitting.measure import APART, FalseBoxes, Found
+from mot_sim.simulation.sensors.fitting.measure import DRIVE_ID_STRIDE, FalseBoxes, Found
 from mot_sim.simulation.sensors.fitting.statistics import lagged
-from mot_sim.simulation.sensors.fitting.tetrachoric import correlation_of, memory_of
+from mot_sim.simulation.sensors.fitting.tetrachoric import correlation_of, nearest_autocorrelation
 from mot_sim.simulation.sensors.misses import (
-    CUTS,
-    HEIGHTS,
-    VISIBLE,
+    HEIGHT_KNOTS,
+    TRUNCATION_KNOTS,
+    VISIBLE_KNOTS,
     Confusion,
     Misses,
-    cut_growth,
-    hat,
+    hat_functions,
+    truncation_growth,
 )
 
 LAGS = (1, 2, 3, 5, 8, 12, 20, 40)
 FRAME_LAGS = (0, 1, 10)  # frames between two objects, to tell a frame's glare from the drive
-OPEN = 0.5  # visible fraction from which a car is open: KITTI's levels 0, 1 and 3
-RIDGE = 0.2  # the strength with which a table is held near 0
-HIDDEN_DROP = 2.0  # log-odds from .35 visible to .05, of which labels tell nothing
+MIN_OPEN_VISIBLE = 0.5  # visible fraction from which a car is open: KITTI's levels 0, 1 and 3
+RIDGE_PENALTY = 0.2  # the strength with which a table is held near 0
+HIDDEN_LOG_ODDS = 2.0  # log-odds from .35 visible to .05, of which labels tell nothing
 
 
 def fit_misses(found: Found, step: float) -> Misses:
@@ -36,12 +36,12 @@ def fit_misses(found: Found, step: float) -> Misses:
     whole = cars.select(cars.sightings.truncation == 0.0)
     misses = fit_cuts(fit_tables(whole), cars.select(cars.sightings.truncation > 0.0))
     rates = misses.rates(whole.sightings)
-    shared, seconds = frame_memory(~whole.hit, rates, whole, step)
-    is_open = whole.sightings.visible >= OPEN
-    memory = memory_in(is_open, whole, rates, step)
-    half, flutter = flutter_of(~is_open, whole, rates, memory, step)
+    shared, seconds = fit_shared(~whole.hit, rates, whole, step)
+    is_open = whole.sightings.visible >= MIN_OPEN_VISIBLE
+    memory = fit_autocorrelation(is_open, whole, rates, step)
+    half, flutter = fit_flutter(~is_open, whole, rates, memory, step)
     if shared > 0.0:  # what remains for the object's own latent
-        memory = memory_of_rest(memory, shared, seconds, step)
+        memory = without_shared(memory, shared, seconds, step)
     return replace(
         misses,
         memory=memory,
@@ -55,15 +55,18 @@ def fit_misses(found: Found, step: float) -> Misses:
 def fit_tables(whole: Found) -> Misses:
     """The tables by size and by what is visible, from cars that the image does not cut."""
     logs = np.log(np.maximum(whole.sightings.height, 1.0))
-    visible, heights = hat(whole.sightings.visible, VISIBLE), hat(logs, tuple(np.log(HEIGHTS)))
+    visible, heights = (
+        hat_functions(whole.sightings.visible, VISIBLE_KNOTS),
+        hat_functions(logs, tuple(np.log(HEIGHT_KNOTS))),
+    )
     both = (visible[:, 1:, None] * heights[:, None, :]).reshape(len(whole), -1)
     tables = visible[:, 1:3], heights, both  # against .95
     design = np.concatenate((np.ones((len(whole), 1)), *tables), axis=1)
-    count = len(HEIGHTS)
+    count = len(HEIGHT_KNOTS)
     base, half, partly, *rest = logistic(design, whole.hit, np.zeros(len(whole))).tolist()
     return Misses(
         base=base,
-        by_visible=(half - HIDDEN_DROP, half, partly, 0.0),
+        by_visible=(half - HIDDEN_LOG_ODDS, half, partly, 0.0),
         by_height=tuple(rest[:count]),
         by_both=(*rest[count : 2 * count], *rest[count:]),  # nearly hidden as half hidden
     )
@@ -72,8 +75,8 @@ def fit_tables(whole: Found) -> Misses:
 def fit_cuts(misses: Misses, cut: Found) -> Misses:
     """What the image's border takes away beyond the tables of whole cars."""
     given = -logit(misses.rates(cut.sightings).clip(1e-6, 1.0 - 1e-6))
-    levels = hat(cut.sightings.truncation, CUTS)[:, 1:]
-    design = np.concatenate((levels, levels * cut_growth(cut.sightings)[:, None]), axis=1)
+    levels = hat_functions(cut.sightings.truncation, TRUNCATION_KNOTS)[:, 1:]
+    design = np.concatenate((levels, levels * truncation_growth(cut.sightings)[:, None]), axis=1)
     drop = logistic(design, cut.hit, given).tolist()
     return replace(misses, by_cut=(0.0, drop[0], drop[1]), cut_by_height=(0.0, drop[2], drop[3]))
 
@@ -86,7 +89,7 @@ def logistic(
     given: log-odds to which the design only adds.
     """
     beta = np.zeros(design.shape[1])
-    penalty = np.full(len(beta), RIDGE)
+    penalty = np.full(len(beta), RIDGE_PENALTY)
     penalty[0] = 1e-3
     for _ in range(30):
         p = expit(given + design @ beta)
@@ -99,7 +102,7 @@ def logistic(
     return beta
 
 
-def event_memory(
+def event_autocorrelation(
     event: Bool[Array, " n"],
     rates: Float[Array, " n"],
     ids: Int[Array, " n"],
@@ -112,7 +115,7 @@ def event_memory(
     smoother there than any AR(1): a car that is found stays found for some frames.
     """
     correlations, weights = event_correlations(event, rates, ids, frames)
-    return memory_of([lag * step for lag in LAGS], correlations, weights, smooth=True)
+    return nearest_autocorrelation([lag * step for lag in LAGS], correlations, weights, smooth=True)
 
 
 def event_correlations(
@@ -132,15 +135,15 @@ def event_correlations(
     return correlations, weights
 
 
-def memory_in(
+def fit_autocorrelation(
     rows: Bool[Array, " n"], whole: Found, rates: Float[Array, " n"], step: float
 ) -> Autocorrelation:
     """The memory of the misses of some rows."""
     some = whole.select(rows)
-    return event_memory(~some.hit, rates[rows], some.ids, some.frames, step)
+    return event_autocorrelation(~some.hit, rates[rows], some.ids, some.frames, step)
 
 
-def flutter_of(
+def fit_flutter(
     rows: Bool[Array, " n"],
     whole: Found,
     rates: Float[Array, " n"],
@@ -160,7 +163,7 @@ def flutter_of(
     best, answer = np.inf, (0.0, Autocorrelation())
     for share in np.linspace(0.0, 1.0, 11).tolist():
         rest = (np.array(rho) - (1.0 - share) * open_rho) / max(share, 1e-9)
-        own = memory_of(times, rest.clip(-1.0, 1.0).tolist(), weights, smooth=True)
+        own = nearest_autocorrelation(times, rest.clip(-1.0, 1.0).tolist(), weights, smooth=True)
         made = (1.0 - share) * open_rho + share * np.array([own.correlation(t) for t in times])
         off = float(np.nansum(np.array(weights) * np.square(made - rho)))
         if off < best - 1e-12:
@@ -168,7 +171,7 @@ def flutter_of(
     return answer
 
 
-def frame_memory(
+def fit_shared(
     event: Bool[Array, " n"], rates: Float[Array, " n"], found: Found, step: float
 ) -> tuple[float, float]:
     """The share of the latent that all objects of a frame have in common, and its seconds.
@@ -176,7 +179,7 @@ def frame_memory(
     What two objects of a drive share a second apart is the drive (its light, its labels) and
     not the frame; only what they share beyond that counts.
     """
-    moments = (found.ids // APART) * APART + found.frames
+    moments = (found.ids // DRIVE_ID_STRIDE) * DRIVE_ID_STRIDE + found.frames
     order = np.argsort(moments, kind="stable")
     event, rates = event[order], rates[order]
     moments, ids = moments[order], found.ids[order]
@@ -195,7 +198,7 @@ def frame_memory(
     return round(shared, 4), round(float(seconds), 4)
 
 
-def memory_of_rest(
+def without_shared(
     memory: Autocorrelation, shared: float, seconds: float, step: float
 ) -> Autocorrelation:
     """The memory of what the objects do not share."""
@@ -205,7 +208,7 @@ def memory_of_rest(
         min((memory.correlation(t) - shared * glare.correlation(t)) / (1.0 - shared), 1.0)
         for t in times
     ]
-    return memory_of(times, rest, [1.0] * len(LAGS))
+    return nearest_autocorrelation(times, rest, [1.0] * len(LAGS))
 
 
 def fit_confusion(found: Found, false: FalseBoxes, misses: Misses, step: float) -> Confusion:
@@ -220,7 +223,7 @@ def fit_confusion(found: Found, false: FalseBoxes, misses: Misses, step: float) 
     van, truck = min(van, 1.0), min(truck, 1.0)
     memory = Autocorrelation((1.0,), (5.0,))
     if vans.sum() > 200 and 0.02 < van < 0.98:
-        memory = event_memory(
+        memory = event_autocorrelation(
             found.hit[vans], van * would[vans], found.ids[vans], found.frames[vans], step
         )
     return Confusion(round(van, 4), round(truck, 4), memory)

@@ -20,10 +20,17 @@ from mot_sim.simulation.sensors.fitting.statistics import (
     rates_in_bins,
 )
 
-LAGS = (1, 2, 5, 10)
-GAPS = (1, 2, 3, 5, 10)
-SCORES = (0.1, 0.25, 0.5, 0.75)
-EDGES = ("left", "upper", "right", "lower")
+REPORTED_LAGS = (1, 2, 5, 10)
+REPORTED_GAPS = (1, 2, 3, 5, 10)
+REPORTED_SCORES = (0.1, 0.25, 0.5, 0.75)
+EDGE_NAMES = ("left", "upper", "right", "lower")
+PANEL_PIXELS = (420, 300)  # width, height in pixels
+MARGIN_PIXELS = 44
+PANEL_COLUMNS = 3
+REAL_COLOUR = (31, 90, 180)
+MADE_COLOUR = (226, 110, 20)
+INK_COLOUR = (60, 60, 60)
+PAPER_COLOUR = (255, 255, 255)
 
 
 @dataclass(frozen=True)
@@ -69,7 +76,7 @@ def _gap_lines(real: DetectorMeasurements, made: DetectorMeasurements) -> list[F
     gaps = [gap_lengths(each.found) for each in (real, made)]
     per = [1000.0 * len(g) / m.frame_count for g, m in zip(gaps, (real, made), strict=True)]
     lines = [FitComparison("gaps in 1000 frames", *per)]
-    for length in GAPS:
+    for length in REPORTED_GAPS:
         shares = [float((g <= length).mean()) if len(g) else float("nan") for g in gaps]
         lines.append(FitComparison(f"gaps of at most {length} frames", *shares))
     return lines
@@ -78,17 +85,17 @@ def _gap_lines(real: DetectorMeasurements, made: DetectorMeasurements) -> list[F
 def _box_lines(real: DetectorMeasurements, made: DetectorMeasurements) -> list[FitComparison]:
     lines = []
     both = [each.found.select(each.found.hit) for each in (real, made)]
-    for column, name in enumerate(EDGES):
+    for column, name in enumerate(EDGE_NAMES):
         errors = [each.edges[:, column] for each in both]
         lines.append(FitComparison(f"{name} edge, bias", *(float(x.mean()) for x in errors)))
         lines.append(FitComparison(f"{name} edge, std", *(float(x.std()) for x in errors)))
-        for lag in LAGS:
+        for lag in REPORTED_LAGS:
             rho = [
                 autocorrelation(x, each.ids, each.frames, lag)
                 for x, each in zip(errors, both, strict=True)
             ]
             lines.append(FitComparison(f"{name} edge, autocorrelation at {lag}", *rho))
-    for score in SCORES:
+    for score in REPORTED_SCORES:
         odds = np.log(score / (1.0 - score))
         shares = [float((each.log_odds < odds).mean()) for each in both]
         lines.append(FitComparison(f"right boxes with a score below {score:g}", *shares))
@@ -150,47 +157,53 @@ def _shares(samples: Sequence[Array], limits: Array) -> Float[Array, "2 k"]:
     )
 
 
-PANEL = (420, 300)  # width, height in pixels
-MARGIN = 44
-COLUMNS = 3
-REAL, MADE, INK, PAPER = (31, 90, 180), (226, 110, 20), (60, 60, 60), (255, 255, 255)
-
-
 def fit_picture(
     curves: Mapping[str, tuple[Array, Float[Array, "2 k"]]],
 ) -> UInt8[Array, "h w 3"]:
     """A panel a title, three in a row; see `curves`."""
-    rows = -(-len(curves) // COLUMNS)
-    width, height = PANEL
-    picture = np.full((rows * height, COLUMNS * width, 3), PAPER, np.uint8)
+    rows = -(-len(curves) // PANEL_COLUMNS)
+    width, height = PANEL_PIXELS
+    picture = np.full((rows * height, PANEL_COLUMNS * width, 3), PAPER_COLOUR, np.uint8)
     for number, (title, (x, pair)) in enumerate(curves.items()):
-        left, top = number % COLUMNS * width, number // COLUMNS * height
+        left, top = number % PANEL_COLUMNS * width, number // PANEL_COLUMNS * height
         _panel(picture[top : top + height, left : left + width], title, x, pair)
     return picture
 
 
 def _panel(image: UInt8[Array, "h w 3"], title: str, x: Array, pair: Float[Array, "2 k"]) -> None:
     """Axes with the numbers at their ends, and both curves."""
-    width, height = PANEL
+    width, height = PANEL_PIXELS
     known = pair[np.isfinite(pair)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
     low, high = min(low, 0.0) if low < 0.5 else low, max(high, low + 1e-6)
     first, last = float(x[0]), float(x[-1])
-    across, down = width - 2 * MARGIN, height - 2 * MARGIN
+    across, down = width - 2 * MARGIN_PIXELS, height - 2 * MARGIN_PIXELS
 
     canvas = image.copy()
-    axes = np.array([[MARGIN, MARGIN], [MARGIN, MARGIN + down], [MARGIN + across, MARGIN + down]])
-    draw_line(canvas, axes.astype(float), INK)
-    for colour, y in ((REAL, pair[0]), (MADE, pair[1])):
+    axes = np.array(
+        [
+            [MARGIN_PIXELS, MARGIN_PIXELS],
+            [MARGIN_PIXELS, MARGIN_PIXELS + down],
+            [MARGIN_PIXELS + across, MARGIN_PIXELS + down],
+        ]
+    )
+    draw_line(canvas, axes.astype(float), INK_COLOUR)
+    for colour, y in ((REAL_COLOUR, pair[0]), (MADE_COLOUR, pair[1])):
         there = np.isfinite(y)
-        u = MARGIN + across * (x[there] - first) / max(last - first, 1e-9)
-        v = MARGIN + down * (1.0 - (y[there] - low) / (high - low))
+        u = MARGIN_PIXELS + across * (x[there] - first) / max(last - first, 1e-9)
+        v = MARGIN_PIXELS + down * (1.0 - (y[there] - low) / (high - low))
         draw_line(canvas, np.stack((u, v), axis=1), colour, 2)
-    draw_text(canvas, title, (MARGIN, MARGIN - 22), INK, 14)
-    draw_text(canvas, "real", (width - 120, MARGIN - 6), REAL, 13)
-    draw_text(canvas, "made", (width - 80, MARGIN - 6), MADE, 13)
-    draw_text(canvas, f"{first:.3g}", (MARGIN, height - MARGIN + 18), INK, 12)
-    draw_text(canvas, f"{last:.3g}", (width - MARGIN - 20, height - MARGIN + 18), INK, 12)
-    draw_text(canvas, f"{low:.2f}", (4, height - MARGIN), INK, 12)
-    draw_text(canvas, f"{high:.2f}", (4, MARGIN + 6), INK, 12)
+    draw_text(canvas, title, (MARGIN_PIXELS, MARGIN_PIXELS - 22), INK_COLOUR, 14)
+    draw_text(canvas, "real", (width - 120, MARGIN_PIXELS - 6), REAL_COLOUR, 13)
+    draw_text(canvas, "made", (width - 80, MARGIN_PIXELS - 6), MADE_COLOUR, 13)
+    draw_text(canvas, f"{first:.3g}", (MARGIN_PIXELS, height - MARGIN_PIXELS + 18), INK_COLOUR, 12)
+    draw_text(
+        canvas,
+        f"{last:.3g}",
+        (width - MARGIN_PIXELS - 20, height - MARGIN_PIXELS + 18),
+        INK_COLOUR,
+        12,
+    )
+    draw_text(canvas, f"{low:.2f}", (4, height - MARGIN_PIXELS), INK_COLOUR, 12)
+    draw_text(canvas, f"{high:.2f}", (4, MARGIN_PIXELS + 6), INK_COLOUR, 12)
     image[:] = canvas

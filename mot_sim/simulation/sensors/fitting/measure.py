@@ -21,8 +21,8 @@ from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.geometry import box_iou
 from tracker.types import Camera, Rows, Tracks
 
-APART = 1_000_000  # between the ids of two drives
-SURE = 1e-6  # scores are taken as at least this far from 0 and 1
+DRIVE_ID_STRIDE = 1_000_000  # between the ids of two drives
+MIN_SCORE_DISTANCE = 1e-6  # scores are taken as at least this far from 0 and 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,7 @@ def _measure_drive(drive: LabelledDetections, number: int) -> tuple[Found, False
     scored = np.isin(sightings.kinds, ("Car", "Van"))
     rows = np.flatnonzero(scored)[contest.overlaps.rows[pairs]]
     columns = contest.overlaps.columns[pairs]
-    log_odds = logit(scores.clip(SURE, 1.0 - SURE))
+    log_odds = logit(scores.clip(MIN_SCORE_DISTANCE, 1.0 - MIN_SCORE_DISTANCE))
     found = _found(sightings, scored, contest, rows, boxes[columns], log_odds[columns], number)
     wrong = np.ones(len(boxes), bool)
     wrong[columns] = False
@@ -152,7 +152,7 @@ def _found(
     errors[rows] = box_errors(boxes, true)
     edges[rows] = (boxes - true) / np.tile(true[:, 2:] - true[:, :2], (1, 2))
     odds[rows] = log_odds
-    ids = sightings.ids + APART * number
+    ids = sightings.ids + DRIVE_ID_STRIDE * number
     return Found(sightings, ids, scored, counted, hit, errors, edges, odds)
 
 

@@ -9,8 +9,8 @@ from numpy import ndarray as Array
 from mot_sim.simulation.sensors.fitting.measure import DetectorMeasurements, FalseBoxes, Found
 from tracker.geometry import box_iou
 
-LONG = 100_000  # more frames than any drive has
-LINK = 0.3  # IoU from which two false boxes of neighbouring frames are one ghost
+FRAME_STRIDE = 100_000  # more frames than any drive has
+MIN_LINK_IOU = 0.3  # IoU from which two false boxes of neighbouring frames are one ghost
 HEIGHT_BINS = (0.0, 20.0, 25.0, 30.0, 40.0, 60.0, 100.0, 2000.0)
 DEPTH_BINS = (0.0, 15.0, 25.0, 40.0, 60.0, 100.0)
 OCCLUSION_BINS = (0.0, 0.5, 0.8, 1.01)  # of the visible fraction: KITTI's levels 2, 1, 0
@@ -20,7 +20,7 @@ def lagged(
     ids: Int[Array, " n"], frames: Int[Array, " n"], lag: int
 ) -> tuple[Int[Array, " k"], Int[Array, " k"]]:
     """Rows of one object in two frames that are `lag` apart: the earlier, the later."""
-    code = ids * LONG + frames
+    code = ids * FRAME_STRIDE + frames
     order = np.argsort(code, kind="stable")
     at = np.searchsorted(code[order], code + lag).clip(max=max(len(code) - 1, 0))
     there = code[order][at] == code + lag if len(code) else np.zeros(0, bool)
@@ -74,13 +74,13 @@ def lives(false: FalseBoxes) -> Int[Array, " g"]:
 
 def linked(false: FalseBoxes, lag: int) -> tuple[Int[Array, " k"], Int[Array, " k"]]:
     """Pairs of false boxes at one place, `lag` frames apart, each box in one pair at most."""
-    key = false.drives * LONG + false.frames
+    key = false.drives * FRAME_STRIDE + false.frames
     first = np.searchsorted(key, key + lag, side="left")
     count = np.searchsorted(key, key + lag, side="right") - first
     a = np.repeat(np.arange(len(key)), count)
     b = np.arange(len(a)) + np.repeat(first - (np.cumsum(count) - count), count)
     iou = box_iou(false.boxes[a], false.boxes[b])
-    order = np.flatnonzero(iou > LINK)
+    order = np.flatnonzero(iou > MIN_LINK_IOU)
     order = order[np.argsort(-iou[order], kind="stable")]
     _, best = np.unique(a[order], return_index=True)
     order = order[np.sort(best)]

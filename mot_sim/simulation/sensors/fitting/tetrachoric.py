@@ -8,13 +8,14 @@ from numpy import ndarray as Array
 from scipy.optimize import brentq, nnls
 from scipy.special import ndtr, ndtri
 
-from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, kept
+from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlation_after
 
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)
-WEAKEST, STRONGEST = -0.5, 0.995
-MEMORIES = (0.0, 0.12, 0.4, 1.2, 4.0, 15.0)  # seconds: what a latent is mixed of
-SMOOTH = (0.12, 0.25, 0.5, 1.2)  # seconds: of its smooth parts
-MOST_PAIRS = 20_000  # more tell nothing new and cost time
+LEGENDRE_NODES, LEGENDRE_WEIGHTS = np.polynomial.legendre.leggauss(20)
+MIN_CORRELATION = -0.5
+MAX_CORRELATION = 0.995
+ROUGH_SECONDS = (0.0, 0.12, 0.4, 1.2, 4.0, 15.0)  # seconds: what a latent is mixed of
+SMOOTH_SECONDS = (0.12, 0.25, 0.5, 1.2)  # seconds: of its smooth parts
+MAX_PAIRS = 20_000  # more tell nothing new and cost time
 
 
 def both_below(
@@ -22,11 +23,11 @@ def both_below(
 ) -> Float[Array, " n"]:
     """P(x < a, y < b) of standard normal x, y (Sheppard's integral, by Gauss and Legendre)."""
     half = 0.5 * np.arcsin(correlation)
-    angle = half * (NODES + 1.0)
+    angle = half * (LEGENDRE_NODES + 1.0)
     sine, cosine = np.sin(angle), np.cos(angle)
     square = (a**2 + b**2)[:, None]
     exponent = -(square - 2.0 * (a * b)[:, None] * sine) / (2.0 * cosine**2)
-    return ndtr(a) * ndtr(b) + half / (2.0 * np.pi) * (np.exp(exponent) @ WEIGHTS)
+    return ndtr(a) * ndtr(b) + half / (2.0 * np.pi) * (np.exp(exponent) @ LEGENDRE_WEIGHTS)
 
 
 def correlation_of(
@@ -42,9 +43,9 @@ def correlation_of(
     """
     rates = np.stack((a_rates, b_rates)).clip(1e-9, 1.0 - 1e-9)
     changes = float((a != b).sum())
-    if rates.shape[1] > MOST_PAIRS:
-        chosen = np.linspace(0, rates.shape[1] - 1, MOST_PAIRS).astype(int)
-        changes *= MOST_PAIRS / rates.shape[1]
+    if rates.shape[1] > MAX_PAIRS:
+        chosen = np.linspace(0, rates.shape[1] - 1, MAX_PAIRS).astype(int)
+        changes *= MAX_PAIRS / rates.shape[1]
         rates = rates[:, chosen]
     x, y = ndtri(rates)
     total = float(rates.sum())
@@ -54,18 +55,18 @@ def correlation_of(
 
     if not len(x):
         return float("nan")
-    if excess(STRONGEST) >= 0.0:
-        return STRONGEST
-    if excess(WEAKEST) <= 0.0:
-        return WEAKEST
-    return float(brentq(excess, WEAKEST, STRONGEST, xtol=1e-3))
+    if excess(MAX_CORRELATION) >= 0.0:
+        return MAX_CORRELATION
+    if excess(MIN_CORRELATION) <= 0.0:
+        return MIN_CORRELATION
+    return float(brentq(excess, MIN_CORRELATION, MAX_CORRELATION, xtol=1e-3))
 
 
-def memory_of(
+def nearest_autocorrelation(
     seconds: Sequence[float | int],
     correlations: Sequence[float],
     weights: Sequence[float | int],
-    longest: float = MEMORIES[-1],
+    longest: float = ROUGH_SECONDS[-1],
     smooth: bool = False,
 ) -> Autocorrelation:
     """The mixture of memories, none over `longest`, with the nearest autocorrelation.
@@ -76,9 +77,9 @@ def memory_of(
     t, rho = np.array(seconds)[known], np.array(correlations)[known]
     weight = np.sqrt(np.array(weights, dtype=float)[known])
     weight = weight / max(weight.sum(), 1e-9)
-    parts = [(tau, False) for tau in MEMORIES if tau <= longest]
-    parts += [(tau, True) for tau in SMOOTH if smooth and tau <= longest]
-    design = np.array([[kept(each, *part) for part in parts] for each in t.tolist()])
+    parts = [(tau, False) for tau in ROUGH_SECONDS if tau <= longest]
+    parts += [(tau, True) for tau in SMOOTH_SECONDS if smooth and tau <= longest]
+    design = np.array([[correlation_after(each, *part) for part in parts] for each in t.tolist()])
     design = design.reshape(len(t), len(parts))
     whole = 100.0 * np.ones((1, len(parts)))  # the shares add up to 1
     shares, _ = nnls(

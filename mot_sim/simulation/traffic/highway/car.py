@@ -12,12 +12,15 @@ from numpy import ndarray as Array
 from mot_sim.simulation.traffic.driving import Driving
 from mot_sim.simulation.traffic.highway.road import CarRoad
 
-TICK = 0.05  # seconds: 20 Hz, two ticks a world
-FASTEST = 40.0  # m/s; lanes have their limits
-STANDING_GAP = 2.0  # metres from bumper to bumper
-HARDEST = 7.0  # m/s2 of braking
-SIDEWAYS = 4.5  # m/s2 that a driver steers for at most; the sharpest bends take 4
-STEEPEST = 0.22  # radians between a car that changes lanes and the lane
+TICK_SECONDS = 0.05  # seconds: 20 Hz, two ticks a world
+MAX_SPEED = 40.0  # m/s; lanes have their limits
+STANDING_GAP_METRES = 2.0  # metres from bumper to bumper
+MAX_BRAKING = 7.0  # m/s2 of braking
+MAX_LATERAL_ACCELERATION = 4.5  # m/s2 that a driver steers for at most; the sharpest bends take 4
+MAX_LANE_ANGLE = 0.22  # radians between a car that changes lanes and the lane
+# m/s a command: at 10 commands a second the rate of highway-env, 5 m/s a second.
+SPEED_STEP = 0.5
+MAX_ASIDE_SHARE = 0.5  # of a lane's width
 
 
 class Car(IDMVehicle):
@@ -36,7 +39,7 @@ class Car(IDMVehicle):
     DELTA_SPEED = 5.0
     # Drivers as in Treiber, Hennecke and Helbing, Phys. Rev. E 62 (2000), a little brisker.
     ACC_MAX, COMFORT_ACC_MAX, COMFORT_ACC_MIN = 6.0, 1.8, -2.5
-    DISTANCE_WANTED, TIME_WANTED, DELTA = STANDING_GAP, 1.2, 4.0
+    DISTANCE_WANTED, TIME_WANTED, DELTA = STANDING_GAP_METRES, 1.2, 4.0
     POLITENESS, LANE_CHANGE_MIN_ACC_GAIN = 0.0, 0.2
     LANE_CHANGE_MAX_BRAKING_IMPOSED, LANE_CHANGE_DELAY = 2.0, 1.0
 
@@ -60,7 +63,7 @@ class Car(IDMVehicle):
         lane_index = (*self.path[self.leg], place[0])
         lane = road.network.get_lane(lane_index)
         position, heading = lane.position(place[1], 0.0), lane.heading_at(place[1])
-        super().__init__(road, position, float(heading), speed, lane_index, FASTEST)
+        super().__init__(road, position, float(heading), speed, lane_index, MAX_SPEED)
         self.LENGTH, self.HEIGHT, self.WIDTH = size
         self.diagonal = float(np.hypot(self.LENGTH, self.WIDTH))
         self.number, self.eagerness, self.row = number, eagerness, 0
@@ -95,13 +98,13 @@ class Car(IDMVehicle):
         """Choose lane, steering and acceleration for the next tick."""
         if self.crashed:
             self.crashed_for += 1
-            braking = min(6.0, self.speed / TICK)
+            braking = min(6.0, self.speed / TICK_SECONDS)
             self.action = {"steering": 0.0, "acceleration": -braking}
             return
         if len(self.road.beside(self.lane_index)) > 1:
             self.choose_lane()
         wanted = min(self.follow(index) for index in {self.lane_index, self.target_lane_index})
-        wanted = max(min(wanted, self.COMFORT_ACC_MAX), -HARDEST, -self.speed / TICK)
+        wanted = max(min(wanted, self.COMFORT_ACC_MAX), -MAX_BRAKING, -self.speed / TICK_SECONDS)
         self.action = {"steering": self.steering(), "acceleration": wanted}
 
     def follow(self, lane_index: LaneIndex) -> float:
@@ -117,7 +120,7 @@ class Car(IDMVehicle):
             brake = self.brake(gap, self.speed - speed)
             wanted = min(wanted, self.acceleration(self) + brake)
         if self.held:
-            wanted = min(wanted, self.stop_in(self.to_line + 0.5 * STANDING_GAP))
+            wanted = min(wanted, self.stop_in(self.to_line + 0.5 * STANDING_GAP_METRES))
         if self.road.is_closing(self, lane_index):
             left = self.road.network.get_lane(lane_index).length - self.along
             wanted = min(wanted, self.stop_in(float(left) - 0.5 * self.LENGTH))
@@ -177,10 +180,10 @@ class Car(IDMVehicle):
         lane = self.road.network.get_lane(index)
         along, aside = lane.local_coordinates(self.position)
         speed = max(self.speed, 0.5)
-        across = np.clip(self.KP_LATERAL * aside / speed, -STEEPEST, STEEPEST)
+        across = np.clip(self.KP_LATERAL * aside / speed, -MAX_LANE_ANGLE, MAX_LANE_ANGLE)
         course = self.road.course(self, index, float(along) + speed * self.TAU_PURSUIT)
         error = (course - across - self.heading + np.pi) % (2.0 * np.pi) - np.pi
-        most = min(SIDEWAYS * 0.5 * self.LENGTH / speed**2, 1.0)
+        most = min(MAX_LATERAL_ACCELERATION * 0.5 * self.LENGTH / speed**2, 1.0)
         slip = np.clip(0.5 * self.LENGTH / speed * self.KP_HEADING * error, -most, most)
         angle = np.arctan(2.0 * np.tan(np.arcsin(slip)))
         return float(np.clip(angle, -self.MAX_STEERING_ANGLE, self.MAX_STEERING_ANGLE))
@@ -208,7 +211,7 @@ class Car(IDMVehicle):
         for other in self.road.vehicles:
             if other is not self and lane_index in (other.lane_index, other.target_lane_index):
                 apart = abs(self.road.distance(self, other))
-                if apart < 0.5 * (self.LENGTH + other.LENGTH) + STANDING_GAP:
+                if apart < 0.5 * (self.LENGTH + other.LENGTH) + STANDING_GAP_METRES:
                     return False
         front, rear = self.road.neighbour_vehicles(self, lane_index)
         least = -self.LANE_CHANGE_MAX_BRAKING_IMPOSED
@@ -240,11 +243,6 @@ class Car(IDMVehicle):
         return np.array([self.LENGTH, self.HEIGHT, self.WIDTH])
 
 
-# m/s a command: at 10 commands a second the rate of highway-env, 5 m/s a second.
-SPEED_STEP = 0.5
-FARTHEST_ASIDE = 0.5  # of a lane's width
-
-
 class EgoCar(Car):
     """The ego car. Under command it follows its lane and holds a speed, whoever is in its way:
     it neither yields nor brakes for others, as highway-env's MDPVehicle.
@@ -260,7 +258,7 @@ class EgoCar(Car):
             return
         told = float(self.speed) if self.told_speed is None else self.told_speed
         told += {"faster": SPEED_STEP, "slower": -SPEED_STEP}.get(command, 0.0)
-        self.told_speed = min(max(told, 0.0), FASTEST)
+        self.told_speed = min(max(told, 0.0), MAX_SPEED)
         aside = {"lane_left": -1, "lane_right": 1}.get(command, 0)
         if aside and self.lane_index == self.target_lane_index:
             beside = (*self.lane_index[:2], self.lane_index[2] + aside)
@@ -273,7 +271,7 @@ class EgoCar(Car):
             super().act(action)
             return
         wanted = self.KP_A * (self.told_speed - self.speed)
-        wanted = max(min(wanted, self.ACC_MAX), -HARDEST, -self.speed / TICK)
+        wanted = max(min(wanted, self.ACC_MAX), -MAX_BRAKING, -self.speed / TICK_SECONDS)
         self.action = {"steering": self.steering(), "acceleration": float(wanted)}
 
     def driving(self, touches: bool) -> Driving:
@@ -284,6 +282,6 @@ class EgoCar(Car):
             limit=float(self.lane.speed_limit),
             lane=int(self.lane_index[2]),
             lanes=len(self.road.beside(self.lane_index)),
-            on_road=abs(self.aside) <= FARTHEST_ASIDE * float(self.lane.width_at(self.along)),
+            on_road=abs(self.aside) <= MAX_ASIDE_SHARE * float(self.lane.width_at(self.along)),
             crashed=bool(self.crashed) or touches,
         )

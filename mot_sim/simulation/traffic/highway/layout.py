@@ -10,11 +10,36 @@ from highway_env.road.road import RoadNetwork
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-LANE_WIDTH = 3.5
-NONE, DASHED, SOLID = LineType.NONE, LineType.STRIPED, LineType.CONTINUOUS_LINE
+LANE_WIDTH_METRES = 3.5
+NONE = LineType.NONE
+DASHED = LineType.STRIPED
+SOLID = LineType.CONTINUOUS_LINE
 Segment = tuple[str, str]  # the nodes that parallel lanes lead from and to
 Point = tuple[float, float] | Float[Array, "2"]
 Path = tuple[Segment, ...]  # a way through the network
+HIGHWAY_SPEED = 24.0  # m/s
+STREET_SPEED = 12.0  # m/s
+HIGHWAY_LANES = 3
+HIGHWAY_METRES = 3000.0
+STREET_METRES = 500.0
+# The merge: x of the ramp's end, of the acceleration lane's end, and of the road's end.
+RAMP_END_METRES = 200.0
+MERGE_END_METRES = 420.0
+MERGE_METRES = 2000.0
+RAMP_SPEED = 19.0
+ARMS = range(4)
+LANE_OFFSET_METRES = 0.5 * LANE_WIDTH_METRES  # of a lane's centre from the middle of the road
+ARM_METRES = 130.0  # metres from the centre to where cars come and go: farther than KITTI labels
+ARM_SPEED = 11.0  # m/s on the arms
+EGO_ARM = 2  # so that the ego car begins towards +x
+STOP_LINE_METRES = (
+    10.0  # metres from the centre to the stop lines: right turns of 8.25 m, left of 11.75 m
+)
+RIGHT_TURN_SPEED = 5.0  # m/s: 3.0 m/s2 sideways, 33 degrees a second
+LEFT_TURN_SPEED = 6.8  # m/s: 3.9 m/s2 sideways, 33 degrees a second
+RING_RADIUS_METRES = 18.0  # radius of the roundabout's lane
+ENTRY_RADIUS_METRES = 14.0  # radius of the bends into and out of it
+RING_SPEED = 6.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +89,7 @@ def straight_lane(
 ) -> AbstractLane:
     """A straight lane; lines: what is painted on its left and right."""
     return StraightLane(
-        start, end, LANE_WIDTH, line_types=lines, forbidden=forbidden, speed_limit=limit
+        start, end, LANE_WIDTH_METRES, line_types=lines, forbidden=forbidden, speed_limit=limit
     )
 
 
@@ -78,7 +103,7 @@ def circular_lane(
         first,
         first + turn,
         clockwise=turn > 0.0,
-        width=LANE_WIDTH,
+        width=LANE_WIDTH_METRES,
         line_types=[NONE, NONE],
         speed_limit=limit,
     )
@@ -111,31 +136,24 @@ def crossing_segments(
     return found
 
 
-FAST, STREET = 24.0, 12.0  # m/s
-LANES = 3
-LENGTH = 3000.0
-STREET_LENGTH = 500.0
-# The merge: x of the ramp's end, of the acceleration lane's end, and of the road's end.
-RAMP_END, MERGE_END, MERGE_LENGTH = 200.0, 420.0, 2000.0
-RAMP_FAST = 19.0
-
-
 def _add_parallel(
     network: RoadNetwork, segment: Segment, x: tuple[float, float], lanes: int, closing: int = 0
 ) -> None:
     """Lanes side by side along x, the leftmost at y = 0; the last `closing` may not be entered."""
     for lane in range(lanes):
-        y = lane * LANE_WIDTH
+        y = lane * LANE_WIDTH_METRES
         marks = (SOLID if lane == 0 else DASHED, SOLID if lane == lanes - 1 else NONE)
         closes = lane >= lanes - closing
-        network.add_lane(*segment, straight_lane((x[0], y), (x[1], y), FAST, marks, closes))
+        network.add_lane(
+            *segment, straight_lane((x[0], y), (x[1], y), HIGHWAY_SPEED, marks, closes)
+        )
 
 
 def highway_layout() -> Layout:
     """Three lanes, one way, 3 km."""
     network = RoadNetwork()
     segment = ("west", "east")
-    _add_parallel(network, segment, (0.0, LENGTH), LANES)
+    _add_parallel(network, segment, (0.0, HIGHWAY_METRES), HIGHWAY_LANES)
     paths: tuple[Path, ...] = ((segment,),)
     return Layout(network, paths, Start(paths, 180.0, lane=1), (segment,), reach=180.0)
 
@@ -145,12 +163,14 @@ def merge_layout() -> Layout:
     network = RoadNetwork()
     before, beside, after = ("west", "gore"), ("gore", "taper"), ("taper", "east")
     ramp = ("ramp", "gore")
-    _add_parallel(network, before, (0.0, RAMP_END), 2)
-    _add_parallel(network, beside, (RAMP_END, MERGE_END), 3, closing=1)
-    _add_parallel(network, after, (MERGE_END, MERGE_LENGTH), 2)
+    _add_parallel(network, before, (0.0, RAMP_END_METRES), 2)
+    _add_parallel(network, beside, (RAMP_END_METRES, MERGE_END_METRES), 3, closing=1)
+    _add_parallel(network, after, (MERGE_END_METRES, MERGE_METRES), 2)
     # The ramp comes in at 6 degrees and meets the outer lane's line at its beginning.
-    start = (RAMP_END - 180.0, 2.0 * LANE_WIDTH + 19.0)
-    network.add_lane(*ramp, straight_lane(start, (RAMP_END, 2.0 * LANE_WIDTH), RAMP_FAST))
+    start = (RAMP_END_METRES - 180.0, 2.0 * LANE_WIDTH_METRES + 19.0)
+    network.add_lane(
+        *ramp, straight_lane(start, (RAMP_END_METRES, 2.0 * LANE_WIDTH_METRES), RAMP_SPEED)
+    )
     paths = ((before, beside, after), (ramp, beside, after))
     ego = Start((paths[0],), 60.0, lane=1)
     return Layout(network, paths, ego, (before, beside, after, ramp), reach=200.0)
@@ -159,37 +179,25 @@ def merge_layout() -> Layout:
 def street_layout() -> Layout:
     """One lane each way, 500 m, cars parked on both sides."""
     network = RoadNetwork()
-    right = 0.5 * LANE_WIDTH
+    right = 0.5 * LANE_WIDTH_METRES
     network.add_lane(
-        "west", "east", straight_lane((0.0, right), (STREET_LENGTH, right), STREET, (DASHED, SOLID))
+        "west",
+        "east",
+        straight_lane((0.0, right), (STREET_METRES, right), STREET_SPEED, (DASHED, SOLID)),
     )
     network.add_lane(
         "east-end",
         "west-end",
-        straight_lane((STREET_LENGTH, -right), (0.0, -right), STREET, (NONE, SOLID)),
+        straight_lane((STREET_METRES, -right), (0.0, -right), STREET_SPEED, (NONE, SOLID)),
     )
     ours, theirs = ("west", "east"), ("east-end", "west-end")
     kerbs = (
-        Kerb((30.0, LANE_WIDTH), 0.0, STREET_LENGTH - 60.0),
-        Kerb((STREET_LENGTH - 30.0, -LANE_WIDTH), pi, STREET_LENGTH - 60.0),
+        Kerb((30.0, LANE_WIDTH_METRES), 0.0, STREET_METRES - 60.0),
+        Kerb((STREET_METRES - 30.0, -LANE_WIDTH_METRES), pi, STREET_METRES - 60.0),
     )
     return Layout(
         network, ((ours,), (theirs,)), Start(((ours,),), 40.0), (ours, theirs), kerbs=kerbs
     )
-
-
-ARMS = range(4)
-OFFSET = 0.5 * LANE_WIDTH  # of a lane's centre from the middle of the road
-ARM = 130.0  # metres from the centre to where cars come and go: farther than KITTI labels
-LIMIT = 11.0  # m/s on the arms
-EGO_ARM = 2  # so that the ego car begins towards +x
-
-STOP = 10.0  # metres from the centre to the stop lines: right turns of 8.25 m, left of 11.75 m
-TURN_RIGHT, TURN_LEFT = 5.0, 6.8  # m/s: 3 to 3.9 m/s2 sideways, 33 degrees a second
-
-RING = 18.0  # radius of the roundabout's lane
-ENTRY = 14.0  # radius of the bends into and out of it
-RING_LIMIT = 6.5
 
 
 def _arms(
@@ -200,17 +208,25 @@ def _arms(
     kerbs = []
     for arm in arms:
         angle = 0.5 * pi * arm
-        far, near = turned(angle, ARM, -OFFSET), turned(angle, inner, -OFFSET)
-        network.add_lane(
-            f"from{arm}", f"line{arm}", straight_lane(far, near, LIMIT, (DASHED, SOLID))
+        far, near = (
+            turned(angle, ARM_METRES, -LANE_OFFSET_METRES),
+            turned(angle, inner, -LANE_OFFSET_METRES),
         )
-        near, far = turned(angle, inner, OFFSET), turned(angle, ARM, OFFSET)
-        network.add_lane(f"leave{arm}", f"to{arm}", straight_lane(near, far, LIMIT, (SOLID, SOLID)))
+        network.add_lane(
+            f"from{arm}", f"line{arm}", straight_lane(far, near, ARM_SPEED, (DASHED, SOLID))
+        )
+        near, far = (
+            turned(angle, inner, LANE_OFFSET_METRES),
+            turned(angle, ARM_METRES, LANE_OFFSET_METRES),
+        )
+        network.add_lane(
+            f"leave{arm}", f"to{arm}", straight_lane(near, far, ARM_SPEED, (SOLID, SOLID))
+        )
         segments += [(f"from{arm}", f"line{arm}"), (f"leave{arm}", f"to{arm}")]
         start, length = inner + 14.0, 70.0
-        inward = turned(angle, start + length, -LANE_WIDTH)
+        inward = turned(angle, start + length, -LANE_WIDTH_METRES)
         kerbs.append(Kerb((inward[0], inward[1]), angle + pi, length))
-        outward = turned(angle, start, LANE_WIDTH)
+        outward = turned(angle, start, LANE_WIDTH_METRES)
         kerbs.append(Kerb((outward[0], outward[1]), angle, length))
     return tuple(segments), tuple(kerbs)
 
@@ -222,21 +238,23 @@ def intersection_layout(arms: Iterable[int] = ARMS, begin: float = 60.0) -> Layo
     """
     arms = tuple(arms)
     network = RoadNetwork()
-    segments, kerbs = _arms(network, STOP, arms)
+    segments, kerbs = _arms(network, STOP_LINE_METRES, arms)
     paths: list[Path] = []
     for arm in arms:
         angle = 0.5 * pi * arm
-        start = turned(angle, STOP, -OFFSET)
+        start = turned(angle, STOP_LINE_METRES, -LANE_OFFSET_METRES)
         aside = turned(angle, 0.0, -1.0)  # to the right of who drives in
-        right, left = STOP - OFFSET, STOP + OFFSET
+        right, left = STOP_LINE_METRES - LANE_OFFSET_METRES, STOP_LINE_METRES + LANE_OFFSET_METRES
         straight = (arm + 2) % 4
         lanes = {
-            straight: straight_lane(start, turned(angle, -STOP, -OFFSET), LIMIT),
+            straight: straight_lane(
+                start, turned(angle, -STOP_LINE_METRES, -LANE_OFFSET_METRES), ARM_SPEED
+            ),
             (arm + 3) % 4: circular_lane(
-                start + right * aside, right, angle + 0.5 * pi, 0.5 * pi, TURN_RIGHT
+                start + right * aside, right, angle + 0.5 * pi, 0.5 * pi, RIGHT_TURN_SPEED
             ),
             (arm + 1) % 4: circular_lane(
-                start - left * aside, left, angle - 0.5 * pi, -0.5 * pi, TURN_LEFT
+                start - left * aside, left, angle - 0.5 * pi, -0.5 * pi, LEFT_TURN_SPEED
             ),
         }
         for target, lane in lanes.items():
@@ -264,8 +282,8 @@ def t_junction_layout() -> Layout:
 def roundabout_layout() -> Layout:
     """A ring with one lane and four arms; who enters gives way."""
     network = RoadNetwork()
-    side = OFFSET + ENTRY
-    inner = float(np.sqrt((RING + ENTRY) ** 2 - side**2))
+    side = LANE_OFFSET_METRES + ENTRY_RADIUS_METRES
+    inner = float(np.sqrt((RING_RADIUS_METRES + ENTRY_RADIUS_METRES) ** 2 - side**2))
     touch = float(np.arctan2(side, inner))  # from an arm's axis to where its bends meet the ring
     segments, kerbs = _arms(network, inner)
     bend = 0.5 * pi - touch
@@ -273,17 +291,23 @@ def roundabout_layout() -> Layout:
         angle = 0.5 * pi * arm
         into = turned(angle, inner, -side)
         network.add_lane(
-            f"line{arm}", f"in{arm}", circular_lane(into, ENTRY, angle + 0.5 * pi, bend, RING_LIMIT)
+            f"line{arm}",
+            f"in{arm}",
+            circular_lane(into, ENTRY_RADIUS_METRES, angle + 0.5 * pi, bend, RING_SPEED),
         )
         out = turned(angle, inner, side)
         network.add_lane(
             f"out{arm}",
             f"leave{arm}",
-            circular_lane(out, ENTRY, angle - 0.5 * pi - bend, bend, RING_LIMIT),
+            circular_lane(out, ENTRY_RADIUS_METRES, angle - 0.5 * pi - bend, bend, RING_SPEED),
         )
-        ring = circular_lane(np.zeros(2), RING, angle + touch, -2.0 * touch, RING_LIMIT)
+        ring = circular_lane(
+            np.zeros(2), RING_RADIUS_METRES, angle + touch, -2.0 * touch, RING_SPEED
+        )
         network.add_lane(f"out{arm}", f"in{arm}", ring)
-        rest = circular_lane(np.zeros(2), RING, angle - touch, 2.0 * touch - 0.5 * pi, RING_LIMIT)
+        rest = circular_lane(
+            np.zeros(2), RING_RADIUS_METRES, angle - touch, 2.0 * touch - 0.5 * pi, RING_SPEED
+        )
         network.add_lane(f"in{arm}", f"out{(arm + 3) % 4}", rest)
     paths = tuple(_around(arm, exits) for arm in ARMS for exits in (1, 2, 3))
     return Layout(

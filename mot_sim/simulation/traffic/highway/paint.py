@@ -12,12 +12,16 @@ from mot_sim.simulation.traffic.highway.traffic import ROADS
 from mot_sim.simulation.traffic.roads import Lane, Roads, Surface, ribbon, stripe
 from tracker.errors import UnknownName
 
-FASTER = 17.0  # m/s: roads with this limit have shoulders, slower ones kerbs and pavements
-STEP, BEND = 20.0, 1.0  # metres between the points of straight and of bent lanes
-BAY = 2.4  # metres: the width of a parking bay
-INSET = 0.12  # of marks from the lane's edge
-STOP_LINE, GIVE_WAY = 0.4, (0.5, 0.3)  # metres: widths; dash and gap
-BEYOND = 160.0  # metres that roads go on behind the last place with cars
+MIN_MOTORWAY_SPEED = (
+    17.0  # m/s: roads with this limit have shoulders, slower ones kerbs and pavements
+)
+STRAIGHT_STEP_METRES = 20.0  # between the points of straight lanes
+BENT_STEP_METRES = 1.0  # between the points of bent lanes
+BAY_METRES = 2.4  # metres: the width of a parking bay
+MARK_INSET_METRES = 0.12  # of marks from the lane's edge
+STOP_LINE_METRES = 0.4  # width
+GIVE_WAY_DASH_METRES = (0.5, 0.3)  # dash and gap
+BEYOND_METRES = 160.0  # metres that roads go on behind the last place with cars
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,7 @@ def painted(layout: Layout) -> Roads:
     """The ground of a layout, and its lane graph. Where lanes end for good, the road goes on."""
     lanes = _lanes(layout)
     fastest = max(lane.speed_limit for _, lane, _ in lanes)
-    style = MOTORWAY if fastest > FASTER else TOWN
+    style = MOTORWAY if fastest > MIN_MOTORWAY_SPEED else TOWN
     half = {id(lane): 0.5 * float(lane.width) for _, lane, _ in lanes}
     surfaces: list[Surface] = []
     bands = (
@@ -72,7 +76,7 @@ def painted(layout: Layout) -> Roads:
 
 
 def _lanes(
-    layout: Layout, beyond: float = BEYOND
+    layout: Layout, beyond: float = BEYOND_METRES
 ) -> list[tuple[Segment, AbstractLane, Float[Array, "_ 2"]]]:
     """Every lane with its segment and its centre line, made longer at the ends of the network."""
     lanes = layout.network.lanes_dict().items()
@@ -83,7 +87,9 @@ def _lanes(
         bent = lane.heading_at(0.0) != lane.heading_at(0.7 * length)
         first = 0.0 if index[0] in ends else -beyond
         last = length if index[1] in begins else length + beyond
-        count = int(np.ceil((last - first) / (BEND if bent else STEP))) + 1
+        count = (
+            int(np.ceil((last - first) / (BENT_STEP_METRES if bent else STRAIGHT_STEP_METRES))) + 1
+        )
         along = np.linspace(first, last, max(count, 2))
         centre = np.array([lane.position(s, 0.0) for s in along], dtype=float)
         found.append(((index[0], index[1]), lane, centre))
@@ -95,7 +101,7 @@ def _bay(paint: str, kerb: Kerb, beyond: float) -> list[Surface]:
     along = np.array([np.cos(kerb.heading), np.sin(kerb.heading)])
     start = np.array(kerb.start) - 0.5 * along - beyond * along
     end = start + (kerb.length + 1.0 + 2.0 * beyond) * along
-    return ribbon(paint, np.array([start, end]), -0.05, BAY + beyond)
+    return ribbon(paint, np.array([start, end]), -0.05, BAY_METRES + beyond)
 
 
 def _marks(lane: AbstractLane, centre: Float[Array, "n 2"], style: Style) -> list[Surface]:
@@ -104,7 +110,7 @@ def _marks(lane: AbstractLane, centre: Float[Array, "n 2"], style: Style) -> lis
     for side, kind in zip((-1.0, 1.0), lane.line_types, strict=True):
         if kind == NONE:
             continue
-        aside = side * (0.5 * float(lane.width) - INSET)
+        aside = side * (0.5 * float(lane.width) - MARK_INSET_METRES)
         half = 0.5 * style.mark
         if kind == DASHED:
             centre_line = _offset(centre, aside)
@@ -123,10 +129,10 @@ def _lines_to_wait_at(layout: Layout) -> list[Surface]:
     surfaces = []
     for index, lane in layout.network.lanes_dict().items():
         if index[1] in stops | yields:
-            at, half = float(lane.length) - 0.5, 0.5 * float(lane.width) - INSET
+            at, half = float(lane.length) - 0.5, 0.5 * float(lane.width) - MARK_INSET_METRES
             ends = [_pair(lane.position(at, aside)) for aside in (-half, half)]
-            dash = GIVE_WAY if index[1] in yields else None
-            surfaces += stripe(ends[0], ends[1], STOP_LINE, dash)
+            dash = GIVE_WAY_DASH_METRES if index[1] in yields else None
+            surfaces += stripe(ends[0], ends[1], STOP_LINE_METRES, dash)
     return surfaces
 
 

@@ -5,11 +5,11 @@ import numpy as np
 from mot_sim.simulation.traffic.highway.car import Car
 from mot_sim.simulation.traffic.highway.layout import Layout, Segment
 
-ASK = 28.0  # metres before the line from which a driver asks to cross
-PATIENCE = 100  # ticks that one who waits lets others go first: 5 s
-LOOK = 18.0  # metres before a give-way line from which a driver may decide to go
-SPARE = 1.5  # seconds between us and the next car where we merge
-PULL = 1.5  # m/s2 of a car that pulls away
+ASKING_METRES = 28.0  # metres before the line from which a driver asks to cross
+PATIENCE_TICKS = 100  # ticks that one who waits lets others go first: 5 s
+DECISION_METRES = 18.0  # metres before a give-way line from which a driver may decide to go
+SPARE_SECONDS = 1.5  # seconds between us and the next car where we merge
+PULL_AWAY_ACCELERATION = 1.5  # m/s2 of a car that pulls away
 
 
 class RightOfWay:
@@ -53,7 +53,9 @@ class RightOfWay:
 
     def _asks(self, car: Car) -> bool:
         after = self._behind_line(car)
-        return after is not None and car.to_line < (ASK if after in self.layout.crossings else LOOK)
+        return after is not None and car.to_line < (
+            ASKING_METRES if after in self.layout.crossings else DECISION_METRES
+        )
 
     def _may_go(self, car: Car, earlier: list[Car], cars: list[Car]) -> bool:
         after = self._behind_line(car)
@@ -62,7 +64,7 @@ class RightOfWay:
             first = all(other.path[other.leg + 1] != after for other in earlier)
             return first and self._has_gap(car, after, cars)
         blocked = self.layout.crossings[after]
-        impatient = [other for other in earlier if self.waits.get(other, 0) > PATIENCE]
+        impatient = [other for other in earlier if self.waits.get(other, 0) > PATIENCE_TICKS]
         return not any(self._crossing_of(other) in blocked for other in [*self.going, *impatient])
 
     def _crossing_of(self, car: Car) -> Segment:
@@ -98,7 +100,7 @@ class RightOfWay:
         time = _time_to_pass(ours + 0.5 * car.LENGTH, car.speed, float(lane.speed_limit))
         for other in cars:
             apart = self._to_node(other, after)
-            if apart is not None and apart / max(other.speed, 2.0) < time + SPARE:
+            if apart is not None and apart / max(other.speed, 2.0) < time + SPARE_SECONDS:
                 return False
         return True
 
@@ -119,7 +121,10 @@ class RightOfWay:
 def _time_to_pass(distance: float, speed: float, limit: float) -> float:
     """Seconds for a distance when pulling away up to a limit."""
     top = max(limit, speed, 0.1)
-    until = (top**2 - speed**2) / (2.0 * PULL)
+    until = (top**2 - speed**2) / (2.0 * PULL_AWAY_ACCELERATION)
     if until >= distance:
-        return float((np.sqrt(speed**2 + 2.0 * PULL * distance) - speed) / PULL)
-    return (top - speed) / PULL + (distance - until) / top
+        return float(
+            (np.sqrt(speed**2 + 2.0 * PULL_AWAY_ACCELERATION * distance) - speed)
+            / PULL_AWAY_ACCELERATION
+        )
+    return (top - speed) / PULL_AWAY_ACCELERATION + (distance - until) / top

@@ -11,9 +11,10 @@ from numpy import ndarray as Array
 from mot_sim.simulation.traffic.highway.layout import Layout, Segment
 from mot_sim.simulation.traffic.traffic_state import colliding_pairs
 
-FARTHEST = 120.0  # metres: lanes that begin farther behind this one are not looked at
-MARGIN, OVERHANG = 1.0, 5.0  # metres: highway-env's rule of who is on a lane
-JOINED = 1.0  # metres between the ends of lanes that lead into one another
+MAX_BEHIND_METRES = 120.0  # metres: lanes that begin farther behind this one are not looked at
+LATERAL_MARGIN_METRES = 1.0  # highway-env's rule of who is on a lane
+OVERHANG_METRES = 5.0  # the same, beyond its ends
+MAX_JOINT_METRES = 1.0  # metres between the ends of lanes that lead into one another
 
 
 class CarRoad(Road):
@@ -82,8 +83,8 @@ class CarRoad(Road):
         if index not in self._seen:
             lane = self.network.get_lane(index)
             along, aside = project(lane, self._positions)
-            inside = (along >= -OVERHANG) & (along < lane.length + OVERHANG)
-            on_it = inside & (np.abs(aside) <= 0.5 * lane.width_at(0.0) + MARGIN)
+            inside = (along >= -OVERHANG_METRES) & (along < lane.length + OVERHANG_METRES)
+            on_it = inside & (np.abs(aside) <= 0.5 * lane.width_at(0.0) + LATERAL_MARGIN_METRES)
             self._seen[index] = along, on_it
         return self._seen[index]
 
@@ -92,7 +93,7 @@ class CarRoad(Road):
         for index, offset in self.lanes_around(car, car.lane_index):
             lane = self.network.get_lane(index)
             along, aside = lane.local_coordinates(other.position)
-            if lane.on_lane(other.position, along, aside, margin=MARGIN):
+            if lane.on_lane(other.position, along, aside, margin=LATERAL_MARGIN_METRES):
                 return float(along) + offset - car.along
         return float(car.lane_distance_to(other))
 
@@ -119,7 +120,7 @@ class CarRoad(Road):
             for segment in path[car.leg + 1 :]:
                 after, joins = self.onward(last, segment)
                 offset += float(self.network.get_lane(last).length)
-                if not joins or offset > FARTHEST + self.network.get_lane(index).length:
+                if not joins or offset > MAX_BEHIND_METRES + self.network.get_lane(index).length:
                     break
                 found.append((after, offset))
                 last = after
@@ -148,7 +149,7 @@ class CarRoad(Road):
                 for other in self.beside((*segment, 0))
             ]
             nearest = int(np.argmin(gaps))
-            self._onward[key] = (*segment, nearest), gaps[nearest] < JOINED
+            self._onward[key] = (*segment, nearest), gaps[nearest] < MAX_JOINT_METRES
         return self._onward[key]
 
     def is_closing(self, car: Any, index: LaneIndex) -> bool:

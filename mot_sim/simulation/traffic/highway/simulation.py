@@ -8,16 +8,23 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.simulation import random_numbers
-from mot_sim.simulation.traffic.highway.car import STANDING_GAP, TICK, Car, EgoCar
+from mot_sim.simulation.traffic.highway.car import STANDING_GAP_METRES, TICK_SECONDS, Car, EgoCar
 from mot_sim.simulation.traffic.highway.layout import Kerb, Layout
 from mot_sim.simulation.traffic.highway.right_of_way import RightOfWay
 from mot_sim.simulation.traffic.highway.road import CarRoad
 from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
 from tracker.errors import BadConfig
 
-SPARE = 5.0  # metres between the bumpers of the longest cars at time 0
-PARKING_SPARE = 1.2  # between parked ones
-ASIDE = 0.3  # from the kerb's line to a parked car
+SPARE_METRES = 5.0  # metres between the bumpers of the longest cars at time 0
+PARKING_SPARE_METRES = 1.2  # between parked ones
+PARKED_ASIDE_METRES = 0.3  # from the kerb's line to a parked car
+EGO_NUMBER = -1  # the ego car's number
+MAX_QUEUE = 3  # cars that wait outside to come in; more are turned away
+MIN_ENTRY_SPEED = 4.0  # m/s: who could only come in slower behind another waits
+ENTRY_BRAKING = 2.0  # m/s2 that who comes in may have to brake
+EAGERNESS_RANGE = (0.75, 1.05)  # wanted speeds as a part of the limits
+TOWED_SECONDS = 20.0  # seconds after which who has crashed is gone, so that no jam lasts
+HEADWAY_SECONDS = 1.2  # seconds, of cars that begin or come in behind another
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +40,7 @@ def slots(layout: Layout, longest: float, seed: int) -> list[Slot]:
     start = layout.ego
     ego_lane = (*start.paths[0][0], start.lane)
     ego = layout.network.get_lane(ego_lane).position(start.distance, 0.0)
-    pitch = longest + SPARE
+    pitch = longest + SPARE_METRES
     found = []
     for segment in layout.fillable:
         for number in range(len(layout.network.graph[segment[0]][segment[1]])):
@@ -42,7 +49,7 @@ def slots(layout: Layout, longest: float, seed: int) -> list[Slot]:
             # Nobody begins in the last metres before a line, where he could not stop any more.
             room = float(lane.length) - longest - 20.0
             for along in np.arange(longest, room, pitch).tolist():
-                place = lane.position(along + 0.5 * SPARE, 0.0)
+                place = lane.position(along + 0.5 * SPARE_METRES, 0.0)
                 if index == ego_lane and abs(along - start.distance) < 2.0 * pitch:
                     continue
                 if np.hypot(*(place - ego)) < layout.reach:
@@ -51,7 +58,7 @@ def slots(layout: Layout, longest: float, seed: int) -> list[Slot]:
         seed, "slot", np.arange(len(found)), np.zeros(len(found), np.int64), 2
     )
     moved = [
-        Slot(slot.lane_index, slot.along + 0.8 * SPARE * float(share))
+        Slot(slot.lane_index, slot.along + 0.8 * SPARE_METRES * float(share))
         for slot, share in zip(found, rank[:, 1], strict=True)
     ]
     return [moved[row] for row in np.argsort(rank[:, 0], kind="stable").tolist()]
@@ -88,7 +95,7 @@ def park(
 
     The origin is the middle of a junction: there vans hide the most.
     """
-    pitch = float(max(sizes[:, 0].max(), van[0])) + PARKING_SPARE
+    pitch = float(max(sizes[:, 0].max(), van[0])) + PARKING_SPARE_METRES
     places = [place for kerb in layout.kerbs for place in _places(kerb, pitch)]
     by_distance = np.argsort([np.hypot(*place[:2]) for place in places], kind="stable")
     if vans > len(places):
@@ -102,8 +109,8 @@ def park(
         if not is_van[number] and chance[number, 0] >= share:
             continue
         one = np.array(van) if is_van[number] else sizes[int(chance[number, 1] * len(sizes))]
-        aside = ASIDE + 0.5 * float(one[2])
-        along = (float(chance[number, 2]) - 0.5) * 0.6 * PARKING_SPARE
+        aside = PARKED_ASIDE_METRES + 0.5 * float(one[2])
+        along = (float(chance[number, 2]) - 0.5) * 0.6 * PARKING_SPARE_METRES
         c, s = np.cos(heading), np.sin(heading)
         poses.append((x + c * along - s * aside, y + s * along + c * aside, heading))
         size.append(one)
@@ -115,15 +122,6 @@ def _places(kerb: Kerb, pitch: float) -> list[tuple[float, float, float]]:
     c, s = np.cos(kerb.heading), np.sin(kerb.heading)
     along = np.arange(0.5 * pitch, kerb.length - 0.5 * pitch + 1e-9, pitch).tolist()
     return [(kerb.start[0] + c * a, kerb.start[1] + s * a, kerb.heading) for a in along]
-
-
-EGO = -1  # the ego car's number
-QUEUE = 3  # cars that wait outside to come in; more are turned away
-SLOWEST_ENTRY = 4.0  # m/s: who could only come in slower behind another waits
-ENTRY_BRAKING = 2.0  # m/s2 that who comes in may have to brake
-EAGERNESS = (0.75, 1.05)  # wanted speeds as a part of the limits
-TOWED = 20.0  # seconds after which who has crashed is gone, so that no jam lasts
-HEADWAY = 1.2  # seconds, of cars that begin or come in behind another
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,17 +162,17 @@ class Simulation:
 
     def _place_ego(self) -> EgoCar:
         start = self.layout.ego
-        path = start.paths[int(self._draw("ego way", EGO) * len(start.paths))]
+        path = start.paths[int(self._draw("ego way", EGO_NUMBER) * len(start.paths))]
         way = self.layout.paths.index(path)
         limit = self.layout.network.get_lane((*path[0], start.lane)).speed_limit
         place = (start.lane, start.distance)
         speed = 0.8 * float(limit)
-        return EgoCar(self.road, EGO, self.demand.ego_size, (way, 0), place, speed, 0.95)
+        return EgoCar(self.road, EGO_NUMBER, self.demand.ego_size, (way, 0), place, speed, 0.95)
 
     def _new_car(self, number: int, way: tuple[int, int], place: tuple[int, float]) -> Car:
         row = int(self._draw("size", number) * len(self.demand.sizes))
         length, height, width = self.demand.sizes[row].tolist()
-        eagerness = float(np.interp(self._draw("eagerness", number), (0.0, 1.0), EAGERNESS))
+        eagerness = float(np.interp(self._draw("eagerness", number), (0.0, 1.0), EAGERNESS_RANGE))
         return Car(self.road, number, (length, height, width), way, place, 0.0, eagerness)
 
     def _fill(self) -> None:
@@ -201,7 +199,7 @@ class Simulation:
         speed = car.speed_limit()
         if front is not None:
             gap = self.road.distance(car, front) - 0.5 * (car.LENGTH + front.LENGTH)
-            speed = min(speed, max(gap - car.DISTANCE_WANTED, 0.0) / HEADWAY)
+            speed = min(speed, max(gap - car.DISTANCE_WANTED, 0.0) / HEADWAY_SECONDS)
         if car.leg + 1 < len(car.path):
             speed = min(speed, float(np.sqrt(4.0 * max(car.to_line - 2.0, 0.0))))
         return speed
@@ -214,10 +212,10 @@ class Simulation:
 
     def step(self) -> None:
         """0.1 s of traffic."""
-        for _ in range(round(STEP / TICK)):
+        for _ in range(round(STEP / TICK_SECONDS)):
             self.rules.update(self.road.vehicles)
             self.road.act()
-            self.road.step(TICK)
+            self.road.step(TICK_SECONDS)
         self.steps += 1
         self.road.vehicles = [
             car for car in self.road.vehicles if car is self.ego or self._stays(car)
@@ -226,13 +224,13 @@ class Simulation:
 
     def _stays(self, car: Car) -> bool:
         """Whether a car is still on its way, and not a wreck that is towed away by now."""
-        return not car.has_left and car.crashed_for * TICK < TOWED
+        return not car.has_left and car.crashed_for * TICK_SECONDS < TOWED_SECONDS
 
     def _arrive(self) -> None:
         """Cars that come in now, by simulated time."""
         entries = len(self.layout.paths)
         while self.next_arrival <= self.steps * STEP:
-            if len(self.queue) < QUEUE:
+            if len(self.queue) < MAX_QUEUE:
                 way = int(self._draw("arriving way", self.arrived) * entries)
                 self.queue.append((self.count, way))
                 self.count += 1
@@ -253,10 +251,10 @@ class Simulation:
             limit = car.speed_limit()
             for other in self.road.vehicles:
                 if index in (other.lane_index, other.target_lane_index):
-                    gap = other.along - 0.5 * (car.LENGTH + other.LENGTH) - STANDING_GAP
+                    gap = other.along - 0.5 * (car.LENGTH + other.LENGTH) - STANDING_GAP_METRES
                     safe = np.sqrt(other.speed**2 + 2.0 * ENTRY_BRAKING * max(gap, 0.0))
-                    limit = min(limit, float(safe), max(gap, 0.0) / HEADWAY)
-            if limit > SLOWEST_ENTRY:
+                    limit = min(limit, float(safe), max(gap, 0.0) / HEADWAY_SECONDS)
+            if limit > MIN_ENTRY_SPEED:
                 car.speed = limit
                 self.road.vehicles.append(car)
                 return True

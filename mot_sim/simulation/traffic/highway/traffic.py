@@ -19,8 +19,8 @@ from mot_sim.simulation.traffic.highway.layout import (
     street_layout,
     t_junction_layout,
 )
-from mot_sim.simulation.traffic.highway.simulation import EGO, Demand, Simulation
-from mot_sim.simulation.traffic.scripted import SEDAN
+from mot_sim.simulation.traffic.highway.simulation import EGO_NUMBER, Demand, Simulation
+from mot_sim.simulation.traffic.scripted import SEDAN_SIZE
 from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState, collisions
 from tracker.errors import BadConfig, UnknownName
 
@@ -35,13 +35,14 @@ ROADS: dict[str, Callable[[], Layout]] = {
 }
 CRASHES = ("reject", "label")
 # Length, height, width of common cars, from small to large.
-SIZES = (
+CAR_SIZES = (
     (3.6, 1.5, 1.64), (4.0, 1.46, 1.74), (4.3, 1.45, 1.79), (4.6, 1.43, 1.83),
     (4.75, 1.48, 1.82), (4.5, 1.66, 1.85), (4.85, 1.75, 1.93),
 )  # fmt: skip
-VAN = (5.4, 2.3, 2.0)
-LONGEST, WIDEST = 8.0, 2.2  # metres: what the lanes and parking places are made for
-ATTEMPTS = 20
+VAN_SIZE = (5.4, 2.3, 2.0)
+MAX_LENGTH_METRES = 8.0  # what the lanes and parking places are made for
+MAX_WIDTH_METRES = 2.2  # the same
+MAX_ATTEMPTS = 20
 
 
 @dataclass(eq=False)
@@ -61,9 +62,9 @@ class HighwayTraffic:
     arrivals: float = 0.5
     parked: float = 0.4
     vans: int = 0
-    sizes: Float[Array, "m 3"] = field(default_factory=lambda: np.array(SIZES))
-    van_size: tuple[float, float, float] = VAN
-    ego_size: tuple[float, float, float] = SEDAN
+    sizes: Float[Array, "m 3"] = field(default_factory=lambda: np.array(CAR_SIZES))
+    van_size: tuple[float, float, float] = VAN_SIZE
+    ego_size: tuple[float, float, float] = SEDAN_SIZE
     crashes: str = "reject"
     clean_seconds: float = 20.0
 
@@ -79,11 +80,13 @@ class HighwayTraffic:
         if not 0.0 <= self.parked <= 1.0:
             raise BadConfig(f"parked is {self.parked:g}: it is a share, 0 to 1")
         shapes = np.vstack((self.sizes.reshape(-1, 3), self.van_size, self.ego_size))
-        fits = (shapes > 0.0).all() and (shapes[:, [0, 2]] <= (LONGEST, WIDEST)).all()
+        fits = (shapes > 0.0).all() and (
+            shapes[:, [0, 2]] <= (MAX_LENGTH_METRES, MAX_WIDTH_METRES)
+        ).all()
         if not (len(self.sizes) and fits):
             raise BadConfig(
                 f"sizes (length, height, width) {shapes.tolist()}: give one or more, positive, at "
-                f"most {LONGEST:g} m long and {WIDEST:g} m wide"
+                f"most {MAX_LENGTH_METRES:g} m long and {MAX_WIDTH_METRES:g} m wide"
             )
         self._simulation: Simulation | None = None
         self._ahead: deque[TrafficState] = deque()
@@ -98,7 +101,7 @@ class HighwayTraffic:
                 return self._ahead.popleft()
         raise BadConfig(
             f"{self.cars} cars on the {self.road}: somebody crashed within "
-            f"{self.clean_seconds:g} s in all of {ATTEMPTS} attempts; ask for fewer cars or "
+            f"{self.clean_seconds:g} s in all of {MAX_ATTEMPTS} attempts; ask for fewer cars or "
             "arrivals, or crashes='label'"
         )
 
@@ -122,7 +125,7 @@ class HighwayTraffic:
     def driving(self) -> Driving:
         """How the ego car drives now."""
         simulation = self._driven()
-        touches = bool((collisions(simulation.world()) == EGO).any())
+        touches = bool((collisions(simulation.world()) == EGO_NUMBER).any())
         return simulation.ego.driving(touches)
 
     def _driven(self) -> Simulation:
@@ -170,6 +173,6 @@ class HighwayTraffic:
 
 def attempts(rng: np.random.Generator) -> list[int]:
     """The seeds of the attempts at a run; the generator gives one number for all of them."""
-    seed, numbers = int(rng.integers(2**62)), np.arange(ATTEMPTS)
-    drawn = random_numbers.bits(seed, "attempt", numbers, np.zeros(ATTEMPTS, np.int64))
+    seed, numbers = int(rng.integers(2**62)), np.arange(MAX_ATTEMPTS)
+    drawn = random_numbers.bits(seed, "attempt", numbers, np.zeros(MAX_ATTEMPTS, np.int64))
     return [int(attempt) >> 1 for attempt in drawn[:, 0].tolist()]

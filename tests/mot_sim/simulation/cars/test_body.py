@@ -6,13 +6,13 @@ import trimesh
 
 from mot_sim.simulation.cars.design import (
     BODIES,
-    COMMON,
-    SHARES,
-    SHORTEST_ROOF,
+    BODY_SHARES,
+    COMMON_RANGES,
+    MIN_ROOF_METRES,
     draw_designs,
     greenhouse,
 )
-from mot_sim.simulation.cars.shell import SPOKES, TYRE_WIDTH
+from mot_sim.simulation.cars.shell import SPOKES, TYRE_WIDTH_METRES
 from mot_sim.simulation.cars.topology import (
     HALF_POINTS,
     KEYPOINTS,
@@ -32,17 +32,17 @@ def drawn(body: str, count: int = CARS) -> dict[str, np.ndarray]:
 
 
 def test_bodies_only_change_measures_that_there_are() -> None:
-    assert set(BODIES) == set(SHARES)
-    assert sum(SHARES.values()) == pytest.approx(1.0)
-    for ranges in (COMMON, *BODIES.values()):
-        assert set(ranges) <= set(COMMON)
+    assert set(BODIES) == set(BODY_SHARES)
+    assert sum(BODY_SHARES.values()) == pytest.approx(1.0)
+    for ranges in (COMMON_RANGES, *BODIES.values()):
+        assert set(ranges) <= set(COMMON_RANGES)
         assert all(low < high for low, high in ranges.values())
 
 
 @pytest.mark.parametrize("body", BODIES)
 def test_windows_leave_a_roof(body: str) -> None:
     cowl, front, rear, foot = greenhouse(drawn(body, 200))
-    assert (front - rear > SHORTEST_ROOF - 1e-9).all()
+    assert (front - rear > MIN_ROOF_METRES - 1e-9).all()
     assert (cowl > front).all()
     assert (rear > foot).all()
 
@@ -77,7 +77,7 @@ def test_a_wheel_has_the_volume_of_its_prism() -> None:
     designs, shared = drawn("sedan", 1), topology()
     wheel = trimesh.Trimesh(whole(half_points(designs))[0], shared.faces[shared.pieces == 1])
     area = 0.5 * SPOKES * np.sin(2 * np.pi / SPOKES) * designs["wheel"][0] ** 2
-    assert area * (TYRE_WIDTH - 0.025) < wheel.volume < area * TYRE_WIDTH
+    assert area * (TYRE_WIDTH_METRES - 0.025) < wheel.volume < area * TYRE_WIDTH_METRES
 
 
 def test_the_right_half_mirrors_the_left() -> None:

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from mot_sim.simulation.cars import load_fleet, topology
-from mot_sim.simulation.cars.coarse import LEVELS, coarse_levels, simplify
+from mot_sim.simulation.cars.coarse import LEVEL_DISTANCES, coarse_levels, simplify
 from mot_sim.simulation.renderers import Mesh, MeshInstances, View, scan_view
 from mot_sim.simulation.scene_meshes import levels_of, mesh_of
 from tests.mot_sim.simulation.renderers.shapes import KITTI, at
@@ -18,7 +18,7 @@ def scanned(mesh: Mesh, place: np.ndarray):
     return scan_view(View(KITTI, MeshInstances((mesh,), place[None], np.array([0])), road=None))
 
 
-@pytest.mark.parametrize("level", range(1, len(LEVELS) + 1))
+@pytest.mark.parametrize("level", range(1, len(LEVEL_DISTANCES) + 1))
 def test_from_its_distance_on_a_coarser_car_has_the_same_box_within_a_pixel(level) -> None:
     distance, rng = list(coarse_levels())[level - 1], np.random.default_rng(level)
     for row in CARS.coefficients:
@@ -33,7 +33,7 @@ def test_from_its_distance_on_a_coarser_car_has_the_same_box_within_a_pixel(leve
 
 def test_levels_have_the_faces_they_are_named_for_and_the_size_of_the_car() -> None:
     car = FLEET.car(CARS.coefficients[0])
-    for mesh, count in zip(levels_of(mesh_of(car, "red"))[1:], LEVELS, strict=True):
+    for mesh, count in zip(levels_of(mesh_of(car, "red"))[1:], LEVEL_DISTANCES, strict=True):
         assert len(mesh.faces) <= count
         used = car.vertices[np.unique(mesh.faces)]
         np.testing.assert_allclose(np.ptp(used, axis=0), car.size, atol=0.02)

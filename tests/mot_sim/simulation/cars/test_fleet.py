@@ -7,13 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mot_sim.simulation.cars import BODIES, PAINTS, load_fleet, look_alike_ids, topology
-from mot_sim.simulation.cars.build import CARS
-from mot_sim.simulation.cars.design import SHARES
+from mot_sim.simulation.cars.build import POPULATION_COUNT
+from mot_sim.simulation.cars.design import BODY_SHARES
 from tracker.errors import BadConfig, UnknownName
 from tracker.shape import KEYPOINTS_14, KEYPOINTS_36, load_prior
 
 FLEET = load_fleet()
-SHARES_IN_ORDER = [SHARES[name] for name in BODIES]
+SHARES_IN_ORDER = [BODY_SHARES[name] for name in BODIES]
 sigmas = st.lists(st.floats(-1.5, 1.5), min_size=5, max_size=5)
 
 
@@ -42,7 +42,7 @@ def test_keypoints_and_meshes_follow_equation_1_with_the_trackers_prior(count: i
 
 def test_the_coefficients_are_uncorrelated_over_the_population() -> None:
     full = load_fleet(20).components
-    counts = np.array([round(CARS * share) for share in SHARES_IN_ORDER])
+    counts = np.array([round(POPULATION_COUNT * share) for share in SHARES_IN_ORDER])
     second = np.zeros((20, 20))
     for count, mean, root in zip(counts, full.body_means, full.body_roots, strict=True):
         second += (count - 1) * root @ root.T + count * np.outer(mean, mean)

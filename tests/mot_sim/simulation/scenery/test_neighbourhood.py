@@ -10,10 +10,10 @@ import pytest
 
 from mot_sim.simulation.renderers import NO_INSTANCE, MeshInstances, Semantic, find_renderer
 from mot_sim.simulation.scenery import WEATHERS, Knobs, Light, Neighbourhood, Scenery, post_process
-from mot_sim.simulation.scenery.ground import LEVELS
+from mot_sim.simulation.scenery.ground import LEVEL_COUNT
 from mot_sim.simulation.scenery.patches import Patches
-from mot_sim.simulation.scenery.scenery import FAR
-from mot_sim.simulation.scenery.window import KEPT
+from mot_sim.simulation.scenery.scenery import MAX_DISTANCE_METRES
+from mot_sim.simulation.scenery.window import MAX_TILES
 from mot_sim.simulation.traffic import Roads
 from tests.mot_sim.simulation.scenery.places import CAMERA, EGOS, ego_on, roads, world
 from tracker.errors import BadConfig
@@ -89,7 +89,7 @@ def test_scenery_is_nobodys_and_near_enough(road: str) -> None:
     assert 3 < len(placed) < 60
     assert (placed.instances == NO_INSTANCE).all()
     assert not any(mesh.casts for mesh in placed.meshes)  # their shadows lie in the texture
-    assert np.linalg.norm(placed.T_cam_object[:, :3, 3], axis=1).max() < FAR + 50.0
+    assert np.linalg.norm(placed.T_cam_object[:, :3, 3], axis=1).max() < MAX_DISTANCE_METRES + 50.0
 
 
 def test_memory_is_bounded() -> None:
@@ -100,8 +100,8 @@ def test_memory_is_bounded() -> None:
     tile = next(iter(windows.tiles.values())).nbytes
     window = next(iter(windows.now.values())).pixels.nbytes
     grain = sum(one.nbytes for one in (*ground.grain.stones, *ground.grain.blades))
-    assert len(windows.tiles) <= KEPT
-    assert KEPT * tile + LEVELS * window + grain < 300e6
+    assert len(windows.tiles) <= MAX_TILES
+    assert MAX_TILES * tile + LEVEL_COUNT * window + grain < 300e6
 
 
 def test_the_road_tells_where_cars_drive() -> None:

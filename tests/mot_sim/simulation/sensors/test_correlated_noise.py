@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mot_sim.simulation.sensors.correlated_noise import (
-    BLOCK,
+    BLOCK_FRAMES,
     Autocorrelation,
     correlated_normal_columns,
     correlated_normals,
@@ -14,7 +14,7 @@ from mot_sim.simulation.sensors.correlated_noise import (
 )
 from tracker.errors import BadConfig
 
-OBJECTS, FRAMES = 600, 3 * BLOCK
+OBJECTS, FRAMES = 600, 3 * BLOCK_FRAMES
 IDS, TIMES = np.tile(np.arange(OBJECTS), FRAMES), np.repeat(np.arange(FRAMES), OBJECTS)
 
 
@@ -35,9 +35,11 @@ def test_neighbours_correlate_as_promised_across_blocks_too(tau) -> None:
     rho = np.exp(-0.1 / tau)
     within = [np.corrcoef(x[k], x[k + 1])[0, 1] for k in range(FRAMES - 1)]
     assert np.mean(within) == pytest.approx(rho, abs=0.01)
-    assert within[BLOCK - 1] == pytest.approx(rho, abs=0.12)
-    far = [np.corrcoef(x[k], x[k + 2 * BLOCK])[0, 1] for k in range(FRAMES - 2 * BLOCK)]
-    assert np.mean(far) == pytest.approx(np.exp(-0.2 * BLOCK / tau), abs=0.05)
+    assert within[BLOCK_FRAMES - 1] == pytest.approx(rho, abs=0.12)
+    far = [
+        np.corrcoef(x[k], x[k + 2 * BLOCK_FRAMES])[0, 1] for k in range(FRAMES - 2 * BLOCK_FRAMES)
+    ]
+    assert np.mean(far) == pytest.approx(np.exp(-0.2 * BLOCK_FRAMES / tau), abs=0.05)
 
 
 def test_a_mixture_has_the_mixed_autocorrelation() -> None:
@@ -53,10 +55,10 @@ def test_smooth_latents_are_stationary_and_keep_their_promise_across_blocks(tau)
     memory = Autocorrelation((1.0,), (tau,), (1.0,))
     x = table(memory)
     assert np.abs(x.std(axis=1) - 1.0).max() < 0.15
-    for lag in (1, 3, BLOCK + 1):
+    for lag in (1, 3, BLOCK_FRAMES + 1):
         rho = [np.corrcoef(x[k], x[k + lag])[0, 1] for k in range(FRAMES - lag)]
         assert np.mean(rho) == pytest.approx(memory.correlation(0.1 * lag), abs=0.05)
-    across = np.corrcoef(x[BLOCK - 2], x[BLOCK + 1])[0, 1]
+    across = np.corrcoef(x[BLOCK_FRAMES - 2], x[BLOCK_FRAMES + 1])[0, 1]
     assert across == pytest.approx(memory.correlation(0.3), abs=0.12)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, bursts
-from mot_sim.simulation.sensors.misses import HEIGHTS, Confusion, Misses
+from mot_sim.simulation.sensors.misses import HEIGHT_KNOTS, Confusion, Misses
 from tests.mot_sim.simulation.sensors.sights import STEP, by_object, crowd, lag_one, sightings_of
 from tracker.errors import BadConfig
 
@@ -81,7 +81,7 @@ def test_small_hidden_and_cut_cars_are_missed_more() -> None:
     )
     open_car = model.rates(sightings_of([0], [0]))[0]
     assert open_car == pytest.approx(1.0 / (1.0 + np.exp(2.0)))
-    assert model.rates(sightings_of([0], [0], height=HEIGHTS[0]))[0] == pytest.approx(0.5)
+    assert model.rates(sightings_of([0], [0], height=HEIGHT_KNOTS[0]))[0] == pytest.approx(0.5)
     assert model.rates(sightings_of([0], [0], visible=0.35))[0] == pytest.approx(0.5)
     assert model.rates(sightings_of([0], [0], cut=0.6))[0] > 0.7
     near = Misses(2.0, by_cut=(0.0, -1.0, -3.0), cut_by_height=(0.0, 0.0, -2.0))

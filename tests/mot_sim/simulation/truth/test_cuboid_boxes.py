@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mot_sim.simulation.renderers.triangles import NEAR
+from mot_sim.simulation.renderers.triangles import NEAR_METRES
 from mot_sim.simulation.rig import KITTI_K, Rig
 from mot_sim.simulation.truth import boxes_around, clip_to_image, project_edges
 from tests.mot_sim.simulation.truth.worlds import RIG, world_of
@@ -51,7 +51,7 @@ def test_boxes_hold_every_point_of_the_cuboid_before_the_camera(x, y, heading, p
     c, s = np.cos(cuboid.yaw[0]), np.sin(cuboid.yaw[0])
     R_road_object = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
     points_cam = transform(rig.camera.T_cam_road, inside @ R_road_object.T + cuboid.base[0])
-    pixels = rig.camera.project(points_cam[points_cam[:, 2] > NEAR])
+    pixels = rig.camera.project(points_cam[points_cam[:, 2] > NEAR_METRES])
     box = box_of(x, y, heading, rig)
     assert (pixels >= box[:2] - 1e-6).all()
     assert (pixels <= box[2:] + 1e-6).all()

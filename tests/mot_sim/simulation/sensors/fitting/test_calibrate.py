@@ -12,7 +12,11 @@ from mot_sim.simulation.sensors.fitting.calibrate import fit_profile, simulate
 from mot_sim.simulation.sensors.fitting.fit_report import curves, fit_lines, fit_picture
 from mot_sim.simulation.sensors.fitting.measure import LabelledDetections, measure
 from mot_sim.simulation.sensors.fitting.statistics import Distance, gap_lengths, ks_distance, lagged
-from mot_sim.simulation.sensors.fitting.tetrachoric import both_below, correlation_of, memory_of
+from mot_sim.simulation.sensors.fitting.tetrachoric import (
+    both_below,
+    correlation_of,
+    nearest_autocorrelation,
+)
 from mot_sim.simulation.sensors.misses import Confusion, Misses
 from mot_sim.simulation.sensors.scores import ScoreNoise
 from tests.mot_sim.simulation.sensors.sights import CAMERA
@@ -137,7 +141,7 @@ def test_a_latent_correlation_is_found_again() -> None:
 def test_a_mixture_of_memories_is_found_again() -> None:
     true = Autocorrelation((0.4, 0.6), (0.12, 4.0))
     times = [0.1, 0.2, 0.3, 0.5, 1.0, 2.0, 4.0]
-    found = memory_of(times, [true.correlation(t) for t in times], [1.0] * 7)
+    found = nearest_autocorrelation(times, [true.correlation(t) for t in times], [1.0] * 7)
     np.testing.assert_allclose(
         [found.correlation(t) for t in times], [true.correlation(t) for t in times], atol=0.01
     )
