@@ -118,7 +118,7 @@ def measured(
             columns = dict(kept)
     else:
         recording = kitti_recording(drive, VEHICLES)
-        stage = SceneMeshes(VehicleSampler().cast(recording, 0), Rig(drive.camera))
+        stage = SceneMeshes(VehicleSampler().sample(recording, 0), Rig(drive.camera))
         seen = Sightings.from_truth(annotate(recording.states, stage).truth)
         names = ("frames", "ids", "boxes", "full_boxes", "seen_boxes", "visible")
         columns = {name: getattr(seen, name) for name in names}

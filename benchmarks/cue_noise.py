@@ -94,8 +94,8 @@ def rank1(samples: list[Sample], seen: list[ShapePose], gap: int) -> Array:
     return hits / asked
 
 
-def memory_of(fixed: float, changes: Array) -> tuple[float, Autocorrelation]:
-    """Std and memory of an error of which the variance `fixed` stays, and that changes by lag.
+def autocorrelation_of(fixed: float, changes: Array) -> tuple[float, Autocorrelation]:
+    """Std and autocorrelation of an error of which the variance `fixed` stays, and that changes by lag.
 
     changes: half the variance of the difference of two errors, for each of LAGS.
     """
@@ -133,12 +133,12 @@ def fit_pose(samples: list[Sample]) -> Pose:
                 again, before = again + int(flip[other][flip[one]].sum()), before + flip[one].sum()
         changes.append((ROBUST * np.median(np.abs(np.concatenate(moved)))) ** 2 / 2.0)
     fixed = max(plain**2 - changes[-1], 0.0)
-    _, memory = memory_of(fixed, np.array(changes))
+    _, autocorrelation = autocorrelation_of(fixed, np.array(changes))
     lasting = max(-STEP / np.log(np.clip(again / max(before, 1), 0.05, 0.99)), STEP)
     share = float(np.concatenate(turned).mean())
     print(f"yaw: {share:.3f} turned round, {again} of {before} in the next frame too")
     return Pose(
-        round(plain, 4), round(float(max(slope, 0.0)), 2), round(share, 4), 0.03, memory,
+        round(plain, 4), round(float(max(slope, 0.0)), 2), round(share, 4), 0.03, autocorrelation,
         Autocorrelation((1.0,), (round(float(lasting), 2),)),
     )  # fmt: skip
 
@@ -163,20 +163,24 @@ def fit_shape(samples: list[Sample]) -> Shape:
             for one, other in [sample.pairs(lag)]
         ]
         changes.append(float((np.concatenate(off) ** 2).mean()) / 2.0)
-    spread, memory = memory_of(fixed, np.array(changes))
+    spread, autocorrelation = autocorrelation_of(fixed, np.array(changes))
     cov = np.concatenate([sample.measured.cov for sample in samples])
     stated = float(np.sqrt(np.median(np.diagonal(cov[:, 1:, 1:], axis1=1, axis2=2))))
-    return Shape(round(spread, 4), 0.0, 0.0, round(1.0 - kept, 3), round(stated, 3), memory)
+    return Shape(
+        round(spread, 4), 0.0, 0.0, round(1.0 - kept, 3), round(stated, 3), autocorrelation
+    )
 
 
 def restless(shape: Shape, factor: float) -> Shape:
     """The same noise, the parts of it that change `factor` times as large."""
-    white, slow, fixed = (share * shape.spread**2 for share in shape.memory.shares)
+    white, slow, fixed = (share * shape.spread**2 for share in shape.autocorrelation.shares)
     parts = np.array([factor**2 * white, factor**2 * slow, fixed])
     shares = np.round(parts / parts.sum(), 3)
     shares[2] = round(1.0 - shares[:2].sum(), 3)
-    memory = Autocorrelation(tuple(shares.tolist()), shape.memory.seconds)
-    return replace(shape, spread=round(float(np.sqrt(parts.sum())), 4), memory=memory)
+    autocorrelation = Autocorrelation(tuple(shares.tolist()), shape.autocorrelation.seconds)
+    return replace(
+        shape, spread=round(float(np.sqrt(parts.sum())), 4), autocorrelation=autocorrelation
+    )
 
 
 def matched(samples: list[Sample], pose: Pose, shape: Shape) -> Shape:

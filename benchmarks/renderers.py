@@ -27,7 +27,7 @@ Task = Callable[[View], object]
 
 def bare_opencv(view: View) -> None:
     """The yardstick: every face of every car, culled by OpenCV, nothing else."""
-    places, meshes = view.placed.T_cam_object, view.placed.meshes
+    places, meshes = view.instances.T_cam_object, view.instances.meshes
     corners = np.concatenate([
         (mesh.corners @ T[:3, :3].T + T[:3, 3]).reshape(-1, 3)
         for mesh, T in zip(meshes, places, strict=True)
@@ -82,7 +82,7 @@ def main() -> None:
     times = measure(tasks, views)
     yardstick = times["bare triangleRasterize"][0]
     width, height = KITTI.image_size
-    print(f"{width} x {height}, {seen} of {len(views[0].placed)} cars seen, {FRAMES} frames")
+    print(f"{width} x {height}, {seen} of {len(views[0].instances)} cars seen, {FRAMES} frames")
     print("task                      CPU ms   wall ms   frames/CPU s   x yardstick")
     for name, (cpu, wall) in times.items():
         print(f"{name:24s} {cpu:7.1f} {wall:9.1f} {1e3 / cpu:14.0f} {cpu / yardstick:13.1f}")

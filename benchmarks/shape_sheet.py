@@ -139,10 +139,10 @@ def rendered(count: int, seed: int) -> Iterator[Picture]:
         T_road_object = homogeneous(
             rotation_y(float(cars.cuboids.yaw[row])), cars.cuboids.base[row]
         )
-        placed = MeshInstances(
+        instances = MeshInstances(
             (mesh,), (CAMERA.T_cam_road @ T_road_object)[None], np.zeros(1, np.int64)
         )
-        image = renderer.render(View(CAMERA, placed)).image
+        image = renderer.render(View(CAMERA, instances)).image
         one = fitted.select(slice(row, row + 1))
         words = f"{cars.cuboids.base[row, 2]:.0f} m, {judged(error[row])}"
         yield Picture(image, keypoints[row], one, CAMERA, words)

@@ -31,12 +31,12 @@ CARS, SEED = 20, 3
 
 def cars_before(take: Rollout, world: TrafficState, most: int = CARS) -> MeshInstances:
     """The nearest cars that the camera may see."""
-    placed = take.scene_meshes.instances(world)
-    depth = placed.T_cam_object[:, 2, 3]
-    rows = np.flatnonzero(sphere_in_view(placed, take.scene.rig.camera, NEAR_METRES))
+    instances = take.scene_meshes.instances(world)
+    depth = instances.T_cam_object[:, 2, 3]
+    rows = np.flatnonzero(sphere_in_view(instances, take.scene.rig.camera, NEAR_METRES))
     rows = rows[np.argsort(depth[rows], kind="stable")][:most]
-    meshes = tuple(placed.meshes[row] for row in rows)
-    return MeshInstances(meshes, placed.T_cam_object[rows], placed.instances[rows])
+    meshes = tuple(instances.meshes[row] for row in rows)
+    return MeshInstances(meshes, instances.T_cam_object[rows], instances.ids[rows])
 
 
 def measure(name: str, frames: int, most: int) -> None:
@@ -54,13 +54,13 @@ def measure(name: str, frames: int, most: int) -> None:
     times: dict[str, list[float]] = {"yard": [], "bare": [], "view": [], "render": [], "noon": []}
     cars = []
     for number, world in enumerate(take.traffic_states[1:]):
-        placed = cars_before(take, world, most)
+        instances = cars_before(take, world, most)
         ticks = [process_time()]
         bare_opencv(yard)
         ticks.append(process_time())
-        renderer.render(View(rig.camera, placed))
+        renderer.render(View(rig.camera, instances))
         ticks.append(process_time())
-        view = place.view(rig.camera, world.ego, placed)
+        view = place.view(rig.camera, world.ego, instances)
         ticks.append(process_time())
         rendered = renderer.render(view)
         ticks.append(process_time())

@@ -21,7 +21,7 @@ def live_scene(
     models: int = 24,
 ) -> Scene:
     """A scene on a road of `mot_sim.simulation.traffic.highway`; nobody crashes in it."""
-    casting = VehicleSampler(models=models, alike=alike)
+    sampler = VehicleSampler(models=models, alike=alike)
 
     def traffic(models: Models) -> Traffic:
         return HighwayTraffic(
@@ -36,4 +36,4 @@ def live_scene(
         )
 
     traffic(VehicleSampler(models=1).models_of(0))  # refuses wrong knobs at once
-    return Scene(name, traffic, frames, roads_of(road), vehicle_sampler=casting)
+    return Scene(name, traffic, frames, roads_of(road), vehicle_sampler=sampler)

@@ -73,7 +73,7 @@ class LiveRollout(Rollout):
         take = cls(scene, seed, RecordedTraffic.of([world]), driver)
         take.log.append(world)
         take.meshes_by_frame.append(
-            SceneMeshes(scene.vehicle_sampler.cast(take.traffic, seed), scene.rig)
+            SceneMeshes(scene.vehicle_sampler.sample(take.traffic, seed), scene.rig)
         )
         return take
 
@@ -97,7 +97,7 @@ class LiveRollout(Rollout):
         self.log.append(world)
         new = ~np.isin(world.ids, self.scene_meshes.vehicles.ids)
         if new.any():
-            known = self.scene.vehicle_sampler.cast(
+            known = self.scene.vehicle_sampler.sample(
                 RecordedTraffic.of([only(world, new)]), self.seed
             )
             cast = Vehicles.concatenate((self.scene_meshes.vehicles, known))

@@ -88,33 +88,37 @@ def record(
     traffic: of this scene and seed, where it was recorded before. renderer: a name of RENDERERS
     or `auto`: frames carry images, each drawn when it is its turn. None: they carry none.
     """
-    take = Rollout.of(scene, seed, traffic)
-    images = None if renderer is None else RenderedImages(take, renderer)
+    rollout = Rollout.of(scene, seed, traffic)
+    images = None if renderer is None else RenderedImages(rollout, renderer)
     return episode_of(
-        take, annotate(take.traffic_states, take.scene_meshes, take.scenery_in), images
+        rollout, annotate(rollout.traffic_states, rollout.scene_meshes, rollout.scenery_in), images
     )
 
 
 def episode_of(
-    take: Rollout, annotations: Annotations, images: ImageSource | None = None
+    rollout: Rollout, annotations: Annotations, images: ImageSource | None = None
 ) -> Episode:
-    """The episode of a take and the truth of all its frames."""
-    scene = take.scene
+    """The episode of a rollout and the truth of all its frames."""
+    scene = rollout.scene
     return Episode(
         name=scene.name,
         camera=scene.rig.camera,
-        frame_count=len(take),
+        frame_count=len(rollout),
         log=scene.detector(
-            annotations.truth, take.seed, scene.rig.camera, len(take), take.scene_meshes.vehicles
+            annotations.truth,
+            rollout.seed,
+            scene.rig.camera,
+            len(rollout),
+            rollout.scene_meshes.vehicles,
         ),
-        frame_indices=np.arange(len(take)),
-        Ts_world_cam=np.array([scene.rig.T_world_cam(ego) for ego in take.traffic.ego]),
+        frame_indices=np.arange(len(rollout)),
+        Ts_world_cam=np.array([scene.rig.T_world_cam(ego) for ego in rollout.traffic.ego]),
         images=images,
         frame_rate=1.0 / STEP,
         scene=scene,
-        seed=take.seed,
-        traffic=take.traffic,
-        scene_meshes=take.scene_meshes,
+        seed=rollout.seed,
+        traffic=rollout.traffic,
+        scene_meshes=rollout.scene_meshes,
         annotations=annotations,
     )
 

@@ -1,4 +1,4 @@
-"""From a frame of a take to what a renderer draws, and its pictures when somebody asks."""
+"""From a frame of a rollout to what a renderer draws, and its pictures when somebody asks."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,25 +12,25 @@ from mot_sim.simulation.scene import Rollout
 from mot_sim.simulation.scenery import post_process
 
 
-def view_of(take: Rollout, frame: int) -> View:
+def view_of(rollout: Rollout, frame: int) -> View:
     """All that stands before the camera in a frame; without roads the cars stand on a plain."""
-    world, camera = take.traffic_states[frame], take.scene.rig.camera
-    cars = take.scene_meshes.instances(world)
-    if take.neighbourhood is None:
+    state, camera = rollout.traffic_states[frame], rollout.scene.rig.camera
+    cars = rollout.scene_meshes.instances(state)
+    if rollout.neighbourhood is None:
         return View(camera, cars)
-    return take.neighbourhood.view(camera, world.ego, cars)
+    return rollout.neighbourhood.view(camera, state.ego, cars)
 
 
-def motion_at(take: Rollout, frame: int) -> tuple[float, float]:
+def motion_at(rollout: Rollout, frame: int) -> tuple[float, float]:
     """Metres ahead and radians to the right that the camera moves up to a frame, at first 0."""
-    before, now = take.traffic.ego[max(frame - 1, 0)], take.traffic.ego[frame]
+    before, now = rollout.traffic.ego[max(frame - 1, 0)], rollout.traffic.ego[frame]
     x, y, turned = (now - before).tolist()
     return x * float(np.cos(now[2])) + y * float(np.sin(now[2])), turned
 
 
 @dataclass(frozen=True, eq=False)
 class RenderedImages:
-    """The frames of a take, drawn one by one when somebody asks; satisfies `ImageSource`.
+    """The frames of a rollout, drawn one by one when somebody asks; satisfies `ImageSource`.
 
     renderer: a name of RENDERERS, or `auto`. Raises UnknownName and NoOpenGL at once.
     """
@@ -53,15 +53,15 @@ class RenderedImages:
 
     def render(self, frame: int) -> Rendered:
         """Image, depth, instances and semantics of a frame, in the scene's weather."""
-        take = self.rollout
-        view = view_of(take, frame)
+        rollout = self.rollout
+        view = view_of(rollout, frame)
         drawn = self.drawing.render(view)
-        motion = motion_at(take, frame)
-        image = post_process(take.scene.weather, view, drawn, take.seed, frame, motion)
+        motion = motion_at(rollout, frame)
+        image = post_process(rollout.scene.weather, view, drawn, rollout.seed, frame, motion)
         return replace(drawn, image=image)
 
     def load(self, frame: int) -> UInt8[Array, "h w 3"] | None:
-        """The RGB image of a frame; None beyond the take."""
+        """The RGB image of a frame; None beyond the rollout."""
         return self.render(frame).image if 0 <= frame < len(self.rollout) else None
 
 

@@ -56,15 +56,15 @@ class Rig:
         """From the camera to the world, for an ego pose x, y, heading."""
         return self.T_world_road(ego) @ self.camera.T_road_cam
 
-    def cuboids(self, world: TrafficState) -> Cuboids:
+    def cuboids(self, state: TrafficState) -> Cuboids:
         """The cars of a world in the road frame: yaw = heading - ego heading - pi/2."""
-        x, y, heading = world.ego
+        x, y, heading = state.ego
         c, s = np.cos(heading), np.sin(heading)
-        dx, dy = world.x - x, world.y - y
-        down = np.zeros(len(world)) if world.z is None else world.z
+        dx, dy = state.x - x, state.y - y
+        down = np.zeros(len(state)) if state.z is None else state.z
         base = np.stack((c * dy - s * dx, down, c * dx + s * dy), axis=1)
-        yaw = np.asarray(wrap_angle(world.heading - heading - 0.5 * np.pi))
-        return Cuboids(base, yaw, world.size)
+        yaw = np.asarray(wrap_angle(state.heading - heading - 0.5 * np.pi))
+        return Cuboids(base, yaw, state.size)
 
     def ground_cam(
         self, ego: Float[Array, "3"], points: Float[Array, "n 2"]

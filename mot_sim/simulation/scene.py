@@ -1,4 +1,4 @@
-"""What can be run (a scene), and who drives where when it is run (a take)."""
+"""What can be run (a scene), and who drives where when it is run (a rollout)."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -70,7 +70,9 @@ class Rollout:
     @cached_property
     def scene_meshes(self) -> SceneMeshes:
         """Who the cars are, and the camera."""
-        return SceneMeshes(self.scene.vehicle_sampler.cast(self.traffic, self.seed), self.scene.rig)
+        return SceneMeshes(
+            self.scene.vehicle_sampler.sample(self.traffic, self.seed), self.scene.rig
+        )
 
     @cached_property
     def scenery(self) -> Scenery | None:
@@ -89,11 +91,11 @@ class Rollout:
             return None
         return Neighbourhood.build(scene.roads, self.seed, scene.weather.light, scene.surroundings)
 
-    def scenery_in(self, world: TrafficState) -> MeshInstances | None:
+    def scenery_in(self, state: TrafficState) -> MeshInstances | None:
         """The scenery that the camera may see in one of the worlds."""
         if self.scenery is None:
             return None
-        return self.scenery.seen_from(world.ego, self.scene.rig.camera)
+        return self.scenery.seen_from(state.ego, self.scene.rig.camera)
 
     @cached_property
     def traffic_states(self) -> tuple[TrafficState, ...]:
@@ -104,6 +106,6 @@ class Rollout:
 def record_scene_traffic(scene: Scene, seed: int) -> RecordedTraffic:
     """Who is where in a run of a scene; to be recorded once and used many times."""
     traffic = scene.make_traffic(scene.vehicle_sampler.models_of(seed))
-    worlds = [traffic.reset(random_numbers.named_stream(seed, "traffic"))]
-    worlds += [traffic.step() for _ in range(scene.frame_count - 1)]
-    return RecordedTraffic.of(worlds)
+    states = [traffic.reset(random_numbers.named_stream(seed, "traffic"))]
+    states += [traffic.step() for _ in range(scene.frame_count - 1)]
+    return RecordedTraffic.of(states)

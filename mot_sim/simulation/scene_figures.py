@@ -36,14 +36,16 @@ class Figures:
     yaw_rate: float
 
 
-def figures_of_take(take: Rollout, progress: Callable[[], None] | None = None) -> Figures:
+def figures_of_rollout(rollout: Rollout, progress: Callable[[], None] | None = None) -> Figures:
     """The figures of one run; progress: called after each frame."""
-    truth = annotate(_told(take.traffic_states, progress), take.scene_meshes, take.scenery_in).truth
+    truth = annotate(
+        _with_progress(rollout.traffic_states, progress), rollout.scene_meshes, rollout.scenery_in
+    ).truth
     near = truth.select(np.flatnonzero(cars_in_sight(truth)))
     visible = near.select(near.visible >= MIN_VISIBLE)
     assert visible.tracks.cuboids is not None
     heading = np.abs(np.asarray(wrap_angle(visible.tracks.cuboids.yaw + 0.5 * np.pi)))
-    frames, ego = len(take), np.unwrap(take.traffic.ego[:, 2])
+    frames, ego = len(rollout), np.unwrap(rollout.traffic.ego[:, 2])
     turns = np.abs(np.diff(ego, n=1)) / STEP
     return Figures(
         cars=len(visible) / frames,
@@ -58,7 +60,7 @@ def figures_of(
     scene: Scene, seeds: Iterable[int], progress: Callable[[], None] | None = None
 ) -> Figures:
     """The mean figures of the runs of some seeds; progress: called after each frame."""
-    found = [figures_of_take(Rollout.of(scene, seed), progress) for seed in seeds]
+    found = [figures_of_rollout(Rollout.of(scene, seed), progress) for seed in seeds]
     return Figures(
         *(float(np.mean([getattr(one, each.name) for one in found])) for each in fields(Figures))
     )
@@ -73,11 +75,11 @@ def cars_in_sight(truth: Truth) -> np.ndarray:
     return (height >= MIN_HEIGHT_PIXELS) & (distance <= MAX_DISTANCE_METRES) & (truth.pixels > 0)
 
 
-def _told(
-    worlds: Iterable[TrafficState], progress: Callable[[], None] | None
+def _with_progress(
+    states: Iterable[TrafficState], progress: Callable[[], None] | None
 ) -> Iterator[TrafficState]:
-    for world in worlds:
-        yield world
+    for state in states:
+        yield state
         if progress is not None:
             progress()
 

@@ -39,18 +39,18 @@ class SceneMeshes:
             for shape, paint in zip(self.vehicles.shapes, self.vehicles.paints, strict=True)
         )
 
-    def instances(self, world: TrafficState, scenery: MeshInstances | None = None) -> MeshInstances:
+    def instances(self, state: TrafficState, scenery: MeshInstances | None = None) -> MeshInstances:
         """The cars of a world, their ids as instances, then the scenery.
 
         The farther a car is, the fewer faces it has; see `mot_sim.simulation.cars.coarse`.
         """
-        cuboids = self.rig.cuboids(world)
+        cuboids = self.rig.cuboids(state)
         distance = np.hypot(cuboids.base[:, 0], cuboids.base[:, 2])
         levels = np.searchsorted(list(coarse_levels()), distance, side="right").tolist()
-        rows = self.vehicles.rows(world.ids).tolist()
+        rows = self.vehicles.rows(state.ids).tolist()
         meshes = tuple(self.meshes[row][level] for row, level in zip(rows, levels, strict=True))
         Ts = Ts_cam_object(cuboids, self.rig)
-        cars = MeshInstances(meshes, Ts, world.ids)
+        cars = MeshInstances(meshes, Ts, state.ids)
         return cars if scenery is None else cars.beside(scenery)
 
 

@@ -58,7 +58,7 @@ def make_crops(seed: int, moments: int = MOMENTS) -> Crops:
 
 def crops_of(now: RandomView, renderer: Renderer, seed: int, frame: int) -> Crops:
     """The crops of the cars of a moment that can be told at all."""
-    scenery = now.view.placed
+    scenery = now.view.instances
     count = len(now.world)
     behind = type(scenery)(
         scenery.meshes[count:], scenery.T_cam_object[count:], scenery.instances[count:]

@@ -17,9 +17,9 @@ def paths(episode: Episode) -> dict[int, np.ndarray]:
     """By car: rows (frame, x, y, heading, speed)."""
     rows = [
         (track_id, frame, *values)
-        for frame, world in enumerate(episode.traffic_states)
+        for frame, state in enumerate(episode.traffic_states)
         for track_id, *values in zip(
-            world.ids, world.x, world.y, world.heading, world.speed, strict=True
+            state.ids, state.x, state.y, state.heading, state.speed, strict=True
         )
     ]
     table = np.array(rows)
@@ -32,10 +32,10 @@ def test_it_lasts_twelve_to_fifteen_seconds_with_six_to_ten_cars(episode) -> Non
 
 
 def test_nobody_drives_through_anybody(episode) -> None:
-    for world in episode.traffic_states:
-        outlines = np.concatenate((world.footprint(), world.ego_footprint()[None]))
+    for state in episode.traffic_states:
+        outlines = np.concatenate((state.footprint(), state.ego_footprint()[None]))
         first, second = np.triu_indices(len(outlines), 1)
-        assert convex_intersection(outlines[first], outlines[second]).max() == 0.0, world.time
+        assert convex_intersection(outlines[first], outlines[second]).max() == 0.0, state.time
 
 
 def test_nobody_jumps_brakes_or_turns_harder_than_a_car_can(episode) -> None:
@@ -79,7 +79,7 @@ def test_one_car_is_lost_behind_another_for_more_than_a_second_and_comes_back(ep
 
 
 def test_we_stop_before_the_junction_and_then_drive_on(episode) -> None:
-    x = np.array([world.ego[0] for world in episode.traffic_states])
+    x = np.array([state.ego[0] for state in episode.traffic_states])
     steps = np.diff(x)
     standing = np.flatnonzero(steps < 1e-6)
     assert len(standing) > 20
@@ -89,7 +89,7 @@ def test_we_stop_before_the_junction_and_then_drive_on(episode) -> None:
 
 def test_one_car_leads_us_all_the_way(episode) -> None:
     lead = paths(episode)[0]
-    ego = np.array([world.ego for world in episode.traffic_states])
+    ego = np.array([state.ego for state in episode.traffic_states])
     gap = lead[:, 1] - ego[:, 0]
     assert len(lead) == len(episode)
     assert (gap > 5.0).all()

@@ -155,7 +155,7 @@ class VehicleSampler:
         sizes = self.fleet.size(cars.coefficients)
         return Models(cars, np.where(drawn == own, own, drawn), sizes, van, (length, height, width))
 
-    def cast(self, traffic: RecordedTraffic, seed: int) -> Vehicles:
+    def sample(self, traffic: RecordedTraffic, seed: int) -> Vehicles:
         """Everybody who appears in the traffic. A car's look hangs on (seed, id, size) alone."""
         ids, (sizes, kinds) = traffic.ids, _everybody(traffic)
         if not len(ids):

@@ -88,9 +88,9 @@ def require_sound(arrays: Mapping[str, Array], frame_count: int, path: Path) -> 
     Those are: infinity, giants, NaN where a number must be, frames outside the recording or out
     of order, more frames than worlds.
     """
-    worlds = len(arrays["traffic.present"])
-    if not 0 <= frame_count <= worlds:
-        raise BadFile(f"{path}: {frame_count} frames of {worlds} worlds; record again")
+    states = len(arrays["traffic.present"])
+    if not 0 <= frame_count <= states:
+        raise BadFile(f"{path}: {frame_count} frames of {states} states; record again")
     for name, array in arrays.items():
         if array.dtype.kind != "f":
             continue
@@ -99,8 +99,8 @@ def require_sound(arrays: Mapping[str, Array], frame_count: int, path: Path) -> 
             raise BadFile(f"{path}: {name} holds a number that is not finite; record again")
     for name in FRAME_COLUMNS:
         frames = arrays[name]
-        if len(frames) and not (frames[0] >= 0 and frames[-1] < max(worlds, 1)):
-            raise BadFile(f"{path}: {name} reaches beyond the {worlds} worlds; record again")
+        if len(frames) and not (frames[0] >= 0 and frames[-1] < max(states, 1)):
+            raise BadFile(f"{path}: {name} reaches beyond the {states} states; record again")
         if (frames[1:] < frames[:-1]).any():
             raise BadFile(f"{path}: {name} is not in order; record again")
 
@@ -145,7 +145,7 @@ class Extra:
 
     metadata: Metadata
     traffic: RecordedTraffic
-    cast: Vehicles
+    vehicles: Vehicles
     annotations: Annotations
     events: Events
     log: DetectionLog

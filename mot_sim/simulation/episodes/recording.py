@@ -50,12 +50,14 @@ def record_episode(
     """
     places.remove()
     try:
-        take = Rollout.of(scene, seed)
-        drawn = RenderedImages(take, options.renderer) if options.parts else None
-        parts, pictures, interrupt = _look(take, drawn, Pictures(options.parts, places), progress)
+        rollout = Rollout.of(scene, seed)
+        drawn = RenderedImages(rollout, options.renderer) if options.parts else None
+        parts, pictures, interrupt = _look(
+            rollout, drawn, Pictures(options.parts, places), progress
+        )
         if interrupt is not None and not parts:
             raise interrupt
-        metadata = _finish(take, parts, pictures, drawn, places)
+        metadata = _finish(rollout, parts, pictures, drawn, places)
     except BaseException:
         with suppress(OSError):
             places.remove()
@@ -69,16 +71,16 @@ def replay_digests(
     scene: Scene, seed: int, scratch: EpisodeFiles, options: PictureOptions
 ) -> dict[str, str]:
     """What every part hashes to when the scene is run again; text files go to `scratch`."""
-    take = Rollout.of(scene, seed)
-    drawn = RenderedImages(take, options.renderer) if options.parts else None
-    parts, pictures, interrupt = _look(take, drawn, Pictures(options.parts), None)
+    rollout = Rollout.of(scene, seed)
+    drawn = RenderedImages(rollout, options.renderer) if options.parts else None
+    parts, pictures, interrupt = _look(rollout, drawn, Pictures(options.parts), None)
     if interrupt is not None:
         raise interrupt
-    return dict(_finish(take, parts, pictures, drawn, scratch).sha256)
+    return dict(_finish(rollout, parts, pictures, drawn, scratch).sha256)
 
 
 def _look(
-    take: Rollout,
+    rollout: Rollout,
     drawn: RenderedImages | None,
     pictures: Pictures,
     progress: Callable[[], None] | None,
@@ -86,9 +88,11 @@ def _look(
     """The truth of frame after frame, its pictures written; until the end or an interruption."""
     parts: list[Annotations] = []
     try:
-        for frame, world in enumerate(take.traffic_states):
-            before = take.traffic_states[frame - 1] if frame else None
-            part = annotate_frame(world, take.scene_meshes, frame, before, take.scenery_in(world))
+        for frame, state in enumerate(rollout.traffic_states):
+            before = rollout.traffic_states[frame - 1] if frame else None
+            part = annotate_frame(
+                state, rollout.scene_meshes, frame, before, rollout.scenery_in(state)
+            )
             if drawn is not None:
                 pictures.add(frame, drawn.render(frame))
             parts.append(part)
@@ -100,7 +104,7 @@ def _look(
 
 
 def _finish(
-    take: Rollout,
+    rollout: Rollout,
     parts: Sequence[Annotations],
     pictures: Pictures,
     drawn: RenderedImages | None,
@@ -108,13 +112,13 @@ def _finish(
 ) -> Metadata:
     """Cut everything to the finished frames, and write all but the pictures; extra file last."""
     places.trim(len(parts))
-    episode = episode_of(take.until(len(parts)), Annotations.concatenate(list(parts)))
+    episode = episode_of(rollout.until(len(parts)), Annotations.concatenate(list(parts)))
     arrays = arrays_of(episode)
     digests = write_texts(episode, places) | array_digests(arrays) | pictures.digests(len(parts))
     metadata = Metadata(
-        scene=take.scene.name,
-        knobs=dict(take.scene.knobs),
-        seed=take.seed,
+        scene=rollout.scene.name,
+        knobs=dict(rollout.scene.knobs),
+        seed=rollout.seed,
         frames=len(parts),
         renderer=None if drawn is None else drawn.renderer_name,
         pictures=tuple(pictures.parts),

@@ -104,7 +104,7 @@ class MeshRenderer:
         coded, depth = self._target.render(scene, flags=flags.SEG, seg_node_map=seg_map)
         codes = coded.astype(np.int64) @ (1, 1 << 8, 1 << 16)
         covered = (codes > 0).astype(np.uint8)
-        instances = np.concatenate(([NO_INSTANCE], view.placed.instances[rows])).astype(np.int32)
+        instances = np.concatenate(([NO_INSTANCE], view.instances.ids[rows])).astype(np.int32)
         kinds = np.concatenate(([0], semantics)).astype(np.uint8)
         # The edges' colours come mixed with the black of nothing: add the backdrop's share.
         left = cv2.merge([cv2.bitwise_not(rgba[..., 3])] * 3)
@@ -134,8 +134,8 @@ class MeshRenderer:
         towards = A_gl_cam[:3, :3] @ view.camera.T_cam_road[:3, :3] @ view.sun.direction
         scene.add(light, pose=_looking_from(towards))
         nodes, rows, semantics = [], [], []
-        for row, mesh in enumerate(view.placed.meshes):
-            pose = A_gl_cam @ view.placed.T_cam_object[row]
+        for row, mesh in enumerate(view.instances.meshes):
+            pose = A_gl_cam @ view.instances.T_cam_object[row]
             for semantic, part in self._parts(mesh):
                 nodes.append(scene.add(part, pose=pose))
                 rows.append(row)

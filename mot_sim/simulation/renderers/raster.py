@@ -68,7 +68,7 @@ class RasterRenderer:
 
     def render(self, view: View) -> Rendered:
         """The frame of a view; its arrays are the caller's own."""
-        triangles = Triangles.of(view.placed, view.camera, self.near)
+        triangles = Triangles.of(view.instances, view.camera, self.near)
         fragments = Canvas(view.camera).fill(triangles)
         rendered = self.backdrop(view)
         if len(fragments.numbers):
@@ -86,7 +86,7 @@ class RasterRenderer:
         seen = horizon(camera)
         rgba = road_rgba(camera, road)
         ground = cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB) if len(rgba) else rgba[..., :3]
-        if self.shadows and len(view.placed) and len(ground):
+        if self.shadows and len(view.instances) and len(ground):
             ground = shade_image(ground, shadow_mask(view, self.near)[seen.first :], view.sun.shade)
         cv2.copyTo(ground, seen.below[seen.first :], image[seen.first :])
         return Rendered(image, seen.depth.copy(), instances, road_semantics(camera, road, rgba))
@@ -112,7 +112,7 @@ def _lay(rendered: Rendered, fragments: Fragments, view: View, triangles: Triang
         np.full(len(shown), NO_INSTANCE, np.int32),
     )
     codes[seen] = paints(view, triangles.at(seen - 1))
-    instances[seen] = view.placed.instances[triangles.objects[seen - 1]]
+    instances[seen] = view.instances.ids[triangles.objects[seen - 1]]
     rows = slice(fragments.top, fragments.top + len(numbers))
     covered = (numbers > 0).view(np.uint8)
     rgbs = np.take(codes.view(np.uint32)[:, 0], numbers).view(np.uint8).reshape(*numbers.shape, 4)
@@ -125,9 +125,9 @@ def _lay(rendered: Rendered, fragments: Fragments, view: View, triangles: Triang
 def paints(view: View, triangles: Triangles) -> UInt8[Array, "k 4"]:
     """The lit colour and the semantic id of triangles."""
     codes = np.zeros((len(triangles), 4), np.uint8)
-    for row, (start, end) in enumerate(triangles.slices(len(view.placed)).tolist()):
+    for row, (start, end) in enumerate(triangles.slices(len(view.instances)).tolist()):
         if start < end:
-            codes[start:end] = view.placed.meshes[row].codes[triangles.faces[start:end]]
+            codes[start:end] = view.instances.meshes[row].codes[triangles.faces[start:end]]
     normals, semantics = triangles.normals, codes[:, 3]
     R_cam_road = view.camera.T_cam_road[:3, :3]
     up, sun = -R_cam_road[:, 1], R_cam_road @ view.sun.direction

@@ -73,12 +73,14 @@ def shadow_mask(view: View, near: float) -> UInt8[Array, "h w"]:
 
 def casters(view: View, near: float) -> Int[Array, " k"]:
     """The objects whose shadows may lie in the image; a few more, never fewer."""
-    placed = view.placed
-    rows = np.array([row for row, mesh in enumerate(placed.meshes) if has_shadow(mesh)], np.int64)
+    instances = view.instances
+    rows = np.array(
+        [row for row, mesh in enumerate(instances.meshes) if has_shadow(mesh)], np.int64
+    )
     if not len(rows):
         return rows
-    spheres = [placed.meshes[row].sphere for row in rows.tolist()]
-    T_road_object = view.camera.T_road_cam @ placed.T_cam_object[rows]
+    spheres = [instances.meshes[row].sphere for row in rows.tolist()]
+    T_road_object = view.camera.T_road_cam @ instances.T_cam_object[rows]
     centres = transforms(T_road_object, np.stack([centre for centre, _ in spheres])[:, None])[:, 0]
     radii = np.array([radius for _, radius in spheres])
     x, y, z = view.sun.direction
@@ -94,9 +96,9 @@ def casters(view: View, near: float) -> Int[Array, " k"]:
 
 def outlines_of(view: View, rows: Int[Array, " k"]) -> tuple[Outlines, Outlines]:
     """The outlines on the road of the shadows that some objects cast, and of their footprints."""
-    extremes = [view.placed.meshes[row].extremes for row in rows.tolist()]
+    extremes = [view.instances.meshes[row].extremes for row in rows.tolist()]
     lengths = [len(points) for points in extremes]
-    T_road_object = view.camera.T_road_cam @ view.placed.T_cam_object[rows]
+    T_road_object = view.camera.T_road_cam @ view.instances.T_cam_object[rows]
     points = transforms(
         np.repeat(T_road_object, lengths, axis=0), np.concatenate(extremes)[:, None]
     )

@@ -95,19 +95,19 @@ def scan_view(view: View, near: float = NEAR_METRES) -> Scan:
 
     Of the scenery only what may hide an instance is drawn.
     """
-    triangles = Triangles.of(view.placed, view.camera, near)
-    owners = view.placed.instances
+    triangles = Triangles.of(view.instances, view.camera, near)
+    owners = view.instances.ids
     every = np.unique(owners[owners != NO_INSTANCE])
-    full_boxes, farthest = extents(triangles, view.camera, owners, every)
+    amodal_boxes, farthest = extents(triangles, view.camera, owners, every)
     scenery = triangles.of_objects(np.flatnonzero(owners == NO_INSTANCE))
-    scenery, over = hiders(scenery, view.camera, full_boxes, farthest)
+    scenery, over = hiders(scenery, view.camera, amodal_boxes, farthest)
     canvas, range_ = Canvas(view.camera), near_far(triangles)
     width, height = view.camera.image_size
     # (Zeros cost nothing where nothing is drawn: the system hands out empty pages.)
     numbers = np.zeros((height, width), np.int32)
     nearest = np.zeros((height, width), np.float32)
     layers: list[Layer] = []
-    boxes = pixel_boxes(np.concatenate((over, full_boxes)), view.camera)
+    boxes = pixel_boxes(np.concatenate((over, amodal_boxes)), view.camera)
     for number, box in zip([NO_INSTANCE, *every.tolist()], boxes, strict=True):
         left, top, right, bottom = box
         if left < right and top < bottom:
@@ -119,7 +119,7 @@ def scan_view(view: View, near: float = NEAR_METRES) -> Scan:
             np.copyto(numbers[top:bottom, left:right], number - NO_INSTANCE, where=alone > crop)
             np.maximum(alone, crop, out=crop)
             layers.append(Layer(number, box, alone))
-    silhouettes, hidden = _measured(every, full_boxes, layers, numbers)
+    silhouettes, hidden = _measured(every, amodal_boxes, layers, numbers)
     return Scan(silhouettes, hidden, tuple(layers), numbers, nearest, range_)
 
 
@@ -130,13 +130,13 @@ def silhouettes(view: View, near: float = NEAR_METRES) -> Silhouettes:
 
 def _measured(
     every: Int[Array, " k"],
-    full_boxes: Float[Array, "k 4"],
+    amodal_boxes: Float[Array, "k 4"],
     layers: list[Layer],
     numbers: Int32[Array, "h w"],
 ) -> tuple[Silhouettes, Hidden]:
     """Counts, boxes and occluders of everything that was drawn alone."""
     visible, whole = np.zeros(len(every), np.int64), np.zeros(len(every), np.int64)
-    seen_boxes = np.tile(NO_BOX, (len(every), 1))
+    visible_boxes = np.tile(NO_BOX, (len(every), 1))
     hiding: list[tuple[int, int, int]] = []
     for layer in layers:
         (left, top, right, bottom), number = layer.box, layer.instance
@@ -146,7 +146,7 @@ def _measured(
         silhouette, shown = layer.nearness > 0.0, numbers[top:bottom, left:right]
         mine = shown == number - NO_INSTANCE
         whole[row], visible[row] = np.count_nonzero(silhouette), np.count_nonzero(mine)
-        seen_boxes[row] = box_around(mine) + (left, top, left, top)
+        visible_boxes[row] = box_around(mine) + (left, top, left, top)
         if visible[row] < whole[row]:
             others, pixels = np.unique(shown[silhouette & ~mine], return_counts=True)
             hiding += [
@@ -154,7 +154,7 @@ def _measured(
                 for other, count in zip(others.tolist(), pixels.tolist(), strict=True)
             ]
     columns = np.array(hiding, dtype=np.int64).reshape(-1, 3).T
-    return Silhouettes(every, visible, whole, seen_boxes, full_boxes), Hidden(*columns)
+    return Silhouettes(every, visible, whole, visible_boxes, amodal_boxes), Hidden(*columns)
 
 
 def extents(

@@ -29,11 +29,11 @@ class Triangles:
         return len(self.corners)
 
     @classmethod
-    def of(cls, placed: MeshInstances, camera: Camera, near: float) -> "Triangles":
+    def of(cls, instances: MeshInstances, camera: Camera, near: float) -> "Triangles":
         """What may appear in the image: back faces culled, cut at the near plane, metres."""
         corners, objects, faces = [np.zeros((0, 3, 3))], [], [np.zeros(0, np.int64)]
-        for row in np.flatnonzero(sphere_in_view(placed, camera, near)).tolist():
-            mesh, T_cam_object = placed.meshes[row], placed.T_cam_object[row]
+        for row in np.flatnonzero(sphere_in_view(instances, camera, near)).tolist():
+            mesh, T_cam_object = instances.meshes[row], instances.T_cam_object[row]
             eye = -T_cam_object[:3, :3].T @ T_cam_object[:3, 3]  # the camera, seen by the object
             facing = np.flatnonzero(mesh.normals @ eye > mesh.offsets)
             vertices_cam = mesh.vertices @ T_cam_object[:3, :3].T + T_cam_object[:3, 3]
@@ -84,13 +84,13 @@ class Triangles:
         return float(self.corners[..., 2].min()), float(self.corners[..., 2].max())
 
 
-def sphere_in_view(placed: MeshInstances, camera: Camera, near: float) -> Bool[Array, " n"]:
+def sphere_in_view(instances: MeshInstances, camera: Camera, near: float) -> Bool[Array, " n"]:
     """Whether any of an object's bounding sphere lies in the camera's view, past the near plane."""
-    if not len(placed):
+    if not len(instances):
         return np.zeros(0, bool)
-    centres = np.stack([mesh.sphere[0] for mesh in placed.meshes])
-    radii = np.array([mesh.sphere[1] for mesh in placed.meshes])
-    T = placed.T_cam_object
+    centres = np.stack([mesh.sphere[0] for mesh in instances.meshes])
+    radii = np.array([mesh.sphere[1] for mesh in instances.meshes])
+    T = instances.T_cam_object
     centres_cam = np.einsum("nij,nj->ni", T[:, :3, :3], centres) + T[:, :3, 3]
     distances = centres_cam @ side_planes(camera).T
     return (centres_cam[:, 2] + radii > near) & (distances >= -radii[:, None]).all(axis=1)

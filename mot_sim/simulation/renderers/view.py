@@ -105,24 +105,24 @@ class Mesh:
 class MeshInstances:
     """Objects before the camera: a mesh each (the same one may stand in many places).
 
-    T_cam_object: from the objects' frames to the camera's, rigid. instances: an id each, NOBODY
+    T_cam_object: from the objects' frames to the camera's, rigid. ids: of the instances, NO_INSTANCE
     for scenery; rows with the same id are parts of one thing.
     """
 
     meshes: tuple[Mesh, ...]
     T_cam_object: Float[Array, "n 4 4"]
-    instances: Int[Array, " n"]
+    ids: Int[Array, " n"]
 
     def __post_init__(self) -> None:
-        if not len(self.meshes) == len(self.T_cam_object) == len(self.instances):
+        if not len(self.meshes) == len(self.T_cam_object) == len(self.ids):
             raise BadConfig(
                 f"{len(self.meshes)} meshes, {len(self.T_cam_object)} places and "
-                f"{len(self.instances)} instance ids: give one of each per object"
+                f"{len(self.ids)} instance ids: give one of each per object"
             )
         if not np.isfinite(self.T_cam_object).all():
             raise BadConfig("an object's place T_cam_object is not finite")
-        if self.instances.size and self.instances.min() < NO_INSTANCE:
-            raise BadConfig(f"instance id {self.instances.min()}: ids are 0 or more, -1 is nobody")
+        if self.ids.size and self.ids.min() < NO_INSTANCE:
+            raise BadConfig(f"instance id {self.ids.min()}: ids are 0 or more, -1 is scenery")
 
     @classmethod
     def empty(cls) -> "MeshInstances":
@@ -134,7 +134,7 @@ class MeshInstances:
         return MeshInstances(
             self.meshes + others.meshes,
             np.concatenate((self.T_cam_object, others.T_cam_object)),
-            np.concatenate((self.instances, others.instances)),
+            np.concatenate((self.ids, others.ids)),
         )
 
     def __len__(self) -> int:
@@ -149,7 +149,7 @@ class View:
     """
 
     camera: Camera
-    placed: MeshInstances
+    instances: MeshInstances
     road: Road | None = field(default_factory=Road)
     sky: Sky = field(default_factory=Sky)
     sun: Sun = field(default_factory=Sun)

@@ -99,10 +99,12 @@ class Scenery:
         T_world_piece[:, :2, 3] = self.origins[rows]
         details = np.searchsorted(DETAIL_METRES, np.hypot(*apart[rows].T) - 0.5 * PIECE_METRES)
         meshes = tuple(map(self.mesh, rows.tolist(), details.tolist()))
-        placed = MeshInstances(meshes, T_cam_world @ T_world_piece, np.full(len(rows), NO_INSTANCE))
-        seen = np.flatnonzero(sphere_in_view(placed, camera, near))
+        instances = MeshInstances(
+            meshes, T_cam_world @ T_world_piece, np.full(len(rows), NO_INSTANCE)
+        )
+        seen = np.flatnonzero(sphere_in_view(instances, camera, near))
         return MeshInstances(
-            tuple(meshes[row] for row in seen), placed.T_cam_object[seen], placed.instances[seen]
+            tuple(meshes[row] for row in seen), instances.T_cam_object[seen], instances.ids[seen]
         )
 
 

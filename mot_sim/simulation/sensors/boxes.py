@@ -22,7 +22,7 @@ MIN_SIDE_SHARE = 0.05  # of the true side; a smaller box is no box
 
 @dataclass(frozen=True)
 class Component:
-    """One of four errors: bias + spread * shape(x), x a standard normal latent with memory.
+    """One of four errors: bias + spread * shape(x), x a standard normal latent with autocorrelation.
 
     bias and spread: parts of the box's side. tail: 0 is normal; shape(x) = sinh(tail * x) / tail.
     skew: adds skew * (x^2 - 1). spread grows by e^(hidden * (1 - visible)) and by
@@ -35,7 +35,7 @@ class Component:
     skew: float = 0.0
     hidden: float = 0.0
     by_height: float = 0.0
-    memory: Autocorrelation = field(default_factory=Autocorrelation)
+    autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_sigmas("jitter spread, tail", self.spread, self.tail)
@@ -70,7 +70,7 @@ class Jitter:
         if level == 0.0 or not self._numbers[:2].any():
             return boxes
         x = correlated_normal_columns(
-            seed, "jitter", sightings.ids, sightings.frames, self.memories, step
+            seed, "jitter", sightings.ids, sightings.frames, self.autocorrelations, step
         )
         spread, bias, tail, skew, hidden, by_height = self._numbers
         grown = hidden * (0.95 - sightings.visible)[:, None]
@@ -82,9 +82,14 @@ class Jitter:
         return move_boxes(boxes, *errors.T)
 
     @cached_property
-    def memories(self) -> tuple[Autocorrelation, ...]:
+    def autocorrelations(self) -> tuple[Autocorrelation, ...]:
         """Of the four."""
-        return self.x.memory, self.y.memory, self.width.memory, self.height.memory
+        return (
+            self.x.autocorrelation,
+            self.y.autocorrelation,
+            self.width.autocorrelation,
+            self.height.autocorrelation,
+        )
 
     @cached_property
     def _numbers(self) -> Float[Array, "6 4"]:

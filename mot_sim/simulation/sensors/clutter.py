@@ -20,8 +20,10 @@ from tracker.types import Camera, Rows
 FALSE_ALARM_HEIGHT_METRES = (
     1.5  # metres: what stands on the road and looks like a car is as high as one
 )
-MAX_BIRTHS = 16  # a step and share of the memory
-LIFETIMES_BEFORE = 8.0  # memories before the first frame from which ghosts may come (e^-8: none)
+MAX_BIRTHS = 16  # a step and share of the autocorrelation
+LIFETIMES_BEFORE = (
+    8.0  # autocorrelations before the first frame from which ghosts may come (e^-8: none)
+)
 MAX_LIVE_FRAMES = 4  # frames up to which a call is a live step
 FRAME_OFFSET = 1 << 20  # births before frame 0 have a positive number too
 
@@ -38,14 +40,14 @@ class FalseAlarms(Rows):
 
 @dataclass(frozen=True)
 class Clutter:
-    """rate: ghosts in a frame, on average. memory: shares of them by how long they live.
+    """rate: ghosts in a frame, on average. autocorrelation: shares of them by how long they live.
 
     height: pixels. aspect: width over height. x: centre, in parts of the image's width. wobble:
     of a ghost's box from frame to frame, parts of its side. log_odds: of its score.
     """
 
     rate: float = 0.0
-    memory: Autocorrelation = field(default_factory=Autocorrelation)
+    autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
     height: Quantiles = Quantiles((25.0, 60.0))
     aspect: Quantiles = Quantiles((1.0, 2.5))
     x: Quantiles = Quantiles((0.0, 1.0))
@@ -69,9 +71,12 @@ class Clutter:
         rate = level * self.rate
         ids = when = np.zeros(0, np.int64)
         if rate > 0.0 and len(frames) > MAX_LIVE_FRAMES:
-            ids, when = _present(frames, seed, rate, self.memory, step)
+            ids, when = _present(frames, seed, rate, self.autocorrelation, step)
         elif rate > 0.0 and len(frames):  # a live step: the answer for its block is kept
-            found = [_present_in(frame, seed, rate, self.memory, step) for frame in frames.tolist()]
+            found = [
+                _present_in(frame, seed, rate, self.autocorrelation, step)
+                for frame in frames.tolist()
+            ]
             ids, when = (np.concatenate(column) for column in zip(*found, strict=True))
         if not len(ids):
             return FalseAlarms(ids, when, np.zeros((0, 4)), np.zeros(0))
@@ -99,12 +104,12 @@ class Clutter:
 
 
 def _present(
-    frames: Int[Array, " f"], seed: int, rate: float, memory: Autocorrelation, step: float
+    frames: Int[Array, " f"], seed: int, rate: float, autocorrelation: Autocorrelation, step: float
 ) -> tuple[Int[Array, " n"], Int[Array, " n"]]:
     """Ids and frames of the ghosts of all shares, by frame."""
     alive = [
         _alive(frames, seed, number, rate * share, tau / step)
-        for number, (share, tau, _) in enumerate(memory.parts)
+        for number, (share, tau, _) in enumerate(autocorrelation.parts)
         if share > 0.0
     ]
     ids, when = (np.concatenate(column) for column in zip(*alive, strict=True))
@@ -113,20 +118,22 @@ def _present(
 
 
 def _present_in(
-    frame: int, seed: int, rate: float, memory: Autocorrelation, step: float
+    frame: int, seed: int, rate: float, autocorrelation: Autocorrelation, step: float
 ) -> tuple[Int[Array, " n"], Int[Array, " n"]]:
     """The same for a frame, from the block of it that is kept."""
-    ids, when = _present_from(frame // BLOCK_FRAMES, seed, rate, memory, step)
+    ids, when = _present_from(frame // BLOCK_FRAMES, seed, rate, autocorrelation, step)
     rows = slice(*np.searchsorted(when, (frame, frame + 1)).tolist())
     return ids[rows], when[rows]
 
 
 @lru_cache(maxsize=64)
 def _present_from(
-    block: int, seed: int, rate: float, memory: Autocorrelation, step: float
+    block: int, seed: int, rate: float, autocorrelation: Autocorrelation, step: float
 ) -> tuple[Int[Array, " n"], Int[Array, " n"]]:
     """The same for a block of frames."""
-    return _present(np.arange(BLOCK_FRAMES) + block * BLOCK_FRAMES, seed, rate, memory, step)
+    return _present(
+        np.arange(BLOCK_FRAMES) + block * BLOCK_FRAMES, seed, rate, autocorrelation, step
+    )
 
 
 def _alive(

@@ -13,21 +13,21 @@ from mot_sim.simulation.sensors.gauss_markov import (
     BLOCK_FRAMES,
     MAX_BLOCKS,
     NoiseStream,
-    chain_of,
     draw_blocks,
+    processes_of,
 )
 from tracker.errors import BadConfig
 
 MAX_LIVE_ROWS = 64  # rows up to which whole blocks are kept: a live step
-MAX_KEPT_BLOCKS = 512  # blocks that are kept of a latent
-MAX_SMOOTH_SECONDS = 60.0  # seconds; beyond, the noise of a step is lost in rounding
-CONSTANT_SECONDS = 1e5  # seconds; a memory from here on is a constant of the object
+MAX_KEPT_BLOCKS = 512  # of one effect
+MAX_SMOOTH_SECONDS = 60.0  # beyond, the noise of a step is lost in rounding
+CONSTANT_SECONDS = 1e5  # a part that lasts so long is a constant of the object
 FRAME_ID = -1  # the id of what belongs to a frame and to no object
 
 
 @dataclass(frozen=True)
 class Autocorrelation:
-    """Of what a latent is made: shares of its variance, and how long each share remembers.
+    """How noise is correlated over time: shares of its variance, and how long each share lasts.
 
     The autocorrelation after t seconds is the sum of share * exp(-t / seconds); 0 seconds is
     white noise, inf a constant of the object. smooth: 1 for shares whose part is
@@ -40,17 +40,19 @@ class Autocorrelation:
     smooth: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        require_rates("memory shares, smooth", *self.shares, *self.smooth)
-        require_sigmas("memory seconds", *(min(tau, CONSTANT_SECONDS) for tau in self.seconds))
+        require_rates("autocorrelation shares, smooth", *self.shares, *self.smooth)
+        require_sigmas(
+            "autocorrelation seconds", *(min(tau, CONSTANT_SECONDS) for tau in self.seconds)
+        )
         if len(self.shares) != len(self.seconds) or abs(sum(self.shares) - 1.0) > 1e-3:
             raise BadConfig(
-                f"memory {self.shares} over {self.seconds} s: as many shares as times, sum 1"
+                f"autocorrelation {self.shares} over {self.seconds} s: as many shares as times, sum 1"
             )
         if len(self.smooth) not in (0, len(self.shares)) or not set(self.smooth) <= {0.0, 1.0}:
-            raise BadConfig(f"memory smooth {self.smooth}: 0 or 1 for each share, or none")
+            raise BadConfig(f"autocorrelation smooth {self.smooth}: 0 or 1 for each share, or none")
         if any(smooth and tau > MAX_SMOOTH_SECONDS for _, tau, smooth in self.parts):
             raise BadConfig(
-                f"memory {self.seconds} s: smooth ones last at most {MAX_SMOOTH_SECONDS:g} s"
+                f"autocorrelation {self.seconds} s: smooth ones last at most {MAX_SMOOTH_SECONDS:g} s"
             )
 
     @property
@@ -78,17 +80,15 @@ class Autocorrelation:
 
 
 def correlation_after(seconds: float, tau: float, smooth: bool) -> float:
-    """What a part of a memory has left after so many seconds."""
+    """The correlation of one part after so many seconds; tau: how long it lasts."""
     if tau >= CONSTANT_SECONDS:
         return 1.0
     a = seconds / max(tau, 1e-9)
     return float(np.exp(-a) * (1.0 + a if smooth else 1.0))
 
 
-WHITE = Autocorrelation()
-NoiseRequest = tuple[
-    tuple[str, tuple[Autocorrelation, ...]], ...
-]  # effects, and the memory of each column
+# Names of effects, and the autocorrelation of each of their columns.
+NoiseRequest = tuple[tuple[str, tuple[Autocorrelation, ...]], ...]
 
 
 def correlated_normals(
@@ -96,7 +96,7 @@ def correlated_normals(
     effect: str,
     ids: Int[Array, " n"],
     frames: Int[Array, " n"],
-    memory: Autocorrelation,
+    autocorrelation: Autocorrelation,
     step: float,
     columns: int = 1,
 ) -> Float[Array, "n {columns}"]:
@@ -105,7 +105,7 @@ def correlated_normals(
     A row depends on (seed, effect, id, frame) alone: not on which other rows are asked for, nor
     on gaps. Frames count from 0. Columns are independent of each other.
     """
-    return correlated_normal_columns(seed, effect, ids, frames, (memory,) * columns, step)
+    return correlated_normal_columns(seed, effect, ids, frames, (autocorrelation,) * columns, step)
 
 
 def correlated_normal_columns(
@@ -113,109 +113,115 @@ def correlated_normal_columns(
     effect: str,
     ids: Int[Array, " n"],
     frames: Int[Array, " n"],
-    memories: tuple[Autocorrelation, ...],
+    autocorrelations: tuple[Autocorrelation, ...],
     step: float,
 ) -> Float[Array, "n k"]:
-    """The same, a column a memory: one call for all of an effect costs what one column costs."""
+    """The same, a column per autocorrelation: all columns of an effect cost what one does."""
     if not len(ids):
-        return np.zeros((0, len(memories)))
-    pieces = ids * MAX_BLOCKS + frames // BLOCK_FRAMES
+        return np.zeros((0, len(autocorrelations)))
+    pieces, at = _pieces(ids, frames), frames % BLOCK_FRAMES
+    request = ((effect, autocorrelations),)
     if len(ids) > MAX_LIVE_ROWS:
-        every, piece = np.unique(pieces, return_inverse=True)
-        return _blocks(seed, every, ((effect, memories),), step)[0][piece, frames % BLOCK_FRAMES]
+        every, row = np.unique(pieces, return_inverse=True)
+        return _blocks(seed, every, request, step)[0][row, at]
     # A live step asks for the same blocks again and again: they are kept, which changes no number.
-    store = _store(seed, effect, memories, step)
-    wanted, at = pieces.tolist(), (frames % BLOCK_FRAMES).tolist()
+    kept = _kept_blocks(seed, effect, autocorrelations, step)
+    wanted = list(zip(pieces.tolist(), at.tolist(), strict=True))
     try:
-        rows = [store[piece][k] for piece, k in zip(wanted, at, strict=True)]
+        rows = [kept[piece][k] for piece, k in wanted]
     except KeyError:
-        _fetch(seed, wanted, ((effect, memories),), step)
-        rows = [store[piece][k] for piece, k in zip(wanted, at, strict=True)]
+        _keep(seed, pieces.tolist(), request, step)
+        rows = [kept[piece][k] for piece, k in wanted]
     return np.array(rows)
 
 
 def prefetch_draws(
-    seed: int, ids: Int[Array, " n"], frames: Int[Array, " n"], wanted: NoiseRequest, step: float
+    seed: int, ids: Int[Array, " n"], frames: Int[Array, " n"], request: NoiseRequest, step: float
 ) -> None:
-    """For a live step: draws what several effects will ask for at once, which saves time only."""
-    if 0 < len(ids) <= MAX_LIVE_ROWS and wanted:
-        _fetch(seed, (ids * MAX_BLOCKS + frames // BLOCK_FRAMES).tolist(), wanted, step)
+    """For a live step: draw what several effects will ask for at once, which only saves time."""
+    if 0 < len(ids) <= MAX_LIVE_ROWS and request:
+        _keep(seed, _pieces(ids, frames).tolist(), request, step)
 
 
-def _fetch(seed: int, pieces: list[int], wanted: NoiseRequest, step: float) -> None:
-    """Puts the blocks that are not kept yet with those that are."""
-    stores = [_store(seed, effect, memories, step) for effect, memories in wanted]
-    unknown = {piece for piece in pieces for store in stores if piece not in store}
+def _pieces(ids: Int[Array, " n"], frames: Int[Array, " n"]) -> Int[Array, " n"]:
+    """One number for an object and a block of frames."""
+    return ids * MAX_BLOCKS + frames // BLOCK_FRAMES
+
+
+def _keep(seed: int, pieces: list[int], request: NoiseRequest, step: float) -> None:
+    """Draw the blocks that are not kept yet, and keep them."""
+    stores = [_kept_blocks(seed, effect, columns, step) for effect, columns in request]
+    unknown = {piece for piece in pieces for kept in stores if piece not in kept}
     if not unknown:
         return
-    for store in stores:
-        if len(store) > MAX_KEPT_BLOCKS:
-            store.clear()
+    for kept in stores:
+        if len(kept) > MAX_KEPT_BLOCKS:
+            kept.clear()
             unknown = set(pieces)
     new = sorted(unknown)
-    for store, blocks in zip(stores, _blocks(seed, np.array(new), wanted, step), strict=True):
-        store.update(zip(new, blocks, strict=True))
+    for kept, blocks in zip(stores, _blocks(seed, np.array(new), request, step), strict=True):
+        kept.update(zip(new, blocks, strict=True))
 
 
-def _blocks(
-    seed: int, pieces: Int[Array, " p"], wanted: NoiseRequest, step: float
-) -> list[Float[Array, "p b _"]]:
-    """All frames of some blocks for each effect; a piece is id * FAR + block."""
-    plans = [_plan(effect, memories, step) for effect, memories in wanted]
-    result = []
-    for plan, drawn in zip(
-        plans, draw_blocks(seed, pieces, tuple(plan.stream for plan in plans)), strict=True
-    ):
-        total = np.zeros((len(pieces), BLOCK_FRAMES, plan.columns))
-        for number, (column, weight) in enumerate(plan.moving):
-            total[:, :, column] += weight * drawn.path[:, :, number]
-        for number, (column, weight) in enumerate(plan.fixed):
-            total[:, :, column] += weight * drawn.constants[:, None, number]
-        for number, (column, weight) in enumerate(plan.white):
-            total[:, :, column] += weight * drawn.white[:, :, number]
-        result.append(total)
-    return result
+@lru_cache(maxsize=256)
+def _kept_blocks(
+    seed: int, effect: str, autocorrelations: tuple[Autocorrelation, ...], step: float
+) -> dict[int, Float[Array, "b k"]]:
+    """The blocks of an effect that are kept, by piece; empty at first."""
+    return {}
 
 
 @dataclass(frozen=True)
 class MixingPlan:
-    """How memories are made of what a stream draws.
+    """How the columns of an effect are summed up from what a stream draws.
 
-    Of each process, constant and white number: the column that it goes to, and its weight.
+    processes, constants, white: of each, the column that it is added to, and its weight.
     """
 
     stream: NoiseStream
     columns: int
-    moving: list[tuple[int, float]]
-    fixed: list[tuple[int, float]]
+    processes: list[tuple[int, float]]
+    constants: list[tuple[int, float]]
     white: list[tuple[int, float]]
 
 
 @lru_cache(maxsize=256)
-def _plan(effect: str, memories: tuple[Autocorrelation, ...], step: float) -> MixingPlan:
-    moving, fixed, white = [], [], []
-    for column, memory in enumerate(memories):
-        for share, tau, smooth in memory.parts:
-            where = column, float(np.sqrt(share))
+def _plan(effect: str, autocorrelations: tuple[Autocorrelation, ...], step: float) -> MixingPlan:
+    targets, kinds, constants, white = [], [], [], []
+    for column, autocorrelation in enumerate(autocorrelations):
+        for share, tau, smooth in autocorrelation.parts:
+            target = column, float(np.sqrt(share))
             if share == 0.0:
                 continue
             if tau >= CONSTANT_SECONDS:
-                fixed.append(where)
+                constants.append(target)
             elif tau == 0.0:
-                white.append(where)
+                white.append(target)
             else:
-                moving.append((where, (step / tau, smooth)))
-    chain, order = chain_of([part for _, part in moving])
-    stream = NoiseStream(effect, chain, len(fixed), len(white))
-    return MixingPlan(stream, len(memories), [moving[k][0] for k in order], fixed, white)
+                targets.append(target)
+                kinds.append((step / tau, smooth))
+    processes, order = processes_of(kinds)
+    stream = NoiseStream(effect, processes, len(constants), len(white))
+    return MixingPlan(stream, len(autocorrelations), [targets[k] for k in order], constants, white)
 
 
-@lru_cache(maxsize=256)
-def _store(
-    seed: int, effect: str, memories: tuple[Autocorrelation, ...], step: float
-) -> dict[int, Float[Array, "b k"]]:
-    """Blocks of latents by piece."""
-    return {}
+def _blocks(
+    seed: int, pieces: Int[Array, " p"], request: NoiseRequest, step: float
+) -> list[Float[Array, "p b _"]]:
+    """All frames of some blocks, for each effect."""
+    plans = [_plan(effect, columns, step) for effect, columns in request]
+    drawn_blocks = draw_blocks(seed, pieces, tuple(plan.stream for plan in plans))
+    found = []
+    for plan, drawn in zip(plans, drawn_blocks, strict=True):
+        total = np.zeros((len(pieces), BLOCK_FRAMES, plan.columns))
+        for number, (column, weight) in enumerate(plan.processes):
+            total[:, :, column] += weight * drawn.path[:, :, number]
+        for number, (column, weight) in enumerate(plan.constants):
+            total[:, :, column] += weight * drawn.constants[:, None, number]
+        for number, (column, weight) in enumerate(plan.white):
+            total[:, :, column] += weight * drawn.white[:, :, number]
+        found.append(total)
+    return found
 
 
 def with_frame_noise(
@@ -227,13 +233,17 @@ def with_frame_noise(
     seconds: float,
     step: float,
 ) -> Float[Array, " n"]:
-    """Latents of which a share of the variance is the frame's and lasts some seconds."""
+    """Normal numbers, a share of whose variance all rows of a frame have in common for seconds."""
     if shared == 0.0:
         return own
     every, row = np.unique(frames, return_inverse=True)
-    nobody = np.full_like(every, FRAME_ID)
     common = correlated_normals(
-        seed, f"{effect}/frame", nobody, every, Autocorrelation((1.0,), (seconds,)), step
+        seed,
+        f"{effect}/frame",
+        np.full_like(every, FRAME_ID),
+        every,
+        Autocorrelation((1.0,), (seconds,)),
+        step,
     )
     return np.sqrt(1.0 - shared) * own + np.sqrt(shared) * common[row, 0]
 
@@ -244,16 +254,18 @@ def bursts(
     effect: str,
     ids: Int[Array, " n"],
     frames: Int[Array, " n"],
-    memory: Autocorrelation,
+    autocorrelation: Autocorrelation,
     step: float,
 ) -> Bool[Array, " n"]:
     """Where the event happens; no rate, no event. A higher rate has the same events and more.
 
-    The marginal rate is exact whatever the memory, also while the rate varies.
+    The marginal rate is exact whatever the autocorrelation, also while the rate varies.
     """
     happens = np.zeros(len(ids), bool)
     possible = np.flatnonzero(rates > 0.0)
     if len(possible):
-        x = correlated_normals(seed, effect, ids[possible], frames[possible], memory, step)[:, 0]
+        x = correlated_normals(
+            seed, effect, ids[possible], frames[possible], autocorrelation, step
+        )[:, 0]
         happens[possible] = ndtr(x) < rates[possible]
     return happens

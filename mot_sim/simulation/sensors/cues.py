@@ -21,7 +21,7 @@ STATE_COUNT = 4  # visible, hidden by the car itself, hidden by another, outside
 class Pose:
     """yaw: std in radians; hidden: its growth e^(hidden * (1 - visible)). flips: rate of yaw + pi.
 
-    size: relative error of length, height and width. memory: of the errors; flip_memory: of how
+    size: relative error of length, height and width. autocorrelation: of the errors; flip_autocorrelation: of how
     long a car stays turned round.
     """
 
@@ -29,8 +29,8 @@ class Pose:
     hidden: float = 0.0
     flips: float = 0.0
     size: float = 0.0
-    memory: Autocorrelation = field(default_factory=Autocorrelation)
-    flip_memory: Autocorrelation = field(default_factory=Autocorrelation)
+    autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    flip_autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_sigmas("pose yaw, hidden, size", self.yaw, self.hidden, self.size)
@@ -46,10 +46,10 @@ class Pose:
         if level == 0.0:
             return yaw, size
         ids, frames = sightings.ids, sightings.frames
-        x = correlated_normals(seed, "pose", ids, frames, self.memory, step, 4)
+        x = correlated_normals(seed, "pose", ids, frames, self.autocorrelation, step, 4)
         spread = self.std(sightings, level)
         rates = np.full(len(ids), min(level * self.flips, 1.0))
-        turned = bursts(rates, seed, "flip", ids, frames, self.flip_memory, step)
+        turned = bursts(rates, seed, "flip", ids, frames, self.flip_autocorrelation, step)
         measured = yaw + spread * x[:, 0] + np.pi * turned
         if self.yaw or turned.any():
             yaw = np.asarray(wrap_angle(measured))
@@ -74,7 +74,7 @@ class Shape:
     shrink: float = 0.0
     pull: float = 0.0
     stated: float = 0.0
-    memory: Autocorrelation = field(default_factory=Autocorrelation)
+    autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_sigmas("shape spread, growth, stated", self.spread, self.growth, self.stated)
@@ -88,7 +88,7 @@ class Shape:
             return sightings.shape
         columns = sightings.shape.shape[1]
         x = correlated_normals(
-            seed, "shape", sightings.ids, sightings.frames, self.memory, step, columns
+            seed, "shape", sightings.ids, sightings.frames, self.autocorrelation, step, columns
         )
         kept = 1.0 - np.minimum(level * self.shrink * (1.0 - sightings.visible), 1.0)
         kept *= 1.0 - min(level * self.pull, 1.0)
@@ -111,13 +111,13 @@ class Keypoints:
     """spread, misses: by state (visible, self-occluded, occluded by another, truncated).
 
     spread: parts of the box's larger side. flips: the rate of left taken for right, which swaps
-    the first half of the points with the second. memory: of the errors and the flips.
+    the first half of the points with the second. autocorrelation: of the errors and the flips.
     """
 
     spread: tuple[float, ...] = (0.0,) * STATE_COUNT
     misses: tuple[float, ...] = (0.0,) * STATE_COUNT
     flips: float = 0.0
-    memory: Autocorrelation = field(default_factory=Autocorrelation)
+    autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         if len(self.spread) != STATE_COUNT or len(self.misses) != STATE_COUNT:
@@ -135,11 +135,13 @@ class Keypoints:
         count, points = true.shape[:2]
         state = sightings.keypoint_states.astype(np.int64)
         sides = sightings.boxes[:, 2:] - sightings.boxes[:, :2]
-        x = correlated_normals(seed, "keypoints", ids, frames, self.memory, step, 2 * points)
+        x = correlated_normals(
+            seed, "keypoints", ids, frames, self.autocorrelation, step, 2 * points
+        )
         spread = level * np.array(self.spread)[state] * sides.max(axis=1, initial=0.0)[:, None]
         uv = true + spread[..., None] * x.reshape(count, points, 2) if level else true
         rates = np.full(count, min(level * self.flips, 1.0))
-        turned = bursts(rates, seed, "keypoints/flip", ids, frames, self.memory, step)
+        turned = bursts(rates, seed, "keypoints/flip", ids, frames, self.autocorrelation, step)
         half = points // 2
         mirrored = np.concatenate((uv[:, half : 2 * half], uv[:, :half], uv[:, 2 * half :]), axis=1)
         uv = np.where(turned[:, None, None], mirrored, uv)
@@ -162,7 +164,7 @@ class AppearanceNoise:
     noise: float = 0.0
     view: float = 0.0
     alike: int = 1
-    memory: Autocorrelation = field(default_factory=Autocorrelation)
+    autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
     unit: float = 1.0
 
     def __post_init__(self) -> None:
@@ -191,7 +193,7 @@ class AppearanceNoise:
             vectors = vectors + level * self.view * turning / np.sqrt(self.size)
         if level and self.noise:
             x = correlated_normals(
-                seed, "appearance/noise", ids, frames, self.memory, step, self.size
+                seed, "appearance/noise", ids, frames, self.autocorrelation, step, self.size
             )
             vectors = vectors + level * self.noise * x / np.sqrt(self.size)
         return (_unit(vectors) if turns or (level and self.noise) else vectors) / self.unit

@@ -42,8 +42,7 @@ class Provenance(Rows):
     @classmethod
     def of(cls, source: Source, ids: Int[Array, " n"]) -> "Provenance":
         """Rows of one source."""
-        nobody = np.full(len(ids), NO_OBJECT)
-        return cls(np.full(len(ids), source, "<U9"), ids, nobody)
+        return cls(np.full(len(ids), source, "<U9"), ids, np.full(len(ids), NO_OBJECT))
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +52,23 @@ class Sensed:
     log: DetectionLog
     provenance: Provenance
 
+    @classmethod
+    def of(
+        cls, frames: Int[Array, " n"], detections: Detections, provenance: Provenance
+    ) -> "Sensed":
+        """From the columns."""
+        return cls(DetectionLog(frames, detections), provenance)
 
-Part = tuple[Int[Array, " _"], Detections, Provenance]
+
+@dataclass(frozen=True, eq=False)
+class Responses(Rows):
+    """What the detector makes of each sighting: a box, a score, and whether it reports it at all."""
+
+    sightings: Sightings
+    boxes: Float[Array, "n 4"]
+    scores: Float[Array, " n"]
+    reported: Bool[Array, " n"]
+    provenance: Provenance
 
 
 @dataclass(frozen=True)
@@ -63,8 +77,9 @@ class Detector:
 
     profile: a name of PROFILES, a TOML file, or a Profile. Level 1 is the profile, level 0 none of
     it: with every level 0, or the profile `perfect`, the boxes are exact and all scores are 1.
-    jitter: of boxes. misses. score_noise: of scores. clutter: ghosts and second boxes. cues: yaw, size,
-    keypoints, shape. A car of which no pixel is visible is never seen, at any level.
+    jitter: of boxes. misses. score_noise: of scores. clutter: false alarms and second boxes.
+    cues: yaw, size, keypoints, shape. A car of which no pixel is visible is never seen, at any
+    level.
     """
 
     profile: str | Profile = "rrc"
@@ -88,14 +103,14 @@ class Detector:
         seed: int,
         camera: Camera,
         frame_count: int | None = None,
-        cast: Vehicles | None = None,
+        vehicles: Vehicles | None = None,
     ) -> DetectionLog:
         """The detections of all frames of an episode, clipped to the image.
 
-        cast: who the cars are, for profiles that see shapes.
+        vehicles: who the cars are, for profiles that see shapes.
         """
         frames = None if frame_count is None else np.arange(frame_count)
-        return self.sense(Sightings.from_truth(truth, cast), seed, camera, STEP, frames).log
+        return self.sense(Sightings.from_truth(truth, vehicles), seed, camera, STEP, frames).log
 
     def sense(
         self,
@@ -107,40 +122,42 @@ class Detector:
     ) -> Sensed:
         """Detections and where each came from; step: seconds between frames.
 
-        frames: those that are asked for (ghosts come in empty ones too); None: all up to the last
-        with an object. One frame at a time gives the same bits as the whole drive at once.
+        frames: those that are asked for (false alarms come in empty ones too); None: all up to
+        the last with an object. One frame at a time gives the same bits as the whole drive at
+        once.
         """
         if frames is None:
             frames = np.arange(int(sightings.frames.max(initial=-1)) + 1)
-        prefetch_draws(seed, sightings.ids, sightings.frames, self._wanted, step)
-        boxes, seen, scores, missed = self._objects(sightings, seed, step)
-        parts = self._merge_and_split(sightings, boxes, seen, scores, seed, step)
-        parts += self._false(sightings, missed, frames, seed, camera, step)
+        prefetch_draws(seed, sightings.ids, sightings.frames, self._noise_request, step)
+        responses = self._responses(sightings, seed, step)
+        reported = responses if responses.reported.all() else responses.select(responses.reported)
+        merged = self._merged(reported, seed, step)
+        parts = self._with_splits(merged, seed, step)
+        parts += self._duplicates(responses, seed, step)
+        parts += self._false_alarms(frames, seed, camera, step)
         return _put_together(parts, self.effects.border or Border(), camera)
 
     @cached_property
-    def _wanted(self) -> NoiseRequest:
-        """The latents that every sighting needs."""
+    def _noise_request(self) -> NoiseRequest:
+        """The correlated normals that every sighting needs."""
         effects = self.effects
         found: list[tuple[str, tuple[Autocorrelation, ...]]] = []
         if effects.misses is not None:
-            found.append(("miss", effects.misses.memories))
+            found.append(("miss", effects.misses.autocorrelations))
         if effects.jitter is not None:
-            found.append(("jitter", effects.jitter.memories))
+            found.append(("jitter", effects.jitter.autocorrelations))
         if effects.scores is not None:
-            found.append(("score", (effects.scores.memory,)))
+            found.append(("score", (effects.scores.autocorrelation,)))
         if effects.duplicates is not None:
-            found.append(("duplicate", (effects.duplicates.memory,)))
+            found.append(("duplicate", (effects.duplicates.autocorrelation,)))
         return tuple(found)
 
-    def _objects(
-        self, sightings: Sightings, seed: int, step: float
-    ) -> tuple[Float[Array, "n 4"], Bool[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
-        """Box, whether it is seen at all, score, and whether it was missed, of every sighting."""
+    def _responses(self, sightings: Sightings, seed: int, step: float) -> Responses:
+        """Box, score and whether it is reported, of every sighting alone."""
         effects = self.effects
-        reported = np.ones(len(sightings), bool)
+        taken_for_cars = np.ones(len(sightings), bool)
         if effects.confusion is not None and self.misses > 0.0:
-            reported = effects.confusion(sightings, seed, step)
+            taken_for_cars = effects.confusion(sightings, seed, step)
         missed, ease = sightings.visible <= 0.0, np.zeros(len(sightings))
         if effects.misses is not None:
             missed, ease = effects.misses(sightings, seed, step, self.misses)
@@ -152,41 +169,60 @@ class Detector:
         scores = np.ones(len(sightings))
         if effects.scores is not None:
             scores = effects.scores(sightings, ease, seed, step, self.score_noise)
-        return boxes, reported & ~missed, scores, missed | ~reported
+        provenance = Provenance.of("object", sightings.ids)
+        return Responses(sightings, boxes, scores, taken_for_cars & ~missed, provenance)
 
-    def _merge_and_split(
-        self,
-        sightings: Sightings,
-        boxes: Float[Array, "n 4"],
-        seen: Bool[Array, " n"],
-        scores: Float[Array, " n"],
-        seed: int,
-        step: float,
-    ) -> list[Part]:
-        """The detections of objects; merged boxes and halves take their place among them."""
-        if not seen.all():
-            rows = np.flatnonzero(seen)
-            sightings, boxes, scores = sightings.select(rows), boxes[rows], scores[rows]
-        origin = Provenance.of("object", sightings.ids)
-        halves: list[Part] = []
-        if self.effects.merges is not None and self.clutter > 0.0:
-            kept, gone, around = self.effects.merges(sightings, boxes, seed, step)
-            boxes = boxes.copy()
-            boxes[kept] = around
-            origin.sources[kept], origin.others[kept] = "merged", sightings.ids[gone]
-            left = np.ones(len(boxes), bool)
-            left[gone] = False
-            sightings, origin = sightings.select(left), origin.select(left)
-            boxes, scores = boxes[left], scores[left]
+    def _merged(self, responses: Responses, seed: int, step: float) -> Responses:
+        """The responses, of which some take in another one that hides behind them."""
+        if self.effects.merges is None or self.clutter <= 0.0:
+            return responses
+        sightings, boxes = responses.sightings, responses.boxes.copy()
+        kept, gone, around = self.effects.merges(sightings, responses.boxes, seed, step)
+        boxes[kept] = around
+        provenance = Provenance.of("object", sightings.ids)
+        provenance.sources[kept], provenance.others[kept] = "merged", sightings.ids[gone]
+        left = np.ones(len(boxes), bool)
+        left[gone] = False
+        return responses.replaced(boxes=boxes, provenance=provenance).select(left)
+
+    def _with_splits(self, responses: Responses, seed: int, step: float) -> list[Sensed]:
+        """The detections of the responses, and the second halves of those that are split."""
+        sightings, boxes, scores = responses.sightings, responses.boxes, responses.scores
+        provenance, halves = responses.provenance, []
         if self.effects.splits is not None and self.clutter > 0.0:
             split, one, other = self.effects.splits(sightings, boxes, seed, step)
             boxes = boxes.copy()
             boxes[split] = one
-            origin.sources[split] = "split"
+            provenance.sources[split] = "split"
             second = Provenance.of("split", sightings.ids[split])
-            halves = [(sightings.frames[split], Detections(other, scores[split]), second)]
-        cues = self._cues(sightings, seed, step)
-        return [(sightings.frames, Detections(boxes, scores, **cues), origin), *halves]
+            frames = sightings.frames[split]
+            halves = [Sensed.of(frames, Detections(other, scores[split]), second)]
+        detections = Detections(boxes, scores, **self._cues(sightings, seed, step))
+        return [Sensed.of(sightings.frames, detections, provenance), *halves]
+
+    def _duplicates(self, responses: Responses, seed: int, step: float) -> list[Sensed]:
+        """Second boxes about cars, also about cars that are missed."""
+        if self.effects.duplicates is None:
+            return []
+        sightings, missed = responses.sightings, ~responses.reported
+        rows, boxes, scores = self.effects.duplicates(sightings, missed, seed, step, self.clutter)
+        if not len(rows):
+            return []
+        provenance = Provenance.of("duplicate", sightings.ids[rows])
+        cues = self._cues(sightings.select(rows), seed, step)
+        return [Sensed.of(sightings.frames[rows], Detections(boxes, scores, **cues), provenance)]
+
+    def _false_alarms(
+        self, frames: Int[Array, " f"], seed: int, camera: Camera, step: float
+    ) -> list[Sensed]:
+        """Boxes where no car is."""
+        if self.effects.clutter is None:
+            return []
+        found = self.effects.clutter(frames, seed, camera, step, self.clutter)
+        if not len(found):
+            return []
+        provenance = Provenance.of("clutter", np.full(len(found), NO_OBJECT))
+        return [Sensed.of(found.frames, Detections(found.boxes, found.scores), provenance)]
 
     def _cues(
         self, sightings: Sightings, seed: int, step: float
@@ -203,54 +239,27 @@ class Detector:
         if effects.pose is not None and effects.shape is not None and "shape" in found:
             yaw = effects.pose.std(sightings, self.cues)
             shape = effects.shape.stated_std(sightings, self.cues)
-            found["pose_cov"] = _stated(yaw, shape, found["shape"].shape[1])
+            found["pose_cov"] = _pose_covariance(yaw, shape, found["shape"].shape[1])
         return found
 
-    def _false(
-        self,
-        sightings: Sightings,
-        missed: Bool[Array, " n"],
-        frames: Int[Array, " f"],
-        seed: int,
-        camera: Camera,
-        step: float,
-    ) -> list[Part]:
-        """Second boxes and ghosts."""
-        parts: list[Part] = []
-        if self.effects.duplicates is not None:
-            rows, boxes, scores = self.effects.duplicates(
-                sightings, missed, seed, step, self.clutter
-            )
-            origin = Provenance.of("duplicate", sightings.ids[rows])
-            if len(rows):
-                cues = self._cues(sightings.select(rows), seed, step)
-                parts.append((sightings.frames[rows], Detections(boxes, scores, **cues), origin))
-        if self.effects.clutter is not None:
-            ghosts = self.effects.clutter(frames, seed, camera, step, self.clutter)
-            nobody = Provenance.of("clutter", np.full(len(ghosts), -1))
-            if len(ghosts):
-                parts.append((ghosts.frames, Detections(ghosts.boxes, ghosts.scores), nobody))
-        return parts
 
-
-def _put_together(parts: list[Part], border: Border, camera: Camera) -> Sensed:
+def _put_together(parts: list[Sensed], border: Border, camera: Camera) -> Sensed:
     """All parts in the order of frames; cues that a part lacks are NaN there."""
-    frames, detections, origin = parts[0]
-    if len(parts) > 1:
-        frames = np.concatenate([part[0] for part in parts])
-        detections = Detections.concatenate([_with_cues(part[1], parts[0][1]) for part in parts])
-        origin = Provenance.concatenate([part[2] for part in parts])
+    first = parts[0].log.detections
+    frames = np.concatenate([part.log.frames for part in parts])
+    detections = Detections.concatenate([_with_cues(part.log.detections, first) for part in parts])
+    provenance = Provenance.concatenate([part.provenance for part in parts])
     boxes = border(detections.boxes, camera)
-    whole = replace(detections, boxes=boxes)
+    detections = replace(detections, boxes=boxes)
     usable = has_area(boxes)
     if usable.all() and (frames[1:] >= frames[:-1]).all():
-        return Sensed(DetectionLog(frames, whole), origin)
+        return Sensed.of(frames, detections, provenance)
     rows = np.flatnonzero(usable)
     rows = rows[np.argsort(frames[rows], kind="stable")]
-    return Sensed(DetectionLog(frames[rows], whole.select(rows)), origin.select(rows))
+    return Sensed.of(frames[rows], detections.select(rows), provenance.select(rows))
 
 
-def _stated(
+def _pose_covariance(
     yaw: Float[Array, " n"], shape: Float[Array, " n"], coefficients: int
 ) -> Float[Array, "n c c"]:
     """The covariance of (yaw, shape) that a fit states that knows these stds of its own."""
@@ -265,4 +274,4 @@ def _with_cues(part: Detections, model: Detections) -> Detections:
         column, like = getattr(part, name), getattr(model, name)
         if column is None and like is not None:
             columns[name] = np.full((len(part), *like.shape[1:]), np.nan)
-    return replace(part, **columns)
+    return replace(part, **columns) if columns else part

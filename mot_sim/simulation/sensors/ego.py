@@ -30,8 +30,8 @@ class Odometry:
     drift: float = 0.0
     slip: float = 0.0
     dropouts: float = 0.0
-    memory: Autocorrelation = field(default_factory=Autocorrelation)
-    dropout_memory: Autocorrelation = field(default_factory=Autocorrelation)
+    autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    dropout_autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_finite("odometry scale", self.scale)
@@ -46,9 +46,11 @@ class Odometry:
             return Ts_world_cam
         frames = np.arange(1, len(Ts_world_cam))
         owner = np.full_like(frames, FRAME_ID)
-        x = correlated_normals(seed, "odometry", owner, frames, self.memory, step, 2)
+        x = correlated_normals(seed, "odometry", owner, frames, self.autocorrelation, step, 2)
         rates = np.full(len(frames), min(level * self.dropouts, 1.0))
-        lost = bursts(rates, seed, "odometry/lost", owner, frames, self.dropout_memory, step)
+        lost = bursts(
+            rates, seed, "odometry/lost", owner, frames, self.dropout_autocorrelation, step
+        )
         Ts_before_now = invert(Ts_world_cam[:-1]) @ Ts_world_cam[1:]
         Ts_before_now[:, :3, 3] *= (1.0 + level * (self.scale + self.slip * x[:, 1]))[:, None]
         poses = [Ts_world_cam[0]]
@@ -77,7 +79,7 @@ class Miscalibration:
     """Stds, drawn once an episode: focal (relative), pitch (radians), height (metres).
 
     slope: radians by which the road ahead rises (not drawn; to the tracker it is a pitch).
-    vibration: std in radians of the pitch from frame to frame; memory: of it.
+    vibration: std in radians of the pitch from frame to frame; autocorrelation: of it.
     """
 
     focal: float = 0.0
@@ -85,7 +87,7 @@ class Miscalibration:
     height: float = 0.0
     slope: float = 0.0
     vibration: float = 0.0
-    memory: Autocorrelation = field(default_factory=Autocorrelation)
+    autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_sigmas("miscalibration", self.focal, self.pitch, self.height, self.vibration)
@@ -117,6 +119,6 @@ class Miscalibration:
         if level == 0.0 or self.vibration == 0.0:
             return boxes
         owner = np.full_like(frames, FRAME_ID)
-        x = correlated_normals(seed, "vibration", owner, frames, self.memory, step)[:, 0]
+        x = correlated_normals(seed, "vibration", owner, frames, self.autocorrelation, step)[:, 0]
         rise = camera.K[1, 1] * np.tan(level * self.vibration * x)
         return boxes + rise[:, None] * np.array([0.0, 1.0, 0.0, 1.0])

@@ -1,14 +1,15 @@
-"""Stationary processes cut into blocks of frames, each block a function of its key alone.
+"""Stationary Gauss-Markov processes in blocks of frames, each block a function of its key alone.
 
-Every BLOCK frames stands an anchor; the anchors of an object are a chain of their own from frame
-0 on. Between two anchors runs the recursion, pinned to the second one by the conditional mean of a
-Gaussian (a bridge), so that the whole has exactly the law of the recursion. Many processes run at
-once, in arrays: a live step has few objects and little time.
+Every BLOCK_FRAMES frames stands an anchor; the anchors of an object are a chain of their own from
+frame 0 on. Between two anchors runs the recursion, and a bridge (the conditional mean of a
+Gaussian process, given its end) moves it onto the second anchor, so that the whole has exactly
+the law of the recursion. Many processes run at once, in arrays: a live step has few objects and
+little time.
 
-Rough: an AR(1), x' = phi x + noise with phi = e^-a, a the step in units of the memory. Smooth: a
-critically damped process driven by white noise (Matern, 3/2), autocorrelation (1 + t) e^-t. With s
-its value plus its slope, of variance 2 and covariance 1 with x: s' = phi s + noise, and
-x' = phi (x + a s) + noise.
+Rough: an AR(1) process, x' = phi x + noise with phi = e^-a; a is the step over the correlation
+time. Smooth: a critically damped process driven by white noise (Matern, 3/2), autocorrelation
+(1 + t) e^-t. Its state is (x, s), s its value plus its slope, of variance 2 and covariance 1 with
+x: s' = phi s + noise, and x' = phi (x + a s) + noise.
 """
 
 from collections.abc import Sequence
@@ -22,112 +23,120 @@ from numpy import ndarray as Array
 
 from mot_sim.simulation import random_numbers
 
-BLOCK_FRAMES = 32  # frames between the anchors of a latent; what is drawn for one live step
+BLOCK_FRAMES = 32  # frames between two anchors; what is drawn for one live step
 MAX_BLOCKS = 1 << 22  # more blocks than any drive has (155 days at 10 Hz)
 
 
 @dataclass(frozen=True)
-class Chain:
-    """The numbers of some processes for steps of a: first the rough ones, then the smooth ones.
+class GaussMarkov:
+    """Some processes for one step: first the rough ones, then the smooth ones.
 
-    rough, smooth: a of each.
+    rough, smooth: a of each, the step over its correlation time.
     """
 
     rough: tuple[float, ...]
     smooth: tuple[float, ...]
 
+    @property
+    def noise_width(self) -> int:
+        """Columns of white noise that one step takes: one per rough, two per smooth process."""
+        return len(self.rough) + 2 * len(self.smooth)
+
     @cached_property
-    def phi(self) -> Float[Array, " n"]:
-        """What is left of each after one step."""
+    def decay(self) -> Float[Array, " n"]:
+        """phi: what is left of each after one step."""
         return np.exp(-np.array(self.rough + self.smooth))
 
     @cached_property
-    def drag(self) -> Float[Array, " m"]:
-        """How the s of a smooth one moves its x in one step."""
+    def slope_gain(self) -> Float[Array, " m"]:
+        """phi a of the smooth ones: what s adds to x in one step."""
         return np.exp(-np.array(self.smooth)) * np.array(self.smooth)
 
     @cached_property
-    def roots(self) -> Float[Array, "4 n"]:
-        """How white numbers enter: into x; and, for smooth ones, the first into s, the second."""
-        roots = np.zeros((4, len(self.phi)))
+    def noise_cholesky(self) -> Float[Array, "3 n"]:
+        """Cholesky factors of a step's noise: into x; of smooth ones the first, the second into s."""
+        factors = np.zeros((3, len(self.decay)))
         count = len(self.rough)
-        roots[0, :count] = np.sqrt(-np.expm1(-2.0 * np.array(self.rough)))
-        for number, a in enumerate(self.smooth, count):
-            roots[:3, number] = np.linalg.cholesky(added(a))[[0, 1, 1], [0, 0, 1]]
-        return roots
+        factors[0, :count] = np.sqrt(-np.expm1(-2.0 * np.array(self.rough)))
+        for column, a in enumerate(self.smooth, count):
+            factors[:, column] = np.linalg.cholesky(smooth_noise(a))[[0, 1, 1], [0, 0, 1]]
+        return factors
 
     @cached_property
-    def pulls(self) -> Float[Array, "b 2 n"]:
-        """How far the value of a frame moves with what is missing of x, and of s, at its end."""
-        pulls = np.zeros((BLOCK_FRAMES, 2, len(self.phi)))
+    def bridge_gains(self) -> Float[Array, "b 2 n"]:
+        """How far the value of a frame moves per unit that x, and s, miss the next anchor by."""
+        gains = np.zeros((BLOCK_FRAMES, 2, len(self.decay)))
         k = np.arange(BLOCK_FRAMES)[:, None]
         a, count = np.array(self.rough), len(self.rough)
-        pulls[:, 0, :count] = np.exp(-a * (BLOCK_FRAMES - k)) * np.expm1(-2.0 * a * k)
-        pulls[:, 0, :count] /= np.expm1(-2.0 * a * BLOCK_FRAMES)
-        for number, each in enumerate(self.smooth, count):
-            ends = np.linalg.inv(added(each * BLOCK_FRAMES))
+        gains[:, 0, :count] = np.exp(-a * (BLOCK_FRAMES - k)) * np.expm1(-2.0 * a * k)
+        gains[:, 0, :count] /= np.expm1(-2.0 * a * BLOCK_FRAMES)
+        for column, each in enumerate(self.smooth, count):
+            precision = np.linalg.inv(smooth_noise(each * BLOCK_FRAMES))
             for frame in range(1, BLOCK_FRAMES):
-                left = transition(each * (BLOCK_FRAMES - frame)).T
-                pulls[frame, :, number] = (added(each * frame) @ left @ ends)[0]
-        return pulls
+                to_end = smooth_transition(each * (BLOCK_FRAMES - frame)).T
+                gains[frame, :, column] = (smooth_noise(each * frame) @ to_end @ precision)[0]
+        return gains
 
     def run(
         self, x: Float[Array, "p n"], s: Float[Array, "p m"], noise: Float[Array, "p t nm"]
     ) -> tuple[Float[Array, "p t1 n"], Float[Array, "p t1 m"]]:
-        """The states from a start on, one more than there is noise."""
-        count, first = len(self.phi), len(self.rough)
+        """The states x and s from a start on, one more than there is noise."""
+        count, first = len(self.decay), len(self.rough)
         steps = noise.shape[1]
         by_time = noise.swapaxes(0, 1)  # neighbours in memory are used together
         xs = np.empty((steps + 1, len(x), count))
         ss = np.empty((steps + 1, len(x), count - first))
         xs[0], ss[0] = x, s
-        np.multiply(by_time[..., :count], self.roots[0], out=xs[1:])
+        into_x, first_into_s, second_into_s = self.noise_cholesky
+        np.multiply(by_time[..., :count], into_x, out=xs[1:])
         if count > first:
-            np.multiply(by_time[..., first:count], self.roots[1, first:], out=ss[1:])
-            ss[1:] += by_time[..., count:] * self.roots[2, first:]
-        phi, slow, drag = self.phi, self.phi[first:], self.drag
+            np.multiply(by_time[..., first:count], first_into_s[first:], out=ss[1:])
+            ss[1:] += by_time[..., count:] * second_into_s[first:]
+        decay, smooth_decay, slope_gain = self.decay, self.decay[first:], self.slope_gain
         for t in range(steps):
-            xs[t + 1] += phi * xs[t]
+            xs[t + 1] += decay * xs[t]
             if count > first:
-                xs[t + 1, :, first:] += drag * ss[t]
-                ss[t + 1] += slow * ss[t]
+                xs[t + 1, :, first:] += slope_gain * ss[t]
+                ss[t + 1] += smooth_decay * ss[t]
         return xs.swapaxes(0, 1), ss.swapaxes(0, 1)
 
-    def times(self, steps: int) -> "Chain":
-        """The same processes over so many steps at once."""
-        return Chain(tuple(a * steps for a in self.rough), tuple(a * steps for a in self.smooth))
-
     @cached_property
-    def far(self) -> "Chain":
-        """From anchor to anchor."""
-        return self.times(BLOCK_FRAMES)
+    def between_anchors(self) -> "GaussMarkov":
+        """The same processes, for a step from anchor to anchor."""
+        return GaussMarkov(
+            tuple(a * BLOCK_FRAMES for a in self.rough),
+            tuple(a * BLOCK_FRAMES for a in self.smooth),
+        )
 
 
-def transition(a: float) -> Float[Array, "2 2"]:
-    """What is expected of x and s of a smooth process after the time a."""
+def smooth_transition(a: float) -> Float[Array, "2 2"]:
+    """The transition matrix of (x, s) of a smooth process over a time a."""
     return np.exp(-a) * np.array([[1.0, a], [0.0, 1.0]])
 
 
-def added(a: float) -> Float[Array, "2 2"]:
-    """The covariance of what noise adds to x and s of a smooth process in the time a."""
-    always = np.array([[1.0, 1.0], [1.0, 2.0]])
-    at = transition(a)
-    return always - at @ always @ at.T
+def smooth_noise(a: float) -> Float[Array, "2 2"]:
+    """The covariance of what noise adds to (x, s) of a smooth process in a time a."""
+    stationary = np.array([[1.0, 1.0], [1.0, 2.0]])
+    transition = smooth_transition(a)
+    return stationary - transition @ stationary @ transition.T
+
+
+def processes_of(parts: Sequence[tuple[float, bool]]) -> tuple[GaussMarkov, list[int]]:
+    """The processes of some (a, whether smooth), and which part each one is."""
+    rough = [number for number, (_, smooth) in enumerate(parts) if not smooth]
+    smooth = [number for number, (_, smooth) in enumerate(parts) if smooth]
+    processes = GaussMarkov(tuple(parts[k][0] for k in rough), tuple(parts[k][0] for k in smooth))
+    return processes, rough + smooth
 
 
 @dataclass(frozen=True)
 class NoiseStream:
-    """What is drawn under one name: the processes of a chain, constants and white numbers."""
+    """What is drawn under one name: processes, constants of the object, and white numbers."""
 
     name: str
-    chain: Chain
-    fixed: int
+    processes: GaussMarkov
+    constants: int
     white: int
-
-    @property
-    def width(self) -> int:
-        """Columns of white numbers that the chain eats in a step."""
-        return len(self.chain.rough) + 2 * len(self.chain.smooth)
 
 
 class DrawnBlocks(NamedTuple):
@@ -138,98 +147,104 @@ class DrawnBlocks(NamedTuple):
     white: Float[Array, "p b w"]
 
 
+class JoinedStreams(NamedTuple):
+    """The processes of several streams side by side.
+
+    noise_order: where each column of their noise stands in the streams' noise, one after the
+    other. columns: of each stream, which of the processes are its own.
+    """
+
+    processes: GaussMarkov
+    noise_order: Int[Array, " nm"]
+    columns: list[Int[Array, " _"]]
+
+
 def draw_blocks(
     seed: int, pieces: Int[Array, " p"], streams: tuple[NoiseStream, ...]
 ) -> list[DrawnBlocks]:
-    """The blocks of some streams, whose processes run side by side; a piece: id * FAR + block."""
+    """The blocks of some streams, whose processes run at once; piece: id * MAX_BLOCKS + block."""
     owner_ids, block = pieces // MAX_BLOCKS, pieces % MAX_BLOCKS
     objects, owner = np.unique(owner_ids, return_inverse=True)
-    last = int(block.max()) + 2
-    at_anchors = np.repeat(objects, last), np.tile(np.arange(last), len(objects))
-    at_steps = (
-        np.repeat(owner_ids, BLOCK_FRAMES),
-        block[:, None] * BLOCK_FRAMES + np.arange(1, BLOCK_FRAMES + 1),
-    )
+    anchor_count = int(block.max()) + 2
+    anchor_ids = np.repeat(objects, anchor_count)
+    anchor_numbers = np.tile(np.arange(anchor_count), len(objects))
+    step_ids = np.repeat(owner_ids, BLOCK_FRAMES)
+    step_frames = (block[:, None] * BLOCK_FRAMES + np.arange(1, BLOCK_FRAMES + 1)).ravel()
     anchors, steps = [], []
-    for each in streams:
-        width = each.width + each.fixed
-        drawn = random_numbers.normal(seed, f"{each.name}/anchor", *at_anchors, width)
-        anchors.append(drawn.reshape(len(objects), last, width))
-        width = each.width + each.white
-        drawn = random_numbers.normal(
-            seed, f"{each.name}/step", at_steps[0], at_steps[1].ravel(), width
-        )
+    for stream in streams:
+        name, width = stream.name, stream.processes.noise_width + stream.constants
+        drawn = random_numbers.normal(seed, f"{name}/anchor", anchor_ids, anchor_numbers, width)
+        anchors.append(drawn.reshape(len(objects), anchor_count, width))
+        width = stream.processes.noise_width + stream.white
+        drawn = random_numbers.normal(seed, f"{name}/step", step_ids, step_frames, width)
         steps.append(drawn.reshape(len(pieces), BLOCK_FRAMES, width))
-    chain, order, where = side_by_side(streams)
+    joined = join_streams(streams)
     path = steps[0][..., :0]
-    if len(order):
-        path = _paths(
-            chain, _noise(anchors, streams, order), _noise(steps, streams, order), owner, block
-        )
-    return [
-        DrawnBlocks(path[..., mine], a[owner, 0, each.width :], s[..., each.width :])
-        for each, mine, a, s in zip(streams, where, anchors, steps, strict=True)
-    ]
+    if len(joined.noise_order):
+        anchor_noise = _joined_noise(anchors, streams, joined.noise_order)
+        step_noise = _joined_noise(steps, streams, joined.noise_order)
+        path = _bridged_paths(joined.processes, anchor_noise, step_noise, owner, block)
+    found = []
+    for stream, columns, at_anchors, at_steps in zip(
+        streams, joined.columns, anchors, steps, strict=True
+    ):
+        width = stream.processes.noise_width
+        constants, white = at_anchors[owner, 0, width:], at_steps[..., width:]
+        found.append(DrawnBlocks(path[..., columns], constants, white))
+    return found
 
 
-def _noise(
+def _joined_noise(
     drawn: list[Array], streams: tuple[NoiseStream, ...], order: Array
 ) -> Float[Array, "p t nm"]:
-    """What the chains eat, as all of them side by side want it."""
-    if len(drawn) == 1:
-        return drawn[0][..., : streams[0].width]
-    return np.concatenate(
-        [each[..., : stream.width] for each, stream in zip(drawn, streams, strict=True)], axis=-1
-    )[..., order]
+    """The noise of all streams' processes, in the order in which they stand side by side."""
+    noise = [
+        each[..., : stream.processes.noise_width]
+        for each, stream in zip(drawn, streams, strict=True)
+    ]
+    return noise[0] if len(noise) == 1 else np.concatenate(noise, axis=-1)[..., order]
 
 
-def _paths(
-    chain: Chain,
-    anchors: Float[Array, "o last nm"],
-    steps: Float[Array, "p b nm"],
+def _bridged_paths(
+    processes: GaussMarkov,
+    anchor_noise: Float[Array, "o last nm"],
+    step_noise: Float[Array, "p b nm"],
     owner: Int[Array, " p"],
     block: Int[Array, " p"],
 ) -> Float[Array, "p b n"]:
     """From anchor to anchor, then from each block's anchor to the next, pinned to it."""
-    many, rough = len(chain.phi), len(chain.rough)
-    first = anchors[:, 0, :many]
-    slopes = first[:, rough:] + anchors[:, 0, many:]
-    x, s = chain.far.run(first, slopes, anchors[:, 1:])
-    xs, ss = chain.run(x[owner, block], s[owner, block], steps)
-    x_off = x[owner, block + 1] - xs[:, -1]
-    s_off = s[owner, block + 1] - ss[:, -1]
-    path = xs[:, :-1] + chain.pulls[:, 0] * x_off[:, None]
-    path[..., rough:] += chain.pulls[:, 1, rough:] * s_off[:, None]
+    count, rough = len(processes.decay), len(processes.rough)
+    first_x = anchor_noise[:, 0, :count]
+    first_s = first_x[:, rough:] + anchor_noise[:, 0, count:]
+    x, s = processes.between_anchors.run(first_x, first_s, anchor_noise[:, 1:])
+    xs, ss = processes.run(x[owner, block], s[owner, block], step_noise)
+    x_missing = x[owner, block + 1] - xs[:, -1]
+    s_missing = s[owner, block + 1] - ss[:, -1]
+    gains = processes.bridge_gains
+    path = xs[:, :-1] + gains[:, 0] * x_missing[:, None]
+    path[..., rough:] += gains[:, 1, rough:] * s_missing[:, None]
     return path
 
 
 @lru_cache(maxsize=256)
-def side_by_side(
-    streams: tuple[NoiseStream, ...],
-) -> tuple[Chain, Int[Array, " nm"], list[Int[Array, " _"]]]:
-    """One chain for all streams; the order of its white numbers; which processes are whose."""
-    rough = [len(each.chain.rough) for each in streams]
-    smooth = [len(each.chain.smooth) for each in streams]
-    begins = np.cumsum([0] + [each.width for each in streams])[:-1]
-    kinds: tuple[list[int], list[int], list[int]] = [], [], []
-    for begin, r, m in zip(begins.tolist(), rough, smooth, strict=True):
-        kinds[0].extend(range(begin, begin + r))
-        kinds[1].extend(range(begin + r, begin + r + m))
-        kinds[2].extend(range(begin + r + m, begin + r + 2 * m))
-    where, r_at, m_at = [], 0, sum(rough)
-    for r, m in zip(rough, smooth, strict=True):
-        where.append(np.array([*range(r_at, r_at + r), *range(m_at, m_at + m)], np.int64))
-        r_at, m_at = r_at + r, m_at + m
-    chain = Chain(
-        sum((each.chain.rough for each in streams), ()),
-        sum((each.chain.smooth for each in streams), ()),
+def join_streams(streams: tuple[NoiseStream, ...]) -> JoinedStreams:
+    """One set of processes for all streams."""
+    all_processes = [each.processes for each in streams]
+    rough_total = sum(len(each.rough) for each in all_processes)
+    x_of_rough, x_of_smooth, s_of_smooth, columns = [], [], [], []
+    noise_at, rough_at, smooth_at = 0, 0, rough_total
+    for each in all_processes:
+        rough, smooth = len(each.rough), len(each.smooth)
+        x_of_rough += range(noise_at, noise_at + rough)
+        x_of_smooth += range(noise_at + rough, noise_at + rough + smooth)
+        s_of_smooth += range(noise_at + rough + smooth, noise_at + each.noise_width)
+        mine = [*range(rough_at, rough_at + rough), *range(smooth_at, smooth_at + smooth)]
+        columns.append(np.array(mine, np.int64))
+        noise_at, rough_at = noise_at + each.noise_width, rough_at + rough
+        smooth_at += smooth
+    processes = GaussMarkov(
+        sum((each.rough for each in all_processes), ()),
+        sum((each.smooth for each in all_processes), ()),
     )
-    return chain, np.array(kinds[0] + kinds[1] + kinds[2], np.int64), where
-
-
-def chain_of(parts: Sequence[tuple[float, bool]]) -> tuple[Chain, list[int]]:
-    """The processes of some (a, whether smooth), and which part each one is."""
-    rough = [number for number, (_, smooth) in enumerate(parts) if not smooth]
-    smooth = [number for number, (_, smooth) in enumerate(parts) if smooth]
-    chain = Chain(tuple(parts[k][0] for k in rough), tuple(parts[k][0] for k in smooth))
-    return chain, rough + smooth
+    order = np.array(x_of_rough + x_of_smooth + s_of_smooth, np.int64)
+    return JoinedStreams(processes, order, columns)

@@ -31,24 +31,24 @@ TRUNCATION_KNOTS = (0.0, 0.2, 0.6)
 
 @dataclass(frozen=True)
 class Misses:
-    """Log-odds of being found: base + by_visible + by_height + by_cut + by_both, all tables.
+    """Log-odds of being found: base + by_visible + by_height + by_truncation + by_both, all tables.
 
     by_both: visible fraction by height, row after row: what the two do together beyond their sum.
-    cut_by_height: grows by_cut by cut_by_height * log(height / 100 px).
-    memory: of the latent that makes bursts. flutter: by visible fraction, the share of it that
-    what hides a car makes anew, over flutter_memory. shared: the part that all objects of a
+    truncation_by_height: grows by_truncation by truncation_by_height * log(height / 100 px).
+    autocorrelation: of the latent that makes bursts. flutter: by visible fraction, the share of it that
+    what hides a car makes anew, over flutter_autocorrelation. shared: the part that all objects of a
     frame share (glare, blur), over shared_seconds.
     """
 
     base: float
     by_visible: tuple[float, ...] = (0.0,) * len(VISIBLE_KNOTS)
     by_height: tuple[float, ...] = (0.0,) * len(HEIGHT_KNOTS)
-    by_cut: tuple[float, ...] = (0.0,) * len(TRUNCATION_KNOTS)
+    by_truncation: tuple[float, ...] = (0.0,) * len(TRUNCATION_KNOTS)
     by_both: tuple[float, ...] = (0.0,) * (len(VISIBLE_KNOTS) * len(HEIGHT_KNOTS))
-    cut_by_height: tuple[float, ...] = (0.0,) * len(TRUNCATION_KNOTS)
-    memory: Autocorrelation = field(default_factory=Autocorrelation)
+    truncation_by_height: tuple[float, ...] = (0.0,) * len(TRUNCATION_KNOTS)
+    autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
     flutter: tuple[float, ...] = (0.0,) * len(VISIBLE_KNOTS)
-    flutter_memory: Autocorrelation = field(default_factory=Autocorrelation)
+    flutter_autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
     shared: float = 0.0
     shared_seconds: float = 0.0
 
@@ -56,9 +56,9 @@ class Misses:
         require_finite("misses base", self.base)
         require_table("misses by_visible", VISIBLE_KNOTS, self.by_visible)
         require_table("misses by_height", HEIGHT_KNOTS, self.by_height)
-        require_table("misses by_cut", TRUNCATION_KNOTS, self.by_cut)
+        require_table("misses by_cut", TRUNCATION_KNOTS, self.by_truncation)
         require_table("misses by_both", VISIBLE_KNOTS * len(HEIGHT_KNOTS), self.by_both)
-        require_table("misses cut_by_height", TRUNCATION_KNOTS, self.cut_by_height)
+        require_table("misses cut_by_height", TRUNCATION_KNOTS, self.truncation_by_height)
         require_table("misses flutter", VISIBLE_KNOTS, self.flutter)
         require_rates("misses shared, flutter", self.shared, *self.flutter)
         require_sigmas("misses shared_seconds", self.shared_seconds)
@@ -67,16 +67,16 @@ class Misses:
         """level * the probability of going unseen, at most 1; 1 where no pixel is visible."""
         odds = self._between(sightings.visible, np.log(np.maximum(sightings.height, 1.0)))
         if sightings.truncation.any():
-            odds += np.interp(sightings.truncation, TRUNCATION_KNOTS, self.by_cut)
+            odds += np.interp(sightings.truncation, TRUNCATION_KNOTS, self.by_truncation)
             odds += np.interp(
-                sightings.truncation, TRUNCATION_KNOTS, self.cut_by_height
+                sightings.truncation, TRUNCATION_KNOTS, self.truncation_by_height
             ) * truncation_growth(sightings)
         return np.where(sightings.visible <= 0.0, 1.0, np.minimum(level * expit(-odds), 1.0))
 
     @property
-    def memories(self) -> tuple[Autocorrelation, Autocorrelation]:
+    def autocorrelations(self) -> tuple[Autocorrelation, Autocorrelation]:
         """Of both latents."""
-        return self.memory, self.flutter_memory
+        return self.autocorrelation, self.flutter_autocorrelation
 
     def _between(
         self, visible: Float[Array, " n"], log_height: Float[Array, " n"]
@@ -114,14 +114,16 @@ class Misses:
     def _pressure(self, sightings: Sightings, seed: int, step: float) -> Float[Array, " n"]:
         """The latent: a standard normal number a row, whatever it is made of."""
         ids, frames = sightings.ids, sightings.frames
-        own, fast = correlated_normal_columns(seed, "miss", ids, frames, self.memories, step).T
+        own, fast = correlated_normal_columns(
+            seed, "miss", ids, frames, self.autocorrelations, step
+        ).T
         share = np.interp(sightings.visible, VISIBLE_KNOTS, self.flutter)
         own = np.sqrt(1.0 - share) * own + np.sqrt(share) * fast
         return with_frame_noise(own, seed, "miss", frames, self.shared, self.shared_seconds, step)
 
 
 def truncation_growth(sightings: Sightings) -> Float[Array, " n"]:
-    """What `cut_by_height` is multiplied with: near cars leave the image fast."""
+    """What `truncation_by_height` is multiplied with: near cars leave the image fast."""
     return np.log(np.maximum(sightings.height, 5.0) / 100.0).clip(-2.0, 1.0)
 
 
@@ -136,7 +138,7 @@ class Confusion:
 
     van: float = 0.0
     truck: float = 0.0
-    memory: Autocorrelation = field(default_factory=Autocorrelation)
+    autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_rates("confusion", self.van, self.truck)
@@ -150,5 +152,5 @@ class Confusion:
             [sightings.kinds == "Van", sightings.kinds == "Truck"], [self.van, self.truck], 0.0
         )
         frames, ids = sightings.frames, sightings.ids
-        taken = bursts(rates, seed, "confusion", ids, frames, self.memory, step)
+        taken = bursts(rates, seed, "confusion", ids, frames, self.autocorrelation, step)
         return taken | are_cars

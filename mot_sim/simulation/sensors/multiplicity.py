@@ -34,7 +34,7 @@ class Duplicates:
     dw: Quantiles = NO_CHANGE
     dh: Quantiles = NO_CHANGE
     log_odds: Quantiles = NO_CHANGE
-    memory: Autocorrelation = field(default_factory=Autocorrelation)
+    autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         for rates in (self.seen, self.missed):
@@ -57,11 +57,13 @@ class Duplicates:
         )
         rates = np.where(sightings.visible > 0.0, np.minimum(level * rates, 1.0), 0.0)
         ids, frames = sightings.ids, sightings.frames
-        rows = np.flatnonzero(bursts(rates, seed, "duplicate", ids, frames, self.memory, step))
+        rows = np.flatnonzero(
+            bursts(rates, seed, "duplicate", ids, frames, self.autocorrelation, step)
+        )
         if not len(rows):
             return rows, np.zeros((0, 4)), np.zeros(0)
         ids, frames = ids[rows], frames[rows]
-        x = correlated_normals(seed, "duplicate/box", ids, frames, self.memory, step, 5)
+        x = correlated_normals(seed, "duplicate/box", ids, frames, self.autocorrelation, step, 5)
         parts = (self.dx, self.dy, self.dw, self.dh)
         moves = [part.of_normal(x[:, column]) for column, part in enumerate(parts)]
         boxes = move_boxes(sightings.boxes[rows], *moves)
@@ -74,7 +76,7 @@ class Splits:
 
     rate: float = 0.0
     min_width: float = 200.0
-    memory: Autocorrelation = field(default_factory=Autocorrelation)
+    autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_rates("splits", self.rate)
@@ -87,7 +89,7 @@ class Splits:
         wide = boxes[:, 2] - boxes[:, 0] >= self.min_width
         ids, frames = sightings.ids, sightings.frames
         rates = np.where(wide, self.rate, 0.0)
-        rows = np.flatnonzero(bursts(rates, seed, "split", ids, frames, self.memory, step))
+        rows = np.flatnonzero(bursts(rates, seed, "split", ids, frames, self.autocorrelation, step))
         share = (
             0.35 + 0.3 * random_numbers.uniform(seed, "split/where", ids[rows], frames[rows])[:, 0]
         )
@@ -103,7 +105,7 @@ class Merges:
 
     rate: float = 0.0
     min_iou: float = 0.3
-    memory: Autocorrelation = field(default_factory=Autocorrelation)
+    autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_rates("merges", self.rate, self.min_iou)
@@ -129,7 +131,7 @@ class Merges:
         keys = sightings.ids[first] * 1_000_003 + sightings.ids[second]  # one number a pair
         rates = np.full(len(near), self.rate)
         joined = np.flatnonzero(
-            bursts(rates, seed, "merge", keys, frames[first], self.memory, step)
+            bursts(rates, seed, "merge", keys, frames[first], self.autocorrelation, step)
         )
         taken: set[int] = set()
         kept, gone = [], []

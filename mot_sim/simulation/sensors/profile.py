@@ -163,7 +163,7 @@ class SensorWeather:
     """odds: added to the log-odds of being found; far: more of it for boxes below 35 px.
 
     glare: share of the misses that a frame's objects share, over half a second. jitter, clutter:
-    factors. doubt: added to the latent of the scores. The numbers are ours, not measured.
+    factors. score_shift: added to the latent of the scores. The numbers are ours, not measured.
     """
 
     odds: float = 0.0
@@ -171,7 +171,7 @@ class SensorWeather:
     glare: float = 0.0
     jitter: float = 1.0
     clutter: float = 1.0
-    doubt: float = 0.0
+    score_shift: float = 0.0
 
     def __call__(self, profile: Profile) -> Profile:
         """The profile in this weather; effects that it lacks stay away."""
@@ -194,7 +194,9 @@ class SensorWeather:
                 jitter, **{n: replace(p, spread=p.spread * self.jitter) for n, p in parts.items()}
             )
         if scores is not None:
-            scores = replace(scores, by_visible=tuple(y + self.doubt for y in scores.by_visible))
+            scores = replace(
+                scores, by_visible=tuple(y + self.score_shift for y in scores.by_visible)
+            )
         if clutter is not None:
             clutter = replace(clutter, rate=clutter.rate * self.clutter)
         return replace(profile, misses=misses, jitter=jitter, scores=scores, clutter=clutter)

@@ -18,7 +18,7 @@ class ScoreNoise:
     """A latent y = by_visible + by_height + noise, mapped from y_knots to log_odds.
 
     coupling: the part of the noise (a correlation) that comes from how nearly the object was
-    missed. memory: of the rest. The map is monotone, so that the marginal distribution is free:
+    missed. autocorrelation: of the rest. The map is monotone, so that the marginal distribution is free:
     detectors put most of their boxes at their highest score.
     """
 
@@ -27,7 +27,7 @@ class ScoreNoise:
     by_visible: tuple[float, ...] = (0.0,) * len(VISIBLE_KNOTS)
     by_height: tuple[float, ...] = (0.0,) * len(HEIGHT_KNOTS)
     coupling: float = 0.0
-    memory: Autocorrelation = field(default_factory=Autocorrelation)
+    autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
 
     def __post_init__(self) -> None:
         require_rising("scores y_knots", self.y_knots)
@@ -52,12 +52,12 @@ class ScoreNoise:
         step: float,
         level: float = 1.0,
     ) -> Float[Array, " n"]:
-        """Probabilities in [0, 1]: 1 - level * the model's doubt. ease: see `Misses`."""
+        """Probabilities in [0, 1]: 1 - level * the model's score_shift. ease: see `Misses`."""
         if level == 0.0:
             return np.ones(len(sightings))
-        own = correlated_normals(seed, "score", sightings.ids, sightings.frames, self.memory, step)[
-            :, 0
-        ]
+        own = correlated_normals(
+            seed, "score", sightings.ids, sightings.frames, self.autocorrelation, step
+        )[:, 0]
         noise = self.coupling * ease + np.sqrt(1.0 - self.coupling**2) * own
         odds = np.interp(self.mean(sightings) + noise, self.y_knots, self.log_odds)
         if level == 1.0:

@@ -52,7 +52,7 @@ class Sightings(Rows):
         return self.boxes[:, 3] - self.boxes[:, 1]
 
     @classmethod
-    def from_truth(cls, truth: Truth, cast: Vehicles | None = None) -> "Sightings":
+    def from_truth(cls, truth: Truth, vehicles: Vehicles | None = None) -> "Sightings":
         """Of a synthetic episode; cast: who the cars are, where shapes are to be seen too."""
         tracks = truth.tracks
         return cls(
@@ -68,7 +68,7 @@ class Sightings(Rows):
             cuboids=tracks.cuboids,
             keypoints=truth.keypoints,
             keypoint_states=truth.keypoint_states,
-            shape=None if cast is None else cast.coefficients[cast.rows(tracks.ids)],
+            shape=None if vehicles is None else vehicles.coefficients[vehicles.rows(tracks.ids)],
         )
 
     @classmethod
@@ -83,8 +83,8 @@ class Sightings(Rows):
         labels = labels.select(rows)
         none = np.zeros(len(labels), np.int64)
         occlusion = none if labels.occlusion is None else labels.occlusion.clip(0, 3)
-        truncation = none if labels.truncation is None else labels.truncation.clip(0, 2)
-        cut = np.where(truncation > 0, _passing(LABEL_TRUNCATION[truncation], labels), 0.0)
+        levels = none if labels.truncation is None else labels.truncation.clip(0, 2)
+        truncations = np.where(levels > 0, _passing(LABEL_TRUNCATION[levels], labels), 0.0)
         return cls(
             frames=labels.frames,
             ids=labels.ids,
@@ -92,7 +92,7 @@ class Sightings(Rows):
             amodal_boxes=labels.boxes,
             visible_boxes=np.full((len(labels), 4), np.nan),
             visible=_passing(LABEL_VISIBLE[occlusion], labels),
-            truncation=cut,
+            truncation=truncations,
             depth=_depth(labels),
             kinds=_kinds(labels),
             cuboids=labels.cuboids,

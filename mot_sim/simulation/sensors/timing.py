@@ -18,12 +18,12 @@ MAX_STAMP_ERROR_STEPS = 0.45  # steps that a time stamp is off at most, so that 
 
 @dataclass(frozen=True)
 class Timing:
-    """drops: the rate of lost frames; memory: of how long that lasts. jitter: std of a time stamp,
+    """drops: the rate of lost frames; autocorrelation: of how long that lasts. jitter: std of a time stamp,
     seconds. latency: seconds by which detections are older than the frame that carries them.
     """
 
     drops: float = 0.0
-    memory: Autocorrelation = field(default_factory=Autocorrelation)
+    autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
     jitter: float = 0.0
     latency: float = 0.0
 
@@ -36,7 +36,7 @@ class Timing:
         frames = np.arange(frame_count)
         rates = np.where(frames > 0, self.drops, 0.0)
         owner = np.full_like(frames, FRAME_ID)
-        return frames[~bursts(rates, seed, "drop", owner, frames, self.memory, step)]
+        return frames[~bursts(rates, seed, "drop", owner, frames, self.autocorrelation, step)]
 
     def stamps(self, frames: Int[Array, " k"], seed: int, step: float) -> Float[Array, " k"]:
         """The times that are written on frames; they increase."""

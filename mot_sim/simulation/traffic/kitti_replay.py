@@ -55,11 +55,11 @@ def kitti_recording(
     egos = planar_poses(Ts_world_cam @ sequence.camera.T_cam_road)
     poses = world_poses(cars, egos)
     speed = speeds(cars, poses)
-    worlds = []
+    states = []
     for frame, ego in enumerate(egos):
         rows = slice(*np.searchsorted(cars.frames, [frame, frame + 1]).tolist())
-        worlds.append(_world(cars.select(rows), poses[rows], speed[rows], ego, frame))
-    return RecordedTraffic.of(worlds)
+        states.append(_state(cars.select(rows), poses[rows], speed[rows], ego, frame))
+    return RecordedTraffic.of(states)
 
 
 def planar_poses(Ts_world_road: Float[Array, "t 4 4"]) -> Float[Array, "t 3"]:
@@ -92,7 +92,7 @@ def speeds(cars: Tracks, poses: Float[Array, "n 3"]) -> Float[Array, " n"]:
     return speed
 
 
-def _world(
+def _state(
     cars: Tracks,
     poses: Float[Array, "n 3"],
     speed: Float[Array, " n"],

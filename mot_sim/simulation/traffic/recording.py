@@ -80,38 +80,38 @@ class RecordedTraffic:
         return {name: array for name, array in named.items() if array is not None}
 
     @classmethod
-    def of(cls, worlds: Iterable[TrafficState]) -> "RecordedTraffic":
+    def of(cls, states: Iterable[TrafficState]) -> "RecordedTraffic":
         """The recording of worlds, 0.1 s apart. Raises BadConfig for rows not in order of ids."""
-        worlds = list(worlds)
-        if not worlds:
+        states = list(states)
+        if not states:
             raise BadConfig("a recording of no worlds: give one or more")
-        ids = np.unique(np.concatenate([world.ids for world in worlds]))
-        shape = len(worlds), len(ids)
+        ids = np.unique(np.concatenate([state.ids for state in states]))
+        shape = len(states), len(ids)
         columns = {name: np.full(shape, np.nan) for name in ("x", "y", "heading", "speed", "z")}
         size = np.full((*shape, 3), np.nan)
         present, crashed = np.zeros(shape, bool), np.zeros(shape, bool)
         kinds = np.zeros(len(ids), "<U16")
-        for row, world in enumerate(worlds):
-            if (np.diff(world.ids) <= 0).any():
-                raise BadConfig(f"world {row}: ids {world.ids.tolist()} do not increase")
-            at = np.searchsorted(ids, world.ids)
+        for row, state in enumerate(states):
+            if (np.diff(state.ids) <= 0).any():
+                raise BadConfig(f"world {row}: ids {state.ids.tolist()} do not increase")
+            at = np.searchsorted(ids, state.ids)
             present[row, at] = True
-            size[row, at] = world.size
+            size[row, at] = state.size
             for name, column in columns.items():
-                column[row, at] = 0.0 if getattr(world, name) is None else getattr(world, name)
-            crashed[row, at] = False if world.crashed is None else world.crashed
-            kinds[at] = "" if world.kinds is None else world.kinds
-        if all(world.z is None for world in worlds):
+                column[row, at] = 0.0 if getattr(state, name) is None else getattr(state, name)
+            crashed[row, at] = False if state.crashed is None else state.crashed
+            kinds[at] = "" if state.kinds is None else state.kinds
+        if all(state.z is None for state in states):
             del columns["z"]
         return cls(
-            start=np.array(worlds[0].time),
+            start=np.array(states[0].time),
             ids=ids,
             present=present,
             size=size,
-            ego=np.array([world.ego for world in worlds]),
-            ego_size=np.array([world.ego_size for world in worlds]),
-            crashed=None if all(world.crashed is None for world in worlds) else crashed,
-            kinds=None if all(world.kinds is None for world in worlds) else kinds,
+            ego=np.array([state.ego for state in states]),
+            ego_size=np.array([state.ego_size for state in states]),
+            crashed=None if all(state.crashed is None for state in states) else crashed,
+            kinds=None if all(state.kinds is None for state in states) else kinds,
             **columns,
         )
 
@@ -138,9 +138,9 @@ def record_traffic(traffic: Traffic, rng: np.random.Generator, seconds: float) -
     """The worlds of so many seconds, the first and the last included."""
     if not 0.0 <= seconds < np.inf:
         raise BadConfig(f"record {seconds:g} s of traffic: give 0 or more")
-    worlds = [traffic.reset(rng)]
-    worlds += [traffic.step() for _ in range(round(seconds / STEP))]
-    return RecordedTraffic.of(worlds)
+    states = [traffic.reset(rng)]
+    states += [traffic.step() for _ in range(round(seconds / STEP))]
+    return RecordedTraffic.of(states)
 
 
 @dataclass(eq=False)

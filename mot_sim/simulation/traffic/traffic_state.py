@@ -84,11 +84,11 @@ def colliding_pairs(poses: Float[Array, "n 3"], size: Float[Array, "n 3"]) -> In
     return near[touch]
 
 
-def collisions(world: TrafficState) -> Int[Array, "p 2"]:
+def collisions(state: TrafficState) -> Int[Array, "p 2"]:
     """Ids of the cars of a world that overlap, the smaller id first; -1 is the ego car."""
-    poses = np.column_stack((world.x, world.y, world.heading))
-    pairs = colliding_pairs(np.vstack((world.ego, poses)), np.vstack((world.ego_size, world.size)))
-    return np.concatenate(([-1], world.ids))[pairs]
+    poses = np.column_stack((state.x, state.y, state.heading))
+    pairs = colliding_pairs(np.vstack((state.ego, poses)), np.vstack((state.ego_size, state.size)))
+    return np.concatenate(([-1], state.ids))[pairs]
 
 
 def _is_apart(first: Float[Array, "p 4 2"], second: Float[Array, "p 4 2"]) -> Bool[Array, " p"]:

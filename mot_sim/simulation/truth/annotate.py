@@ -46,8 +46,8 @@ class Annotations:
 
 
 def annotate(
-    worlds: Iterable[TrafficState],
-    stage: SceneMeshes,
+    states: Iterable[TrafficState],
+    scene_meshes: SceneMeshes,
     scenery_in: Callable[[TrafficState], MeshInstances | None] | None = None,
 ) -> Annotations:
     """The truth of a run of one or more worlds; world i is frame i.
@@ -56,48 +56,50 @@ def annotate(
     """
     parts: list[Annotations] = []
     before: TrafficState | None = None
-    for frame, world in enumerate(worlds):
-        scenery = None if scenery_in is None else scenery_in(world)
-        parts.append(annotate_frame(world, stage, frame, before, scenery))
-        before = world
+    for frame, state in enumerate(states):
+        scenery = None if scenery_in is None else scenery_in(state)
+        parts.append(annotate_frame(state, scene_meshes, frame, before, scenery))
+        before = state
     return Annotations.concatenate(parts)
 
 
 def annotate_frame(
-    world: TrafficState,
-    stage: SceneMeshes,
+    state: TrafficState,
+    scene_meshes: SceneMeshes,
     frame: int,
     before: TrafficState | None = None,
     scenery: MeshInstances | None = None,
 ) -> Annotations:
     """The truth of one frame; before: the world a step earlier. scenery hides cars, has no row."""
-    rig, cuboids = stage.rig, stage.rig.cuboids(world)
-    placed = stage.instances(world, scenery)
-    scanned = scan_view(View(rig.camera, placed, road=None))
+    rig, cuboids = scene_meshes.rig, scene_meshes.rig.cuboids(state)
+    instances = scene_meshes.instances(state, scenery)
+    scanned = scan_view(View(rig.camera, instances, road=None))
     seen = scanned.silhouettes
-    boxes, cut = clip_to_image(seen.amodal_boxes, rig.camera)
+    boxes, truncation = clip_to_image(seen.amodal_boxes, rig.camera)
     rows = np.flatnonzero((seen.amodal > 0) & (boxes[:, 2:] > boxes[:, :2]).all(axis=1))
-    seen, cast_rows = seen.select(rows), stage.vehicles.rows(world.ids[rows])
-    Ts_cam_car = placed.T_cam_object[rows]
-    keypoints_cam = stage.vehicles.keypoints[cast_rows] @ Ts_cam_car[:, :3, :3].swapaxes(1, 2)
+    seen, vehicle_rows = seen.select(rows), scene_meshes.vehicles.rows(state.ids[rows])
+    Ts_cam_car = instances.T_cam_object[rows]
+    keypoints_cam = scene_meshes.vehicles.keypoints[vehicle_rows] @ Ts_cam_car[:, :3, :3].swapaxes(
+        1, 2
+    )
     keypoints_cam += Ts_cam_car[:, None, :3, 3]
     eyes = -(Ts_cam_car[:, None, :3, 3] @ Ts_cam_car[:, :3, :3])[:, 0]  # the camera, to each car
-    faces_us = stage.vehicles.faces_eye(cast_rows, eyes)
+    faces_us = scene_meshes.vehicles.faces_eye(vehicle_rows, eyes)
     keypoints, states = seen_keypoints(keypoints_cam, faces_us, seen.instances, scanned, rig.camera)
-    speed, heading = world.speed[rows], world.heading[rows]
-    acceleration, yaw_rate = rates(world, before)
+    speed, heading = state.speed[rows], state.heading[rows]
+    acceleration, yaw_rate = rates(state, before)
     truth = Truth(
         tracks=Tracks(
             frames=np.full(len(rows), frame),
             ids=seen.instances,
             boxes=boxes[rows],
-            kinds=stage.vehicles.kinds[cast_rows],
-            truncation=(cut[rows] > MAX_TRUNCATION).astype(np.int64),
+            kinds=scene_meshes.vehicles.kinds[vehicle_rows],
+            truncation=(truncation[rows] > MAX_TRUNCATION).astype(np.int64),
             occlusion=occlusion_level(seen.fraction),
             cuboids=cuboids.select(rows),
         ),
         visible=seen.fraction,
-        truncation=cut[rows],
+        truncation=truncation[rows],
         amodal_boxes=seen.amodal_boxes,
         visible_boxes=np.where(np.isinf(seen.visible_boxes), np.nan, seen.visible_boxes),
         pixels=seen.visible,
@@ -121,16 +123,16 @@ def occlusions_of(scanned: Scan, truth: Truth, frame: int) -> Occlusions:
 
 
 def rates(
-    world: TrafficState, before: TrafficState | None
+    state: TrafficState, before: TrafficState | None
 ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
     """Acceleration and yaw rate since the world before; 0 for who was not there."""
-    acceleration, yaw_rate = np.zeros(len(world)), np.zeros(len(world))
+    acceleration, yaw_rate = np.zeros(len(state)), np.zeros(len(state))
     if before is not None and len(before):
-        at = np.searchsorted(before.ids, world.ids).clip(max=len(before) - 1)
-        here = before.ids[at] == world.ids
-        step = world.time - before.time
-        turned = np.asarray(wrap_angle(world.heading - before.heading[at]))
-        acceleration = np.where(here, (world.speed - before.speed[at]) / step, 0.0)
+        at = np.searchsorted(before.ids, state.ids).clip(max=len(before) - 1)
+        here = before.ids[at] == state.ids
+        step = state.time - before.time
+        turned = np.asarray(wrap_angle(state.heading - before.heading[at]))
+        acceleration = np.where(here, (state.speed - before.speed[at]) / step, 0.0)
         yaw_rate = np.where(here, turned / step, 0.0)
     return acceleration, yaw_rate
 

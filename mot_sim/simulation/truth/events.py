@@ -46,13 +46,13 @@ class Events(Rows):
         )
 
 
-def find_events(truth: Truth, worlds: Iterable[TrafficState]) -> Events:
+def find_events(truth: Truth, states: Iterable[TrafficState]) -> Events:
     """All events of a run; world i is frame i of the truth."""
-    worlds = list(worlds)
+    states = list(states)
     rows: list[Row] = []
     for number in np.unique(truth.tracks.ids).tolist():
-        rows += stays(truth.select(truth.tracks.ids == number), number, len(worlds))
-    return Events.of([*rows, *crossings(truth, len(worlds)), *crashes(worlds)])
+        rows += stays(truth.select(truth.tracks.ids == number), number, len(states))
+    return Events.of([*rows, *crossings(truth, len(states)), *crashes(states)])
 
 
 def stays(car: Truth, number: int, frame_count: int) -> list[Row]:
@@ -105,12 +105,12 @@ def crossings(truth: Truth, frame_count: int) -> list[Row]:
     return rows
 
 
-def crashes(worlds: list[TrafficState]) -> list[Row]:
+def crashes(states: list[TrafficState]) -> list[Row]:
     """Pairs of cars that begin to touch."""
     rows: list[Row] = []
     before: set[tuple[int, int]] = set()
-    for frame, world in enumerate(worlds):
-        now = {(int(a), int(b)) for a, b in collisions(world)}
+    for frame, state in enumerate(states):
+        now = {(int(a), int(b)) for a, b in collisions(state)}
         # The ego car, -1, is named second.
         rows += [(frame, "collision", max(p), min(p)) for p in sorted(now - before)]
         before = now

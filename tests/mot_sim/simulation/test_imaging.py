@@ -25,13 +25,13 @@ class Blank:
 
 def test_frames_carry_the_image_of_their_view() -> None:
     episode = record(small(), 1, renderer="raster")
-    take = Rollout.of(small(), 1)
+    rollout = Rollout.of(small(), 1)
     assert isinstance(episode.images, ImageSource)
     for frame in episode:
-        view = view_of(take, frame.index)
+        view = view_of(rollout, frame.index)
         drawn = find_renderer("raster").render(view)
-        motion = motion_at(take, frame.index)
-        seen = post_process(take.scene.weather, view, drawn, 1, frame.index, motion)
+        motion = motion_at(rollout, frame.index)
+        seen = post_process(rollout.scene.weather, view, drawn, 1, frame.index, motion)
         np.testing.assert_array_equal(frame.image, seen)
     assert all(frame.image is None for frame in record(small(), 1))
 
@@ -49,9 +49,9 @@ def test_there_is_no_image_beyond_the_take() -> None:
 
 
 def test_the_view_holds_the_cars_of_the_frame() -> None:
-    take = Rollout.of(small(), 1)
-    assert view_of(take, 0).placed.instances.tolist() == take.traffic_states[0].ids.tolist()
-    assert view_of(take, 0).camera is take.scene.rig.camera
+    rollout = Rollout.of(small(), 1)
+    assert view_of(rollout, 0).instances.ids.tolist() == rollout.traffic_states[0].ids.tolist()
+    assert view_of(rollout, 0).camera is rollout.scene.rig.camera
 
 
 def test_a_cut_take_has_the_same_cars_as_a_short_one() -> None:

@@ -17,7 +17,7 @@ F, CX, CY = KITTI_K[0][0], KITTI_K[0][2], KITTI_K[1][2]
 coordinates, angles = st.floats(-80, 80), st.floats(-3.1, 3.1)
 
 
-def world_of(x: float, y: float, heading: float, ego=(0.0, 0.0, 0.0)) -> TrafficState:
+def state_of(x: float, y: float, heading: float, ego=(0.0, 0.0, 0.0)) -> TrafficState:
     one = np.array([1.0])
     return TrafficState(
         0.0, np.array([7]), x * one, y * one, heading * one, one, SIZE, np.array(ego), SIZE[0]
@@ -26,7 +26,7 @@ def world_of(x: float, y: float, heading: float, ego=(0.0, 0.0, 0.0)) -> Traffic
 
 def test_a_car_ahead_and_to_the_right_in_the_world_is_right_of_the_image_centre() -> None:
     rig = Rig.kitti()
-    base = rig.cuboids(world_of(10.0, 2.0, 0.0)).base
+    base = rig.cuboids(state_of(10.0, 2.0, 0.0)).base
     np.testing.assert_allclose(base, [[2.0, 0.0, 10.0]])
     pixel = rig.camera.project(transform(rig.camera.T_cam_road, base))[0]
     np.testing.assert_allclose(pixel, (CX + F * 2.0 / 10.0, CY + F * 1.65 / 10.0))
@@ -37,7 +37,7 @@ def test_a_car_ahead_and_to_the_right_in_the_world_is_right_of_the_image_centre(
 )
 def test_a_car_that_heads_as_we_do_has_yaw_minus_half_pi(heading, yaw) -> None:
     ego = (5.0, -3.0, 0.8)
-    cuboids = Rig.kitti().cuboids(world_of(10.0, 2.0, 0.8 + heading, ego))
+    cuboids = Rig.kitti().cuboids(state_of(10.0, 2.0, 0.8 + heading, ego))
     np.testing.assert_allclose(wrap_angle(cuboids.yaw - yaw), 0.0, atol=1e-12)
 
 
@@ -57,13 +57,13 @@ def test_a_standing_point_moves_left_in_the_image_while_we_turn_right() -> None:
 @given(coordinates, coordinates, angles, st.tuples(coordinates, coordinates, angles))
 def test_cuboids_and_worlds_have_the_same_footprints(x, y, heading, ego) -> None:
     rig = Rig.kitti(pitch=0.03)
-    world = world_of(x, y, heading, ego)
-    footprint = rig.cuboids(world).footprint()[0]
+    state = state_of(x, y, heading, ego)
+    footprint = rig.cuboids(state).footprint()[0]
     road = np.stack((footprint[:, 0], np.zeros(4), footprint[:, 1]), axis=1)
-    back = transform(rig.T_world_road(world.ego), road)
+    back = transform(rig.T_world_road(state.ego), road)
     np.testing.assert_allclose(back[:, 2], 0.0, atol=1e-9)
     mine = sorted(map(tuple, np.round(back[:, :2], 6) + 0.0))
-    theirs = sorted(map(tuple, np.round(world.footprint()[0], 6) + 0.0))
+    theirs = sorted(map(tuple, np.round(state.footprint()[0], 6) + 0.0))
     np.testing.assert_allclose(mine, theirs, atol=2e-6)
 
 
@@ -75,10 +75,10 @@ def test_ground_points_go_to_the_camera_as_the_transforms_say(x, y, heading) -> 
 
 
 def test_an_empty_world_has_no_cuboids() -> None:
-    world = world_of(1.0, 1.0, 0.0)
+    state = state_of(1.0, 1.0, 0.0)
     none = np.zeros(0)
     empty = TrafficState(
-        0.0, none.astype(int), none, none, none, none, SIZE[:0], world.ego, SIZE[0]
+        0.0, none.astype(int), none, none, none, none, SIZE[:0], state.ego, SIZE[0]
     )
     assert len(Rig.kitti().cuboids(empty)) == 0
 

@@ -5,7 +5,7 @@ import pytest
 
 from mot_sim.simulation.cars import Models
 from mot_sim.simulation.scene import Rollout, Scene
-from mot_sim.simulation.scene_figures import figures_of, figures_of_take
+from mot_sim.simulation.scene_figures import figures_of, figures_of_rollout
 from mot_sim.simulation.traffic import Route, Script, Scripted
 
 FRAMES = 10
@@ -23,7 +23,7 @@ def parked(x: float, y: float, dx: float = 1.0, dy: float = 0.0) -> Script:
 
 
 def test_cars_in_sight_are_counted_by_how_they_stand() -> None:
-    figures = figures_of_take(
+    figures = figures_of_rollout(
         Rollout.of(scene_of(parked(15.0, 0.0), parked(20.0, 5.0, 0.0, 1.0)), 0)
     )
     assert figures.cars == 2.0
@@ -34,17 +34,17 @@ def test_cars_in_sight_are_counted_by_how_they_stand() -> None:
 
 
 def test_a_hidden_car_is_occluded_and_a_far_one_does_not_count() -> None:
-    hidden = figures_of_take(
+    hidden = figures_of_rollout(
         Rollout.of(scene_of(parked(12.0, 0.0, 0.0, 1.0), parked(20.0, 1.2)), 0)
     )
     assert hidden.occluded == pytest.approx(0.5)
-    far = figures_of_take(Rollout.of(scene_of(parked(90.0, 0.0)), 0))
+    far = figures_of_rollout(Rollout.of(scene_of(parked(90.0, 0.0)), 0))
     assert (far.cars, far.occluded, far.turned, far.ids) == (0.0, 0.0, 0.0, 0.0)
 
 
 def test_the_fastest_turn_is_the_ego_cars() -> None:
     ego = Script(Route([(0.0, 0.0), (6.0, 0.0), (6.0, 40.0)], radius=3.0), [(0.0, 6.0)])
-    figures = figures_of_take(Rollout.of(scene_of(ego=ego), 0))
+    figures = figures_of_rollout(Rollout.of(scene_of(ego=ego), 0))
     assert figures.yaw_rate == pytest.approx(np.degrees(2.0), rel=0.01)
 
 

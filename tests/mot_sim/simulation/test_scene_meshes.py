@@ -6,13 +6,13 @@ from mot_sim.simulation.renderers import NO_INSTANCE, MeshInstances, Semantic
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scene_meshes import Ts_cam_object
 from tests.mot_sim.simulation.renderers.shapes import at, box
-from tests.mot_sim.simulation.truth.worlds import stage_of, world_of
+from tests.mot_sim.simulation.truth.states import meshes_of, state_of
 from tracker.geometry import transform
 
 
 def test_the_corners_of_a_car_are_those_of_its_cuboid() -> None:
-    world, rig = world_of((14.0, -3.0, 0.8), (25.0, 4.0, -2.0)), Rig.kitti(pitch=0.03, roll=0.02)
-    cuboids = rig.cuboids(world)
+    state, rig = state_of((14.0, -3.0, 0.8), (25.0, 4.0, -2.0)), Rig.kitti(pitch=0.03, roll=0.02)
+    cuboids = rig.cuboids(state)
     for row, T in enumerate(Ts_cam_object(cuboids, rig)):
         length, height, width = cuboids.size[row]
         low, high = np.array([-length, -2 * height, -width]) / 2, np.array([length, 0, width]) / 2
@@ -31,16 +31,16 @@ def test_the_corners_of_a_car_are_those_of_its_cuboid() -> None:
 
 
 def test_a_car_drives_with_its_front_ahead() -> None:
-    world, rig = world_of((20.0, 0.0, 0.0)), Rig.kitti()
-    T = Ts_cam_object(rig.cuboids(world), rig)[0]
+    state, rig = state_of((20.0, 0.0, 0.0)), Rig.kitti()
+    T = Ts_cam_object(rig.cuboids(state), rig)[0]
     np.testing.assert_allclose(T[:3, :3] @ (1.0, 0.0, 0.0), (0.0, 0.0, 1.0), atol=1e-12)
     np.testing.assert_allclose(T[:3, :3] @ (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0), atol=1e-12)
     np.testing.assert_allclose(T[:3, 3], (0.0, 1.65, 20.0), atol=1e-12)
 
 
 def test_meshes_are_painted_and_say_what_they_are_made_of() -> None:
-    stage = stage_of(world_of((20.0, 0.0, 0.0)))
-    mesh = stage.meshes[0][0]
+    scene_meshes = meshes_of(state_of((20.0, 0.0, 0.0)))
+    mesh = scene_meshes.meshes[0][0]
     assert {Semantic.CAR, Semantic.GLASS, Semantic.TYRE, Semantic.LIGHT, Semantic.PLATE} <= {
         Semantic(value) for value in np.unique(mesh.semantics)
     }
@@ -49,8 +49,8 @@ def test_meshes_are_painted_and_say_what_they_are_made_of() -> None:
 
 
 def test_scenery_stands_behind_the_cars_in_the_list() -> None:
-    world, rig = world_of((20.0, 0.0, 0.0)), Rig.kitti()
+    state, rig = state_of((20.0, 0.0, 0.0)), Rig.kitti()
     tree = MeshInstances((box(),), at(rig.camera, 3.0, 9.0)[None], np.array([NO_INSTANCE]))
-    placed = stage_of(world).instances(world, tree)
-    assert placed.instances.tolist() == [0, NO_INSTANCE]
-    assert placed.meshes[1] is tree.meshes[0]
+    instances = meshes_of(state).instances(state, tree)
+    assert instances.ids.tolist() == [0, NO_INSTANCE]
+    assert instances.meshes[1] is tree.meshes[0]

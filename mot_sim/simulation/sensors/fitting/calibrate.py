@@ -132,8 +132,8 @@ def correct_by_simulation(
     factor = _factor(gaps, float(len(gap_lengths(real.found))))
     misses = replace(
         misses,
-        memory=misses.memory.slower(factor),
-        flutter_memory=misses.flutter_memory.slower(factor),
+        autocorrelation=misses.autocorrelation.slower(factor),
+        flutter_autocorrelation=misses.flutter_autocorrelation.slower(factor),
     )
     duplicates, clutter = profile.duplicates, profile.clutter
     if duplicates is not None:

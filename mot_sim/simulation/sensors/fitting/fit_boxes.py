@@ -12,7 +12,7 @@ from mot_sim.simulation.sensors.boxes import Component, Jitter
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.fitting.fit_misses import LAGS
 from mot_sim.simulation.sensors.fitting.measure import Found
-from mot_sim.simulation.sensors.fitting.statistics import autocorrelation, lagged
+from mot_sim.simulation.sensors.fitting.statistics import lag_correlation, lagged
 from mot_sim.simulation.sensors.fitting.tetrachoric import (
     both_below,
     correlation_of,
@@ -40,7 +40,7 @@ def fit_jitter(found: Found, step: float) -> Jitter:
 
 
 def fit_component(hits: Found, errors: Float[Array, " n"], step: float) -> Component:
-    """Growth by least squares on the logarithm, tails by quantiles, memory by autocorrelation."""
+    """Growth by least squares on the logarithm, tails by quantiles, autocorrelation by autocorrelation."""
     sightings, middle = hits.sightings, float(np.median(errors))
     visible, height = sightings.visible, np.maximum(sightings.height, 5.0)
     logs = np.log(np.abs(errors - middle) + 1e-3)
@@ -71,13 +71,13 @@ def fit_component(hits: Found, errors: Float[Array, " n"], step: float) -> Compo
         skew=part.skew,
         hidden=float(hidden),
         by_height=float(by_height),
-        memory=value_autocorrelation(ranks, hits, step),
+        autocorrelation=value_autocorrelation(ranks, hits, step),
     )
 
 
 def value_autocorrelation(x: Float[Array, " n"], hits: Found, step: float) -> Autocorrelation:
-    """The memory of a normal value that was measured itself."""
-    correlations = [autocorrelation(x, hits.ids, hits.frames, lag) for lag in LAGS]
+    """The autocorrelation of a normal value that was measured itself."""
+    correlations = [lag_correlation(x, hits.ids, hits.frames, lag) for lag in LAGS]
     weights = [len(lagged(hits.ids, hits.frames, lag)[0]) for lag in LAGS]
     return nearest_autocorrelation([lag * step for lag in LAGS], correlations, weights)
 
@@ -112,14 +112,14 @@ def fit_scores(found: Found, misses: Misses, step: float) -> ScoreNoise:
     noise = random_numbers.normal(0, "fit/scores", rows, np.full_like(rows, IMPUTATION_ROUNDS))[
         :, 0
     ]
-    coupling, memory = fit_flicker(found, hits, mean, misses, step)
+    coupling, autocorrelation = fit_flicker(found, hits, mean, misses, step)
     return ScoreNoise(
         y_knots=tuple(np.quantile(mean + noise, KNOT_PROBABILITIES).tolist()),
         log_odds=tuple(np.quantile(odds, KNOT_PROBABILITIES).tolist()),
         by_visible=(half, half, partly, 0.0),
         by_height=tuple(heights),
         coupling=coupling,
-        memory=memory,
+        autocorrelation=autocorrelation,
     )
 
 
@@ -135,7 +135,7 @@ def _between(
 def fit_flicker(
     found: Found, hits: Found, mean: Float[Array, " n"], misses: Misses, step: float
 ) -> tuple[float, Autocorrelation]:
-    """The coupling of low scores to misses, and the memory of the rest."""
+    """The coupling of low scores to misses, and the autocorrelation of the rest."""
     limit = np.quantile(hits.log_odds, LOW_SCORE_SHARE)
     event = hits.log_odds < limit
     noise = random_numbers.normal(
@@ -152,7 +152,7 @@ def fit_flicker(
     a, b = np.concatenate((first, second)), np.concatenate((second, first))
     usable = found.hit[a] & (found.sightings.kinds[b] == "Car")
     a, b = a[usable], b[usable]
-    one = misses.memory.correlation(step) * (1.0 - misses.shared)
+    one = misses.autocorrelation.correlation(step) * (1.0 - misses.shared)
     # How often b is missed when a was found: a itself tells of its latent.
     x, y = ndtri(np.stack((miss_rates[a], miss_rates[b])).clip(1e-9, 1.0 - 1e-9))
     after_hit = (miss_rates[b] - both_below(x, y, one)) / (1.0 - miss_rates[a])
@@ -166,7 +166,7 @@ def fit_flicker(
     for lag in LAGS:
         first, second = lagged(hits.ids, hits.frames, lag)
         whole = correlation_of(rates[first], rates[second], event[first], event[second])
-        theirs = coupling**2 * misses.memory.correlation(lag * step)
+        theirs = coupling**2 * misses.autocorrelation.correlation(lag * step)
         correlations.append(float(np.clip((whole - theirs) / (1.0 - coupling**2), -1.0, 1.0)))
         weights.append(len(first))
     return round(coupling, 4), nearest_autocorrelation(

@@ -42,11 +42,11 @@ def fit_duplicates(measured: DetectorMeasurements, step: float) -> Duplicates | 
         tables.append(tuple(table))
     errors = box_errors(second.boxes, found.sightings.boxes[second.nearest])
     moves = [Quantiles.of(errors[:, column]) for column in range(4)]
-    memory = event_autocorrelation(event, rates, found.ids, found.frames, step)
+    autocorrelation = event_autocorrelation(event, rates, found.ids, found.frames, step)
     seen, missed = tables
     dx, dy, dw, dh = moves
     odds = Quantiles.of(second.log_odds)
-    return Duplicates(seen, missed, dx, dy, dw, dh, odds, memory)
+    return Duplicates(seen, missed, dx, dy, dw, dh, odds, autocorrelation)
 
 
 def _rate(event: Bool[Array, " n"]) -> float:
@@ -57,25 +57,25 @@ def _rate(event: Bool[Array, " n"]) -> float:
 
 def fit_clutter(measured: DetectorMeasurements, step: float) -> Clutter | None:
     """Ghosts far from every labelled car; None when there are too few to tell."""
-    ghosts = measured.false.select(measured.false.iou < MIN_DUPLICATE_IOU)
-    if len(ghosts) < MIN_SAMPLE:
+    false_alarms = measured.false.select(measured.false.iou < MIN_DUPLICATE_IOU)
+    if len(false_alarms) < MIN_SAMPLE:
         return None
-    height = ghosts.boxes[:, 3] - ghosts.boxes[:, 1]
-    width = ghosts.boxes[:, 2] - ghosts.boxes[:, 0]
-    centre = 0.5 * (ghosts.boxes[:, 0] + ghosts.boxes[:, 2]) / ghosts.width
+    height = false_alarms.boxes[:, 3] - false_alarms.boxes[:, 1]
+    width = false_alarms.boxes[:, 2] - false_alarms.boxes[:, 0]
+    centre = 0.5 * (false_alarms.boxes[:, 0] + false_alarms.boxes[:, 2]) / false_alarms.width
     return Clutter(
-        rate=len(ghosts) / measured.frame_count,
-        memory=_lives(ghosts, step),
+        rate=len(false_alarms) / measured.frame_count,
+        autocorrelation=_lives(false_alarms, step),
         height=Quantiles.of(height),
         aspect=Quantiles.of(width / height),
         x=Quantiles.of(centre),
-        log_odds=Quantiles.of(ghosts.log_odds),
+        log_odds=Quantiles.of(false_alarms.log_odds),
     )
 
 
-def _lives(ghosts: FalseBoxes, step: float) -> Autocorrelation:
+def _lives(false_alarms: FalseBoxes, step: float) -> Autocorrelation:
     """Shares of ghosts by how long they live, from how many are still there after a while."""
-    kept = [len(linked(ghosts, lag)[0]) / len(ghosts) for lag in LIFETIME_LAGS]
+    kept = [len(linked(false_alarms, lag)[0]) / len(false_alarms) for lag in LIFETIME_LAGS]
     return nearest_autocorrelation(
         [lag * step for lag in LIFETIME_LAGS],
         kept,

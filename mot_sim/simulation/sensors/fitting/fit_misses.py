@@ -30,7 +30,7 @@ HIDDEN_LOG_ODDS = 2.0  # log-odds from .35 visible to .05, of which labels tell 
 
 
 def fit_misses(found: Found, step: float) -> Misses:
-    """Of cars: a logistic curve over the tables of `Misses`, then the memory of its latent."""
+    """Of cars: a logistic curve over the tables of `Misses`, then the autocorrelation of its latent."""
     cars = found.select(found.sightings.kinds == "Car")
     # How far a car is cut is known by three levels only: what changes there is the rate.
     whole = cars.select(cars.sightings.truncation == 0.0)
@@ -38,15 +38,15 @@ def fit_misses(found: Found, step: float) -> Misses:
     rates = misses.rates(whole.sightings)
     shared, seconds = fit_shared(~whole.hit, rates, whole, step)
     is_open = whole.sightings.visible >= MIN_OPEN_VISIBLE
-    memory = fit_autocorrelation(is_open, whole, rates, step)
-    half, flutter = fit_flutter(~is_open, whole, rates, memory, step)
+    autocorrelation = fit_autocorrelation(is_open, whole, rates, step)
+    half, flutter = fit_flutter(~is_open, whole, rates, autocorrelation, step)
     if shared > 0.0:  # what remains for the object's own latent
-        memory = without_shared(memory, shared, seconds, step)
+        autocorrelation = without_shared(autocorrelation, shared, seconds, step)
     return replace(
         misses,
-        memory=memory,
+        autocorrelation=autocorrelation,
         flutter=(half, half, 0.0, 0.0),
-        flutter_memory=flutter,
+        flutter_autocorrelation=flutter,
         shared=shared,
         shared_seconds=seconds,
     )
@@ -78,7 +78,9 @@ def fit_cuts(misses: Misses, cut: Found) -> Misses:
     levels = hat_functions(cut.sightings.truncation, TRUNCATION_KNOTS)[:, 1:]
     design = np.concatenate((levels, levels * truncation_growth(cut.sightings)[:, None]), axis=1)
     drop = logistic(design, cut.hit, given).tolist()
-    return replace(misses, by_cut=(0.0, drop[0], drop[1]), cut_by_height=(0.0, drop[2], drop[3]))
+    return replace(
+        misses, by_truncation=(0.0, drop[0], drop[1]), truncation_by_height=(0.0, drop[2], drop[3])
+    )
 
 
 def logistic(
@@ -109,7 +111,7 @@ def event_autocorrelation(
     frames: Int[Array, " n"],
     step: float,
 ) -> Autocorrelation:
-    """The memory of the latent behind an event with known rates.
+    """The autocorrelation of the latent behind an event with known rates.
 
     Neighbouring frames weigh most: they decide how many bursts there are. Real detectors are
     smoother there than any AR(1): a car that is found stays found for some frames.
@@ -138,7 +140,7 @@ def event_correlations(
 def fit_autocorrelation(
     rows: Bool[Array, " n"], whole: Found, rates: Float[Array, " n"], step: float
 ) -> Autocorrelation:
-    """The memory of the misses of some rows."""
+    """The autocorrelation of the misses of some rows."""
     some = whole.select(rows)
     return event_autocorrelation(~some.hit, rates[rows], some.ids, some.frames, step)
 
@@ -147,17 +149,17 @@ def fit_flutter(
     rows: Bool[Array, " n"],
     whole: Found,
     rates: Float[Array, " n"],
-    memory: Autocorrelation,
+    autocorrelation: Autocorrelation,
     step: float,
 ) -> tuple[float, Autocorrelation]:
-    """The share of a latent of its own that half hidden cars have, and its memory.
+    """The share of a latent of its own that half hidden cars have, and its autocorrelation.
 
     What hides a car moves: their misses come and go faster than those of open cars.
     """
     some = whole.select(rows)
     rho, weights = event_correlations(~some.hit, rates[rows], some.ids, some.frames)
     times = [lag * step for lag in LAGS]
-    open_rho = np.array([memory.correlation(t) for t in times])
+    open_rho = np.array([autocorrelation.correlation(t) for t in times])
     if not np.isfinite(rho[0]):
         return 0.0, Autocorrelation()
     best, answer = np.inf, (0.0, Autocorrelation())
@@ -199,13 +201,13 @@ def fit_shared(
 
 
 def without_shared(
-    memory: Autocorrelation, shared: float, seconds: float, step: float
+    autocorrelation: Autocorrelation, shared: float, seconds: float, step: float
 ) -> Autocorrelation:
-    """The memory of what the objects do not share."""
+    """The autocorrelation of what the objects do not share."""
     times = [lag * step for lag in LAGS]
     glare = Autocorrelation((1.0,), (seconds,))
     rest = [
-        min((memory.correlation(t) - shared * glare.correlation(t)) / (1.0 - shared), 1.0)
+        min((autocorrelation.correlation(t) - shared * glare.correlation(t)) / (1.0 - shared), 1.0)
         for t in times
     ]
     return nearest_autocorrelation(times, rest, [1.0] * len(LAGS))
@@ -221,9 +223,9 @@ def fit_confusion(found: Found, false: FalseBoxes, misses: Misses, step: float) 
     on_trucks = float(np.isin(near, np.flatnonzero(trucks)).sum())
     truck = (on_trucks + 0.5) / (float(would[trucks].sum()) + 1.0) if trucks.any() else 0.0
     van, truck = min(van, 1.0), min(truck, 1.0)
-    memory = Autocorrelation((1.0,), (5.0,))
+    autocorrelation = Autocorrelation((1.0,), (5.0,))
     if vans.sum() > 200 and 0.02 < van < 0.98:
-        memory = event_autocorrelation(
+        autocorrelation = event_autocorrelation(
             found.hit[vans], van * would[vans], found.ids[vans], found.frames[vans], step
         )
-    return Confusion(round(van, 4), round(truck, 4), memory)
+    return Confusion(round(van, 4), round(truck, 4), autocorrelation)

@@ -14,8 +14,8 @@ from mot_sim.simulation.sensors.fitting.statistics import (
     HEIGHT_BINS,
     OCCLUSION_BINS,
     Distance,
-    autocorrelation,
     gap_lengths,
+    lag_correlation,
     lives,
     rates_in_bins,
 )
@@ -91,7 +91,7 @@ def _box_lines(real: DetectorMeasurements, made: DetectorMeasurements) -> list[F
         lines.append(FitComparison(f"{name} edge, std", *(float(x.std()) for x in errors)))
         for lag in REPORTED_LAGS:
             rho = [
-                autocorrelation(x, each.ids, each.frames, lag)
+                lag_correlation(x, each.ids, each.frames, lag)
                 for x, each in zip(errors, both, strict=True)
             ]
             lines.append(FitComparison(f"{name} edge, autocorrelation at {lag}", *rho))
@@ -140,7 +140,7 @@ def curves(
         _shares([1.0 / (1.0 + np.exp(-h.log_odds)) for h in hits], score),
     )
     lags = np.arange(1, 16)
-    rho = [[autocorrelation(h.edges[:, 3], h.ids, h.frames, int(t)) for t in lags] for h in hits]
+    rho = [[lag_correlation(h.edges[:, 3], h.ids, h.frames, int(t)) for t in lags] for h in hits]
     found["autocorrelation of the lower edge, frames"] = lags, np.array(rho)
     life = np.arange(1, 11)
     found["life of false positives, cumulative"] = (

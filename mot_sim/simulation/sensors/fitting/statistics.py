@@ -27,7 +27,7 @@ def lagged(
     return np.flatnonzero(there), order[at[there]]
 
 
-def autocorrelation(
+def lag_correlation(
     x: Float[Array, " n"], ids: Int[Array, " n"], frames: Int[Array, " n"], lag: int
 ) -> float:
     """Pearson's correlation of an object's values `lag` frames apart; NaN values do not count."""

@@ -69,7 +69,7 @@ def nearest_autocorrelation(
     longest: float = ROUGH_SECONDS[-1],
     smooth: bool = False,
 ) -> Autocorrelation:
-    """The mixture of memories, none over `longest`, with the nearest autocorrelation.
+    """The mixture of autocorrelations, none over `longest`, with the nearest autocorrelation.
 
     smooth: it may have smooth parts.
     """

@@ -265,7 +265,7 @@ class Simulation:
         """Whether anybody has hit anybody."""
         return any(car.crashed for car in self.road.vehicles)
 
-    def world(self) -> TrafficState:
+    def state(self) -> TrafficState:
         """The cars now, parked ones first."""
         cars = sorted(
             (car for car in self.road.vehicles if car is not self.ego), key=lambda car: car.number

@@ -113,7 +113,7 @@ class HighwayTraffic:
         """
         self._simulation = Simulation(ROADS[self.road](), self.demand, attempts(rng)[0])
         self._ahead = deque()
-        return self._simulation.world()
+        return self._simulation.state()
 
     def command(self, name: str) -> None:
         """What the ego car does from now on, one of COMMANDS. Raises UnknownName, and BadConfig
@@ -125,7 +125,7 @@ class HighwayTraffic:
     def driving(self) -> Driving:
         """How the ego car drives now."""
         simulation = self._driven()
-        touches = bool((collisions(simulation.world()) == EGO_NUMBER).any())
+        touches = bool((collisions(simulation.state()) == EGO_NUMBER).any())
         return simulation.ego.driving(touches)
 
     def _driven(self) -> Simulation:
@@ -137,14 +137,14 @@ class HighwayTraffic:
         """Begin a run and drive it ahead; whether that was clean."""
         simulation = Simulation(ROADS[self.road](), self.demand, seed)
         self._simulation = simulation
-        self._ahead = deque([simulation.world()])
+        self._ahead = deque([simulation.state()])
         if self.crashes == "label":
             return True
         for _ in range(round(self.clean_seconds / STEP)):
             simulation.step()
             if simulation.has_crashed:
                 return False
-            self._ahead.append(simulation.world())
+            self._ahead.append(simulation.state())
         return True
 
     def step(self) -> TrafficState:
@@ -154,7 +154,7 @@ class HighwayTraffic:
         if self._ahead:
             return self._ahead.popleft()
         self._simulation.step()
-        return self._simulation.world()
+        return self._simulation.state()
 
     @property
     def demand(self) -> Demand:

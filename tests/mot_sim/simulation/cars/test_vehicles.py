@@ -12,7 +12,7 @@ from tracker.errors import BadConfig, UnknownName
 
 def traffic_of(sizes, ids=None, kinds=None) -> RecordedTraffic:
     n = len(sizes)
-    world = TrafficState(
+    state = TrafficState(
         0.0,
         np.arange(n) if ids is None else np.array(ids),
         np.zeros(n),
@@ -24,23 +24,23 @@ def traffic_of(sizes, ids=None, kinds=None) -> RecordedTraffic:
         np.ones(3),
         kinds=None if kinds is None else np.array(kinds),
     )
-    return RecordedTraffic.of([world])
+    return RecordedTraffic.of([state])
 
 
 def test_a_car_with_the_size_of_a_model_is_that_model_unstretched() -> None:
-    casting = VehicleSampler(models=6)
-    models = casting.models_of(3)
-    cast = casting.cast(traffic_of(models.size[[4, 1, 4]]), seed=3)
-    np.testing.assert_array_equal(cast.coefficients, models.cars.coefficients[[4, 1, 4]])
-    for shape in cast.shapes:
+    sampler = VehicleSampler(models=6)
+    models = sampler.models_of(3)
+    vehicles = sampler.sample(traffic_of(models.size[[4, 1, 4]]), seed=3)
+    np.testing.assert_array_equal(vehicles.coefficients, models.cars.coefficients[[4, 1, 4]])
+    for shape in vehicles.shapes:
         np.testing.assert_allclose(shape.scale, 1.0, atol=1e-12)
 
 
 def test_a_car_of_another_size_is_the_nearest_shape_stretched_to_it() -> None:
     size = (4.05, 1.52, 1.71)
-    cast = VehicleSampler().cast(traffic_of([size]), seed=0)
-    np.testing.assert_allclose(np.ptp(cast.shapes[0].vertices, axis=0), size)
-    assert cast.bodies.tolist() == ["hatchback"]
+    vehicles = VehicleSampler().sample(traffic_of([size]), seed=0)
+    np.testing.assert_allclose(np.ptp(vehicles.shapes[0].vertices, axis=0), size)
+    assert vehicles.bodies.tolist() == ["hatchback"]
 
 
 @pytest.mark.parametrize(
@@ -52,25 +52,25 @@ def test_a_car_of_another_size_is_the_nearest_shape_stretched_to_it() -> None:
     ],
 )
 def test_the_class_of_the_traffic_decides_who_is_a_van(size, kind, body) -> None:
-    cast = VehicleSampler().cast(traffic_of([size], kinds=[kind]), seed=0)
-    assert (cast.bodies[0], cast.kinds[0]) == (body, kind or "Van")
+    vehicles = VehicleSampler().sample(traffic_of([size], kinds=[kind]), seed=0)
+    assert (vehicles.bodies[0], vehicles.kinds[0]) == (body, kind or "Van")
 
 
 def test_one_more_car_changes_no_other_cars_look() -> None:
-    casting, sizes = VehicleSampler(), [(4.4, 1.45, 1.8), (3.7, 1.5, 1.65)]
-    few = casting.cast(traffic_of(sizes, ids=[3, 9]), seed=1)
-    many = casting.cast(traffic_of([sizes[0], (4.9, 1.5, 1.8), sizes[1]], ids=[3, 5, 9]), seed=1)
+    sampler, sizes = VehicleSampler(), [(4.4, 1.45, 1.8), (3.7, 1.5, 1.65)]
+    few = sampler.sample(traffic_of(sizes, ids=[3, 9]), seed=1)
+    many = sampler.sample(traffic_of([sizes[0], (4.9, 1.5, 1.8), sizes[1]], ids=[3, 5, 9]), seed=1)
     assert many.select([0, 2]).paints.tolist() == few.paints.tolist()
     np.testing.assert_array_equal(many.select([0, 2]).coefficients, few.coefficients)
 
 
 def test_all_look_alikes_have_one_shape_and_one_paint() -> None:
-    casting = VehicleSampler(models=8, alike=1.0)
-    models = casting.models_of(0)
-    cast = casting.cast(traffic_of(models.size), seed=0)
-    assert len(np.unique(cast.coefficients, axis=0)) == 1
-    assert len(set(cast.paints.tolist())) == 1
-    different = VehicleSampler(models=8).cast(
+    sampler = VehicleSampler(models=8, alike=1.0)
+    models = sampler.models_of(0)
+    vehicles = sampler.sample(traffic_of(models.size), seed=0)
+    assert len(np.unique(vehicles.coefficients, axis=0)) == 1
+    assert len(set(vehicles.paints.tolist())) == 1
+    different = VehicleSampler(models=8).sample(
         traffic_of(VehicleSampler(models=8).models_of(0).size), seed=0
     )
     assert len(np.unique(different.coefficients, axis=0)) == 8
@@ -83,10 +83,10 @@ def test_another_seed_gives_other_cars() -> None:
 
 
 def test_body_and_paint_can_be_chosen() -> None:
-    casting = VehicleSampler(models=4, body="suv", paint="red")
-    cast = casting.cast(traffic_of(casting.models_of(5).size), seed=5)
-    assert set(cast.bodies.tolist()) == {"suv"}
-    assert set(cast.paints.tolist()) == {"red"}
+    sampler = VehicleSampler(models=4, body="suv", paint="red")
+    vehicles = sampler.sample(traffic_of(sampler.models_of(5).size), seed=5)
+    assert set(vehicles.bodies.tolist()) == {"suv"}
+    assert set(vehicles.paints.tolist()) == {"red"}
 
 
 def test_the_models_fit_the_lanes_of_live_traffic() -> None:
@@ -113,9 +113,9 @@ def test_what_cannot_be_cast_is_refused(wrong, error, says) -> None:
 
 
 def test_nobody_is_cast_for_empty_traffic() -> None:
-    cast = VehicleSampler().cast(traffic_of([]), seed=0)
-    assert len(cast) == len(Vehicles.empty()) == 0
-    assert cast.keypoints.shape == (0, 36, 3)
+    vehicles = VehicleSampler().sample(traffic_of([]), seed=0)
+    assert len(vehicles) == len(Vehicles.empty()) == 0
+    assert vehicles.keypoints.shape == (0, 36, 3)
 
 
 def test_keypoints_lie_on_the_faces_that_are_named_for_them() -> None:
@@ -132,10 +132,10 @@ def test_keypoints_lie_on_the_faces_that_are_named_for_them() -> None:
 
 
 def test_a_keypoint_of_the_tail_faces_who_stands_behind() -> None:
-    cast = VehicleSampler().cast(traffic_of([(4.4, 1.45, 1.8)]), seed=0)
+    vehicles = VehicleSampler().sample(traffic_of([(4.4, 1.45, 1.8)]), seed=0)
     from tracker.shape import KEYPOINTS_36
 
-    behind = cast.faces_eye(np.array([0]), np.array([[-20.0, -1.6, 0.0]]))[0]
+    behind = vehicles.faces_eye(np.array([0]), np.array([[-20.0, -1.6, 0.0]]))[0]
     names = np.array(KEYPOINTS_36)
     assert behind[[i for i, name in enumerate(names) if "taillight" in name]].all()
     assert not behind[[i for i, name in enumerate(names) if "headlight" in name]].any()

@@ -49,7 +49,7 @@ def crowd(camera: Camera) -> Triangles:
     """Objects that stand in each other, before each other, and partly behind the camera."""
     places = [at(camera, x, z, x + z) for x, z in PLACES]
     objects = zip((box(), wedge(), box(), wedge(), box()), places, strict=True)
-    return Triangles.of(view_of(camera, *objects).placed, camera, NEAR)
+    return Triangles.of(view_of(camera, *objects).instances, camera, NEAR)
 
 
 def test_every_pixel_shows_the_nearest_triangle_as_a_ray_finds_it() -> None:
@@ -96,7 +96,7 @@ def test_depth_is_that_of_a_slanted_plane(camera: Camera, slope: float) -> None:
 def test_the_silhouette_ends_within_a_pixel_of_the_projected_vertices(camera, mesh) -> None:
     for x, z, yaw in ((0.0, 9.0, 0.3), (-1.0, 14.0, 2.0), (2.0, 40.0, -1.0)):
         place = at(camera, x, z, yaw)
-        triangles = Triangles.of(view_of(camera, (mesh, place)).placed, camera, NEAR)
+        triangles = Triangles.of(view_of(camera, (mesh, place)).instances, camera, NEAR)
         rows, _ = whole_frame(triangles, camera)
         v, u = np.nonzero(rows >= 0)
         pixels = camera.project(mesh.vertices @ place[:3, :3].T + place[:3, 3])

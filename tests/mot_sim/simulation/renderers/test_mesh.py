@@ -48,7 +48,7 @@ def test_masks_of_large_objects_agree(mesh: MeshRenderer, name: str) -> None:
     view = street(*VIEWS[name])
     one, other = both(mesh, view)
     measured, compared = silhouettes(view), 0
-    for row in range(len(view.placed)):
+    for row in range(len(view.instances)):
         a, b = one.instances == row, other.instances == row
         height = measured.amodal_boxes[row, 3] - measured.amodal_boxes[row, 1]
         if height >= 60 and measured.fraction[row] >= 0.5:
@@ -78,7 +78,7 @@ def test_depths_agree(mesh: MeshRenderer, name: str) -> None:
 def test_visible_fractions_agree(mesh: MeshRenderer, name: str) -> None:
     view = street(*VIEWS[name])
     measured, rendered = silhouettes(view), mesh.render(view)
-    counts = np.bincount(rendered.instances.ravel() + 1, minlength=len(view.placed) + 1)[1:]
+    counts = np.bincount(rendered.instances.ravel() + 1, minlength=len(view.instances) + 1)[1:]
     large = measured.amodal >= 100
     assert np.abs(measured.fraction - counts / measured.amodal)[large].max() < 0.02
 

@@ -66,10 +66,10 @@ def test_a_frame_is_the_callers_own() -> None:
 
 def test_rendering_leaves_its_inputs_alone() -> None:
     view = street(cars=3)
-    before = view.placed.T_cam_object.copy(), view.placed.meshes[0].vertices.copy()
+    before = view.instances.T_cam_object.copy(), view.instances.meshes[0].vertices.copy()
     RASTER.render(view)
-    assert np.array_equal(view.placed.T_cam_object, before[0])
-    assert np.array_equal(view.placed.meshes[0].vertices, before[1])
+    assert np.array_equal(view.instances.T_cam_object, before[0])
+    assert np.array_equal(view.instances.meshes[0].vertices, before[1])
 
 
 def test_a_view_of_nothing_is_sky_over_road() -> None:
@@ -104,7 +104,7 @@ def test_ids_and_depth_agree_about_where_objects_are() -> None:
     assert (rendered.depth[covered] < 1.001 * alone.depth[covered]).all()  # nothing below the road
     for row in range(12):
         mine = rendered.depth[rendered.instances == row]
-        z = view.placed.T_cam_object[row, 2, 3]
+        z = view.instances.T_cam_object[row, 2, 3]
         assert not mine.size or (abs(mine - z) < 2.6).all()
 
 
@@ -119,8 +119,8 @@ def test_the_nearer_object_hides_the_farther_in_whatever_order_they_come() -> No
 
 def test_scenery_is_drawn_without_an_id() -> None:
     mesh, place = box(), at(KITTI, 0.0, 9.0)
-    placed = MeshInstances((mesh,), place[None], np.array([NO_INSTANCE]))
-    rendered = RASTER.render(View(KITTI, placed))
+    instances = MeshInstances((mesh,), place[None], np.array([NO_INSTANCE]))
+    rendered = RASTER.render(View(KITTI, instances))
     assert (rendered.instances == NO_INSTANCE).all()
     assert np.count_nonzero(rendered.semantics == Semantic.CAR) > 5000
 
@@ -163,7 +163,7 @@ def test_faces_in_the_sun_are_brighter_than_those_in_the_shade() -> None:
     v, u = np.nonzero(rendered.instances == 0)
     rear, roof = rendered.image[v.max() - 3, u.mean().astype(int), 0], 100
     away = Sun(towards=(0.0, -1.0, 1.0))
-    dark = RASTER.render(View(KITTI, view.placed, sun=away))
+    dark = RASTER.render(View(KITTI, view.instances, sun=away))
     assert dark.image[v.max() - 3, u.mean().astype(int), 0] < 0.6 * rear
     assert roof in rendered.image[rendered.instances == 0][:, 0]  # level: its own colour
 

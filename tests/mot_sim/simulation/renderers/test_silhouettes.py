@@ -26,8 +26,8 @@ def test_counts_are_those_of_a_frame_with_one_object_alone(camera: Camera) -> No
     measured = silhouettes(view)
     for row in range(10):
         only = MeshInstances(
-            view.placed.meshes[row : row + 1],
-            view.placed.T_cam_object[row : row + 1],
+            view.instances.meshes[row : row + 1],
+            view.instances.T_cam_object[row : row + 1],
             np.array([row]),
         )
         alone = RASTER.render(View(camera, only)).instances
@@ -57,8 +57,8 @@ def test_a_car_that_stands_free_is_wholly_visible() -> None:
 def test_the_full_box_is_that_of_the_projected_mesh() -> None:
     view = view_of(CROOKED, (wedge(), at(CROOKED, 0.0, 9.0)), (box(), at(CROOKED, 0.1, 14.0)))
     measured = silhouettes(view)
-    for row, mesh in enumerate(view.placed.meshes):
-        T = view.placed.T_cam_object[row]
+    for row, mesh in enumerate(view.instances.meshes):
+        T = view.instances.T_cam_object[row]
         pixels = CROOKED.project(mesh.vertices @ T[:3, :3].T + T[:3, 3])
         exact = np.concatenate((pixels.min(axis=0), pixels.max(axis=0)))
         assert measured.amodal_boxes[row] == pytest.approx(exact, abs=0.02)
@@ -76,8 +76,8 @@ def test_a_hidden_car_has_a_silhouette_and_no_visible_box() -> None:
 
 def test_parts_with_one_id_are_one_silhouette() -> None:
     places = np.array([at(KITTI, -1.0, 12.0), at(KITTI, 1.0, 13.0), at(KITTI, 0.5, 30.0)])
-    placed = MeshInstances((box(), box(), wedge()), places, np.array([7, 7, 3]))
-    view = View(KITTI, placed)
+    instances = MeshInstances((box(), box(), wedge()), places, np.array([7, 7, 3]))
+    view = View(KITTI, instances)
     measured = silhouettes(view)
     assert measured.instances.tolist() == [3, 7]
     assert measured.fraction[1] == 1.0
@@ -136,8 +136,8 @@ def test_a_layer_is_the_object_alone() -> None:
     for layer in scanned.layers:
         row = layer.instance
         only = MeshInstances(
-            view.placed.meshes[row : row + 1],
-            view.placed.T_cam_object[row : row + 1],
+            view.instances.meshes[row : row + 1],
+            view.instances.T_cam_object[row : row + 1],
             np.array([row]),
         )
         rendered = RASTER.render(View(KITTI, only))

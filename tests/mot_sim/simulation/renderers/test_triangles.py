@@ -23,7 +23,7 @@ def test_no_object_gives_no_triangle() -> None:
 
 def test_of_a_box_straight_ahead_only_rear_and_roof_face_the_camera() -> None:
     view = view_of(KITTI, (box(4.0, 1.5, 1.8), at(KITTI, 0.0, 12.0, -np.pi / 2)))
-    triangles = Triangles.of(view.placed, KITTI, NEAR)
+    triangles = Triangles.of(view.instances, KITTI, NEAR)
     assert len(triangles) == 4
     assert np.unique(triangles.corners[..., 2].max(axis=1).round(6)).tolist() == [10.0, 14.0]
 
@@ -31,14 +31,14 @@ def test_of_a_box_straight_ahead_only_rear_and_roof_face_the_camera() -> None:
 def test_an_object_behind_the_camera_or_beside_the_view_has_no_triangle() -> None:
     places = [at(KITTI, 0.0, -9.0), at(KITTI, 40.0, 10.0), at(KITTI, -40.0, 10.0)]
     view = view_of(KITTI, *((lump(), place) for place in places))
-    assert not sphere_in_view(view.placed, KITTI, NEAR).any()
-    assert len(Triangles.of(view.placed, KITTI, NEAR)) == 0
+    assert not sphere_in_view(view.instances, KITTI, NEAR).any()
+    assert len(Triangles.of(view.instances, KITTI, NEAR)) == 0
 
 
 def test_objects_keep_their_order_and_their_slices() -> None:
     places = [at(KITTI, 0.0, 20.0), at(KITTI, 0.0, -9.0), at(KITTI, 3.0, 30.0)]
     view = view_of(KITTI, *((wedge(), place) for place in places))
-    triangles = Triangles.of(view.placed, KITTI, NEAR)
+    triangles = Triangles.of(view.instances, KITTI, NEAR)
     (_, a), (b, c), (d, e) = triangles.slices(3).tolist()
     assert a == b == c == d
     assert e == len(triangles)
@@ -78,6 +78,6 @@ def test_a_triangle_is_cut_at_the_near_plane(depths, pieces, share) -> None:
 
 def test_an_object_that_crosses_the_near_plane_is_cut_there() -> None:
     view = view_of(KITTI, (box(), at(KITTI, -1.6, 1.0, np.pi / 2)))
-    triangles = Triangles.of(view.placed, KITTI, NEAR)
+    triangles = Triangles.of(view.instances, KITTI, NEAR)
     assert len(triangles) > 0
     assert triangles.corners[..., 2].min() == NEAR

@@ -32,5 +32,5 @@ def roads(road: str) -> Roads:
 
 
 @cache
-def world(road: str, seed: int = 3) -> Neighbourhood:
+def neighbourhood(road: str, seed: int = 3) -> Neighbourhood:
     return Neighbourhood.build(roads(road), seed, WEATHERS["noon"].light)

@@ -15,7 +15,7 @@ from mot_sim.simulation.scenery.patches import Patches
 from mot_sim.simulation.scenery.scenery import MAX_DISTANCE_METRES
 from mot_sim.simulation.scenery.window import MAX_TILES
 from mot_sim.simulation.traffic import Roads
-from tests.mot_sim.simulation.scenery.places import CAMERA, EGOS, ego_on, roads, world
+from tests.mot_sim.simulation.scenery.places import CAMERA, EGOS, ego_on, neighbourhood, roads
 from tracker.errors import BadConfig
 from tracker.types import Camera
 
@@ -37,7 +37,7 @@ def frame(place: Neighbourhood, ego: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("road", sorted(EGOS))
 def test_feature_odometry_finds_enough_corners(road: str) -> None:
-    view = world(road).view(CAMERA, ego_on(road), MeshInstances.empty())
+    view = neighbourhood(road).view(CAMERA, ego_on(road), MeshInstances.empty())
     image = post_process(WEATHERS["noon"], view, RASTER.render(view), 1, 0)
     grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
     assert len(cv2.ORB_create(2000).detect(grey)) >= 300
@@ -45,7 +45,7 @@ def test_feature_odometry_finds_enough_corners(road: str) -> None:
 
 def test_the_same_seed_gives_the_same_bytes_and_another_seed_others() -> None:
     ego = ego_on("street")
-    first = frame(world("street"), ego)
+    first = frame(neighbourhood("street"), ego)
     again = frame(Neighbourhood.build(roads("street"), 3, WEATHERS["noon"].light), ego)
     other = frame(Neighbourhood.build(roads("street"), 4, WEATHERS["noon"].light), ego)
     assert first.tobytes() == again.tobytes()
@@ -56,7 +56,7 @@ def test_two_processes_give_the_same_bytes() -> None:
     run = subprocess.run(
         [sys.executable, "-c", HASH], capture_output=True, text=True, check=True, timeout=120
     )
-    view = world("street").view(CAMERA, ego_on("street"), MeshInstances.empty())
+    view = neighbourhood("street").view(CAMERA, ego_on("street"), MeshInstances.empty())
     image = post_process(WEATHERS["noon"], view, RASTER.render(view), 3, 5)
     assert run.stdout.strip() == hashlib.sha256(image.tobytes()).hexdigest()
 
@@ -66,14 +66,14 @@ def test_a_place_looks_the_same_on_whatever_way_one_gets_there() -> None:
     place = Neighbourhood.build(roads("intersection"), 3, WEATHERS["noon"].light)
     for turn in (2.0, 1.0, 0.4):
         place.view(CAMERA, ego + (3.0, -1.0, turn), MeshInstances.empty())
-    assert frame(place, ego).tobytes() == frame(world("intersection"), ego).tobytes()
+    assert frame(place, ego).tobytes() == frame(neighbourhood("intersection"), ego).tobytes()
 
 
 @pytest.mark.parametrize("road", sorted(EGOS))
 def test_nothing_stands_where_cars_drive(road: str) -> None:
     asphalt = [s.corners for s in roads(road).surfaces if s.paint == "asphalt"]
     driven = Patches(tuple(asphalt), ((255,),) * len(asphalt))
-    items = world(road).scenery.items
+    items = neighbourhood(road).scenery.items
     assert len(items) > 20
     for item in items:
         low = item.base.min(axis=0) - 0.2
@@ -85,15 +85,17 @@ def test_nothing_stands_where_cars_drive(road: str) -> None:
 
 @pytest.mark.parametrize("road", ["intersection", "highway"])
 def test_scenery_is_nobodys_and_near_enough(road: str) -> None:
-    placed = world(road).scenery_at(ego_on(road), CAMERA)
-    assert 3 < len(placed) < 60
-    assert (placed.instances == NO_INSTANCE).all()
-    assert not any(mesh.casts for mesh in placed.meshes)  # their shadows lie in the texture
-    assert np.linalg.norm(placed.T_cam_object[:, :3, 3], axis=1).max() < MAX_DISTANCE_METRES + 50.0
+    instances = neighbourhood(road).scenery_at(ego_on(road), CAMERA)
+    assert 3 < len(instances) < 60
+    assert (instances.ids == NO_INSTANCE).all()
+    assert not any(mesh.casts for mesh in instances.meshes)  # their shadows lie in the texture
+    assert (
+        np.linalg.norm(instances.T_cam_object[:, :3, 3], axis=1).max() < MAX_DISTANCE_METRES + 50.0
+    )
 
 
 def test_memory_is_bounded() -> None:
-    place = world("street")
+    place = neighbourhood("street")
     for x in np.arange(60.0, 100.0, 8.0).tolist():
         place.road_at(np.array([x, 1.75, 0.0]), CAMERA)
     windows, ground = place.windows, place.windows.ground
@@ -106,7 +108,7 @@ def test_memory_is_bounded() -> None:
 
 def test_the_road_tells_where_cars_drive() -> None:
     rendered = RASTER.render(
-        world("highway").view(CAMERA, ego_on("highway"), MeshInstances.empty())
+        neighbourhood("highway").view(CAMERA, ego_on("highway"), MeshInstances.empty())
     )
     assert rendered.semantics[370, 620] == Semantic.ROAD
     kinds = set(np.unique(rendered.semantics).tolist())
@@ -121,12 +123,12 @@ def test_no_roads_at_all_give_a_meadow() -> None:
 
 def test_a_camera_that_looks_up_sees_no_ground() -> None:
     upwards = Camera.mounted(CAMERA.K, CAMERA.image_size, 1.65, pitch=1.2)
-    view = world("street").view(upwards, ego_on("street"), MeshInstances.empty())
+    view = neighbourhood("street").view(upwards, ego_on("street"), MeshInstances.empty())
     assert (RASTER.render(view).semantics != Semantic.ROAD).all()
 
 
 def test_two_groups_of_objects_become_one() -> None:
-    some = world("street").scenery_at(ego_on("street"), CAMERA)
+    some = neighbourhood("street").scenery_at(ego_on("street"), CAMERA)
     both = some.beside(some)
     assert len(both) == 2 * len(some)
     assert len(MeshInstances.empty().beside(MeshInstances.empty())) == 0
@@ -154,7 +156,7 @@ def test_a_sun_below_the_horizon_is_refused() -> None:
 
 def test_an_ego_pose_that_is_not_finite_is_refused() -> None:
     with pytest.raises(BadConfig, match="ego pose"):
-        world("street").view(CAMERA, np.array([np.nan, 0.0, 0.0]), MeshInstances.empty())
+        neighbourhood("street").view(CAMERA, np.array([np.nan, 0.0, 0.0]), MeshInstances.empty())
 
 
 def test_the_sun_turns_against_the_ego() -> None:
@@ -186,5 +188,5 @@ def test_a_window_that_moves_on_shows_what_a_new_one_would() -> None:
     place = Neighbourhood.build(roads("street"), 3, WEATHERS["noon"].light)
     for x in (0.0, 7.0, 9.0, 30.0):
         moved = frame(place, ego_on("street") + (x, 0.0, 0.1))
-    again = frame(world("street"), ego_on("street") + (30.0, 0.0, 0.1))
+    again = frame(neighbourhood("street"), ego_on("street") + (30.0, 0.0, 0.1))
     assert moved.tobytes() == again.tobytes()

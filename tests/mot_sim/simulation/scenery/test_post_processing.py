@@ -8,13 +8,13 @@ import pytest
 from mot_sim.simulation.renderers import MeshInstances, Rendered, Semantic, View, find_renderer
 from mot_sim.simulation.scenery import WEATHERS, Weather, find_weather, post_process
 from mot_sim.simulation.scenery.weather import RANGES
-from tests.mot_sim.simulation.scenery.places import CAMERA, ego_on, world
+from tests.mot_sim.simulation.scenery.places import CAMERA, ego_on, neighbourhood
 from tracker.errors import BadConfig, UnknownName
 
 
 @cache
 def street() -> View:
-    return world("street").view(CAMERA, ego_on("street"), MeshInstances.empty())
+    return neighbourhood("street").view(CAMERA, ego_on("street"), MeshInstances.empty())
 
 
 @cache
@@ -63,7 +63,7 @@ def test_every_knob_changes_the_picture(name: str) -> None:
     other = Weather(night=1.0) if name == "headlights" else Weather()
     view = street()
     if name == "glare":
-        view = View(CAMERA, view.placed, view.road, view.sky, weather.light.sun(0.0))
+        view = View(CAMERA, view.instances, view.road, view.sky, weather.light.sun(0.0))
     assert (seen(weather, view=view) != seen(other, view=view)).any()
 
 

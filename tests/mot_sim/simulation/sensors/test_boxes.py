@@ -49,7 +49,7 @@ def test_centre_and_size_are_off_by_their_own_spread_and_bias() -> None:
 
 
 def test_errors_remember_and_grow_with_what_hides() -> None:
-    part = Component(0.03, hidden=2.0, memory=SLOW)
+    part = Component(0.03, hidden=2.0, autocorrelation=SLOW)
     open_cars, hidden = crowd(visible=0.95), crowd(visible=0.45)
     errors = [
         by_object(box_errors(Jitter(x=part)(s.boxes, s, 1, STEP), s.boxes)[:, 0])
@@ -99,7 +99,7 @@ def test_edges_near_the_border_snap_to_it() -> None:
 
 def test_second_boxes_come_at_their_rate_where_they_should() -> None:
     shifted = Quantiles((0.3, 0.3))
-    double = Duplicates((0.0, 0.0, 0.0, 0.2), (0.0,) * 4, dx=shifted, memory=SLOW)
+    double = Duplicates((0.0, 0.0, 0.0, 0.2), (0.0,) * 4, dx=shifted, autocorrelation=SLOW)
     sightings = crowd(1000, 40, visible=0.95)
     seen = np.zeros(len(sightings), bool)
     rows, boxes, scores = double(sightings, seen, 1, STEP)

@@ -12,21 +12,21 @@ from tracker.errors import BadConfig
 
 GHOSTS = Clutter(0.5, Autocorrelation((0.5, 0.5), (0.0, 0.5)))
 EVERY = np.arange(4000)
-LINEAR = ScoreNoise((-8.0, 8.0), (-8.0, 8.0), memory=Autocorrelation((1.0,), (1.0,)))
+LINEAR = ScoreNoise((-8.0, 8.0), (-8.0, 8.0), autocorrelation=Autocorrelation((1.0,), (1.0,)))
 
 
 def test_ghosts_come_at_their_rate_at_any_frame_rate() -> None:
     for step in (0.1, 0.05):
-        ghosts = GHOSTS(EVERY, 1, CAMERA, step)
-        counts = np.bincount(ghosts.frames, minlength=len(EVERY))
+        false_alarms = GHOSTS(EVERY, 1, CAMERA, step)
+        counts = np.bincount(false_alarms.frames, minlength=len(EVERY))
         assert counts.mean() == pytest.approx(0.5, abs=0.06)
         assert counts[:200].mean() == pytest.approx(0.5, abs=0.25)  # from the first frame on
 
 
 def test_half_of_the_ghosts_live_for_half_a_second() -> None:
     for step in (0.1, 0.05):
-        ghosts = GHOSTS(EVERY, 1, CAMERA, step)
-        now = set(zip(ghosts.ids.tolist(), ghosts.frames.tolist(), strict=True))
+        false_alarms = GHOSTS(EVERY, 1, CAMERA, step)
+        now = set(zip(false_alarms.ids.tolist(), false_alarms.frames.tolist(), strict=True))
         lag = round(0.5 / step)
         stay = np.mean([(i, f + lag) in now for i, f in now])
         assert stay == pytest.approx(0.5 * np.exp(-1.0), abs=0.03)
@@ -41,11 +41,11 @@ def test_some_frames_have_the_ghosts_of_all_frames() -> None:
 
 
 def test_ghosts_stand_on_the_road_and_in_the_image() -> None:
-    ghosts = GHOSTS(EVERY, 1, CAMERA, STEP)
-    tall = ghosts.boxes[:, 3] - ghosts.boxes[:, 1]
-    assert (ghosts.boxes >= 0.0).all()
-    assert (ghosts.boxes <= CAMERA.far_corner).all()
-    assert np.corrcoef(tall, ghosts.boxes[:, 3])[0, 1] > 0.9  # larger ones are nearer: lower
+    false_alarms = GHOSTS(EVERY, 1, CAMERA, STEP)
+    tall = false_alarms.boxes[:, 3] - false_alarms.boxes[:, 1]
+    assert (false_alarms.boxes >= 0.0).all()
+    assert (false_alarms.boxes <= CAMERA.far_corner).all()
+    assert np.corrcoef(tall, false_alarms.boxes[:, 3])[0, 1] > 0.9  # larger ones are nearer: lower
 
 
 def test_level_0_and_no_frames_have_no_ghosts() -> None:

@@ -18,8 +18,10 @@ OBJECTS, FRAMES = 600, 3 * BLOCK_FRAMES
 IDS, TIMES = np.tile(np.arange(OBJECTS), FRAMES), np.repeat(np.arange(FRAMES), OBJECTS)
 
 
-def table(memory: Autocorrelation, step: float = 0.1, seed: int = 1) -> np.ndarray:
-    return correlated_normals(seed, "x", IDS, TIMES, memory, step)[:, 0].reshape(FRAMES, OBJECTS)
+def table(autocorrelation: Autocorrelation, step: float = 0.1, seed: int = 1) -> np.ndarray:
+    return correlated_normals(seed, "x", IDS, TIMES, autocorrelation, step)[:, 0].reshape(
+        FRAMES, OBJECTS
+    )
 
 
 @pytest.mark.parametrize("tau", [0.12, 1.2, 15.0])
@@ -43,23 +45,23 @@ def test_neighbours_correlate_as_promised_across_blocks_too(tau) -> None:
 
 
 def test_a_mixture_has_the_mixed_autocorrelation() -> None:
-    memory = Autocorrelation((0.3, 0.5, 0.2), (0.0, 0.5, float("inf")))
-    x = table(memory)
+    autocorrelation = Autocorrelation((0.3, 0.5, 0.2), (0.0, 0.5, float("inf")))
+    x = table(autocorrelation)
     for lag in (1, 5, 20):
         rho = np.corrcoef(x[:-lag].ravel(), x[lag:].ravel())[0, 1]
-        assert rho == pytest.approx(memory.correlation(0.1 * lag), abs=0.03)
+        assert rho == pytest.approx(autocorrelation.correlation(0.1 * lag), abs=0.03)
 
 
 @pytest.mark.parametrize("tau", [0.12, 0.5, 5.0])
 def test_smooth_latents_are_stationary_and_keep_their_promise_across_blocks(tau) -> None:
-    memory = Autocorrelation((1.0,), (tau,), (1.0,))
-    x = table(memory)
+    autocorrelation = Autocorrelation((1.0,), (tau,), (1.0,))
+    x = table(autocorrelation)
     assert np.abs(x.std(axis=1) - 1.0).max() < 0.15
     for lag in (1, 3, BLOCK_FRAMES + 1):
         rho = [np.corrcoef(x[k], x[k + lag])[0, 1] for k in range(FRAMES - lag)]
-        assert np.mean(rho) == pytest.approx(memory.correlation(0.1 * lag), abs=0.05)
+        assert np.mean(rho) == pytest.approx(autocorrelation.correlation(0.1 * lag), abs=0.05)
     across = np.corrcoef(x[BLOCK_FRAMES - 2], x[BLOCK_FRAMES + 1])[0, 1]
-    assert across == pytest.approx(memory.correlation(0.3), abs=0.12)
+    assert across == pytest.approx(autocorrelation.correlation(0.3), abs=0.12)
 
 
 def test_the_correlation_of_a_smooth_memory_by_hand() -> None:
@@ -93,8 +95,8 @@ def test_what_is_drawn_side_by_side_is_what_is_drawn_alone() -> None:
 
 
 def test_twice_the_frame_rate_gives_the_same_autocorrelation_in_seconds() -> None:
-    memory = Autocorrelation((0.7, 0.3), (0.4, 1.2), (0.0, 1.0))
-    slow, fast = table(memory, 0.1), table(memory, 0.05)
+    autocorrelation = Autocorrelation((0.7, 0.3), (0.4, 1.2), (0.0, 1.0))
+    slow, fast = table(autocorrelation, 0.1), table(autocorrelation, 0.05)
     rho_slow = np.corrcoef(slow[:-3].ravel(), slow[3:].ravel())[0, 1]
     rho_fast = np.corrcoef(fast[:-6].ravel(), fast[6:].ravel())[0, 1]
     assert rho_slow == pytest.approx(rho_fast, abs=0.03)
@@ -104,18 +106,18 @@ def test_twice_the_frame_rate_gives_the_same_autocorrelation_in_seconds() -> Non
 @given(st.sets(st.integers(0, len(IDS) - 1), min_size=1, max_size=40))
 def test_a_row_depends_on_its_key_alone(rows) -> None:
     chosen = np.array(sorted(rows))
-    memory = Autocorrelation((0.2, 0.3, 0.5), (0.0, 1.2, 0.5), (0.0, 0.0, 1.0))
-    whole = correlated_normals(3, "x", IDS, TIMES, memory, 0.1, 2)
-    some = correlated_normals(3, "x", IDS[chosen], TIMES[chosen], memory, 0.1, 2)
+    autocorrelation = Autocorrelation((0.2, 0.3, 0.5), (0.0, 1.2, 0.5), (0.0, 0.0, 1.0))
+    whole = correlated_normals(3, "x", IDS, TIMES, autocorrelation, 0.1, 2)
+    some = correlated_normals(3, "x", IDS[chosen], TIMES[chosen], autocorrelation, 0.1, 2)
     assert (whole[chosen] == some).all()
 
 
 def test_objects_effects_and_seeds_are_independent() -> None:
-    memory = Autocorrelation((1.0,), (1.2,))
-    x = table(memory)
+    autocorrelation = Autocorrelation((1.0,), (1.2,))
+    x = table(autocorrelation)
     assert abs(np.corrcoef(x[:, :300].ravel(), x[:, 300:].ravel())[0, 1]) < 0.06
-    assert abs(np.corrcoef(x.ravel(), table(memory, seed=2).ravel())[0, 1]) < 0.06
-    other = correlated_normals(1, "y", IDS, TIMES, memory, 0.1)[:, 0]
+    assert abs(np.corrcoef(x.ravel(), table(autocorrelation, seed=2).ravel())[0, 1]) < 0.06
+    other = correlated_normals(1, "y", IDS, TIMES, autocorrelation, 0.1)[:, 0]
     assert abs(np.corrcoef(x.ravel(), other)[0, 1]) < 0.06
 
 

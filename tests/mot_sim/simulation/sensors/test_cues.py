@@ -15,7 +15,9 @@ SLOW = Autocorrelation((1.0,), (1.0,))
 
 def test_yaw_is_off_with_memory_and_some_cars_stand_the_wrong_way_round() -> None:
     sightings = crowd(500, 60)
-    yaw, size = Pose(0.1, flips=0.1, size=0.05, memory=SLOW, flip_memory=SLOW)(sightings, 1, STEP)
+    yaw, size = Pose(0.1, flips=0.1, size=0.05, autocorrelation=SLOW, flip_autocorrelation=SLOW)(
+        sightings, 1, STEP
+    )
     turned = np.abs(yaw - 0.3) > 1.5
     assert turned.mean() == pytest.approx(0.1, abs=0.02)
     assert (yaw - 0.3)[~turned].std() == pytest.approx(0.1, rel=0.05)
@@ -31,7 +33,7 @@ def test_keypoints_are_off_by_their_state_missed_and_swapped() -> None:
     points = np.tile(np.arange(36.0)[:, None] * [2.0, 1.0], (len(plain), 1, 1))
     states = np.tile(np.repeat([0, 1, 2, 3], 9).astype(np.uint8), (len(plain), 1))
     sightings = replace(plain, keypoints=points, keypoint_states=states)
-    noise = Keypoints((0.01, 0.02, 0.04, 0.08), (0.0, 0.1, 0.2, 0.5), memory=SLOW)
+    noise = Keypoints((0.01, 0.02, 0.04, 0.08), (0.0, 0.1, 0.2, 0.5), autocorrelation=SLOW)
     seen = noise(sightings, 1, STEP)
     assert seen is not None
     off = (seen[..., :2] - points) / 120.0
@@ -73,7 +75,7 @@ def test_a_car_keeps_its_look_and_look_alikes_share_theirs() -> None:
     assert np.abs(exact[:50] @ exact[50:100].T).mean() < 0.3
     pairs = AppearanceNoise(32, alike=2)(sightings, 1, STEP)
     assert (pairs[0:100:2] == pairs[1:100:2]).all()
-    noisy = AppearanceNoise(32, noise=0.5, view=0.3, memory=SLOW)(sightings, 1, STEP)
+    noisy = AppearanceNoise(32, noise=0.5, view=0.3, autocorrelation=SLOW)(sightings, 1, STEP)
     same = (noisy[:100] * noisy[200:]).sum(axis=1).mean()
     assert np.abs(noisy[:50] @ noisy[50:100].T).mean() + 0.3 < same < 1.0
     assert (AppearanceNoise(32, noise=0.5, view=0.3)(sightings, 1, STEP, 0.0) == exact).all()

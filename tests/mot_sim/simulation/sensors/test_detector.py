@@ -10,7 +10,7 @@ from mot_sim.simulation.sensors.cues import Pose
 from mot_sim.simulation.sensors.detector import Sensed
 from mot_sim.simulation.sensors.profile import PROFILES
 from tests.mot_sim.simulation.sensors.sights import CAMERA, STEP, crowd, sightings_of
-from tests.mot_sim.simulation.truth.worlds import RIG, truth_of, world_of
+from tests.mot_sim.simulation.truth.states import RIG, state_of, truth_of
 from tracker.errors import BadConfig, UnknownName
 from tracker.types import Tracks
 
@@ -39,7 +39,7 @@ def rows(sensed: Sensed, source: str = "object") -> dict[tuple[int, int], tuple[
     [Detector("perfect"), Detector(LOUD, jitter=0.0, misses=0.0, score_noise=0.0, clutter=0.0)],
 )
 def test_a_detector_without_noise_gives_the_exact_boxes_bit_by_bit(exact) -> None:
-    truth = truth_of(world_of((15.0, 0.0, 0.0), (22.0, 4.0, 0.0)))
+    truth = truth_of(state_of((15.0, 0.0, 0.0), (22.0, 4.0, 0.0)))
     log = exact(truth, 5, RIG.camera)
     assert log.detections.boxes.tobytes() == truth.tracks.boxes.tobytes()
     assert (log.detections.scores == 1.0).all()
@@ -167,15 +167,15 @@ def test_a_label_whose_level_changes_passes_through_what_lies_between() -> None:
     assert sightings.visible[9] == pytest.approx((5 * 0.95 + 4 * 0.65) / 9)
     assert (
         sightings.truncation[:20] == 0.0
-    ).all()  # the border is where the box ends: no doubt there
+    ).all()  # the border is where the box ends: no score_shift there
     assert (np.diff(sightings.truncation[19:25]) > 0.0).all()
 
 
 def test_no_cars_no_detections() -> None:
     nobody = sightings_of([], [])
     assert len(Detector().sense(nobody, 0, CAMERA).log.frames) == 0
-    ghosts = Detector(LOUD).sense(nobody, 0, CAMERA, STEP, np.arange(100))
-    assert (ghosts.provenance.sources == "clutter").all()
+    false_alarms = Detector(LOUD).sense(nobody, 0, CAMERA, STEP, np.arange(100))
+    assert (false_alarms.provenance.sources == "clutter").all()
 
 
 def test_bad_levels_and_names_are_refused() -> None:

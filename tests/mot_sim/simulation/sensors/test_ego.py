@@ -43,9 +43,9 @@ def test_odometry_without_noise_gives_the_very_same_poses() -> None:
 def test_scale_drift_and_dropouts_do_what_they_say() -> None:
     poses = straight()
     assert Odometry(scale=0.05)(poses, 1, STEP)[-1, 2, 3] == pytest.approx(99 * 1.05)
-    drifted = Odometry(drift=0.05, memory=SLOW)(poses, 1, STEP)
+    drifted = Odometry(drift=0.05, autocorrelation=SLOW)(poses, 1, STEP)
     assert abs(drifted[-1, 0, 3]) > 0.1
-    lost = Odometry(dropouts=0.3, dropout_memory=SLOW)(straight(3000), 1, STEP)
+    lost = Odometry(dropouts=0.3, dropout_autocorrelation=SLOW)(straight(3000), 1, STEP)
     still = (np.diff(lost[:, 2, 3]) == 0.0).mean()
     assert still == pytest.approx(0.3, abs=0.1)
 
@@ -88,7 +88,7 @@ def test_a_loose_mount_moves_all_boxes_of_a_frame_alike() -> None:
 
 
 def test_frames_are_dropped_at_their_rate_and_the_first_comes() -> None:
-    frames = Timing(drops=0.2, memory=SLOW).delivered(5000, 1, STEP)
+    frames = Timing(drops=0.2, autocorrelation=SLOW).delivered(5000, 1, STEP)
     assert frames[0] == 0
     assert len(frames) / 5000 == pytest.approx(0.8, abs=0.05)
     assert (Timing().delivered(50, 1, STEP) == np.arange(50)).all()

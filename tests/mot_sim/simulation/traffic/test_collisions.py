@@ -50,7 +50,7 @@ def test_nobody_collides_with_nobody() -> None:
 def test_the_ego_car_has_the_number_minus_one() -> None:
     at = np.array([1.0, 30.0])
     zero = np.zeros(2)
-    world = TrafficState(
+    state = TrafficState(
         0.0, np.array([7, 9]), at, zero, zero, zero, np.tile(SIZE, (2, 1)), np.zeros(3), SIZE
     )
-    assert collisions(world).tolist() == [[-1, 7]]
+    assert collisions(state).tolist() == [[-1, 7]]

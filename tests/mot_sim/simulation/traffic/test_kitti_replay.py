@@ -28,17 +28,17 @@ def assert_labels_come_back(sequence: KittiSequence) -> int:
     assert truth.kinds is not None
     compared = 0
     for frame in range(len(sequence)):
-        world = replay.reset(RNG) if frame == 0 else replay.step()
+        state = replay.reset(RNG) if frame == 0 else replay.step()
         rows = (truth.frames == frame) & np.isin(truth.kinds, ["Car", "Van"])
         labels = truth.select(np.flatnonzero(rows)[np.argsort(truth.ids[rows])])
-        seen = rig.cuboids(world)
-        assert world.ids.tolist() == labels.ids.tolist()
+        seen = rig.cuboids(state)
+        assert state.ids.tolist() == labels.ids.tolist()
         assert labels.cuboids is not None
         np.testing.assert_allclose(seen.base[:, [0, 2]], labels.cuboids.base[:, [0, 2]], atol=1e-6)
-        np.testing.assert_allclose(world.z, labels.cuboids.base[:, 1], atol=1e-6)
+        np.testing.assert_allclose(state.z, labels.cuboids.base[:, 1], atol=1e-6)
         np.testing.assert_allclose(wrap_angle(seen.yaw - labels.cuboids.yaw), 0.0, atol=1e-6)
         np.testing.assert_array_equal(seen.size, labels.cuboids.size)
-        compared += len(world)
+        compared += len(state)
     return compared
 
 

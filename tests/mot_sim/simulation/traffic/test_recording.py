@@ -74,14 +74,14 @@ def test_a_file_gives_the_same_recording_and_the_same_bytes(tmp_path: Path) -> N
 
 def test_traffic_without_cars_is_recorded_too(tmp_path: Path) -> None:
     record_traffic(Scripted((), EGO), RNG, 1.0).save(tmp_path / "empty.npz")
-    world = Replay(RecordedTraffic.load(tmp_path / "empty.npz")).reset(RNG)
-    assert len(world) == 0
-    assert world.size.shape == (0, 3)
+    state = Replay(RecordedTraffic.load(tmp_path / "empty.npz")).reset(RNG)
+    assert len(state) == 0
+    assert state.size.shape == (0, 3)
 
 
 def test_height_and_crashes_are_kept() -> None:
-    world = Scripted(CARS, EGO).reset(RNG)
-    tilted = replace(world, z=np.array([0.1, -0.2]), crashed=np.array([True, False]))
+    state = Scripted(CARS, EGO).reset(RNG)
+    tilted = replace(state, z=np.array([0.1, -0.2]), crashed=np.array([True, False]))
     assert_same(RecordedTraffic.of([tilted, tilted]).state(0), tilted)
 
 
@@ -142,6 +142,6 @@ def test_bad_recordings_are_told() -> None:
         record_traffic(Scripted(CARS, EGO), RNG, -1.0)
     with pytest.raises(BadConfig, match="no worlds"):
         RecordedTraffic.of([])
-    world = Scripted(CARS, EGO).reset(RNG)
+    state = Scripted(CARS, EGO).reset(RNG)
     with pytest.raises(BadConfig, match=r"ids \[2, 0\] do not increase"):
-        RecordedTraffic.of([replace(world, ids=world.ids[::-1].copy())])
+        RecordedTraffic.of([replace(state, ids=state.ids[::-1].copy())])

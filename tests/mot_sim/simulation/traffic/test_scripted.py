@@ -86,19 +86,19 @@ def test_worlds_are_a_tenth_of_a_second_apart_and_ids_stay() -> None:
     late = Script(straight, [(0.0, 5.0)], start=20.0, begin=0.2)
     leaving = Script(straight, [(0.0, 10.0)], start=98.5)
     traffic = Scripted([leaving, late], Script(straight, [(0.0, 1.0)]))
-    worlds = [traffic.reset(RNG)] + [traffic.step() for _ in range(3)]
-    assert [world.time for world in worlds] == pytest.approx([0.0, 0.1, 0.2, 0.3])
-    assert [world.ids.tolist() for world in worlds] == [[0], [0], [1], [1]]
-    assert worlds[2].x.tolist() == pytest.approx([21.0])
-    assert worlds[3].ego.tolist() == pytest.approx([0.3, 0.0, 0.0])
+    states = [traffic.reset(RNG)] + [traffic.step() for _ in range(3)]
+    assert [state.time for state in states] == pytest.approx([0.0, 0.1, 0.2, 0.3])
+    assert [state.ids.tolist() for state in states] == [[0], [0], [1], [1]]
+    assert states[2].x.tolist() == pytest.approx([21.0])
+    assert states[3].ego.tolist() == pytest.approx([0.3, 0.0, 0.0])
     assert traffic.reset(RNG).time == 0.0
 
 
 def test_an_empty_road_is_a_world() -> None:
-    world = Scripted([], Script(CORNER, [(0.0, 1.0)])).reset(RNG)
-    assert len(world) == 0
-    assert world.footprint().shape == (0, 4, 2)
-    assert world.ego_footprint().shape == (4, 2)
+    state = Scripted([], Script(CORNER, [(0.0, 1.0)])).reset(RNG)
+    assert len(state) == 0
+    assert state.footprint().shape == (0, 4, 2)
+    assert state.ego_footprint().shape == (4, 2)
 
 
 @pytest.mark.parametrize(

@@ -10,28 +10,28 @@ from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.traffic.traffic_state import TrafficState
 from mot_sim.simulation.truth import annotate, annotate_frame, occlusion_level
 from tests.mot_sim.simulation.renderers.shapes import at, box
-from tests.mot_sim.simulation.truth.worlds import RIG, stage_of, truth_of, world_of
+from tests.mot_sim.simulation.truth.states import RIG, meshes_of, state_of, truth_of
 from tracker.types import Camera
 
 RASTER = find_renderer("raster")
 
 
-def mesh_box(world: TrafficState, row: int, rig: Rig = RIG) -> np.ndarray:
+def mesh_box(state: TrafficState, row: int, rig: Rig = RIG) -> np.ndarray:
     """The box around the projected vertices of a car before the camera."""
-    stage = stage_of(world, rig=rig)
-    placed = stage.instances(world)
-    T = placed.T_cam_object[row]
-    mesh = placed.meshes[row]
+    scene_meshes = meshes_of(state, rig=rig)
+    instances = scene_meshes.instances(state)
+    T = instances.T_cam_object[row]
+    mesh = instances.meshes[row]
     points = mesh.vertices[np.unique(mesh.faces)]
     pixels = rig.camera.project(points @ T[:3, :3].T + T[:3, 3])
     return np.concatenate((pixels.min(axis=0), pixels.max(axis=0)))
 
 
 def test_the_box_of_a_car_is_that_of_its_projected_mesh() -> None:
-    world = world_of((20.0, 0.5, 0.3), (35.0, -6.0, 2.0))
-    truth = truth_of(world)
+    state = state_of((20.0, 0.5, 0.3), (35.0, -6.0, 2.0))
+    truth = truth_of(state)
     for row in range(2):
-        np.testing.assert_allclose(truth.tracks.boxes[row], mesh_box(world, row), atol=0.05)
+        np.testing.assert_allclose(truth.tracks.boxes[row], mesh_box(state, row), atol=0.05)
     assert truth.tracks.kinds is not None
     assert truth.tracks.kinds.tolist() == ["Car", "Car"]
     assert (truth.visible == 1.0).all()
@@ -47,7 +47,7 @@ def test_boxes_of_visible_cars_equal_their_silhouettes_within_a_pixel(pitch) -> 
     for _ in range(12):
         x = rng.uniform(6, 70, 3) * (1, 1, 1)
         poses = [(x[i], (i - 1) * 0.3 * x[i] + rng.normal(), rng.uniform(-3, 3)) for i in range(3)]
-        truth = truth_of(world_of(*poses), rig=rig)
+        truth = truth_of(state_of(*poses), rig=rig)
         free = (truth.visible == 1.0) & (truth.truncation == 0.0)
         pixels = truth.visible_boxes + (-0.5, -0.5, 0.5, 0.5)  # to the outer edges of the pixels
         difference = np.abs(pixels - truth.amodal_boxes)[free]
@@ -57,27 +57,27 @@ def test_boxes_of_visible_cars_equal_their_silhouettes_within_a_pixel(pitch) -> 
 
 
 def test_pixels_are_those_of_the_rendered_frame() -> None:
-    world = world_of((16.0, 0.2, 0.1), (24.0, 1.5, 0.0), (30.0, -2.0, 1.5))
-    stage = stage_of(world)
-    truth = annotate_frame(world, stage, 0).truth
-    drawn = RASTER.render(View(RIG.camera, stage.instances(world))).instances
+    state = state_of((16.0, 0.2, 0.1), (24.0, 1.5, 0.0), (30.0, -2.0, 1.5))
+    scene_meshes = meshes_of(state)
+    truth = annotate_frame(state, scene_meshes, 0).truth
+    drawn = RASTER.render(View(RIG.camera, scene_meshes.instances(state))).instances
     assert truth.pixels.tolist() == [(drawn == number).sum() for number in range(3)]
     assert 0.0 < truth.visible[1] < 1.0
 
 
 def test_a_car_behind_us_is_not_in_the_truth() -> None:
-    assert len(truth_of(world_of((-20.0, 0.0, 0.0)))) == 0
+    assert len(truth_of(state_of((-20.0, 0.0, 0.0)))) == 0
 
 
 def test_an_empty_world_has_an_empty_truth() -> None:
-    truth = truth_of(world_of(), world_of(time=0.1))
+    truth = truth_of(state_of(), state_of(time=0.1))
     assert len(truth) == 0
     assert truth.keypoints.shape == (0, 36, 2)
 
 
 def test_a_hidden_car_is_in_the_truth_with_its_occluder() -> None:
-    world = world_of((40.0, 0.0, 0.0), (15.0, 0.0, np.pi / 2), size=(4.4, 1.8, 1.8))
-    annotated = annotate([world], stage_of(world))
+    state = state_of((40.0, 0.0, 0.0), (15.0, 0.0, np.pi / 2), size=(4.4, 1.8, 1.8))
+    annotated = annotate([state], meshes_of(state))
     truth, occlusions = annotated.truth, annotated.occlusions
     assert truth.visible.tolist() == [0.0, 1.0]
     assert np.isnan(truth.visible_boxes[0]).all()
@@ -88,11 +88,11 @@ def test_a_hidden_car_is_in_the_truth_with_its_occluder() -> None:
 
 
 def test_scenery_hides_cars_and_has_no_row() -> None:
-    world = world_of((30.0, 0.0, 0.0))
+    state = state_of((30.0, 0.0, 0.0))
     wall = MeshInstances(
         (box(1.0, 3.0, 1.8),), at(RIG.camera, -0.9, 12.0)[None], np.array([NO_INSTANCE])
     )
-    annotated = annotate_frame(world, stage_of(world), 0, scenery=wall)
+    annotated = annotate_frame(state, meshes_of(state), 0, scenery=wall)
     assert annotated.truth.tracks.ids.tolist() == [0]
     assert 0.05 < annotated.truth.visible[0] < 0.95
     assert annotated.occlusions.occluder_ids.tolist() == [NO_INSTANCE]
@@ -106,7 +106,7 @@ def test_visible_fractions_have_kittis_levels(visible, level) -> None:
 
 
 def test_a_car_that_leaves_the_image_is_truncated_and_its_box_ends_at_the_border() -> None:
-    truth = truth_of(world_of((10.0, 7.2, 0.0), (30.0, 0.0, 0.0)))
+    truth = truth_of(state_of((10.0, 7.2, 0.0), (30.0, 0.0, 0.0)))
     assert truth.tracks.boxes[0, 2] == 1241.0
     assert truth.amodal_boxes[0, 2] > 1241.0
     assert 0.05 < truth.truncation[0] < 0.95
@@ -115,15 +115,15 @@ def test_a_car_that_leaves_the_image_is_truncated_and_its_box_ends_at_the_border
 
 
 def test_a_car_that_reaches_behind_the_camera_keeps_the_part_before_it() -> None:
-    truth = truth_of(world_of((1.8, 2.6, 0.0)))
+    truth = truth_of(state_of((1.8, 2.6, 0.0)))
     assert len(truth) == 1
     assert truth.tracks.boxes[0, 2:].tolist() == [1241.0, 374.0]
     assert truth.truncation[0] > 0.5
 
 
 def test_speeds_turns_and_accelerations_are_those_of_the_worlds() -> None:
-    first = world_of((20.0, 0.0, 0.5), speed=3.0)
-    second = world_of((20.2, 0.1, 0.53), (30.0, 3.0, 0.0), time=0.1, speed=3.2)
+    first = state_of((20.0, 0.0, 0.5), speed=3.0)
+    second = state_of((20.2, 0.1, 0.53), (30.0, 3.0, 0.0), time=0.1, speed=3.2)
     truth = truth_of(first, second)
     np.testing.assert_allclose(truth.acceleration, [0.0, 2.0, 0.0])
     np.testing.assert_allclose(truth.yaw_rate, [0.0, 0.3, 0.0])
@@ -134,7 +134,7 @@ def test_speeds_turns_and_accelerations_are_those_of_the_worlds() -> None:
 @settings(max_examples=25, deadline=None)
 @given(st.lists(st.tuples(st.floats(4, 60), st.floats(-15, 15), st.floats(-3, 3)), max_size=4))
 def test_whatever_stands_around_the_numbers_make_sense(cars) -> None:
-    annotated = annotate([world_of(*cars)], stage_of(world_of(*cars)))
+    annotated = annotate([state_of(*cars)], meshes_of(state_of(*cars)))
     truth, occlusions = annotated.truth, annotated.occlusions
     assert ((truth.visible >= 0.0) & (truth.visible <= 1.0)).all()
     assert ((truth.truncation >= 0.0) & (truth.truncation < 1.0)).all()
@@ -151,8 +151,8 @@ def test_whatever_stands_around_the_numbers_make_sense(cars) -> None:
 @settings(max_examples=15, deadline=None)
 @given(st.lists(st.tuples(st.floats(5, 60), st.floats(-20, 20), st.floats(-3, 3)), max_size=4))
 def test_one_more_car_behind_all_others_hides_nobody(cars) -> None:
-    without = truth_of(world_of(*cars))
-    with_one = truth_of(world_of(*cars, (120.0, 0.0, 0.0)))
+    without = truth_of(state_of(*cars))
+    with_one = truth_of(state_of(*cars, (120.0, 0.0, 0.0)))
     others = with_one.tracks.ids < len(cars)
     np.testing.assert_array_equal(with_one.pixels[others], without.pixels)
 
@@ -160,6 +160,6 @@ def test_one_more_car_behind_all_others_hides_nobody(cars) -> None:
 def test_the_truth_of_a_tiny_camera_is_as_exact() -> None:
     K = np.array([[90.0, 0.0, 60.0], [0.0, 95.0, 20.0], [0.0, 0.0, 1.0]])
     rig = Rig(Camera.mounted(K, (123, 47), 1.4))
-    world = world_of((9.0, 0.0, 0.3))
-    expected = mesh_box(world, 0, rig)
-    np.testing.assert_allclose(truth_of(world, rig=rig).amodal_boxes[0], expected, atol=0.05)
+    state = state_of((9.0, 0.0, 0.3))
+    expected = mesh_box(state, 0, rig)
+    np.testing.assert_allclose(truth_of(state, rig=rig).amodal_boxes[0], expected, atol=0.05)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from mot_sim.simulation.renderers.triangles import NEAR_METRES
 from mot_sim.simulation.rig import KITTI_K, Rig
 from mot_sim.simulation.truth import boxes_around, clip_to_image, project_edges
-from tests.mot_sim.simulation.truth.worlds import RIG, world_of
+from tests.mot_sim.simulation.truth.states import RIG, state_of
 from tracker.geometry import transform
 
 F, CX, CY = KITTI_K[0][0], KITTI_K[0][2], KITTI_K[1][2]
@@ -15,7 +15,7 @@ SIZE = (4.0, 1.5, 1.8)
 
 
 def box_of(x: float, y: float, heading: float, rig: Rig = RIG) -> np.ndarray:
-    cuboids = rig.cuboids(world_of((x, y, heading), size=SIZE))
+    cuboids = rig.cuboids(state_of((x, y, heading), size=SIZE))
     return boxes_around(project_edges(cuboids, rig.camera))[0]
 
 
@@ -46,7 +46,7 @@ def test_what_reaches_behind_the_camera_is_cut_at_the_near_plane() -> None:
 )
 def test_boxes_hold_every_point_of_the_cuboid_before_the_camera(x, y, heading, pitch, seed) -> None:
     rig = Rig.kitti(pitch=pitch, roll=0.02)
-    cuboid = rig.cuboids(world_of((x, y, heading), size=SIZE))
+    cuboid = rig.cuboids(state_of((x, y, heading), size=SIZE))
     inside = (np.random.default_rng(seed).random((50, 3)) - (0.5, 1.0, 0.5)) * SIZE
     c, s = np.cos(cuboid.yaw[0]), np.sin(cuboid.yaw[0])
     R_road_object = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
@@ -58,5 +58,5 @@ def test_boxes_hold_every_point_of_the_cuboid_before_the_camera(x, y, heading, p
 
 
 def test_no_cuboid_has_no_box() -> None:
-    cuboids = RIG.cuboids(world_of())
+    cuboids = RIG.cuboids(state_of())
     assert boxes_around(project_edges(cuboids, RIG.camera)).shape == (0, 4)

@@ -5,7 +5,7 @@ import numpy as np
 from mot_sim.simulation.traffic import TrafficState
 from mot_sim.simulation.truth import EVENTS, Events, find_events
 from mot_sim.simulation.truth.events import hidings
-from tests.mot_sim.simulation.truth.worlds import truth_of, world_of
+from tests.mot_sim.simulation.truth.states import state_of, truth_of
 
 
 def rows(events: Events) -> list[tuple]:
@@ -14,11 +14,11 @@ def rows(events: Events) -> list[tuple]:
 
 
 def drive(*frames: list[tuple[float, float, float]]) -> list[TrafficState]:
-    return [world_of(*cars, time=0.1 * frame) for frame, cars in enumerate(frames)]
+    return [state_of(*cars, time=0.1 * frame) for frame, cars in enumerate(frames)]
 
 
-def found(worlds: list[TrafficState]) -> list[tuple]:
-    return rows(find_events(truth_of(*worlds), worlds))
+def found(states: list[TrafficState]) -> list[tuple]:
+    return rows(find_events(truth_of(*states), states))
 
 
 def test_a_car_enters_and_leaves() -> None:
@@ -60,6 +60,6 @@ def test_a_flicker_between_the_bounds_is_one_occlusion() -> None:
 
 
 def test_nobody_has_no_events_and_every_kind_is_known() -> None:
-    worlds = drive([], [])
-    assert found(worlds) == []
+    states = drive([], [])
+    assert found(states) == []
     assert set(EVENTS) >= {kind for _, kind, _, _ in found(drive([(9.0, 0.0, 0.0)]))}

@@ -4,17 +4,17 @@ import numpy as np
 
 from mot_sim.simulation.truth import KeypointVisibility, annotate_frame
 from tests.mot_sim.simulation.cars.rays import hits
-from tests.mot_sim.simulation.truth.worlds import RIG, stage_of, truth_of, world_of
+from tests.mot_sim.simulation.truth.states import RIG, meshes_of, state_of, truth_of
 from tracker.shape import KEYPOINTS_36
 
 
-def states_by_rays(world, row: int, depth_margin: float = 0.03) -> np.ndarray:
+def states_by_rays(state, row: int, depth_margin: float = 0.03) -> np.ndarray:
     """Whether rays to the keypoints of a car end there (0), or before, on itself (1)."""
-    stage = stage_of(world)
-    placed = stage.instances(world)
-    T, mesh = placed.T_cam_object[row], placed.meshes[row]
+    scene_meshes = meshes_of(state)
+    instances = scene_meshes.instances(state)
+    T, mesh = instances.T_cam_object[row], instances.meshes[row]
     triangles = mesh.vertices[mesh.faces] @ T[:3, :3].T + T[:3, 3]
-    points = stage.vehicles.keypoints[row] @ T[:3, :3].T + T[:3, 3]
+    points = scene_meshes.vehicles.keypoints[row] @ T[:3, :3].T + T[:3, 3]
     states = []
     for point in points:
         length = np.linalg.norm(point)
@@ -27,25 +27,25 @@ def test_what_a_car_hides_of_itself_is_what_rays_do_not_reach() -> None:
     agree = total = 0
     for heading in np.linspace(-3.0, 3.0, 9):
         for x in (9.0, 22.0):
-            world = world_of((x, 1.0, heading))
-            truth = truth_of(world)
-            agree += (truth.keypoint_states[0] == states_by_rays(world, 0)).sum()
+            state = state_of((x, 1.0, heading))
+            truth = truth_of(state)
+            agree += (truth.keypoint_states[0] == states_by_rays(state, 0)).sum()
             total += 36
     assert agree / total >= 0.95
 
 
 def test_keypoints_project_to_their_places_on_the_mesh() -> None:
-    world = world_of((12.0, -2.0, 0.7))
-    truth, stage = truth_of(world), stage_of(world)
-    T = stage.instances(world).T_cam_object[0]
-    expected = RIG.camera.project(stage.vehicles.keypoints[0] @ T[:3, :3].T + T[:3, 3])
+    state = state_of((12.0, -2.0, 0.7))
+    truth, scene_meshes = truth_of(state), meshes_of(state)
+    T = scene_meshes.instances(state).T_cam_object[0]
+    expected = RIG.camera.project(scene_meshes.vehicles.keypoints[0] @ T[:3, :3].T + T[:3, 3])
     np.testing.assert_allclose(truth.keypoints[0], expected)
     low, high = truth.amodal_boxes[0, :2], truth.amodal_boxes[0, 2:]
     assert ((truth.keypoints[0] >= low - 0.5) & (truth.keypoints[0] <= high + 0.5)).all()
 
 
 def test_of_a_car_that_drives_ahead_the_tail_is_seen_and_the_front_is_not() -> None:
-    found = truth_of(world_of((12.0, 0.0, 0.0))).keypoint_states[0].tolist()
+    found = truth_of(state_of((12.0, 0.0, 0.0))).keypoint_states[0].tolist()
     states = dict(zip(KEYPOINTS_36, found, strict=True))
     tail = [name for name in states if "taillight" in name]
     front = [name for name in states if "headlight" in name]
@@ -55,10 +55,10 @@ def test_of_a_car_that_drives_ahead_the_tail_is_seen_and_the_front_is_not() -> N
 
 
 def test_a_wall_of_a_car_occludes_and_the_border_truncates() -> None:
-    world = world_of(
+    state = state_of(
         (40.0, 0.0, 0.0), (15.0, 0.0, np.pi / 2), (6.0, 4.4, 0.0), size=(4.4, 1.8, 1.8)
     )
-    truth = truth_of(world)
+    truth = truth_of(state)
     hidden = truth.keypoint_states[0]
     assert set(hidden.tolist()) == {KeypointVisibility.SELF_OCCLUDED, KeypointVisibility.OCCLUDED}
     outside = (truth.keypoints[2, :, 0] > 1241.5) | (truth.keypoints[2, :, 1] > 374.5)
@@ -68,12 +68,12 @@ def test_a_wall_of_a_car_occludes_and_the_border_truncates() -> None:
 
 
 def test_points_behind_the_camera_are_truncated_and_have_no_pixel() -> None:
-    truth = truth_of(world_of((1.8, 2.6, 0.0)))
+    truth = truth_of(state_of((1.8, 2.6, 0.0)))
     behind = np.isnan(truth.keypoints[0]).any(axis=1)
     assert behind.any()
     assert (truth.keypoint_states[0, behind] == KeypointVisibility.TRUNCATED).all()
 
 
 def test_nobody_has_no_keypoints() -> None:
-    world = world_of()
-    assert annotate_frame(world, stage_of(world), 0).truth.keypoint_states.shape == (0, 36)
+    state = state_of()
+    assert annotate_frame(state, meshes_of(state), 0).truth.keypoint_states.shape == (0, 36)

@@ -11,10 +11,10 @@ from mot_sim.simulation.truth import Truth, annotate
 RIG = Rig.kitti()
 CAR = (4.4, 1.45, 1.8)
 EGO = np.zeros(3)
-CASTING = VehicleSampler(paint="silver")
+SAMPLER = VehicleSampler(paint="silver")
 
 
-def world_of(*cars: tuple[float, float, float], size=CAR, time=0.0, speed=0.0) -> TrafficState:
+def state_of(*cars: tuple[float, float, float], size=CAR, time=0.0, speed=0.0) -> TrafficState:
     """Cars at (x, y, heading); we stand at the origin."""
     poses = np.array(cars, dtype=float).reshape(-1, 3)
     n = len(poses)
@@ -32,11 +32,11 @@ def world_of(*cars: tuple[float, float, float], size=CAR, time=0.0, speed=0.0) -
     )
 
 
-def stage_of(*worlds: TrafficState, rig: Rig = RIG) -> SceneMeshes:
+def meshes_of(*states: TrafficState, rig: Rig = RIG) -> SceneMeshes:
     """The cars of worlds before a camera."""
-    return SceneMeshes(CASTING.cast(RecordedTraffic.of(worlds), 0), rig)
+    return SceneMeshes(SAMPLER.sample(RecordedTraffic.of(states), 0), rig)
 
 
-def truth_of(*worlds: TrafficState, rig: Rig = RIG) -> Truth:
+def truth_of(*states: TrafficState, rig: Rig = RIG) -> Truth:
     """The truth of worlds, a frame each."""
-    return annotate(worlds, stage_of(*worlds, rig=rig)).truth
+    return annotate(states, meshes_of(*states, rig=rig)).truth

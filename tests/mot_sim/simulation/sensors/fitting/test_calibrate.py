@@ -26,14 +26,14 @@ from tracker.types import Detections, Tracks
 SLOW = Autocorrelation((1.0,), (1.2,))
 PLANTED = Profile(
     confusion=Confusion(),
-    misses=Misses(2.0, (-3.0, -2.0, -1.0, 0.0), memory=SLOW),
+    misses=Misses(2.0, (-3.0, -2.0, -1.0, 0.0), autocorrelation=SLOW),
     jitter=Jitter(
-        Component(0.02, bias=0.01, memory=SLOW),
-        Component(0.03, memory=SLOW),
-        Component(0.04, memory=SLOW),
-        Component(0.03, memory=SLOW),
+        Component(0.02, bias=0.01, autocorrelation=SLOW),
+        Component(0.03, autocorrelation=SLOW),
+        Component(0.04, autocorrelation=SLOW),
+        Component(0.03, autocorrelation=SLOW),
     ),
-    scores=ScoreNoise((-4.0, 4.0), (-2.0, 6.0), memory=SLOW),
+    scores=ScoreNoise((-4.0, 4.0), (-2.0, 6.0), autocorrelation=SLOW),
 )
 
 
@@ -84,8 +84,10 @@ def test_planted_box_errors_and_memories_come_back(fitted) -> None:
             planted.spread, rel=0.2
         )
         assert part.bias == pytest.approx(planted.bias, abs=0.005)
-        assert part.memory.correlation(0.1) == pytest.approx(np.exp(-0.1 / 1.2), abs=0.06)
-    assert fitted.misses.memory.correlation(0.1) == pytest.approx(np.exp(-0.1 / 1.2), abs=0.06)
+        assert part.autocorrelation.correlation(0.1) == pytest.approx(np.exp(-0.1 / 1.2), abs=0.06)
+    assert fitted.misses.autocorrelation.correlation(0.1) == pytest.approx(
+        np.exp(-0.1 / 1.2), abs=0.06
+    )
 
 
 def test_what_is_fitted_looks_like_what_it_was_fitted_to(drives, fitted) -> None:

@@ -61,9 +61,9 @@ def test_points_are_projected_on_a_lane_as_highway_env_does(road: str) -> None:
 
 def run(steps: int) -> list[np.ndarray]:
     traffic = HighwayTraffic("highway", cars=14, arrivals=0.5, crashes="label")
-    worlds = [traffic.reset(np.random.default_rng(3))]
-    worlds += [traffic.step() for _ in range(steps)]
-    return [np.column_stack((world.ids, world.x, world.y, world.heading)) for world in worlds]
+    states = [traffic.reset(np.random.default_rng(3))]
+    states += [traffic.step() for _ in range(steps)]
+    return [np.column_stack((state.ids, state.x, state.y, state.heading)) for state in states]
 
 
 @pytest.mark.slow

@@ -44,22 +44,22 @@ def test_the_same_seed_gives_the_same_bytes_and_another_seed_others(road: str) -
 
 @pytest.mark.parametrize("road", ROADS)
 def test_worlds_are_sound(road: str) -> None:
-    worlds = drive(small(road), 60)
+    states = drive(small(road), 60)
     size_of: dict[int, tuple[float, ...]] = {}
-    for step, world in enumerate(worlds):
-        assert world.time == step * 0.1
-        assert (np.diff(world.ids) > 0).all()
-        for number, size in zip(world.ids.tolist(), world.size.tolist(), strict=True):
+    for step, state in enumerate(states):
+        assert state.time == step * 0.1
+        assert (np.diff(state.ids) > 0).all()
+        for number, size in zip(state.ids.tolist(), state.size.tolist(), strict=True):
             assert size_of.setdefault(number, tuple(size)) == tuple(size)
-        assert (world.speed >= -1e-12).all()
-        assert not len(collisions(world))
+        assert (state.speed >= -1e-12).all()
+        assert not len(collisions(state))
     assert set(size_of.values()) <= set(map(tuple, SIZES.tolist()))
 
 
 @pytest.mark.parametrize("road", ROADS)
 def test_a_car_moves_as_fast_as_it_says(road: str) -> None:
-    worlds = drive(small(road), 40)
-    for before, now in pairwise(worlds):
+    states = drive(small(road), 40)
+    for before, now in pairwise(states):
         known, a, b = np.intersect1d(before.ids, now.ids, return_indices=True)
         moved = np.hypot(now.x[b] - before.x[a], now.y[b] - before.y[a])
         mean = 0.5 * (before.speed[a] + now.speed[b])
@@ -68,11 +68,11 @@ def test_a_car_moves_as_fast_as_it_says(road: str) -> None:
 
 
 def test_cars_keep_to_the_right_hand_lane_of_a_street() -> None:
-    for world in drive(small("street"), 60):
-        moving = world.speed > 0.1
-        side = np.where(np.cos(world.heading) > 0, world.y, -world.y)
+    for state in drive(small("street"), 60):
+        moving = state.speed > 0.1
+        side = np.where(np.cos(state.heading) > 0, state.y, -state.y)
         np.testing.assert_allclose(side[moving], 1.75, atol=0.05)
-        assert (side[world.speed == 0.0] > 1.7).all()
+        assert (side[state.speed == 0.0] > 1.7).all()
 
 
 @pytest.mark.slow
@@ -91,22 +91,22 @@ def test_turning_cars_stay_near_the_middle_of_their_lanes() -> None:
 def test_cars_get_through_the_junctions() -> None:
     for road in ("intersection", "roundabout"):
         traffic = HighwayTraffic(road, cars=8, arrivals=0.2, parked=0.0, crashes="label")
-        worlds = drive(traffic, 250)
-        assert len(np.setdiff1d(worlds[0].ids, worlds[-1].ids)) >= 4
-        assert np.hypot(*worlds[-1].ego[:2]) > 30.0
+        states = drive(traffic, 250)
+        assert len(np.setdiff1d(states[0].ids, states[-1].ids)) >= 4
+        assert np.hypot(*states[-1].ego[:2]) > 30.0
 
 
 @pytest.mark.slow
 def test_cars_come_by_simulated_time() -> None:
     traffic = HighwayTraffic("street", cars=0, arrivals=0.5, parked=0.0, crashes="label")
-    count = np.unique(np.concatenate([world.ids for world in drive(traffic, 300)]))
+    count = np.unique(np.concatenate([state.ids for state in drive(traffic, 300)]))
     assert 8 <= len(count) <= 22  # 15 expected in 30 s
 
 
 def test_a_road_without_cars_has_only_ours() -> None:
-    worlds = drive(HighwayTraffic("intersection", cars=0, arrivals=0.0, parked=0.0), 10)
-    assert all(len(world) == 0 and world.size.shape == (0, 3) for world in worlds)
-    assert worlds[-1].ego[0] > worlds[0].ego[0] + 5.0
+    states = drive(HighwayTraffic("intersection", cars=0, arrivals=0.0, parked=0.0), 10)
+    assert all(len(state) == 0 and state.size.shape == (0, 3) for state in states)
+    assert states[-1].ego[0] > states[0].ego[0] + 5.0
 
 
 def test_a_replay_equals_the_live_traffic() -> None:
@@ -114,16 +114,16 @@ def test_a_replay_equals_the_live_traffic() -> None:
     live, again = drive(small("intersection"), 10), [replay.reset(rng())]
     again += [replay.step() for _ in range(10)]
     assert RecordedTraffic.of(live).checksum == RecordedTraffic.of(again).checksum
-    assert [world.time for world in live] == [world.time for world in again]
+    assert [state.time for state in live] == [state.time for state in again]
 
 
 def test_parked_vans_stand_nearest_to_the_junction() -> None:
-    world = HighwayTraffic("intersection", cars=0, arrivals=0.0, parked=1.0, vans=2).reset(rng())
-    from_middle = np.hypot(world.x, world.y)
-    is_van = world.size[:, 0] == 5.4
+    state = HighwayTraffic("intersection", cars=0, arrivals=0.0, parked=1.0, vans=2).reset(rng())
+    from_middle = np.hypot(state.x, state.y)
+    is_van = state.size[:, 0] == 5.4
     assert is_van.sum() == 2
     assert from_middle[is_van].max() < from_middle[~is_van].min() + 1.0
-    assert not len(collisions(world))
+    assert not len(collisions(state))
 
 
 def test_no_other_environment_changes_the_drivers(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -142,12 +142,12 @@ def test_no_other_environment_changes_the_drivers(monkeypatch: pytest.MonkeyPatc
 def test_two_traffics_side_by_side_do_not_know_each_other() -> None:
     alone = drive(small("street"), 10)
     one, other = small("street"), small("intersection")
-    worlds = [one.reset(rng())]
+    states = [one.reset(rng())]
     other.reset(rng(5))
     for _ in range(10):
         other.step()
-        worlds.append(one.step())
-    assert RecordedTraffic.of(worlds).checksum == RecordedTraffic.of(alone).checksum
+        states.append(one.step())
+    assert RecordedTraffic.of(states).checksum == RecordedTraffic.of(alone).checksum
 
 
 def test_a_run_with_a_crash_is_drawn_anew_or_labelled(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -156,9 +156,9 @@ def test_a_run_with_a_crash_is_drawn_anew_or_labelled(monkeypatch: pytest.Monkey
     assert labelled._simulation is not None
     first, second = labelled._simulation.road.vehicles[1:3]
     first.position = second.position.copy()
-    world = labelled.step()
-    assert world.crashed is not None
-    assert {first.number, second.number} <= set(world.ids[world.crashed].tolist())
+    state = labelled.step()
+    assert state.crashed is not None
+    assert {first.number, second.number} <= set(state.ids[state.crashed].tolist())
     assert all(car.speed < 30.0 for car in (first, second))
 
     tries: list[int] = []
@@ -243,7 +243,7 @@ def test_two_processes_give_the_same_bytes() -> None:
 def test_nobody_drives_through_anybody_in_dense_traffic(road: str) -> None:
     traffic = HighwayTraffic(road, cars=16, arrivals=0.7, clean_seconds=12.0)
     for seed in range(2):
-        for world in drive(traffic, 120, seed):
-            assert not len(collisions(world))
-            assert world.crashed is not None
-            assert not world.crashed.any()
+        for state in drive(traffic, 120, seed):
+            assert not len(collisions(state))
+            assert state.crashed is not None
+            assert not state.crashed.any()
