@@ -39,7 +39,7 @@ from mot_sim.tables.grid import Value
 from tracker.errors import TrackingError
 
 SCENE = "intersection"
-NOISE, SECONDS = "appearance.noise", "appearance.memory.seconds.0"
+NOISE, SECONDS = "appearance.noise", "appearance.autocorrelation.seconds.0"
 WHITE = (0.35, 0.45, 0.55, 0.7)  # of NOISE, over 0 s
 CHANGES: tuple[Mapping[str, Level], ...] = ({"sigmas": 0.25}, {"tie_break": 0.5})
 GAPS = (1, 10)  # frames

@@ -47,7 +47,7 @@ def diagnosed_scene(conditions: Conditions, recorded: Extra, seed: int) -> Diagn
     annotated = recorded.annotations
     rows = [
         *exact_occlusions(annotated.truth, annotated.occlusions),
-        *look_alike_meetings(cars, recorded.cast.ids, _looks(recorded)),
+        *look_alike_meetings(cars, recorded.vehicles.ids, _looks(recorded)),
         *_seen(cars, stream, headings_of(poses)),
     ]
     happenings = ContextEvents.of(rows, stream.frame_rate)
@@ -96,7 +96,7 @@ def _seen(cars: Tracks, stream: DetectionStream, headings: Float[Array, " m"] | 
 
 def _looks(recorded: Extra) -> Int[Array, " n"]:
     """A number for each shape and paint; cars of one number cannot be told apart."""
-    cast = recorded.cast
+    cast = recorded.vehicles
     if not len(cast):
         return np.zeros(0, np.int64)
     paints = np.unique(cast.paints, return_inverse=True)[1]

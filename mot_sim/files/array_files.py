@@ -40,16 +40,22 @@ class ArrayFormat:
             np.savez_compressed(file, **named)
 
     def read(
-        self, path: Path, needed: Iterable[str], optional: Iterable[str] = ()
+        self,
+        path: Path,
+        needed: Iterable[str],
+        optional: Iterable[str] = (),
+        former: Mapping[str, str] = {},
     ) -> dict[str, Array]:
         """The arrays that `write` wrote; BadFile for any other file, naming it and the cure.
 
-        needed: names that the file must have. optional: others that it may have.
+        needed: names that the file must have. optional: others that it may have. former: names
+        of earlier versions, which may stand for these; the arrays keep the names of the file.
         """
         arrays = self._load(path)
         told = self._head(arrays.pop(HEAD, None), path)
+        names = {n if former.get(n) in arrays else former.get(n, n) for n in arrays}
         needed = set(needed)
-        lacks, strange = needed - set(arrays), set(arrays) - needed - set(optional)
+        lacks, strange = needed - names, names - needed - set(optional)
         if lacks or strange:
             wrong = f"lacks {sorted(lacks)}" if lacks else f"has {sorted(strange)}"
             raise BadFile(f"{path}: not {self.holds}: it {wrong}; {self.cure}")

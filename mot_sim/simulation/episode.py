@@ -29,7 +29,7 @@ from tracker.types import Tracks
 class SimulatedDrive(RecordedSequence):
     """A drive of which everything is known, whether it was run just now or read from a file.
 
-    seed: all of it follows from that. traffic: who was where; world i is frame i. scene_meshes: who they
+    seed: all of it follows from that. traffic: who was where; state i is frame i. scene_meshes: who they
     are, and the camera. annotations: the ground truth of all frames, apart from the frames.
     """
 
@@ -55,7 +55,7 @@ class SimulatedDrive(RecordedSequence):
 
     @cached_property
     def traffic_states(self) -> tuple[TrafficState, ...]:
-        """The world of each frame of the run."""
+        """The state of each frame of the run."""
         return self.traffic.states
 
     @cached_property

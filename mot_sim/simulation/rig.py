@@ -57,7 +57,7 @@ class Rig:
         return self.T_world_road(ego) @ self.camera.T_road_cam
 
     def cuboids(self, state: TrafficState) -> Cuboids:
-        """The cars of a world in the road frame: yaw = heading - ego heading - pi/2."""
+        """The cars of a state in the road frame: yaw = heading - ego heading - pi/2."""
         x, y, heading = state.ego
         c, s = np.cos(heading), np.sin(heading)
         dx, dy = state.x - x, state.y - y

@@ -92,14 +92,14 @@ class Rollout:
         return Neighbourhood.build(scene.roads, self.seed, scene.weather.light, scene.surroundings)
 
     def scenery_in(self, state: TrafficState) -> MeshInstances | None:
-        """The scenery that the camera may see in one of the worlds."""
+        """The scenery that the camera may see in one of the states."""
         if self.scenery is None:
             return None
         return self.scenery.seen_from(state.ego, self.scene.rig.camera)
 
     @cached_property
     def traffic_states(self) -> tuple[TrafficState, ...]:
-        """The world of each frame."""
+        """The state of each frame."""
         return self.traffic.states
 
 

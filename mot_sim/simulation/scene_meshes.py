@@ -1,4 +1,4 @@
-"""What stands before the camera: the cars of a world, each with its mesh in its place."""
+"""What stands before the camera: the cars of a state, each with its mesh in its place."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -40,7 +40,7 @@ class SceneMeshes:
         )
 
     def instances(self, state: TrafficState, scenery: MeshInstances | None = None) -> MeshInstances:
-        """The cars of a world, their ids as instances, then the scenery.
+        """The cars of a state, their ids as instances, then the scenery.
 
         The farther a car is, the fewer faces it has; see `mot_sim.simulation.cars.coarse`.
         """

@@ -61,7 +61,7 @@ def crops_of(now: RandomView, renderer: Renderer, seed: int, frame: int) -> Crop
     scenery = now.view.instances
     count = len(now.world)
     behind = type(scenery)(
-        scenery.meshes[count:], scenery.T_cam_object[count:], scenery.instances[count:]
+        scenery.meshes[count:], scenery.T_cam_object[count:], scenery.ids[count:]
     )
     truth = annotate_frame(now.world, now.stage, frame, None, behind).truth
     height = (truth.tracks.boxes[:, 3] - truth.tracks.boxes[:, 1]) / now.finer

@@ -116,7 +116,7 @@ def drive_of(conditions: Conditions, recorded: Extra, seed: int) -> TrialSequenc
     """
     count, camera = recorded.metadata.frames, recorded.camera
     truth = recorded.annotations.truth
-    log = conditions.make_detector()(truth, seed, camera, count, recorded.cast)
+    log = conditions.make_detector()(truth, seed, camera, count, recorded.vehicles)
     wrong = conditions.miscalibration
     boxes = wrong.shake(log.detections.boxes, log.frames, camera, seed, STEP)
     rig = conditions.rig.rig

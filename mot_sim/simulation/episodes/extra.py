@@ -5,7 +5,7 @@ The checksum of the file finds accidents; `require_sound` finds what was written
 
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, asdict, dataclass, fields
+from dataclasses import MISSING, asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -41,18 +41,27 @@ FORMAT = ArrayFormat("an episode", 1)
 Kind = TypeVar("Kind")
 # The tables of the file, and the tables that stand in their columns.
 TABLES: dict[str, type] = {
-    "traffic": RecordedTraffic, "cast": Vehicles, "truth": Truth, "occlusions": Occlusions,
+    "traffic": RecordedTraffic, "vehicles": Vehicles, "truth": Truth, "occlusions": Occlusions,
     "events": Events, "log": DetectionLog, "camera": Camera,
 }  # fmt: skip
 INNER_TABLES: dict[str, type] = {"tracks": Tracks, "cuboids": Cuboids, "detections": Detections}
 TRUTH_TABLES = (
-    "cast",
+    "vehicles",
     "truth",
     "occlusions",
     "events",
     "camera",
 )  # the tables of the truth's checksum
 METADATA = "metadata"
+# What the columns were called in earlier versions, and what they are called now.
+FORMER_NAMES = {
+    "truth.cut": "truth.truncation",
+    "truth.whole_pixels": "truth.amodal_pixels",
+    "truth.full_boxes": "truth.amodal_boxes",
+    "truth.seen_boxes": "truth.visible_boxes",
+    "occlusions.by": "occlusions.occluder_ids",
+    **{f"cast.{column.name}": f"vehicles.{column.name}" for column in fields(Vehicles)},
+}
 
 
 def require_metadata(told: Any) -> None:
@@ -86,7 +95,7 @@ def require_sound(arrays: Mapping[str, Array], frame_count: int, path: Path) -> 
     """Raise BadFile for numbers that no episode has.
 
     Those are: infinity, giants, NaN where a number must be, frames outside the recording or out
-    of order, more frames than worlds.
+    of order, more frames than states.
     """
     states = len(arrays["traffic.present"])
     if not 0 <= frame_count <= states:
@@ -156,7 +165,7 @@ def arrays_of(drive: SimulatedDrive) -> dict[str, Array]:
     """The arrays of an episode, by `table.column`."""
     tables = {
         "traffic": drive.traffic,
-        "cast": drive.vehicles,
+        "vehicles": drive.vehicles,
         "truth": drive.exact,
         "occlusions": drive.occlusions,
         "events": drive.events,
@@ -185,14 +194,20 @@ def write_extra(path: Path, metadata: Metadata, arrays: Mapping[str, Array]) -> 
 
 
 def read_extra(path: Path) -> Extra:
-    """All that the file holds. Raises BadFile for any other file, naming it and the cure."""
+    """All that the file holds, also under the names of earlier versions.
+
+    Raises BadFile for any other file, naming it and the cure.
+    """
     needed, optional = {METADATA, *TRUTH_COLUMNS}, set()
     for name, kind in TABLES.items():
         must, may = _names(name, kind)
         needed |= must
         optional |= may
-    arrays = FORMAT.read(path, needed, optional)
-    metadata = Metadata.parse(str(arrays.pop(METADATA)), path)
+    written = FORMAT.read(path, needed, optional, FORMER_NAMES)
+    metadata = Metadata.parse(str(written.pop(METADATA)), path)
+    arrays = {FORMER_NAMES.get(name, name): array for name, array in written.items()}
+    if FORMER_NAMES.keys() & written.keys():  # names enter the hashes
+        metadata = replace(metadata, sha256={**metadata.sha256, **array_digests(arrays)})
     for name, kind in TABLES.items():
         with jaxtyped("context"):
             _require_table(name, kind, arrays, path)
@@ -201,7 +216,7 @@ def read_extra(path: Path) -> Extra:
     return Extra(
         metadata,
         _table("traffic", RecordedTraffic, arrays),
-        _table("cast", Vehicles, arrays),
+        _table("vehicles", Vehicles, arrays),
         truth,
         _table("events", Events, arrays),
         _table("log", DetectionLog, arrays),

@@ -57,7 +57,7 @@ def read_episode(root: Path | str, name: str = "0000", images: bool = False) -> 
         frame_rate=1.0 / STEP,
         seed=extra.metadata.seed,
         traffic=extra.traffic,
-        scene_meshes=SceneMeshes(extra.sample, rig),
+        scene_meshes=SceneMeshes(extra.vehicles, rig),
         annotations=extra.annotations,
         metadata=extra.metadata,
         kept_events=extra.events,

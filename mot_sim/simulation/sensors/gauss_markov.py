@@ -231,7 +231,10 @@ def join_streams(streams: tuple[NoiseStream, ...]) -> JoinedStreams:
     """One set of processes for all streams."""
     all_processes = [each.processes for each in streams]
     rough_total = sum(len(each.rough) for each in all_processes)
-    x_of_rough, x_of_smooth, s_of_smooth, columns = [], [], [], []
+    x_of_rough: list[int] = []
+    x_of_smooth: list[int] = []
+    s_of_smooth: list[int] = []
+    columns = []
     noise_at, rough_at, smooth_at = 0, 0, rough_total
     for each in all_processes:
         rough, smooth = len(each.rough), len(each.smooth)

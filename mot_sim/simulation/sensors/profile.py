@@ -20,6 +20,14 @@ VERSION = 1  # of the files; a newer one may mean what this code does not know
 FOLDER = Path(__file__).parent / "profiles"
 PROFILES = ("cues", "perfect", "permatrack", "pointrcnn", "rrc", "subcnn")
 
+# What parameters were called in earlier versions, and what they are called now.
+FORMER_PARAMETERS = {
+    "memory": "autocorrelation",
+    "flutter_memory": "flutter_autocorrelation",
+    "flip_memory": "flip_autocorrelation",
+    "by_cut": "by_truncation",
+    "cut_by_height": "truncation_by_height",
+}
 EFFECTS: dict[str, type] = {
     "confusion": Confusion,
     "misses": Misses,
@@ -98,6 +106,10 @@ def dataclass_from_table(kind: type, table: Any, where: str) -> Any:
         raise BadConfig(f"{where}: {table!r} is no table of parameters")
     hints = get_type_hints(kind)
     for key in table:
+        if key not in hints and FORMER_PARAMETERS.get(key) in hints:
+            raise UnknownName(
+                f"{where}: '{key}' is called '{FORMER_PARAMETERS[key]}' now: rename it"
+            )
         if key not in hints:
             raise UnknownName.of(f"parameter of {where}", key, hints)
     for each in fields(kind):

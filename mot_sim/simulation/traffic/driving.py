@@ -38,7 +38,7 @@ class Driven(Protocol):
     """Live traffic whose ego car can be told what to do; see `Traffic`."""
 
     def reset_live(self, rng: np.random.Generator) -> TrafficState:
-        """A new run of which nothing is driven ahead; the first world."""
+        """A new run of which nothing is driven ahead; the first state."""
         ...
 
     def command(self, name: str) -> None:
@@ -46,7 +46,7 @@ class Driven(Protocol):
         ...
 
     def step(self) -> TrafficState:
-        """The world 0.1 s later."""
+        """The state 0.1 s later."""
         ...
 
     def driving(self) -> Driving:

@@ -1,6 +1,6 @@
-"""The labelled cars of a real drive, re-enacted: KITTI's tracks as worlds.
+"""The labelled cars of a real drive, re-enacted: KITTI's tracks as states.
 
-A world is planar, a drive is not. Kept exactly, in every frame: the pose of every labelled car
+A state is planar, a drive is not. Kept exactly, in every frame: the pose of every labelled car
 in the road frame under the camera (x, y, z and yaw) and its size, so that the rig gives the
 label's cuboid back. Of the drive itself we keep what happens in the road plane of the first
 frame: the rise, pitch and roll of our car between frames are left out, so a parked car may move
@@ -32,7 +32,7 @@ def kitti_replay(sequence: KittiSequence, kinds: Sequence[str] = REPLAYED_KINDS)
 def kitti_recording(
     sequence: KittiSequence, kinds: Sequence[str] = REPLAYED_KINDS
 ) -> RecordedTraffic:
-    """The labelled cars of a sequence, a world a frame, with the ids of the labels.
+    """The labelled cars of a sequence, a state a frame, with the ids of the labels.
 
     Raises BadConfig for a sequence without labels or motion, for a subset, and for kinds that
     no label has.

@@ -19,7 +19,7 @@ OPTIONAL_COLUMNS = {"z", "crashed", "kinds"}
 
 @dataclass(frozen=True, eq=False)
 class RecordedTraffic:
-    """Who was where, every 0.1 s from `start` on: rows are worlds, columns are cars.
+    """Who was where, every 0.1 s from `start` on: rows are states, columns are cars.
 
     ids: of the columns, increasing. present: whether a car was there; where not, its other
     values are NaN. size: length, height, width. z, crashed: as in `TrafficState`. kinds: of the columns.
@@ -43,11 +43,11 @@ class RecordedTraffic:
         return len(self.present)
 
     def until(self, count: int) -> "RecordedTraffic":
-        """The first worlds of it, and only the cars of those; at least one."""
+        """The first states of it, and only the cars of those; at least one."""
         return RecordedTraffic.of(self.state(index) for index in range(min(count, len(self))))
 
     def state(self, index: int) -> TrafficState:
-        """The world of a row; the same bits that were recorded."""
+        """The state of a row; the same bits that were recorded."""
         there = self.present[index]
         return TrafficState(
             time=float(self.start) + index * STEP,
@@ -66,7 +66,7 @@ class RecordedTraffic:
 
     @property
     def states(self) -> tuple[TrafficState, ...]:
-        """All worlds."""
+        """All states."""
         return tuple(self.state(index) for index in range(len(self)))
 
     @property
@@ -81,10 +81,10 @@ class RecordedTraffic:
 
     @classmethod
     def of(cls, states: Iterable[TrafficState]) -> "RecordedTraffic":
-        """The recording of worlds, 0.1 s apart. Raises BadConfig for rows not in order of ids."""
+        """The recording of states, 0.1 s apart. Raises BadConfig for rows not in order of ids."""
         states = list(states)
         if not states:
-            raise BadConfig("a recording of no worlds: give one or more")
+            raise BadConfig("a recording of no states: give one or more")
         ids = np.unique(np.concatenate([state.ids for state in states]))
         shape = len(states), len(ids)
         columns = {name: np.full(shape, np.nan) for name in ("x", "y", "heading", "speed", "z")}
@@ -93,7 +93,7 @@ class RecordedTraffic:
         kinds = np.zeros(len(ids), "<U16")
         for row, state in enumerate(states):
             if (np.diff(state.ids) <= 0).any():
-                raise BadConfig(f"world {row}: ids {state.ids.tolist()} do not increase")
+                raise BadConfig(f"state {row}: ids {state.ids.tolist()} do not increase")
             at = np.searchsorted(ids, state.ids)
             present[row, at] = True
             size[row, at] = state.size
@@ -130,12 +130,12 @@ class RecordedTraffic:
         with jaxtyped("context"):
             require_columns(cls, {name: arrays.get(name) for name in names}, f"{path}: ")
         if not len(arrays["present"]):
-            raise BadFile(f"{path}: traffic of no worlds; record again")
+            raise BadFile(f"{path}: traffic of no states; record again")
         return cls(**arrays)
 
 
 def record_traffic(traffic: Traffic, rng: np.random.Generator, seconds: float) -> RecordedTraffic:
-    """The worlds of so many seconds, the first and the last included."""
+    """The states of so many seconds, the first and the last included."""
     if not 0.0 <= seconds < np.inf:
         raise BadConfig(f"record {seconds:g} s of traffic: give 0 or more")
     states = [traffic.reset(rng)]
@@ -151,15 +151,15 @@ class Replay:
     index: int = field(default=0, init=False)
 
     def reset(self, rng: np.random.Generator) -> TrafficState:
-        """The first world; nothing is drawn from the generator."""
+        """The first state; nothing is drawn from the generator."""
         self.index = 0
         return self.recording.state(0)
 
     def step(self) -> TrafficState:
-        """The next world. Raises BadConfig after the last one."""
+        """The next state. Raises BadConfig after the last one."""
         if self.index + 1 >= len(self.recording):
             raise BadConfig(
-                f"the recorded traffic ends after {len(self.recording)} worlds: record a longer one"
+                f"the recorded traffic ends after {len(self.recording)} states: record a longer one"
             )
         self.index += 1
         return self.recording.state(self.index)

@@ -146,17 +146,17 @@ class Scripted:
     steps: int = field(default=0, init=False)
 
     def reset(self, rng: np.random.Generator) -> TrafficState:
-        """The world at time 0; nothing is drawn from the generator."""
+        """The state at time 0; nothing is drawn from the generator."""
         self.steps = 0
         return self.at(0.0)
 
     def step(self) -> TrafficState:
-        """The world 0.1 s later."""
+        """The state 0.1 s later."""
         self.steps += 1
         return self.at(self.steps * STEP)
 
     def at(self, time: float) -> TrafficState:
-        """The world at any time."""
+        """The state at any time."""
         ids = [number for number, car in enumerate(self.cars) if car.is_there(time)]
         cars = [self.cars[number] for number in ids]
         poses = np.array([car.pose(time) for car in cars]).reshape(-1, 3)
@@ -182,12 +182,12 @@ class Improvised:
     _scripted: Scripted | None = field(default=None, init=False)
 
     def reset(self, rng: np.random.Generator) -> TrafficState:
-        """The first world of a new script."""
+        """The first state of a new script."""
         self._scripted = self.write(rng)
         return self._scripted.reset(rng)
 
     def step(self) -> TrafficState:
-        """The world 0.1 s later. Raises BadConfig before the first `reset`."""
+        """The state 0.1 s later. Raises BadConfig before the first `reset`."""
         if self._scripted is None:
             raise BadConfig("traffic makes its first step: call reset(rng) before")
         return self._scripted.step()

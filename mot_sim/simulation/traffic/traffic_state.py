@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, Shaped
 from numpy import ndarray as Array
 
-STEP = 0.1  # seconds from one world to the next: KITTI's 10 Hz
+STEP = 0.1  # seconds from one state to the next: KITTI's 10 Hz
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,15 +59,15 @@ def outline(poses: Float[Array, "n 3"], size: Float[Array, "n 3"]) -> Float[Arra
 class Traffic(Protocol):
     """What moves cars. Every `step` is 0.1 s; ids are stable from first to last sight.
 
-    The rows of a world are in the order of ids.
+    The rows of a state are in the order of ids.
     """
 
     def reset(self, rng: np.random.Generator) -> TrafficState:
-        """Back to the beginning; the first world."""
+        """Back to the beginning; the first state."""
         ...
 
     def step(self) -> TrafficState:
-        """The world 0.1 s later."""
+        """The state 0.1 s later."""
         ...
 
 
@@ -85,7 +85,7 @@ def colliding_pairs(poses: Float[Array, "n 3"], size: Float[Array, "n 3"]) -> In
 
 
 def collisions(state: TrafficState) -> Int[Array, "p 2"]:
-    """Ids of the cars of a world that overlap, the smaller id first; -1 is the ego car."""
+    """Ids of the cars of a state that overlap, the smaller id first; -1 is the ego car."""
     poses = np.column_stack((state.x, state.y, state.heading))
     pairs = colliding_pairs(np.vstack((state.ego, poses)), np.vstack((state.ego_size, state.size)))
     return np.concatenate(([-1], state.ids))[pairs]

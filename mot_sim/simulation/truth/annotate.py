@@ -50,9 +50,9 @@ def annotate(
     scene_meshes: SceneMeshes,
     scenery_in: Callable[[TrafficState], MeshInstances | None] | None = None,
 ) -> Annotations:
-    """The truth of a run of one or more worlds; world i is frame i.
+    """The truth of a run of one or more states; state i is frame i.
 
-    scenery_in: what else the camera may see in a world.
+    scenery_in: what else the camera may see in a state.
     """
     parts: list[Annotations] = []
     before: TrafficState | None = None
@@ -70,7 +70,7 @@ def annotate_frame(
     before: TrafficState | None = None,
     scenery: MeshInstances | None = None,
 ) -> Annotations:
-    """The truth of one frame; before: the world a step earlier. scenery hides cars, has no row."""
+    """The truth of one frame; before: the state a step earlier. scenery hides cars, has no row."""
     rig, cuboids = scene_meshes.rig, scene_meshes.rig.cuboids(state)
     instances = scene_meshes.instances(state, scenery)
     scanned = scan_view(View(rig.camera, instances, road=None))
@@ -125,7 +125,7 @@ def occlusions_of(scanned: Scan, truth: Truth, frame: int) -> Occlusions:
 def rates(
     state: TrafficState, before: TrafficState | None
 ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-    """Acceleration and yaw rate since the world before; 0 for who was not there."""
+    """Acceleration and yaw rate since the state before; 0 for who was not there."""
     acceleration, yaw_rate = np.zeros(len(state)), np.zeros(len(state))
     if before is not None and len(before):
         at = np.searchsorted(before.ids, state.ids).clip(max=len(before) - 1)

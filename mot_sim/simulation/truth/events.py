@@ -47,7 +47,7 @@ class Events(Rows):
 
 
 def find_events(truth: Truth, states: Iterable[TrafficState]) -> Events:
-    """All events of a run; world i is frame i of the truth."""
+    """All events of a run; state i is frame i of the truth."""
     states = list(states)
     rows: list[Row] = []
     for number in np.unique(truth.tracks.ids).tolist():

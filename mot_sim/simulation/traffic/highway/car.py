@@ -12,7 +12,7 @@ from numpy import ndarray as Array
 from mot_sim.simulation.traffic.driving import Driving
 from mot_sim.simulation.traffic.highway.road import CarRoad
 
-TICK_SECONDS = 0.05  # seconds: 20 Hz, two ticks a world
+TICK_SECONDS = 0.05  # seconds: 20 Hz, two ticks a state
 MAX_SPEED = 40.0  # m/s; lanes have their limits
 STANDING_GAP_METRES = 2.0  # metres from bumper to bumper
 MAX_BRAKING = 7.0  # m/s2 of braking

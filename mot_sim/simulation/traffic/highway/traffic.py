@@ -108,7 +108,7 @@ class HighwayTraffic:
     def reset_live(self, rng: np.random.Generator) -> TrafficState:
         """A new run to drive in: the first attempt of `reset`, nothing of it driven ahead.
 
-        Under autopilot it gives the worlds of `reset`, where nobody crashes in them. Raises
+        Under autopilot it gives the states of `reset`, where nobody crashes in them. Raises
         BadConfig for more cars than the road holds.
         """
         self._simulation = Simulation(ROADS[self.road](), self.demand, attempts(rng)[0])
@@ -117,7 +117,7 @@ class HighwayTraffic:
 
     def command(self, name: str) -> None:
         """What the ego car does from now on, one of COMMANDS. Raises UnknownName, and BadConfig
-        before `reset_live` and where worlds were driven ahead."""
+        before `reset_live` and where states were driven ahead."""
         if name not in COMMANDS:
             raise UnknownName.of("command", name, COMMANDS)
         self._driven().ego.obey(name)
@@ -148,7 +148,7 @@ class HighwayTraffic:
         return True
 
     def step(self) -> TrafficState:
-        """The world 0.1 s later. Raises BadConfig before the first `reset`."""
+        """The state 0.1 s later. Raises BadConfig before the first `reset`."""
         if self._simulation is None:
             raise BadConfig("traffic makes its first step: call reset(rng) before")
         if self._ahead:

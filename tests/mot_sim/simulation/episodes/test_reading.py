@@ -9,8 +9,15 @@ import numpy as np
 import pytest
 
 from mot_sim.simulation.episode import record
-from mot_sim.simulation.episodes import EpisodeFiles, read_episode
-from mot_sim.simulation.episodes.extra import arrays_of, read_extra
+from mot_sim.simulation.episodes import EpisodeFiles, read_episode, verify_episode
+from mot_sim.simulation.episodes.extra import (
+    FORMAT,
+    FORMER_NAMES,
+    METADATA,
+    array_digests,
+    arrays_of,
+    read_extra,
+)
 from mot_sim.simulation.traffic import RecordedTraffic
 from tests.mot_sim.simulation.episodes.conftest import SEED
 from tests.mot_sim.simulation.episodes.small import FRAMES, small
@@ -24,7 +31,7 @@ def test_everything_comes_back_bit_by_bit(recorded: Path) -> None:
     for name, array in live.items():
         assert read[name].dtype == array.dtype, name
         assert read[name].tobytes() == array.tobytes(), name
-    assert {"truth.keypoints", "cast.coefficients", "events.kinds", "log.detections.boxes"} < {
+    assert {"truth.keypoints", "vehicles.coefficients", "events.kinds", "log.detections.boxes"} < {
         *live
     }
 
@@ -115,8 +122,8 @@ def test_changed_and_missing_arrays_are_found(extra: Path) -> None:
     np.savez(extra, **{**arrays, "truth.visible": arrays["truth.visible"] * 0.5})
     with pytest.raises(BadFile, match="do not have the SHA-256"):
         read_extra(extra)
-    np.savez(extra, **{name: array for name, array in arrays.items() if name != "cast.paints"})
-    with pytest.raises(BadFile, match=r"lacks \['cast.paints'\]"):
+    np.savez(extra, **{name: array for name, array in arrays.items() if name != "vehicles.paints"})
+    with pytest.raises(BadFile, match=r"lacks \['vehicles.paints'\]"):
         read_extra(extra)
 
 
@@ -131,3 +138,45 @@ def test_no_table_of_the_truth_is_forgotten(recorded: Path) -> None:
     stored = read_episode(recorded)
     for column in fields(stored.exact):
         assert getattr(stored.exact, column.name) is not None, column.name
+
+
+def with_former_names(root: Path) -> Path:
+    """The extra file of the episode 0000, written anew under the names of earlier versions."""
+    path = EpisodeFiles(root, "0000").extra
+    with np.load(path) as file:
+        arrays = {name: file[name] for name in file.files if name != "head"}
+    old = {new: former for former, new in FORMER_NAMES.items()}
+    assert old.keys() <= arrays.keys()
+    arrays = {old.get(name, name): array for name, array in arrays.items()}
+    told = json.loads(str(arrays[METADATA]))
+    part = {name.replace("cast.", "vehicles."): array for name, array in arrays.items()}
+    told["sha256"] |= array_digests(part)
+    FORMAT.write(path, {**arrays, METADATA: np.array(json.dumps(told))})
+    return path
+
+
+def test_an_episode_under_former_names_is_read_and_runs_again_the_same(
+    recorded: Path, tmp_path: Path
+) -> None:
+    root = tmp_path / "older"
+    shutil.copytree(recorded, root)
+    path = with_former_names(root)
+    with np.load(path) as file:
+        assert {"truth.cut", "occlusions.by", "cast.paints"} <= {*file.files}
+    read, live = arrays_of(read_episode(root)), arrays_of(record(small(), SEED))
+    assert {name: array.tobytes() for name, array in read.items()} == {
+        name: array.tobytes() for name, array in live.items()
+    }
+    found = verify_episode(root, "0000", lambda _: small(), pictures=False)
+    assert found.is_same, found
+
+
+def test_a_column_under_both_names_is_refused(recorded: Path, tmp_path: Path) -> None:
+    root = tmp_path / "both"
+    shutil.copytree(recorded, root)
+    path = EpisodeFiles(root, "0000").extra
+    with np.load(path) as file:
+        arrays = {name: file[name] for name in file.files if name != "head"}
+    FORMAT.write(path, {**arrays, "truth.cut": arrays["truth.truncation"]})
+    with pytest.raises(BadFile, match=r"has \['truth.cut'\]"):
+        read_episode(root)

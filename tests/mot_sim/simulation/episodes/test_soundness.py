@@ -40,7 +40,7 @@ def forge(root: Path, **changed: Array) -> None:
         ("traffic.ego", np.zeros((3, 4)), "traffic.ego is float64 of shape (3, 4), not"),
         ("traffic.x", np.zeros((3, 9)), "traffic.x is float64 of shape (3, 9), not"),
         ("traffic.ids", np.zeros(2), "traffic.ids is float64 of shape (2,), not"),
-        ("cast.kinds", np.zeros(2), "cast.kinds is float64 of shape (2,), not"),
+        ("vehicles.kinds", np.zeros(2), "vehicles.kinds is float64 of shape (2,), not"),
         ("log.frames", np.array([1, 0]), "log."),
         ("camera.K", np.zeros((2, 2)), "camera.K is"),
         ("camera.image_size", np.array([1.5, 2.0]), "camera.image_size is"),
@@ -58,7 +58,7 @@ def test_a_forged_table_is_refused(made: Path, name: str, array: Array, told: st
 @pytest.mark.parametrize(
     ("changes", "told"),
     [
-        ({"frames": 10**9}, "1000000000 frames of 3 worlds"),
+        ({"frames": 10**9}, "1000000000 frames of 3 states"),
         ({"frames": "x"}, "frames is 'x'"),
         ({"seed": -1}, "seed -1"),
         ({"seed": True}, "seed is True"),

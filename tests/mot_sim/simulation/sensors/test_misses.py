@@ -49,7 +49,10 @@ def test_bursts_last_as_long_at_twice_the_frame_rate() -> None:
 
 
 def test_flutter_keeps_the_rate_and_shortens_the_bursts_of_hidden_cars_only() -> None:
-    flutter = {"flutter": (0.8, 0.8, 0.0, 0.0), "flutter_memory": Autocorrelation((1.0,), (0.2,))}
+    flutter = {
+        "flutter": (0.8, 0.8, 0.0, 0.0),
+        "flutter_autocorrelation": Autocorrelation((1.0,), (0.2,)),
+    }
     model = Misses(LOGIT_OF_A_TENTH, autocorrelation=SLOW, **flutter)
     hidden, plain = (
         by_object(model(crowd(2000, 40, visible=v), 1, STEP)[0], 2000).astype(float)

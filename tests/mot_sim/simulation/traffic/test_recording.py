@@ -49,7 +49,7 @@ def test_a_replay_begins_again_after_reset_and_ends_with_the_recording() -> None
     replay = Replay(record_traffic(Scripted(CARS, EGO), RNG, 0.1))
     replay.reset(RNG)
     replay.step()
-    with pytest.raises(BadConfig, match="ends after 2 worlds"):
+    with pytest.raises(BadConfig, match="ends after 2 states"):
         replay.step()
     assert replay.reset(RNG).time == 0.0
 
@@ -140,7 +140,7 @@ def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
 def test_bad_recordings_are_told() -> None:
     with pytest.raises(BadConfig, match="record -1 s"):
         record_traffic(Scripted(CARS, EGO), RNG, -1.0)
-    with pytest.raises(BadConfig, match="no worlds"):
+    with pytest.raises(BadConfig, match="no states"):
         RecordedTraffic.of([])
     state = Scripted(CARS, EGO).reset(RNG)
     with pytest.raises(BadConfig, match=r"ids \[2, 0\] do not increase"):
