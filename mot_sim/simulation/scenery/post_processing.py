@@ -4,6 +4,7 @@ It takes image, depth and semantic ids. Normals are not needed: what depends on 
 light on faces, is done when a face is drawn; fog, rain, lamps and lens depend on depth alone.
 """
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import cv2
@@ -20,10 +21,62 @@ from mot_sim.simulation.scenery.weather import Weather
 from tracker.types import Camera
 
 Image = UInt8[Array, "h w 3"]
-CONTRAST = 3.0  # of -ln(0.05), at the visibility
-LAYER = 70.0  # metres: how high haze reaches above the road
-GREY_SKY = (196, 201, 206)
-STEPS = 4  # pictures whose mean a motion blur is
+
+# Tone: what a covered sky, and warm or cold light, make of colours.
+OVERCAST_COLOUR = (196, 201, 206)  # of a sky that clouds cover
+OVERCAST_SKY_SHARE = 0.8  # of that colour in the sky
+OVERCAST_PALENESS = 0.3  # of grey in all colours
+OVERCAST_LIGHT_LOSS = 0.1
+GREY_WEIGHTS = (0.3, 0.59, 0.11)  # of R, G, B in the luminance
+WARM_RED_GAIN = 0.16
+WARM_BLUE_LOSS = 0.3
+# Air: extinction by Koschmieder's law.
+VISIBILITY_EXTINCTION = 3.0  # -ln(0.05): contrast left at the visibility
+HAZE_LAYER_METRES = 70.0  # how high haze reaches above the road
+MIN_HAZE_SLOPE = 1e-4
+BELOW_HORIZON_METRES = 1e9  # of air, for rays that meet the road: their own depth counts
+# Glare: a wide veil and a disc around the sun, as parts of the image's width.
+MIN_SUN_COSINE = 0.15  # between the sun and the optical axis, for a halo to be drawn
+SUN_WINDOW_PIXELS = 24  # to each side of the sun, where things may hide it
+OUTSIDE_SKY_SHARE = 0.7  # of open sky around a sun outside the image
+HIDDEN_GLARE_SHARE = 0.35  # that is left where the sun is hidden
+GLARE_DOWNSAMPLING = 8
+GLARE_LEVELS = 190.0  # grey levels of the whole halo
+GLARE_COLOUR = (1.0, 0.86, 0.62)
+VEIL_SHARE = 0.75
+VEIL_FALLOFF = 9.0  # an image width
+DISC_SHARE = 0.9
+DISC_FALLOFF = 18.0
+# Motion blur.
+BLUR_STEPS = 4  # pictures whose mean it is
+MIN_BLUR_DEPTH_METRES = 2.0
+# Sensor noise.
+NOISE_SHIFT_PIXELS = 256  # by how much the seed's noise is larger than the image
+SHARED_NOISE_SHARE = 0.85  # std of what the three colours have in common
+OWN_NOISE_SHARE = 0.53  # std of each colour's own
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """A drawn frame and the weather in which the camera takes it; see `post_process`."""
+
+    weather: Weather
+    view: View
+    rendered: Rendered
+    seed: int
+    frame: int
+    motion: tuple[float, float]
+
+    @property
+    def camera(self) -> Camera:
+        """Of the view."""
+        return self.view.camera
+
+    @property
+    def lens_follows_air(self) -> bool:
+        """Whether nothing happens between the air and the lens, which then are one step."""
+        weather = self.weather
+        return bool(np.isfinite(weather.visibility)) and not (weather.glare or weather.motion_blur)
 
 
 def post_process(
@@ -42,139 +95,167 @@ def post_process(
     image = rendered.image.copy()
     if weather.is_neutral:
         return image
-    camera = view.camera
-    if weather.overcast or weather.warmth or weather.exposure != 1.0:
-        image = _toned(image, weather, rendered)
-    if weather.rain:
-        image = rained_on(image, camera, rendered.semantics, weather.rain, seed, frame)
-    if weather.night:
-        image = lit_at_night(image, camera, rendered, weather.night, weather.headlights)
-    lens = _vignette(camera, weather.vignetting)
-    is_last = not (weather.glare or weather.motion_blur)  # then air and lens are one sum
-    if np.isfinite(weather.visibility):
-        bright = lens if weather.vignetting and is_last else None
-        image = _through_air(image, camera, rendered.depth, weather, bright)
-    if weather.glare:
-        image = cv2.add(image, _glare(view, rendered, weather.glare))
-    if weather.motion_blur:
-        image = _moved(image, camera, rendered.depth, weather.motion_blur, motion)
-    if weather.vignetting and not (is_last and np.isfinite(weather.visibility)):
-        dim = cv2.convertScaleAbs(lens, alpha=255.0)
-        image = cv2.multiply(image, cv2.merge((dim, dim, dim)), scale=1.0 / 255.0)
-    if weather.noise:
-        more, less = _noise(camera, weather.noise, seed, frame)
-        image = cv2.subtract(cv2.add(image, more), less)
-    if weather.jpeg < 100.0:
-        setting = [cv2.IMWRITE_JPEG_QUALITY, int(weather.jpeg)]
-        _, packed = cv2.imencode(".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), setting)
-        image = cv2.cvtColor(np.asarray(cv2.imdecode(packed, cv2.IMREAD_COLOR)), cv2.COLOR_BGR2RGB)
+    shot = Shot(weather, view, rendered, seed, frame, motion)
+    for effect in (
+        with_tone,
+        with_rain,
+        with_night,
+        with_air,
+        with_glare,
+        with_motion_blur,
+        with_vignetting,
+        with_noise,
+        with_jpeg,
+    ):
+        image = effect(image, shot)
     return image
 
 
-def _toned(image: Image, weather: Weather, rendered: Rendered) -> Image:
+def with_tone(image: Image, shot: Shot) -> Image:
     """Colours under another light: paler under clouds, redder or bluer, brighter or darker."""
+    weather, depth = shot.weather, shot.rendered.depth
+    if not (weather.overcast or weather.warmth or weather.exposure != 1.0):
+        return image
     if weather.overcast:
-        rows = slice(
-            0, int(np.flatnonzero(np.isinf(rendered.depth).any(axis=1)).max(initial=-1)) + 1
-        )
-        sky = np.isinf(rendered.depth[rows]).view(np.uint8)
-        mixed = (
-            cv2.addWeighted(
-                image[rows],
-                1.0 - 0.8 * weather.overcast,
-                cv2.merge([np.full(sky.shape, one, np.uint8) for one in GREY_SKY]),
-                0.8 * weather.overcast,
-                0.0,
-            )
-            if sky.any()
-            else image[rows]
-        )
-        cv2.copyTo(mixed, sky, image[rows])
-    pale = 0.3 * weather.overcast
-    A = (1.0 - pale) * np.eye(3) + pale * np.array([0.3, 0.59, 0.11])
-    warm = np.array([1.0 + 0.16 * weather.warmth, 1.0, 1.0 - 0.3 * weather.warmth])
-    gain = weather.exposure * (1.0 - 0.1 * weather.overcast)
-    return cv2.transform(image, gain * warm[:, None] * A)
+        rows_of_sky = np.flatnonzero(np.isinf(depth).any(axis=1))
+        upper = image[: int(rows_of_sky.max(initial=-1)) + 1]
+        sky = np.isinf(depth[: len(upper)]).view(np.uint8)
+        if sky.any():
+            share = OVERCAST_SKY_SHARE * weather.overcast
+            clouds = cv2.merge([np.full(sky.shape, one, np.uint8) for one in OVERCAST_COLOUR])
+            mixed = cv2.addWeighted(upper, 1.0 - share, clouds, share, 0.0)
+            cv2.copyTo(mixed, sky, upper)
+    pale = OVERCAST_PALENESS * weather.overcast
+    A = (1.0 - pale) * np.eye(3) + pale * np.array(GREY_WEIGHTS)
+    red, blue = 1.0 + WARM_RED_GAIN * weather.warmth, 1.0 - WARM_BLUE_LOSS * weather.warmth
+    gain = weather.exposure * (1.0 - OVERCAST_LIGHT_LOSS * weather.overcast)
+    return cv2.transform(image, gain * np.array([red, 1.0, blue])[:, None] * A)
 
 
-def _through_air(
-    image: Image,
-    camera: Camera,
-    depth: Float32[Array, "h w"],
-    weather: Weather,
-    lens: Float32[Array, "h w"] | None,
-) -> Image:
-    """What fog and haze leave of the light, and their own light; lens: what it leaves of both."""
-    left = np.minimum(depth, _sky_depth(camera))
-    left *= np.float32(-CONTRAST / weather.visibility)
-    np.exp(left, out=left)
-    if lens is None:
-        own = np.float32(1.0) - left
+def with_rain(image: Image, shot: Shot) -> Image:
+    """A wet road and falling drops."""
+    rain, semantics = shot.weather.rain, shot.rendered.semantics
+    if not rain:
+        return image
+    return rained_on(image, shot.camera, semantics, rain, shot.seed, shot.frame)
+
+
+def with_night(image: Image, shot: Shot) -> Image:
+    """Little light from above, headlights, lamps."""
+    weather = shot.weather
+    if not weather.night:
+        return image
+    return lit_at_night(image, shot.camera, shot.rendered, weather.night, weather.headlights)
+
+
+def with_air(image: Image, shot: Shot) -> Image:
+    """What fog and haze leave of the light, and their own light.
+
+    Where the lens follows, it dims both before they are rounded and added up.
+    """
+    weather = shot.weather
+    if not np.isfinite(weather.visibility):
+        return image
+    seen = np.minimum(shot.rendered.depth, _haze_depth(shot.camera))
+    seen *= np.float32(-VISIBILITY_EXTINCTION / weather.visibility)
+    np.exp(seen, out=seen)
+    if weather.vignetting and shot.lens_follows_air:
+        lens = _vignette(shot.camera, weather.vignetting)
+        seen *= lens
+        added = lens - seen
     else:
-        left *= lens
-        own = lens - left
-    share = cv2.convertScaleAbs(left, alpha=255.0)
-    seen = cv2.multiply(image, cv2.merge((share, share, share)), scale=1.0 / 255.0)
-    return cv2.add(seen, cv2.merge([cv2.convertScaleAbs(own, alpha=one) for one in weather.air]))
+        added = np.float32(1.0) - seen
+    image = _dimmed(image, seen)
+    return cv2.add(image, cv2.merge([cv2.convertScaleAbs(added, alpha=one) for one in weather.air]))
+
+
+def with_glare(image: Image, shot: Shot) -> Image:
+    """The halo of the sun where it stands before the camera, less where something hides it."""
+    camera, strength = shot.camera, shot.weather.glare
+    width, height = camera.image_size
+    towards = camera.T_cam_road[:3, :3] @ shot.view.sun.direction
+    if not strength or towards[2] < MIN_SUN_COSINE:
+        return image
+    u, v = (camera.K @ towards)[:2] / towards[2]
+    reach = SUN_WINDOW_PIXELS
+    rows, columns = (slice(max(int(x) - reach, 0), max(int(x) + reach, 1)) for x in (v, u))
+    around = shot.rendered.semantics[rows, columns]
+    open_sky = float((around == Semantic.SKY).mean()) if around.size else OUTSIDE_SKY_SHARE
+    strength *= HIDDEN_GLARE_SHARE + (1.0 - HIDDEN_GLARE_SHARE) * open_sky
+    step = GLARE_DOWNSAMPLING
+    y, x = np.ogrid[: height // step + 1, : width // step + 1]
+    apart = np.hypot((float(step) * x - u) / width, (float(step) * y - v) / width)
+    apart = apart.astype(np.float32)
+    veil = VEIL_SHARE * np.exp(-VEIL_FALLOFF * apart)
+    disc = DISC_SHARE * open_sky * np.exp(-((DISC_FALLOFF * apart) ** 2))
+    halo = GLARE_LEVELS * strength * (veil + disc)
+    small = np.clip(halo[..., None] * GLARE_COLOUR, 0.0, 255.0).astype(np.uint8)
+    return cv2.add(image, cv2.resize(small, (width, height), interpolation=cv2.INTER_LINEAR))
+
+
+def with_motion_blur(image: Image, shot: Shot) -> Image:
+    """The mean of what the sensor sees while the camera drives on and turns."""
+    ahead, turn = (shot.weather.motion_blur * moved for moved in shot.motion)
+    if ahead == 0.0 and turn == 0.0:
+        return image
+    K, (u, v) = shot.camera.K, _pixels(shot.camera)
+    # Towards the image's middle a point was earlier, by the share of its depth driven since.
+    share = np.float32(ahead) / np.maximum(shot.rendered.depth, MIN_BLUR_DEPTH_METRES)
+    flow_u = (u - np.float32(K[0, 2])) * share - np.float32(K[0, 0] * turn)
+    flow_v = (v - np.float32(K[1, 2])) * share
+    total: UInt16[Array, "h w 3"] = image.astype(np.uint16)
+    for step in range(1, BLUR_STEPS):
+        back = np.float32(step / BLUR_STEPS)
+        places = u - back * flow_u, v - back * flow_v
+        seen = cv2.remap(image, *places, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        total += np.asarray(seen, np.uint8)
+    return cv2.convertScaleAbs(total, alpha=1.0 / BLUR_STEPS)
+
+
+def with_vignetting(image: Image, shot: Shot) -> Image:
+    """Darker corners, unless the air has taken the lens in already."""
+    loss = shot.weather.vignetting
+    if not loss or shot.lens_follows_air:
+        return image
+    return _dimmed(image, _vignette(shot.camera, loss))
+
+
+def with_noise(image: Image, shot: Shot) -> Image:
+    """A piece of the seed's noise; every frame has another."""
+    level, seed = shot.weather.noise, shot.seed
+    if not level:
+        return image
+    width, height = shot.camera.image_size
+    banks = _noise_banks(seed, level, (height + NOISE_SHIFT_PIXELS, width + NOISE_SHIFT_PIXELS))
+    where = uniform(seed, "sensor noise", np.zeros(1, np.int64), np.array([shot.frame]), 2)[0]
+    top, left = (float(NOISE_SHIFT_PIXELS) * where).astype(int)
+    more, less = (bank[top : top + height, left : left + width] for bank in banks)
+    return cv2.subtract(cv2.add(image, more), less)
+
+
+def with_jpeg(image: Image, shot: Shot) -> Image:
+    """The image compressed and decompressed."""
+    quality = shot.weather.jpeg
+    if quality >= 100.0:
+        return image
+    setting = [cv2.IMWRITE_JPEG_QUALITY, int(quality)]
+    _, packed = cv2.imencode(".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), setting)
+    decoded = np.asarray(cv2.imdecode(packed, cv2.IMREAD_COLOR))
+    return cv2.cvtColor(decoded, cv2.COLOR_BGR2RGB)
+
+
+def _dimmed(image: Image, share: Float32[Array, "h w"]) -> Image:
+    """The share of each pixel's light, 0 to 1."""
+    left = cv2.convertScaleAbs(share, alpha=255.0)
+    return cv2.multiply(image, cv2.merge((left, left, left)), scale=1.0 / 255.0)
 
 
 @lru_cache(maxsize=8)
-def _sky_depth(camera: Camera) -> Float32[Array, "h w"]:
+def _haze_depth(camera: Camera) -> Float32[Array, "h w"]:
     """How much air rays above the horizon pass before they leave its lower layer, metres."""
-    slope = np.maximum(horizon(camera).slope, 1e-4)
-    return np.where(horizon(camera).below > 0, 1e9, LAYER / slope).astype(np.float32)
-
-
-def _glare(view: View, rendered: Rendered, strength: float) -> Image:
-    """The halo of the sun where it stands before the camera, less where something hides it."""
-    width, height = view.camera.image_size
-    towards = view.camera.T_cam_road[:3, :3] @ view.sun.direction
-    if towards[2] < 0.15:
-        return np.zeros((height, width, 3), np.uint8)
-    u, v = (view.camera.K @ towards)[:2] / towards[2]
-    rows, columns = (slice(max(int(one) - 24, 0), max(int(one) + 24, 1)) for one in (v, u))
-    around = rendered.semantics[rows, columns]
-    open_sky = float((around == Semantic.SKY).mean()) if around.size else 0.7
-    strength *= 0.35 + 0.65 * open_sky
-    y, x = np.ogrid[: height // 8 + 1, : width // 8 + 1]
-    apart = np.hypot((8.0 * x - u) / width, (8.0 * y - v) / width).astype(np.float32)
-    halo = (
-        190.0
-        * strength
-        * (0.75 * np.exp(-9.0 * apart) + 0.9 * open_sky * np.exp(-((18.0 * apart) ** 2)))
-    )
-    small = np.clip(halo[..., None] * (1.0, 0.86, 0.62), 0.0, 255.0).astype(np.uint8)
-    return cv2.resize(small, (width, height), interpolation=cv2.INTER_LINEAR)
-
-
-def _moved(
-    image: Image,
-    camera: Camera,
-    depth: Float32[Array, "h w"],
-    shutter: float,
-    motion: tuple[float, float],
-) -> Image:
-    """The mean of what the sensor sees while the camera drives on and turns."""
-    ahead, turn = (shutter * one for one in motion)
-    if ahead == 0.0 and turn == 0.0:
-        return image
-    u, v = _pixels(camera)
-    # Towards the image's middle a point was earlier, by the share of its depth driven since.
-    share = np.float32(ahead) / np.maximum(depth, 2.0)
-    flow_u = (u - np.float32(camera.K[0, 2])) * share - np.float32(camera.K[0, 0] * turn)
-    flow_v = (v - np.float32(camera.K[1, 2])) * share
-    total: UInt16[Array, "h w 3"] = image.astype(np.uint16)
-    for step in range(1, STEPS):
-        back = np.float32(step / STEPS)
-        seen = cv2.remap(
-            image,
-            u - back * flow_u,
-            v - back * flow_v,
-            cv2.INTER_LINEAR,
-            borderMode=cv2.BORDER_REPLICATE,
-        )
-        total += np.asarray(seen, np.uint8)
-    return cv2.convertScaleAbs(total, alpha=1.0 / STEPS)
+    slope = np.maximum(horizon(camera).slope, MIN_HAZE_SLOPE)
+    up = HAZE_LAYER_METRES / slope
+    return np.where(horizon(camera).below > 0, BELOW_HORIZON_METRES, up).astype(np.float32)
 
 
 @lru_cache(maxsize=8)
@@ -193,21 +274,14 @@ def _vignette(camera: Camera, loss: float) -> Float32[Array, "h w"]:
     return (1.0 - loss * apart).astype(np.float32)
 
 
-def _noise(camera: Camera, level: float, seed: int, frame: int) -> tuple[Image, Image]:
-    """A piece of the seed's noise, what it adds and what it takes; every frame has another."""
-    width, height = camera.image_size
-    banks = _banks(seed, level, (height + 256, width + 256))
-    where = uniform(seed, "sensor noise", np.zeros(1, np.int64), np.array([frame]), 2)[0]
-    top, left = (256.0 * where).astype(int)
-    more, less = (bank[top : top + height, left : left + width] for bank in banks)
-    return more, less
-
-
 @lru_cache(maxsize=4)
-def _banks(seed: int, level: float, size: tuple[int, int]) -> tuple[Image, Image]:
+def _noise_banks(seed: int, level: float, size: tuple[int, int]) -> tuple[Image, Image]:
+    """What a seed's noise adds to a larger image, and what it takes from it."""
     rng = named_stream(seed, "sensor noise")
     shared = rng.standard_normal((*size, 1), dtype=np.float32)
     own = rng.standard_normal((*size, 3), dtype=np.float32)
-    mixed: Float32[Array, "h w 3"] = np.round(np.float32(level) * (0.85 * shared + 0.53 * own))
+    mixed: Float32[Array, "h w 3"] = np.round(
+        np.float32(level) * (SHARED_NOISE_SHARE * shared + OWN_NOISE_SHARE * own)
+    )
     more, less = (np.clip(sign * mixed, 0, 255).astype(np.uint8) for sign in (1.0, -1.0))
     return more, less
