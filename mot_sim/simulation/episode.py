@@ -29,8 +29,8 @@ from tracker.types import Tracks
 class SimulatedDrive(RecordedSequence):
     """A drive of which everything is known, whether it was run just now or read from a file.
 
-    seed: all of it follows from that. traffic: who was where; state i is frame i. scene_meshes: who they
-    are, and the camera. annotations: the ground truth of all frames, apart from the frames.
+    seed: everything follows from it. traffic: who was where; state i is frame i. scene_meshes:
+    the cars and the camera. annotations: the ground truth of all frames, apart from the frames.
     """
 
     seed: int

@@ -1,4 +1,4 @@
-"""From a frame of a rollout to what a renderer draws, and its pictures when somebody asks."""
+"""From a frame of a rollout to what a renderer draws, and its pictures on request."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -30,7 +30,7 @@ def motion_at(rollout: Rollout, frame: int) -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)
 class RenderedImages:
-    """The frames of a rollout, drawn one by one when somebody asks; satisfies `ImageSource`.
+    """The frames of a rollout, drawn one by one on request; satisfies `ImageSource`.
 
     renderer: a name of RENDERERS, or `auto`. Raises UnknownName and NoOpenGL at once.
     """

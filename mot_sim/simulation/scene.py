@@ -47,7 +47,7 @@ class Scene:
 
 @dataclass(frozen=True, eq=False)
 class Rollout:
-    """One run of a scene that nobody has looked at yet; world i of the traffic is frame i."""
+    """One run of a scene before it is annotated or drawn; state i of the traffic is frame i."""
 
     scene: Scene
     seed: int
@@ -62,7 +62,7 @@ class Rollout:
         return len(self.traffic)
 
     def until(self, count: int) -> "Rollout":
-        """The first frames of it: what a scene of so many frames would have given."""
+        """The first frames of it: what a scene of this length would have given."""
         if count == len(self):
             return self
         return Rollout(self.scene, self.seed, self.traffic.until(count))

@@ -33,7 +33,7 @@ class SceneMeshes:
 
     @cached_property
     def meshes(self) -> tuple[tuple[Mesh, ...], ...]:
-        """The coloured meshes of each row of the cast: the whole one, and the coarser levels."""
+        """The coloured meshes of each row of `vehicles`: the whole one, then the coarser levels."""
         return tuple(
             levels_of(mesh_of(shape, str(paint)))
             for shape, paint in zip(self.vehicles.shapes, self.vehicles.paints, strict=True)

@@ -54,7 +54,7 @@ class Cars:
 
 @dataclass(frozen=True, eq=False)
 class Fleet:
-    """All cars that coefficients can describe; everything that takes many works on any shape.
+    """All cars that coefficients can describe; what takes many cars works on arrays of any shape.
 
     Points are in the `object` frame, metres. They are mean + sum lambda_b V_b exactly wherever
     plates, roof and wheels are what reaches furthest, as in every car of the population. Far out,
@@ -221,7 +221,7 @@ def _off_origin(half: Float[Array, "*n h 3"]) -> Float[Array, "*n 3"]:
 
 @cache
 def load_fleet(coefficients: int = 5) -> Fleet:
-    """The shipped fleet, its cars described by so many coefficients (at most 20)."""
+    """The shipped fleet, its cars described by this number of coefficients (at most 20)."""
     return read_fleet(SHIPPED_FLEET, coefficients)
 
 

@@ -20,9 +20,7 @@ RING = ("b0", "b1", "s0", "s1", "s2", "s3", "s4", "g", "t0", "u0", "t1", "t2")
 LEAN = np.array([0.0, 0.0, 0.0, 0.1, 0.35, 0.7, 1, 1, 1, 1, 1, 1])
 # Share of the half width at the middle of the car; the upper five depend on the design.
 SIDE = np.array([0.0, 0.6, 0.955, 0.988, 1.0, 0.99, 0.955, 0.915])
-FULL_WIDTH_RADII = (
-    0.4  # tyre radii before and behind the axles: between them the car is at its widest
-)
+FULL_WIDTH_RADII = 0.4  # tyre radii beyond the axles: between them the car is at its widest
 NEAR_END = np.zeros(STATIONS)  # where the shoulder line leaves room for the lamps
 NEAR_END[[0, 1, 2, -3, -2, -1]] = (1.0, 0.8, 0.3, 0.3, 0.8, 1.0)
 ABOVE_SHOULDER = np.array([0.015, 0.03, 0.034, 0.05, 0.06])  # bonnet and boot: g, t0, u0, t1, t2

@@ -38,7 +38,7 @@ class Vehicles(Rows):
 
     @classmethod
     def empty(cls, coefficients: int = 5) -> "Vehicles":
-        """Nobody."""
+        """No vehicle."""
         words = np.zeros(0, "<U9")
         return cls(
             np.zeros(0, np.int64),
@@ -116,7 +116,7 @@ class Models:
 
 @dataclass(frozen=True)
 class VehicleSampler:
-    """How cars are chosen: so many models (shapes) are drawn, and every car is one of them.
+    """How cars are chosen: a number of models (shapes) is drawn, and every car is one of them.
 
     body: all cars have this one; None: as on European streets. paint: all cars have this one;
     None: drawn. alike: share of the models that look the same (same shape, same paint), in so
@@ -156,7 +156,7 @@ class VehicleSampler:
         return Models(cars, np.where(drawn == own, own, drawn), sizes, van, (length, height, width))
 
     def sample(self, traffic: RecordedTraffic, seed: int) -> Vehicles:
-        """Everybody who appears in the traffic. A car's look hangs on (seed, id, size) alone."""
+        """All cars of the traffic. How a car looks depends on (seed, id, size) alone."""
         ids, (sizes, kinds) = traffic.ids, _everybody(traffic)
         if not len(ids):
             return Vehicles.empty(self.coefficients)
@@ -209,7 +209,7 @@ class VehicleSampler:
 def _everybody(
     traffic: RecordedTraffic,
 ) -> tuple[Float[Array, "n 3"], Shaped[Array, " n"]]:
-    """The sizes of the first sight of each id, and the kinds ('' where nobody says)."""
+    """The sizes of the first sight of each id, and the kinds ('' where it is not given)."""
     first = traffic.present.argmax(axis=0)
     count = len(traffic.ids)
     kinds = np.zeros(count, "<U16") if traffic.kinds is None else traffic.kinds

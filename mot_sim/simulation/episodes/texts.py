@@ -29,7 +29,7 @@ ALTITUDE_METRES = 115.0
 IMU_HEIGHT_METRES = 0.93  # metres above the road, as on KITTI's car
 # From the unit's axes (forward, left, up) to the road's (right, down, forward).
 R_ROAD_IMU = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
-# Exact positions and velocities, a locked filter; nobody counts satellites.
+# Exact positions and velocities, a locked filter; satellites are not counted.
 OXTS_STATUS = "0 0 4 0 0 0 0"
 NOISY_MOTION_STD = ORBSLAM3_MOTION_STD  # what the source of ego-motion `noisy` says of its files
 MIN_SIDE_PIXELS = 1.5e-6  # pixels; a thinner box has no area when it is printed with six decimals
@@ -129,7 +129,7 @@ def noisy_poses(
     """The poses of an odometry whose every step is off by a little.
 
     std: of the left perturbation of T_now_before, translation, then rotation vector, metres and
-    radians. The first pose is exact; a frame's draw hangs on (seed, frame) alone.
+    radians. The first pose is exact; a frame's random numbers depend on (seed, frame) alone.
     """
     count = len(Ts_world_cam)
     drawn = random_numbers.normal(seed, "odometry", np.zeros(count, np.int64), np.arange(count), 6)

@@ -13,13 +13,11 @@ from mot_sim.simulation.renderers.surroundings import Colour, Level, Panorama, R
 from mot_sim.simulation.renderers.view import Semantic
 from tracker.types import Camera
 
-# Rows near the horizon see many texels at once: they are warped so many times higher, and then
-# averaged; that many times at most.
+# Rows near the horizon see many texels at once: they are drawn up to so many times higher, and
+# then averaged.
 MAX_SUPERSAMPLING = 4
 MAX_TEXELS_PER_ROW = 3.0  # that a drawn row may skip
-MIN_TEXELS_PER_PIXEL = (
-    0.33  # texels that a pixel is wide, at least, where a finer picture is to be had
-)
+MIN_TEXELS_PER_PIXEL = 0.33  # where a finer picture is to be had
 SKY_TOP_SLOPE = 0.35  # slope above the horizon from which on the sky has its top colour
 _KINDS = np.where(np.arange(256) > 127, Semantic.ROAD, Semantic.GROUND).astype(np.uint8)
 

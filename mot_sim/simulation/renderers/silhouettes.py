@@ -29,7 +29,10 @@ class Layer:
 
 @dataclass(frozen=True, eq=False)
 class Hidden(Rows):
-    """Who hides whom: `pixels` of the silhouette of `instances` show `occluder_ids`, NOBODY = scenery."""
+    """Who hides whom: `pixels` of the silhouette of `instances` show `occluder_ids`.
+
+    occluder_ids: NO_INSTANCE for scenery.
+    """
 
     instances: Int[Array, " m"]
     occluder_ids: Int[Array, " m"]

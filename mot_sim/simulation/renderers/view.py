@@ -105,8 +105,8 @@ class Mesh:
 class MeshInstances:
     """Objects before the camera: a mesh each (the same one may stand in many places).
 
-    T_cam_object: from the objects' frames to the camera's, rigid. ids: of the instances, NO_INSTANCE
-    for scenery; rows with the same id are parts of one thing.
+    T_cam_object: from the objects' frames to the camera's, rigid. ids: of the instances,
+    NO_INSTANCE for scenery; rows with the same id are parts of one thing.
     """
 
     meshes: tuple[Mesh, ...]
@@ -159,7 +159,7 @@ class View:
 class Rendered:
     """A frame, all of it from one pass; row v, column u.
 
-    image: RGB. depth: metres along the optical axis, inf = sky. instances: ids, NOBODY = none.
+    image: RGB. depth: metres along the optical axis, inf = sky. instances: ids, or NO_INSTANCE.
     semantics: `Semantic`.
     """
 

@@ -1,9 +1,9 @@
 """The world around the cars: painted ground, scenery, sky, light, weather.
 
 weather = find_weather("rain")
-world = Neighbourhood.build(roads, seed, weather.light)
-view = world.view(camera, ego, cars)
-image = look(weather, view, renderer.render(view), seed, frame)
+neighbourhood = Neighbourhood.build(roads, seed, weather.light)
+view = neighbourhood.view(camera, ego, cars)
+image = post_process(weather, view, renderer.render(view), seed, frame)
 """
 
 from mot_sim.simulation.scenery.neighbourhood import Neighbourhood
@@ -13,5 +13,12 @@ from mot_sim.simulation.scenery.scenery import Scenery
 from mot_sim.simulation.scenery.weather import WEATHERS, Light, Weather, find_weather
 
 __all__ = [
-    "WEATHERS", "Knobs", "Light", "Neighbourhood", "Scenery", "Weather", "find_weather", "post_process",
-]  # fmt: skip
+    "WEATHERS",
+    "Knobs",
+    "Light",
+    "Neighbourhood",
+    "Scenery",
+    "Weather",
+    "find_weather",
+    "post_process",
+]

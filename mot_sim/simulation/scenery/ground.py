@@ -18,7 +18,7 @@ LEVEL_COUNT = 5  # each one twice as coarse as the one before
 PERIOD_TEXELS = 1024  # texels of the finest picture after which the grain repeats: 25.6 m
 SLOW_TEXEL_METRES = 0.4  # metres a texel of the slow noise, which repeats after 409.6 m
 TILE_TEXELS = 256  # texels along a tile's sides
-SUPERSAMPLING = 2  # patches are filled on a grid so many times finer, then averaged: smooth edges
+SUPERSAMPLING = 2  # patches are filled on a finer grid, then averaged: smooth edges
 CHANNELS = {paint: channel for channel, paint in enumerate(("asphalt", "pavement", "kerb", "line"))}
 ASPHALT_COLOUR = (104, 104, 106)
 PAVEMENT_COLOUR = (158, 154, 147)
@@ -27,9 +27,7 @@ LINE_COLOUR = (228, 228, 222)
 GRASS_COLOUR = np.array([86, 101, 56], np.float32)
 DRY_GRASS_COLOUR = np.array([124, 116, 78], np.float32)
 SLAB_METRES = 0.5  # metres
-MAX_CRACK_LEVEL = (
-    2  # cracks are drawn up to this level of detail: they are finer than coarser texels
-)
+MAX_CRACK_LEVEL = 2  # of detail: cracks are finer than the texels of coarser levels
 Colour = tuple[int, int, int]
 Place = tuple[int, int, int]  # of a tile: its level, column and row
 

@@ -16,7 +16,7 @@ NIGHT_SKY_LIGHT = 0.45  # of that, in the sky
 BEAM_COLOUR = np.array([1.0, 0.95, 0.84])
 BEAM_METRES = 24.0  # metres at which a headlight has half its strength
 LAMP_COLOUR = (255, 206, 132)  # windows and street lamps
-GLOW_DOWNSAMPLING = 4  # the glow is blurred in a picture so many times smaller
+GLOW_DOWNSAMPLING = 4  # the glow is blurred in a smaller picture
 
 
 def lit_at_night(
@@ -38,10 +38,10 @@ def lit_at_night(
     glowing = (rendered.semantics == Semantic.LIGHT).view(np.uint8)
     if not glowing.any():
         return dark
-    nobody = (rendered.instances == NO_INSTANCE).view(np.uint8)
+    no_car = (rendered.instances == NO_INSTANCE).view(np.uint8)
     own = np.zeros_like(image)
     cv2.copyTo(cv2.convertScaleAbs(image, alpha=2.0), glowing, own)
-    cv2.copyTo(_warm(camera), cv2.bitwise_and(glowing, glowing, mask=nobody), own)
+    cv2.copyTo(_warm(camera), cv2.bitwise_and(glowing, glowing, mask=no_car), own)
     own = cv2.convertScaleAbs(own, alpha=night)
     return cv2.add(cv2.max(dark, own), _glow(own, headlights))
 

@@ -45,7 +45,7 @@ class Neighbourhood:
     def scenery_at(
         self, ego: Float[Array, "3"], camera: Camera, near: float = NEAR_METRES
     ) -> MeshInstances:
-        """The houses, trees and other things that the camera may see; all of them NOBODY's."""
+        """The houses, trees and other things that the camera may see; their ids: NO_INSTANCE."""
         return self.scenery.seen_from(ego, camera, near)
 
     def sky_at(self, ego: Float[Array, "3"]) -> Sky:

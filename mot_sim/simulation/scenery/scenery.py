@@ -83,7 +83,7 @@ class Scenery:
     def seen_from(
         self, ego: Float[Array, "3"], camera: Camera, near: float = NEAR_METRES
     ) -> MeshInstances:
-        """What of it the camera of an ego pose (x, y, heading) may see; all of it NOBODY's."""
+        """What of it the camera of an ego pose (x, y, heading) may see; all ids: NO_INSTANCE."""
         T_world_cam = Rig(camera).T_world_cam(checked(ego))
         apart = self.origins - ego[:2]
         ahead = apart @ np.array([np.cos(ego[2]), np.sin(ego[2])])

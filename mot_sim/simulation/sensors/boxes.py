@@ -13,16 +13,14 @@ from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.errors import BadConfig
 from tracker.types import Camera
 
-MAX_ERROR_SPREADS = (
-    8.0  # no error is further than this many typical ones, so that no box turns inside out
-)
+MAX_ERROR_SPREADS = 8.0  # typical errors, so that no box turns inside out
 MIN_TAIL = 1e-6  # below, sinh is a straight line
 MIN_SIDE_SHARE = 0.05  # of the true side; a smaller box is no box
 
 
 @dataclass(frozen=True)
 class Component:
-    """One of four errors: bias + spread * shape(x), x a standard normal latent with autocorrelation.
+    """One of four errors: bias + spread * shape(x), x a correlated standard normal number.
 
     bias and spread: parts of the box's side. tail: 0 is normal; shape(x) = sinh(tail * x) / tail.
     skew: adds skew * (x^2 - 1). spread grows by e^(hidden * (1 - visible)) and by
@@ -141,7 +139,7 @@ class VisiblePart:
         require_rates("visible_part weight", self.weight)
 
     def __call__(self, sightings: Sightings) -> Float[Array, "n 4"]:
-        """The boxes; whole where nobody knows what was visible."""
+        """The boxes; whole where it is unknown what was visible."""
         part = np.where(np.isnan(sightings.visible_boxes), sightings.boxes, sightings.visible_boxes)
         if self.weight == 0.0:
             return sightings.boxes

@@ -1,4 +1,4 @@
-"""Ghosts: boxes where no car is, on the road by their size, some of which stay for a while."""
+"""False alarms: boxes where no car is, on the road by their size; some stay for a while."""
 
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -17,20 +17,16 @@ from tracker.errors import BadConfig
 from tracker.geometry import transform
 from tracker.types import Camera, Rows
 
-FALSE_ALARM_HEIGHT_METRES = (
-    1.5  # metres: what stands on the road and looks like a car is as high as one
-)
+FALSE_ALARM_HEIGHT_METRES = 1.5  # as high as a car
 MAX_BIRTHS = 16  # a step and share of the autocorrelation
-LIFETIMES_BEFORE = (
-    8.0  # autocorrelations before the first frame from which ghosts may come (e^-8: none)
-)
+LIFETIMES_BEFORE = 8.0  # of births before the first frame that count (e^-8 of them live)
 MAX_LIVE_FRAMES = 4  # frames up to which a call is a live step
 FRAME_OFFSET = 1 << 20  # births before frame 0 have a positive number too
 
 
 @dataclass(frozen=True, eq=False)
 class FalseAlarms(Rows):
-    """Rows by frame: the ghosts that are there."""
+    """Rows by frame: the false alarms that are there."""
 
     frames: Int[Array, " n"]
     ids: Int[Array, " n"]
@@ -40,10 +36,10 @@ class FalseAlarms(Rows):
 
 @dataclass(frozen=True)
 class Clutter:
-    """rate: ghosts in a frame, on average. autocorrelation: shares of them by how long they live.
+    """rate: false alarms in a frame, on average. autocorrelation: shares of them by lifetime.
 
     height: pixels. aspect: width over height. x: centre, in parts of the image's width. wobble:
-    of a ghost's box from frame to frame, parts of its side. log_odds: of its score.
+    of a box from frame to frame, parts of its side. log_odds: of its score.
     """
 
     rate: float = 0.0
@@ -67,7 +63,7 @@ class Clutter:
         step: float,
         level: float = 1.0,
     ) -> FalseAlarms:
-        """The ghosts of the given frames (ascending); as many a frame at any frame rate."""
+        """The false alarms of the given frames (ascending); as many a frame at any frame rate."""
         rate = level * self.rate
         ids = when = np.zeros(0, np.int64)
         if rate > 0.0 and len(frames) > MAX_LIVE_FRAMES:
@@ -106,7 +102,7 @@ class Clutter:
 def _present(
     frames: Int[Array, " f"], seed: int, rate: float, autocorrelation: Autocorrelation, step: float
 ) -> tuple[Int[Array, " n"], Int[Array, " n"]]:
-    """Ids and frames of the ghosts of all shares, by frame."""
+    """Ids and frames of the false alarms of all shares, by frame."""
     alive = [
         _alive(frames, seed, number, rate * share, tau / step)
         for number, (share, tau, _) in enumerate(autocorrelation.parts)
@@ -139,7 +135,7 @@ def _present_from(
 def _alive(
     frames: Int[Array, " f"], seed: int, number: int, rate: float, life: float
 ) -> tuple[Int[Array, " n"], Int[Array, " n"]]:
-    """Ids and frames of ghosts of one share, `rate` in a frame, living `life` frames on average.
+    """Ids and frames of one share of false alarms: `rate` a frame, living `life` frames on average.
 
     Births are a Poisson process in continuous time and lives are exponential (M/M/infinity), so
     the number in a frame is Poisson(rate) at any frame rate. life 0: one frame each.

@@ -46,13 +46,15 @@ class Autocorrelation:
         )
         if len(self.shares) != len(self.seconds) or abs(sum(self.shares) - 1.0) > 1e-3:
             raise BadConfig(
-                f"autocorrelation {self.shares} over {self.seconds} s: as many shares as times, sum 1"
+                f"autocorrelation {self.shares} over {self.seconds} s: as many shares as times, "
+                "sum 1"
             )
         if len(self.smooth) not in (0, len(self.shares)) or not set(self.smooth) <= {0.0, 1.0}:
             raise BadConfig(f"autocorrelation smooth {self.smooth}: 0 or 1 for each share, or none")
         if any(smooth and tau > MAX_SMOOTH_SECONDS for _, tau, smooth in self.parts):
             raise BadConfig(
-                f"autocorrelation {self.seconds} s: smooth ones last at most {MAX_SMOOTH_SECONDS:g} s"
+                f"autocorrelation {self.seconds} s: smooth ones last at most "
+                f"{MAX_SMOOTH_SECONDS:g} s"
             )
 
     @property
@@ -65,7 +67,7 @@ class Autocorrelation:
         ]
 
     def slower(self, factor: float) -> "Autocorrelation":
-        """The same mixture with all times so many times as long."""
+        """The same mixture with all times multiplied by a factor."""
         ends = [MAX_SMOOTH_SECONDS if smooth else np.inf for _, _, smooth in self.parts]
         seconds = [
             round(min(tau * factor, end), 4) for tau, end in zip(self.seconds, ends, strict=True)
@@ -73,14 +75,14 @@ class Autocorrelation:
         return replace(self, seconds=tuple(seconds))
 
     def correlation(self, seconds: float) -> float:
-        """The autocorrelation after so many seconds."""
+        """The autocorrelation after some seconds."""
         return sum(
             share * correlation_after(seconds, tau, smooth) for share, tau, smooth in self.parts
         )
 
 
 def correlation_after(seconds: float, tau: float, smooth: bool) -> float:
-    """The correlation of one part after so many seconds; tau: how long it lasts."""
+    """The correlation of one part after some seconds; tau: how long it lasts."""
     if tau >= CONSTANT_SECONDS:
         return 1.0
     a = seconds / max(tau, 1e-9)

@@ -21,8 +21,8 @@ STATE_COUNT = 4  # visible, hidden by the car itself, hidden by another, outside
 class Pose:
     """yaw: std in radians; hidden: its growth e^(hidden * (1 - visible)). flips: rate of yaw + pi.
 
-    size: relative error of length, height and width. autocorrelation: of the errors; flip_autocorrelation: of how
-    long a car stays turned round.
+    size: relative error of length, height and width. autocorrelation: of the errors;
+    flip_autocorrelation: of how long a car stays turned round.
     """
 
     yaw: float = 0.0

@@ -62,7 +62,7 @@ class Sensed:
 
 @dataclass(frozen=True, eq=False)
 class Responses(Rows):
-    """What the detector makes of each sighting: a box, a score, and whether it reports it at all."""
+    """What the detector makes of each sighting: a box, a score, and whether it is reported."""
 
     sightings: Sightings
     boxes: Float[Array, "n 4"]

@@ -54,7 +54,7 @@ class GaussMarkov:
 
     @cached_property
     def noise_cholesky(self) -> Float[Array, "3 n"]:
-        """Cholesky factors of a step's noise: into x; of smooth ones the first, the second into s."""
+        """Cholesky factors of a step's noise: into x; of smooth ones both into s."""
         factors = np.zeros((3, len(self.decay)))
         count = len(self.rough)
         factors[0, :count] = np.sqrt(-np.expm1(-2.0 * np.array(self.rough)))

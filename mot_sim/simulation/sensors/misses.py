@@ -35,9 +35,9 @@ class Misses:
 
     by_both: visible fraction by height, row after row: what the two do together beyond their sum.
     truncation_by_height: grows by_truncation by truncation_by_height * log(height / 100 px).
-    autocorrelation: of the latent that makes bursts. flutter: by visible fraction, the share of it that
-    what hides a car makes anew, over flutter_autocorrelation. shared: the part that all objects of a
-    frame share (glare, blur), over shared_seconds.
+    autocorrelation: of the normal numbers that make bursts. flutter: by visible fraction, their
+    share that what hides a car makes anew, with flutter_autocorrelation. shared: the share that
+    all objects of a frame have in common (glare, blur), over shared_seconds.
     """
 
     base: float
@@ -75,7 +75,7 @@ class Misses:
 
     @property
     def autocorrelations(self) -> tuple[Autocorrelation, Autocorrelation]:
-        """Of both latents."""
+        """Of what is the car's own, and of what flutters."""
         return self.autocorrelation, self.flutter_autocorrelation
 
     def _between(
@@ -112,7 +112,7 @@ class Misses:
         return missed, ndtri(ease.clip(1e-12, 1.0 - 1e-12))
 
     def _pressure(self, sightings: Sightings, seed: int, step: float) -> Float[Array, " n"]:
-        """The latent: a standard normal number a row, whatever it is made of."""
+        """One correlated standard normal number per row; low ones are missed."""
         ids, frames = sightings.ids, sightings.frames
         own, fast = correlated_normal_columns(
             seed, "miss", ids, frames, self.autocorrelations, step

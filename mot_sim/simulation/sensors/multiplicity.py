@@ -94,8 +94,8 @@ class Splits:
             0.35 + 0.3 * random_numbers.uniform(seed, "split/where", ids[rows], frames[rows])[:, 0]
         )
         left, right = boxes[rows].copy(), boxes[rows].copy()
-        cut = left[:, 0] + share * (left[:, 2] - left[:, 0])
-        left[:, 2], right[:, 0] = cut, cut
+        split_at = left[:, 0] + share * (left[:, 2] - left[:, 0])
+        left[:, 2], right[:, 0] = split_at, split_at
         return rows, left, right
 
 

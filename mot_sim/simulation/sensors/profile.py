@@ -175,7 +175,8 @@ class SensorWeather:
     """odds: added to the log-odds of being found; far: more of it for boxes below 35 px.
 
     glare: share of the misses that a frame's objects share, over half a second. jitter, clutter:
-    factors. score_shift: added to the latent of the scores. The numbers are ours, not measured.
+    factors. score_shift: added to the scores before they are mapped to log-odds. The numbers are
+    ours, not measured.
     """
 
     odds: float = 0.0

@@ -18,8 +18,8 @@ class ScoreNoise:
     """A latent y = by_visible + by_height + noise, mapped from y_knots to log_odds.
 
     coupling: the part of the noise (a correlation) that comes from how nearly the object was
-    missed. autocorrelation: of the rest. The map is monotone, so that the marginal distribution is free:
-    detectors put most of their boxes at their highest score.
+    missed. autocorrelation: of the rest. The map is monotone, so that the marginal distribution
+    is free: detectors put most of their boxes at their highest score.
     """
 
     y_knots: tuple[float, ...]

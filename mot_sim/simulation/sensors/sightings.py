@@ -16,20 +16,18 @@ VEHICLES = ("Car", "Van", "Truck")
 # that stands for truncation 0, 1, 2. Annotators judged by eye: middles of their levels.
 LABEL_VISIBLE = np.array([0.95, 0.65, 0.35, 0.65])
 LABEL_TRUNCATION = np.array([0.0, 0.2, 0.6])
-PASSAGE_FRAMES = (
-    4  # frames before and after, over which a change of level is spread: it was no jump
-)
+PASSAGE_FRAMES = 4  # before and after, over which a change of level is spread
 
 
 @dataclass(frozen=True, eq=False)
 class Sightings(Rows):
     """Rows by frame and id: what the chain of effects needs to know of an object in a frame.
 
-    boxes: inside the image. amodal_boxes: not clipped. visible_boxes: around the visible pixels, NaN
-    where nobody knows. visible: fraction in [0, 1]. truncation: part of the full box outside the image.
-    depth: metres along the road's z, NaN where unknown. kinds as KITTI spells them. keypoints:
-    pixels; keypoint_states: 0 visible, 1 self-occluded, 2 occluded by another, 3 truncated.
-    shape: coefficients of eq. 1. None: nobody knows.
+    boxes: inside the image. amodal_boxes: not clipped. visible_boxes: around the visible pixels,
+    NaN where unknown. visible: fraction in [0, 1]. truncation: part of the amodal box outside the
+    image. depth: metres along the road's z, NaN where unknown. kinds as KITTI spells them.
+    keypoints: pixels; keypoint_states: 0 visible, 1 self-occluded, 2 occluded by another, 3
+    truncated. shape: coefficients of eq. 1. None: unknown.
     """
 
     frames: Int[Array, " n"]
@@ -53,7 +51,7 @@ class Sightings(Rows):
 
     @classmethod
     def from_truth(cls, truth: Truth, vehicles: Vehicles | None = None) -> "Sightings":
-        """Of a synthetic episode; cast: who the cars are, where shapes are to be seen too."""
+        """Of a synthetic episode; vehicles: who the cars are, where shapes are to be seen too."""
         tracks = truth.tracks
         return cls(
             frames=tracks.frames,

@@ -18,8 +18,8 @@ MAX_STAMP_ERROR_STEPS = 0.45  # steps that a time stamp is off at most, so that 
 
 @dataclass(frozen=True)
 class Timing:
-    """drops: the rate of lost frames; autocorrelation: of how long that lasts. jitter: std of a time stamp,
-    seconds. latency: seconds by which detections are older than the frame that carries them.
+    """drops: the rate of lost frames; autocorrelation: of how long that lasts. jitter: std of a
+    time stamp, seconds. latency: seconds by which detections are older than their frame.
     """
 
     drops: float = 0.0

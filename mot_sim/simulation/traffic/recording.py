@@ -22,7 +22,8 @@ class RecordedTraffic:
     """Who was where, every 0.1 s from `start` on: rows are states, columns are cars.
 
     ids: of the columns, increasing. present: whether a car was there; where not, its other
-    values are NaN. size: length, height, width. z, crashed: as in `TrafficState`. kinds: of the columns.
+    values are NaN. size: length, height, width. z, crashed: as in `TrafficState`. kinds: of the
+    columns.
     """
 
     start: Float[Array, ""]
@@ -135,7 +136,7 @@ class RecordedTraffic:
 
 
 def record_traffic(traffic: Traffic, rng: np.random.Generator, seconds: float) -> RecordedTraffic:
-    """The states of so many seconds, the first and the last included."""
+    """The states of some seconds, the first and the last included."""
     if not 0.0 <= seconds < np.inf:
         raise BadConfig(f"record {seconds:g} s of traffic: give 0 or more")
     states = [traffic.reset(rng)]

@@ -47,7 +47,7 @@ class Route:
         return float(self._pieces[-1, 0])
 
     def at(self, distance: Float[Array, " n"]) -> Float[Array, "n 3"]:
-        """x, y, heading after so many metres. Heading is continuous and not wrapped."""
+        """x, y, heading after a distance in metres. Heading is continuous and not wrapped."""
         starts = self._pieces[:-1]
         row = np.clip(np.searchsorted(starts[:, 0], distance, side="right") - 1, 0, None)
         start, x, y, heading, curvature = starts[row].T

@@ -17,8 +17,8 @@ class TrafficState:
     x, y: centre of the car. heading: radians from +x towards +y. speed: m/s, forward.
     size: length, height, width. ego: x, y and heading of the car that carries the camera;
     ego_size as size. z: of the bottom faces, down from the ground; None: all stand on it.
-    crashed: who has hit somebody; None: nobody can. kinds: KITTI's class, 'Car' or 'Van'; None:
-    what the car's shape says.
+    crashed: which cars have hit another; None: none can. kinds: KITTI's class, 'Car' or 'Van';
+    None: what the car's shape says.
     """
 
     time: float

@@ -10,7 +10,7 @@ from numpy import ndarray as Array
 from tracker.types import Cuboids, Rows, Tracks
 
 # Visible fractions from which KITTI's occlusion is 0 (fully visible), 1 (partly) and 2 (largely
-# occluded); below the last it is 3 (unknown), which nobody has to find. KITTI's annotators
+# occluded); below the last it is 3 (unknown), which no tracker has to find. KITTI's annotators
 # judged by eye: the numbers are ours.
 OCCLUSION_LEVELS = (0.8, 0.5, 0.2)
 # A car is truncated (KITTI's level 1) when more than this part of its box is outside the image.
@@ -42,9 +42,9 @@ class Truth(Rows):
     amodal_boxes: not clipped to the image, of what is before the near plane. visible_boxes: around
     the visible pixels' centres, NaN where there are none. pixels, amodal_pixels: seen, and of the
     silhouette. keypoints: the 36 of `tracker.shape.KEYPOINTS_36` in pixels, NaN behind the
-    camera; keypoint_states: a `KeypointVisibility` each. speed: m/s, forward. velocity: m/s along x and y of
-    the world. acceleration (m/s^2) and yaw_rate (rad/s, about world z, down): over the step from
-    the frame before, 0 at first sight.
+    camera; keypoint_states: a `KeypointVisibility` each. speed: m/s, forward. velocity: m/s along
+    x and y of the world. acceleration (m/s^2) and yaw_rate (rad/s, about world z, down): over the
+    step from the frame before, 0 at first sight.
     """
 
     tracks: Tracks

@@ -117,8 +117,8 @@ def correct_by_simulation(
 ) -> Profile:
     """Shift rates of false boxes and times of misses by what a simulation has too many or few of.
 
-    Ghosts may lie where nobody counts, and gaps end where a car's rate changes: the effects' own
-    figures do not see that.
+    False alarms may lie where they do not count, and gaps end where a car's rate changes: the
+    effects' own figures do not show that.
     """
     made = [measure(simulate(profile, drives, 7 + k, step)) for k in range(SEEDS_PER_ROUND)]
     near, far = (

@@ -27,9 +27,7 @@ KNOT_PROBABILITIES = np.concatenate(
 )
 MAX_COUPLING = 0.7  # beyond, scores would foretell every miss
 IMPUTATION_ROUNDS = 8  # of imputing tied scores
-LOW_SCORE_SHARE = (
-    0.05  # the part of the scores whose flickering is matched: near trackers' thresholds
-)
+LOW_SCORE_SHARE = 0.05  # whose flickering is matched: near trackers' thresholds
 
 
 def fit_jitter(found: Found, step: float) -> Jitter:
@@ -40,7 +38,7 @@ def fit_jitter(found: Found, step: float) -> Jitter:
 
 
 def fit_component(hits: Found, errors: Float[Array, " n"], step: float) -> Component:
-    """Growth by least squares on the logarithm, tails by quantiles, autocorrelation by autocorrelation."""
+    """Growth by least squares on the logarithm, tails by quantiles, then the autocorrelation."""
     sightings, middle = hits.sightings, float(np.median(errors))
     visible, height = sightings.visible, np.maximum(sightings.height, 5.0)
     logs = np.log(np.abs(errors - middle) + 1e-3)

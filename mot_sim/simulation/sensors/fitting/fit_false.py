@@ -1,4 +1,4 @@
-"""Fits false positives: second boxes about cars, and ghosts."""
+"""Fits false positives: second boxes about cars, and false alarms."""
 
 import numpy as np
 from jaxtyping import Bool
@@ -56,7 +56,7 @@ def _rate(event: Bool[Array, " n"]) -> float:
 
 
 def fit_clutter(measured: DetectorMeasurements, step: float) -> Clutter | None:
-    """Ghosts far from every labelled car; None when there are too few to tell."""
+    """False alarms far from every labelled car; None when there are too few to tell."""
     false_alarms = measured.false.select(measured.false.iou < MIN_DUPLICATE_IOU)
     if len(false_alarms) < MIN_SAMPLE:
         return None
@@ -74,7 +74,7 @@ def fit_clutter(measured: DetectorMeasurements, step: float) -> Clutter | None:
 
 
 def _lives(false_alarms: FalseBoxes, step: float) -> Autocorrelation:
-    """Shares of ghosts by how long they live, from how many are still there after a while."""
+    """Shares of false alarms by lifetime, from how many are still there after a while."""
     kept = [len(linked(false_alarms, lag)[0]) / len(false_alarms) for lag in LIFETIME_LAGS]
     return nearest_autocorrelation(
         [lag * step for lag in LIFETIME_LAGS],

@@ -30,7 +30,7 @@ HIDDEN_LOG_ODDS = 2.0  # log-odds from .35 visible to .05, of which labels tell 
 
 
 def fit_misses(found: Found, step: float) -> Misses:
-    """Of cars: a logistic curve over the tables of `Misses`, then the autocorrelation of its latent."""
+    """Of cars: a logistic curve over the tables of `Misses`, then its latent's autocorrelation."""
     cars = found.select(found.sightings.kinds == "Car")
     # How far a car is cut is known by three levels only: what changes there is the rate.
     whole = cars.select(cars.sightings.truncation == 0.0)

@@ -10,7 +10,7 @@ from mot_sim.simulation.sensors.fitting.measure import DetectorMeasurements, Fal
 from tracker.geometry import box_iou
 
 FRAME_STRIDE = 100_000  # more frames than any drive has
-MIN_LINK_IOU = 0.3  # IoU from which two false boxes of neighbouring frames are one ghost
+MIN_LINK_IOU = 0.3  # IoU from which false boxes of neighbouring frames are one false alarm
 HEIGHT_BINS = (0.0, 20.0, 25.0, 30.0, 40.0, 60.0, 100.0, 2000.0)
 DEPTH_BINS = (0.0, 15.0, 25.0, 40.0, 60.0, 100.0)
 OCCLUSION_BINS = (0.0, 0.5, 0.8, 1.01)  # of the visible fraction: KITTI's levels 2, 1, 0

@@ -1,4 +1,4 @@
-"""How strongly two thresholded normal latents hang together, from the counts of their events."""
+"""How strongly two thresholded normal latents are correlated, from the counts of their events."""
 
 from collections.abc import Sequence
 

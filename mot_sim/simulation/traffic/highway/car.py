@@ -1,4 +1,4 @@
-"""Cars that follow their ways by the Intelligent Driver Model (highway-env's IDMVehicle), and ours."""
+"""Cars that follow their ways by the Intelligent Driver Model (IDMVehicle), and the ego car."""
 
 from functools import cached_property
 
@@ -149,7 +149,7 @@ class Car(IDMVehicle):
         return free + min(car.brake(gap, closing), 0.0)
 
     def stop_in(self, gap: float) -> float:
-        """The acceleration behind something that stands so many metres ahead."""
+        """The acceleration behind something that stands `gap` metres ahead."""
         return self.acceleration(self) + self.brake(gap, self.speed)
 
     def brake(self, gap: float, closing: float) -> float:

@@ -32,9 +32,7 @@ LANE_OFFSET_METRES = 0.5 * LANE_WIDTH_METRES  # of a lane's centre from the midd
 ARM_METRES = 130.0  # metres from the centre to where cars come and go: farther than KITTI labels
 ARM_SPEED = 11.0  # m/s on the arms
 EGO_ARM = 2  # so that the ego car begins towards +x
-STOP_LINE_METRES = (
-    10.0  # metres from the centre to the stop lines: right turns of 8.25 m, left of 11.75 m
-)
+STOP_LINE_METRES = 10.0  # from the centre: right turns of 8.25 m, left ones of 11.75 m
 RIGHT_TURN_SPEED = 5.0  # m/s: 3.0 m/s2 sideways, 33 degrees a second
 LEFT_TURN_SPEED = 6.8  # m/s: 3.9 m/s2 sideways, 33 degrees a second
 RING_RADIUS_METRES = 18.0  # radius of the roundabout's lane
@@ -53,7 +51,7 @@ class Kerb:
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Where the ego car begins: one of these ways, so many metres along its first lane."""
+    """Where the ego car begins: one of these ways, and metres along its first lane."""
 
     paths: tuple[Path, ...]
     distance: float
@@ -321,7 +319,7 @@ def roundabout_layout() -> Layout:
 
 
 def _around(arm: int, exits: int) -> Path:
-    """In at an arm and out at the so many-th exit."""
+    """In at an arm and out at the first, second or third exit."""
     path: list[Segment] = [(f"from{arm}", f"line{arm}"), (f"line{arm}", f"in{arm}")]
     here = arm
     for number in range(exits):

@@ -12,9 +12,7 @@ from mot_sim.simulation.traffic.highway.traffic import ROADS
 from mot_sim.simulation.traffic.roads import Lane, Roads, Surface, ribbon, stripe
 from tracker.errors import UnknownName
 
-MIN_MOTORWAY_SPEED = (
-    17.0  # m/s: roads with this limit have shoulders, slower ones kerbs and pavements
-)
+MIN_MOTORWAY_SPEED = 17.0  # m/s: slower roads have kerbs and pavements, not shoulders
 STRAIGHT_STEP_METRES = 20.0  # between the points of straight lanes
 BENT_STEP_METRES = 1.0  # between the points of bent lanes
 BAY_METRES = 2.4  # metres: the width of a parking bay
