@@ -20,14 +20,14 @@ import cv2  # noqa: E402
 import numpy as np  # noqa: E402
 
 from mot_sim.simulation.registry import find_scene  # noqa: E402
-from mot_sim.training.identities import RenderedDrive, Sight, sights_of  # noqa: E402
+from mot_sim.training.identities import CarPicture, RenderedDrive, car_pictures  # noqa: E402
 from tracker import Detections, Frame, Tracker  # noqa: E402
 from tracker.front_end import FrontEnd  # noqa: E402
 
 GOAL_MS, GOAL_CARS = 60.0, 10
 
 
-def frames_of(sight: Sight, cars: int, rounds: int) -> list[Frame]:
+def frames_of(sight: CarPicture, cars: int, rounds: int) -> list[Frame]:
     """The picture with so many boxes, which tremble from frame to frame."""
     rng = np.random.default_rng(0)
     first = np.resize(sight.boxes, (cars, 4))
@@ -60,7 +60,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=30)
     given = parser.parse_args()
     cv2.setNumThreads(1)
-    sight = next(sights_of(RenderedDrive("street", 902, ("noon",), (40,))))
+    sight = next(car_pictures(RenderedDrive("street", 902, ("noon",), (40,))))
     frames = frames_of(sight, given.cars, given.rounds)
     print(f"{given.cars} cars, {given.rounds} frames, CPU ms a frame: median (90th percentile)")
     for cues in ("pose", "appearance", "classical", "pose,classical", "all"):

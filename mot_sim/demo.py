@@ -22,10 +22,11 @@ from tracker import Tracker
 from tracker.errors import BadOutput, OutputExists
 from tracker.types import Camera, Tracks
 
-SCENE, FRAMES = "intersection", 140
-STILLS = (0.15, 0.65)  # of the film's length
-PICTURE_AT = 0.54  # the README's picture, named after the scene
-OURS = frozenset(
+DEMO_SCENE = "intersection"
+DEMO_FRAMES = 140
+STILL_SHARES = (0.15, 0.65)  # of the film's length
+PICTURE_SHARE = 0.54  # the README's picture, named after the scene
+DEMO_FILES = frozenset(
     {"tracks.txt", "truth.txt", "scores.json", "scores.md", "demo.mp4"}
     | {f"{scene}.jpg" for scene in SCENES}
 )
@@ -98,7 +99,7 @@ def run_demo(
             seed,
             progress or _silence,
             make_tracker,
-            scene or find_scene(SCENE, frames=FRAMES),
+            scene or find_scene(DEMO_SCENE, frames=DEMO_FRAMES),
         )
         put_in_place(half, out)
     except OSError as error:
@@ -126,7 +127,7 @@ def require_free(out: Path, overwrite: bool) -> None:
             f"{out}: exists and is not empty; name another folder, or give --overwrite"
         )
     foreign = sorted(
-        path.name for path in there if path.name not in OURS and not path.match("frame_*.jpg")
+        path.name for path in there if path.name not in DEMO_FILES and not path.match("frame_*.jpg")
     )
     if foreign:
         raise OutputExists(
@@ -178,9 +179,9 @@ def _frames(
 
 def _still_names(episode: Episode) -> dict[int, str]:
     """Which frames are kept, and as what."""
-    frames = [int(share * episode.frame_count) for share in STILLS]
+    frames = [int(share * episode.frame_count) for share in STILL_SHARES]
     names = {frame: f"frame_{frame:03d}.jpg" for frame in frames}
-    picture = int(PICTURE_AT * episode.frame_count)
+    picture = int(PICTURE_SHARE * episode.frame_count)
     return {frame: name for frame, name in names.items() if frame != picture} | {
         picture: f"{episode.name}.jpg"
     }

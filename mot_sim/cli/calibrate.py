@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import mot_sim.simulation.sensors.fitting.measure
     import mot_sim.tables.grid
 
-SEEDS = 5  # simulations that stand beside the real detections
+SIMULATIONS = 5  # simulations that stand beside the real detections
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Calibrate:
             profile = fit_profile(drives, name, tell=lambda what: advance(what, None))
             real = measure(drives)
             made = measure(
-                [drive for seed in range(SEEDS) for drive in simulate(profile, drives, seed)]
+                [drive for seed in range(SIMULATIONS) for drive in simulate(profile, drives, seed)]
             )
         profile = replace(profile, source=f"mot-sim calibrate: {name}, {profile.source}")
         if self.out is not None:
@@ -96,7 +96,7 @@ class Calibrate:
 
         columns = Column("figure"), Column("real"), Column("made")
         rows = tuple((line.what, f"{line.real:.4f}", f"{line.made:.4f}") for line in lines)
-        table = Table(columns, rows, f"{name}: real beside made, {SEEDS} simulations")
+        table = Table(columns, rows, f"{name}: real beside made, {SIMULATIONS} simulations")
         content = {line.what: {"real": line.real, "made": line.made} for line in lines}
         deliver(terminal, table, content, self.json, self.csv)
 

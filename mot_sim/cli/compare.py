@@ -24,7 +24,9 @@ if TYPE_CHECKING:
     import mot_sim.experiments.guests
     import tracker
 
-TRACKERS, SECONDS, SEEDS = "default,paper,iou", 600.0, "0-4"
+DEFAULT_TRACKERS = "default,paper,iou"
+DEFAULT_TIMEOUT_SECONDS = 600.0
+DEFAULT_SEEDS = "0-4"
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,7 @@ class SceneOptions:
 
     scene: Annotated[str | None, option("NAME")] = None
     """Compare on runs of this scene (mot-sim list), recorded on the spot, without images."""
-    seeds: Annotated[str | None, option("SEEDS", SEEDS)] = None
+    seeds: Annotated[str | None, option("DEFAULT_SEEDS", DEFAULT_SEEDS)] = None
     """Of the runs: 0-4, or 3,7,11."""
     knobs: Annotated[str | None, option("NAME=VALUE,...", "the scene's own")] = None
     """What is changed in the scene."""
@@ -60,7 +62,7 @@ class Compare:
     the exit code is 1.
     """
 
-    trackers: Annotated[str, option("NAMES", TRACKERS)] = TRACKERS
+    trackers: Annotated[str, option("NAMES", DEFAULT_TRACKERS)] = DEFAULT_TRACKERS
     """Ours: default, paper. Baselines over two frames: iou, iou-greedy. Guests: sort, bytetrack,
     oc-sort, c-biou, and those of --guest."""
     setup: Annotated[str | None, option("NAMES")] = None
@@ -70,7 +72,9 @@ class Compare:
     """Guests of your own; the command's {detections} and {results} become folders."""
     guest_score: Annotated[str | None, option("NUMBER|NAME=NUMBER,...", "each guest's own")] = None
     """Guests are not shown boxes with a lower score (a probability)."""
-    timeout: Annotated[float, option("SECONDS", f"{SECONDS:g}")] = SECONDS
+    timeout: Annotated[float, option("DEFAULT_TIMEOUT_SECONDS", f"{DEFAULT_TIMEOUT_SECONDS:g}")] = (
+        DEFAULT_TIMEOUT_SECONDS
+    )
     """How long a guest may take, all drives together."""
     kitti: KittiOptions = field(default_factory=KittiOptions)
     scenes: SceneOptions = field(default_factory=SceneOptions)
@@ -189,7 +193,7 @@ class Compare:
         from mot_sim.simulation.registry import find_scene
 
         made = find_scene(scene, **parse_knobs(scene, self.scenes.knobs))
-        spelled = self.scenes.seeds or SEEDS
+        spelled = self.scenes.seeds or DEFAULT_SEEDS
         episodes = [
             replace(record(made, seed), name=f"{scene}-{seed}") for seed in parse_seeds(spelled)
         ]

@@ -34,12 +34,12 @@ class Demo:
 
     def __call__(self, terminal: Terminal) -> int:
         """Run the demo and show what came of it."""
-        from mot_sim.demo import FRAMES, run_demo
+        from mot_sim.demo import DEMO_FRAMES, run_demo
         from mot_sim.simulation.registry import find_scene
         from mot_sim.tables.grid import score_grid
 
         knobs = parse_knobs(self.scene, self.knobs)
-        scene = find_scene(self.scene, **({"frames": FRAMES} | knobs))
+        scene = find_scene(self.scene, **({"frames": DEMO_FRAMES} | knobs))
         with terminal.progress(None) as advance:
             result = run_demo(
                 self.out,

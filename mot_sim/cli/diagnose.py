@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     import mot_sim.diagnosis.tasks
     import mot_sim.experiments.results.result_file
 
-SEEDS, FRAMES = 8, 100
+DEFAULT_SEEDS = 8
+DEFAULT_FRAMES = 100
 Many = tyro.conf.UseAppendAction[tuple[str, ...]]
 
 
@@ -48,11 +49,11 @@ class Diagnose:
     """The detector's noise."""
     settings: Annotated[Many, option("NAME=LEVEL", name="set")] = ()
     """Any axis of mot-sim sweep, set to one level; repeatable."""
-    seeds: Annotated[int | None, option("N", f"{SEEDS}")] = None
+    seeds: Annotated[int | None, option("N", f"{DEFAULT_SEEDS}")] = None
     """How many runs."""
     first_seed: Annotated[int | None, option("N", "0")] = None
     """The next ones follow."""
-    frames: Annotated[int | None, option("N", f"{FRAMES}, or the suite's")] = None
+    frames: Annotated[int | None, option("N", f"{DEFAULT_FRAMES}, or the suite's")] = None
     """Of each run, at 10 Hz."""
     kitti: KittiOptions = field(default_factory=KittiOptions)
     attribute: Flag = False
@@ -139,13 +140,13 @@ class Diagnose:
             return list(kitti_tasks(self.kitti.open("labelled"), contender))
         from mot_sim.diagnosis.loading import scene_tasks, suite_tasks
 
-        count = SEEDS if self.seeds is None else self.seeds
+        count = DEFAULT_SEEDS if self.seeds is None else self.seeds
         seeds = range(self.first_seed or 0, (self.first_seed or 0) + count)
         settings = self._settings()
         if self.suite is not None:
             return list(suite_tasks(self.suite, settings, seeds, contender, self.attribute))
         assert self.scene is not None
-        settings = {"scene.frames": FRAMES, **settings}
+        settings = {"scene.frames": DEFAULT_FRAMES, **settings}
         return list(scene_tasks(self.scene, settings, seeds, contender, self.attribute))
 
     def _settings(self) -> "dict[str, float | int | str | bool]":
@@ -168,10 +169,10 @@ class Diagnose:
         """The pictures, if they were asked for."""
         if self.contact_sheet is None:
             return []
-        from mot_sim.diagnosis.contact_sheet import draw_sheet
+        from mot_sim.diagnosis.contact_sheet import draw_contact_sheet
 
         renderer = None if self.renderer == "none" else self.renderer
-        return draw_sheet(
+        return draw_contact_sheet(
             self.contact_sheet, found, tasks, most=self.max_switches, renderer=renderer,
             progress=advance,  # type: ignore[arg-type]
         )  # fmt: skip

@@ -12,8 +12,8 @@ from pathlib import Path
 from mot_sim.cli.options import Flag, Root, Verbose
 from mot_sim.cli.terminal import BROKEN, OK, Terminal
 
-CORE = ("numpy", "scipy", "cv2", "shapely", "filterpy", "jaxtyping", "tyro", "rich")
-OPENGL = ("EGL", "OSMesa", "GL")
+CORE_PACKAGES = ("numpy", "scipy", "cv2", "shapely", "filterpy", "jaxtyping", "tyro", "rich")
+OPENGL_LIBRARIES = ("EGL", "OSMesa", "GL")
 OLDEST_PYTHON = (3, 11)
 
 
@@ -49,10 +49,10 @@ class Doctor:
 
         findings = [
             find_python(),
-            *(find_package(name) for name in CORE),
+            *(find_package(name) for name in CORE_PACKAGES),
             find_opencv(),
             *find_kitti(self.root),
-            *(find_library(name) for name in OPENGL),
+            *(find_library(name) for name in OPENGL_LIBRARIES),
             find_film(),
         ]
         if self.json:

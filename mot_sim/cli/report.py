@@ -9,7 +9,7 @@ import tyro
 from mot_sim.cli.options import Flag, Verbose, option
 from mot_sim.cli.terminal import OK, Terminal
 
-TITLE = "mot-sim report"
+DEFAULT_TITLE = "mot-sim report"
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Report:
     """Folders of results, in the order in which they are shown."""
     out: Annotated[Path, option("FILE", "report.html")] = Path("report.html")
     """The page."""
-    title: Annotated[str, option("TEXT", TITLE)] = TITLE
+    title: Annotated[str, option("TEXT", DEFAULT_TITLE)] = DEFAULT_TITLE
     """Of the page."""
     figures: Annotated[Path | None, option("DIR", "none")] = None
     """Every chart as PNG, SVG and PDF too, for papers."""

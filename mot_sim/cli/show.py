@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     import mot_sim.plotting
     import mot_sim.report.opening
 
-SMALLEST, LARGEST = 0.1, 4.0  # of --scale
+MIN_SCALE = 0.1  # of --scale
+MAX_SCALE = 4.0  # of --scale
 
 
 @dataclass(frozen=True)
@@ -127,8 +128,10 @@ class Show:
 
         if self.out is None and self.rerun is None:
             raise BadConfig("give --out FILE.mp4, FILE.gif or a folder, or --rerun FILE.rrd")
-        if not SMALLEST <= self.scale <= LARGEST:
-            raise BadConfig(f"--scale {self.scale:g}: give a factor from {SMALLEST} to {LARGEST}")
+        if not MIN_SCALE <= self.scale <= MAX_SCALE:
+            raise BadConfig(
+                f"--scale {self.scale:g}: give a factor from {MIN_SCALE} to {MAX_SCALE}"
+            )
         if self.out is not None:
             require_target(self.out, self.overwrite)
         if self.rerun is not None:
@@ -148,9 +151,9 @@ class Show:
         if drive.images is None and (self.layers.wireframes or self.method.wants_images):
             raise DatasetNotFound(f"{needs} needs images, and '{drive.name}' has none")
 
-    def _wanted(self, span: tuple[int, int | None]) -> "mot_sim.report.opening.Wanted":
+    def _wanted(self, span: tuple[int, int | None]) -> "mot_sim.report.opening.DriveRequest":
         """The drive that is meant."""
-        from mot_sim.report.opening import Wanted
+        from mot_sim.report.opening import DriveRequest
         from mot_sim.simulation.registry import SCENES
         from tracker.errors import BadConfig
 
@@ -158,7 +161,7 @@ class Show:
         if self.knobs and not is_scene:
             raise BadConfig(f"--knobs {self.knobs}: '{self.episode}' is no scene")
         knobs = parse_knobs(self.episode, self.knobs) if is_scene else {}
-        return Wanted(
+        return DriveRequest(
             self.episode, self.sequence, self.detections, self.ego, self.seed, knobs, span[1]
         )
 

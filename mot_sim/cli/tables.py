@@ -15,8 +15,12 @@ if TYPE_CHECKING:
     import mot_sim.experiments.results.result_file
     import mot_sim.experiments.tuning.measuring
 
-SEEDS, FRAMES, TUNING = 50, 100, 4
-QUICK_SEEDS, QUICK_FRAMES, QUICK_SCENES = 2, 20, ("intersection",)
+DEFAULT_SEEDS = 50
+DEFAULT_FRAMES = 100
+TUNING_SEEDS = 4
+QUICK_SEEDS = 2
+QUICK_FRAMES = 20
+QUICK_SCENES = ("intersection",)
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,7 @@ class Tables:
     """The KITTI tree; without it only what is synthetic is measured."""
     quick: Flag = False
     """Few and short synthetic drives: to try it out."""
-    seeds: Annotated[int | None, option("N", f"{SEEDS}; {QUICK_SEEDS} with --quick")] = None
+    seeds: Annotated[int | None, option("N", f"{DEFAULT_SEEDS}; {QUICK_SEEDS} with --quick")] = None
     """Synthetic drives of each scene."""
     scenes: Annotated[str | None, option("NAMES", "intersection,roundabout")] = None
     """Of Table IV, with commas."""
@@ -93,7 +97,9 @@ class Tables:
         from mot_sim.simulation.scene_names import SCENES
         from tracker.errors import BadConfig, UnknownName
 
-        seeds = self.seeds if self.seeds is not None else QUICK_SEEDS if self.quick else SEEDS
+        seeds = (
+            self.seeds if self.seeds is not None else QUICK_SEEDS if self.quick else DEFAULT_SEEDS
+        )
         if seeds < 1:
             raise BadConfig(f"--seeds {seeds}: give 1 or more")
         named = self.scenes.split(",") if self.scenes else None
@@ -107,9 +113,9 @@ class Tables:
             find_root(self.root) if has_kitti else None,
             has_kitti,
             seeds,
-            QUICK_FRAMES if self.quick else FRAMES,
+            QUICK_FRAMES if self.quick else DEFAULT_FRAMES,
             QUICK_SCENES if self.quick and not named else scenes,
-            tuning=QUICK_SEEDS if self.quick else TUNING,
+            tuning=QUICK_SEEDS if self.quick else TUNING_SEEDS,
             jobs=self.jobs,
             tell=advance,
         )

@@ -40,14 +40,14 @@ class TrainAppearance:
     def __call__(self, terminal: Terminal) -> int:
         """Draw, learn, write, and say how well cars are told apart."""
         from mot_sim.files.writing import require_writable
-        from mot_sim.training.appearance import LearningOptions, learn
-        from mot_sim.training.identities import lessons
+        from mot_sim.training.appearance import LearningOptions, learn_descriptor
+        from mot_sim.training.identities import training_drives
         from tracker.descriptors import write_weights
         from tracker.errors import BadConfig, OutputExists
         from tracker.shape import Hourglass
 
         options = LearningOptions(grid=self.grid, length=self.length)
-        drives = lessons()[: self.drives]
+        drives = training_drives()[: self.drives]
         if self.drives is not None and self.drives < 1:
             raise BadConfig(f"--drives {self.drives}: give 1 or more")
         if self.out.exists() and not self.overwrite:
@@ -56,7 +56,7 @@ class TrainAppearance:
         network = Hourglass.load(self.hourglass)
         try:
             with terminal.progress(sum(drive.pictures for drive in drives)) as advance:
-                learned = learn(_watched(drives, advance), network, options)
+                learned = learn_descriptor(_watched(drives, advance), network, options)
         except KeyboardInterrupt:
             terminal.note("interrupted: nothing is left behind")
             return INTERRUPTED
@@ -67,11 +67,11 @@ class TrainAppearance:
 
 def _watched(
     drives: "list[mot_sim.training.identities.RenderedDrive]", advance: Callable[..., None]
-) -> "Iterator[mot_sim.training.identities.Sight]":
+) -> "Iterator[mot_sim.training.identities.CarPicture]":
     """The pictures of all drives, one after the other, under a progress bar."""
-    from mot_sim.training.identities import sights_of
+    from mot_sim.training.identities import car_pictures
 
     for drive in drives:
-        for sight in sights_of(drive):
+        for sight in car_pictures(drive):
             advance(drive.name)
             yield sight

@@ -17,9 +17,9 @@ from mot_sim.datasets.score_maps import ScoreMap
 from mot_sim.files.text import TextTable, read_table
 from tracker.errors import BadConfig, BadFile, DatasetNotFound, UnknownName
 
-REQUIRED = ("frame", "x_min", "y_min", "x_max", "y_max")
-OPTIONAL = ("score",)
-HEADER = ",".join((*REQUIRED, *OPTIONAL))
+REQUIRED_COLUMNS = ("frame", "x_min", "y_min", "x_max", "y_max")
+OPTIONAL_COLUMNS = ("score",)
+HEADER = ",".join((*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS))
 
 
 def box_sequence(
@@ -86,14 +86,14 @@ def read_boxes_table(path: Path) -> TextTable:
     """The rows of a boxes.csv; BadFile without a header, for missing and unknown columns."""
 
     def columns(fields: list[str]) -> list[str]:
-        if not set(fields) & {*REQUIRED, *OPTIONAL}:
+        if not set(fields) & {*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS}:
             first = ",".join(fields) or "an empty file"
             raise BadFile(f"{path}:1: no header but {first[:80]!r}; the first line names: {HEADER}")
         for field in fields:
-            if field not in REQUIRED + OPTIONAL:
-                error = UnknownName.of("column", field, REQUIRED + OPTIONAL)
+            if field not in REQUIRED_COLUMNS + OPTIONAL_COLUMNS:
+                error = UnknownName.of("column", field, REQUIRED_COLUMNS + OPTIONAL_COLUMNS)
                 raise BadFile(f"{path}:1: {error}")
-        missing = [column for column in REQUIRED if column not in fields]
+        missing = [column for column in REQUIRED_COLUMNS if column not in fields]
         if missing or len(set(fields)) < len(fields):
             what = f"no column {missing[0]}" if missing else "a column stands twice"
             raise BadFile(f"{path}:1: {what}: {','.join(fields)}; the header is {HEADER}")

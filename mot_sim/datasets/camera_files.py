@@ -12,12 +12,12 @@ from mot_sim.files.documents import read_toml
 from tracker.errors import BadCalibration, BadConfig, DatasetNotFound, UnknownName
 from tracker.types import Camera
 
-PINHOLE = ("fx", "fy", "cx", "cy")
-REQUIRED = ("image_width", "image_height", "camera_height")
-OPTIONAL = {"pitch_deg": 0.0, "roll_deg": 0.0, "frame_rate": 10.0}
+INTRINSIC_KEYS = ("fx", "fy", "cx", "cy")
+REQUIRED_KEYS = ("image_width", "image_height", "camera_height")
+OPTIONAL_KEYS = {"pitch_deg": 0.0, "roll_deg": 0.0, "frame_rate": 10.0}
 # No number of a camera file comes near; NaN and infinity are no smaller either.
-LARGEST = 1e12
-EXAMPLE = (
+MAX_CAMERA_NUMBER = 1e12
+CAMERA_KEYS_HELP = (
     "K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] or fx, fy, cx, cy; image_width and image_height "
     "in pixels; camera_height in metres"
 )
@@ -41,17 +41,17 @@ def read_camera(path: Path) -> CameraFile:
     BadCalibration for a camera that cannot be.
     """
     if not path.is_file():
-        raise DatasetNotFound(f"{path}: no camera file; write one with {EXAMPLE}")
+        raise DatasetNotFound(f"{path}: no camera file; write one with {CAMERA_KEYS_HELP}")
     values = read_toml(path)
-    known = ("K", *PINHOLE, *REQUIRED, *OPTIONAL)
+    known = ("K", *INTRINSIC_KEYS, *REQUIRED_KEYS, *OPTIONAL_KEYS)
     for key in values:
         if key not in known:
             raise BadConfig(f"{path}: {UnknownName.of('key', key, known)}")
     K = _intrinsics(path, values)
-    width, height = (_number(path, values, key) for key in REQUIRED[:2])
+    width, height = (_number(path, values, key) for key in REQUIRED_KEYS[:2])
     if width % 1.0 or height % 1.0:
         raise BadConfig(f"{path}: image_width {width} and image_height {height} are whole pixels")
-    pitch, roll, frame_rate = (_number(path, OPTIONAL | values, key) for key in OPTIONAL)
+    pitch, roll, frame_rate = (_number(path, OPTIONAL_KEYS | values, key) for key in OPTIONAL_KEYS)
     if not frame_rate > 0.0:
         raise BadConfig(f"{path}: frame_rate is {frame_rate:g}; give frames a second above 0")
     try:
@@ -68,7 +68,7 @@ def read_camera(path: Path) -> CameraFile:
 
 
 def _intrinsics(path: Path, values: Mapping[str, object]) -> Float[Array, "3 3"]:
-    given = [key for key in PINHOLE if key in values]
+    given = [key for key in INTRINSIC_KEYS if key in values]
     if "K" in values:
         if given:
             raise BadConfig(f"{path}: K and {given[0]} both say the intrinsics; keep one of them")
@@ -82,14 +82,18 @@ def _intrinsics(path: Path, values: Mapping[str, object]) -> Float[Array, "3 3"]
             f"K[{i}][{j}]": value for i, row in enumerate(rows) for j, value in enumerate(row)
         }
         return np.array([_number(path, entries, key) for key in entries]).reshape(3, 3)
-    fx, fy, cx, cy = (_number(path, values, key) for key in PINHOLE)
+    fx, fy, cx, cy = (_number(path, values, key) for key in INTRINSIC_KEYS)
     return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
 
 
 def _number(path: Path, values: Mapping[str, object], key: str) -> float:
     if key not in values:
-        raise BadConfig(f"{path}: no {key}; a camera file holds {EXAMPLE}")
+        raise BadConfig(f"{path}: no {key}; a camera file holds {CAMERA_KEYS_HELP}")
     value = values[key]
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LARGEST:
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int | float)
+        or not abs(value) < MAX_CAMERA_NUMBER
+    ):
         raise BadConfig(f"{path}: {key} is {value!r}; give a finite number")
     return float(value)

@@ -17,9 +17,9 @@ from tracker.types import Detections
 
 BadBoxes = Literal["error", "drop"]
 
-CORNERS = ("x1", "y1", "x2", "y2")
-X_MIN = ("x_min", "y_min", "x_max", "y_max")
-SIDES = ("left", "top", "width", "height")
+CORNER_COLUMNS = ("x1", "y1", "x2", "y2")
+MIN_MAX_COLUMNS = ("x_min", "y_min", "x_max", "y_max")
+SIDE_COLUMNS = ("left", "top", "width", "height")
 
 log = logging.getLogger(__name__)
 
@@ -52,12 +52,16 @@ class DetectionFormat:
     @property
     def box_columns(self) -> tuple[str, ...]:
         """The four columns that hold a box."""
-        return next(four for four in (CORNERS, SIDES, X_MIN) if four[0] in self.columns)
+        return next(
+            four
+            for four in (CORNER_COLUMNS, SIDE_COLUMNS, MIN_MAX_COLUMNS)
+            if four[0] in self.columns
+        )
 
     def boxes(self, table: TextTable) -> Float[Array, "n 4"]:
         """The corners of the boxes; BadFile for NaN and infinity."""
         boxes = table.finite(self.box_columns)
-        if self.box_columns == SIDES:
+        if self.box_columns == SIDE_COLUMNS:
             boxes[:, 2:] += boxes[:, :2]
         return boxes
 

@@ -10,7 +10,7 @@ from mot_sim.files.text import read_table
 from mot_sim.files.writing import write_lines
 from tracker.errors import BadFile
 
-COLUMNS = tuple(f"{name}{row}" for row in "123" for name in ("r1", "r2", "r3", "t"))
+POSE_COLUMNS = tuple(f"{name}{row}" for row in "123" for name in ("r1", "r2", "r3", "t"))
 
 # Largest entry of R R^T - 1 that passes for a rotation printed with a few digits.
 ROTATION_TOLERANCE = 1e-3
@@ -22,16 +22,16 @@ def read_poses(path: Path, frame_count: int | None = None) -> Float[Array, "n 4 
     The rotations are made orthonormal, which mends what printing cut off. Raises BadFile for
     another number of lines than frames and for what is no rotation.
     """
-    table = read_table(path, COLUMNS)
+    table = read_table(path, POSE_COLUMNS)
     Ts_world_cam = np.zeros((len(table), 4, 4))
-    Ts_world_cam[:, :3] = table.finite(COLUMNS).reshape(-1, 3, 4)
+    Ts_world_cam[:, :3] = table.finite(POSE_COLUMNS).reshape(-1, 3, 4)
     Ts_world_cam[:, 3, 3] = 1.0
     if frame_count is not None and len(table) != frame_count:
         raise BadFile(f"{path}: {len(table)} poses for {frame_count} frames; give one a frame")
     Rs = Ts_world_cam[:, :3, :3]
     off = np.abs(Rs @ np.swapaxes(Rs, 1, 2) - np.eye(3)).max(axis=(1, 2), initial=0.0)
     bad = (off > ROTATION_TOLERANCE) | (np.linalg.det(Rs) < 0.0)
-    table.reject(bad, "the first three columns are no rotation", COLUMNS[:3])
+    table.reject(bad, "the first three columns are no rotation", POSE_COLUMNS[:3])
     U, _, Vt = np.linalg.svd(Rs)
     Ts_world_cam[:, :3, :3] = U @ Vt
     return Ts_world_cam

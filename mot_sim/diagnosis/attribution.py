@@ -11,18 +11,21 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mot_sim.diagnosis.replay import BEGINNING, Replays
+from mot_sim.diagnosis.replay import BEFORE_FIRST_FRAME, Replays
 from mot_sim.diagnosis.runs_of_frames import by_id
 from mot_sim.diagnosis.sources import SourceAblation
 from mot_sim.diagnosis.streams import DetectionStream
 from mot_sim.metrics.breaks import Breaks, Matches
 from tracker.types import Tracks
 
-WINDOW = 1.0  # seconds
+WINDOW_SECONDS = 1.0  # seconds
 # What may come of it. The first two are explained; the others no single source explains.
-ONE, EITHER = "one source", "either of several"
-TOGETHER, EARLIER, NO_NOISE = "several together", "noise long before", "scene or tracker"
-VERDICTS = (ONE, EITHER, TOGETHER, EARLIER, NO_NOISE)
+ONE_SOURCE = "one source"
+EITHER_SOURCE = "either of several"
+SEVERAL_TOGETHER = "several together"
+EARLIER_NOISE = "noise long before"
+NO_NOISE = "scene or tracker"
+VERDICTS = (ONE_SOURCE, EITHER_SOURCE, SEVERAL_TOGETHER, EARLIER_NOISE, NO_NOISE)
 
 
 @dataclass(frozen=True)
@@ -94,13 +97,15 @@ class Attributor:
     @property
     def window(self) -> int:
         """WINDOW in frames."""
-        return round(WINDOW * self.bench.stream.frame_rate)
+        return round(WINDOW_SECONDS * self.bench.stream.frame_rate)
 
     def attribute(self, switches: Breaks) -> list[Cause]:
         """A cause for every switch, in their order."""
         groups = list(incidents(switches, self.window))
         starts = {self._bounds(each)[0] - 1 for each in groups}
-        self.replays.run(self.bench.stream, self.bench.stream.frame_count, starts - {BEGINNING})
+        self.replays.run(
+            self.bench.stream, self.bench.stream.frame_count, starts - {BEFORE_FIRST_FRAME}
+        )
         found: dict[int, Cause] = {}
         for incident in groups:
             verdict, sources, control = self._verdict(incident)
@@ -122,16 +127,16 @@ class Attributor:
         """What an incident hangs on."""
         sources = tuple(name for name in self.bench.off if self._vanishes(incident, name))
         if len(sources) == 1:
-            return ONE, sources, self._control(incident, sources[0])
+            return ONE_SOURCE, sources, self._control(incident, sources[0])
         if sources:
-            return EITHER, sources, None
+            return EITHER_SOURCE, sources, None
         first, last, until = self._bounds(incident)
         calm = self._matches("all", first, last, until, self.bench.without_any(first, last))
         if is_kept(calm, incident, self.window):
-            return TOGETHER, (), None
+            return SEVERAL_TOGETHER, (), None
         end = self.bench.stream.frame_count - 1
         silent = self._matches("all", 0, end, until, self.bench.silent)
-        return (EARLIER if is_kept(silent, incident, self.window) else NO_NOISE), (), None
+        return (EARLIER_NOISE if is_kept(silent, incident, self.window) else NO_NOISE), (), None
 
     def _vanishes(self, incident: Incident, source: str) -> bool:
         """Whether an incident is gone when a source is off around it."""
@@ -179,13 +184,13 @@ def shares(causes: list[Cause]) -> dict[str, float]:
 
 
 __all__ = [
-    "EARLIER",
-    "EITHER",
+    "EARLIER_NOISE",
+    "EITHER_SOURCE",
     "NO_NOISE",
-    "ONE",
-    "TOGETHER",
+    "ONE_SOURCE",
+    "SEVERAL_TOGETHER",
     "VERDICTS",
-    "WINDOW",
+    "WINDOW_SECONDS",
     "Attributor",
     "Cause",
     "Incident",

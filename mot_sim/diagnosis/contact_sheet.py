@@ -8,17 +8,17 @@ from numpy import ndarray as Array
 
 from mot_sim.datasets.images import ImageSource
 from mot_sim.diagnosis.findings import Case, Findings
-from mot_sim.diagnosis.panels import WIDTH, Scenario, draw_moment
+from mot_sim.diagnosis.panels import SHEET_WIDTH_PIXELS, Scenario, draw_case
 from mot_sim.diagnosis.tasks import KittiTask, SceneTask, Task
 from mot_sim.plotting import write_image
-from mot_sim.plotting.colours import PANEL
+from mot_sim.plotting.colours import PANEL_COLOUR
 from mot_sim.simulation.imaging import RenderedImages
 from mot_sim.simulation.scene import Rollout
 from tracker.errors import BadOutput
 
-SHEET = "sheet.png"
-ON_SHEET = 12  # moments; more would not be read
-SPACE = 10  # pixels between two of them
+SHEET_FILE = "sheet.png"
+MAX_STRIPS = 12  # moments; more would not be read
+STRIP_GAP_PIXELS = 10  # pixels between two of them
 Progress = Callable[[str, int, int], None]
 
 
@@ -28,7 +28,7 @@ def worst_first(found: Sequence[Findings], most: int) -> list[Case]:
     return sorted(switches, key=lambda each: -each.weight)[:most]
 
 
-def draw_sheet(
+def draw_contact_sheet(
     folder: Path,
     found: Sequence[Findings],
     tasks: Sequence[Task],
@@ -55,8 +55,8 @@ def draw_sheet(
         for number, case in enumerate(cases, 1):
             if case.drive != name:
                 continue
-            whole, strip = draw_moment(scenario, case, number)
-            if number <= ON_SHEET:
+            whole, strip = draw_case(scenario, case, number)
+            if number <= MAX_STRIPS:
                 strips[number] = strip
             drive = name.replace("/", "_")
             files[number] = folder / f"{number:02d}_{drive}_car{case.car}_frame{case.frame}.png"
@@ -64,8 +64,8 @@ def draw_sheet(
             done += 1
             if progress is not None:
                 progress("pictures", done, len(cases))
-    write_image(folder / SHEET, _stacked([strips[number] for number in sorted(strips)]))
-    return [folder / SHEET, *(files[number] for number in sorted(files))]
+    write_image(folder / SHEET_FILE, _stacked([strips[number] for number in sorted(strips)]))
+    return [folder / SHEET_FILE, *(files[number] for number in sorted(files))]
 
 
 def require_folder(folder: Path) -> None:
@@ -90,9 +90,9 @@ def scenario_of(task: Task, renderer: str | None) -> Scenario:
 
 def _stacked(strips: list[Array]) -> Array:
     """The strips one below the other."""
-    space = np.full((SPACE, WIDTH, 3), PANEL, np.uint8)
+    space = np.full((STRIP_GAP_PIXELS, SHEET_WIDTH_PIXELS, 3), PANEL_COLOUR, np.uint8)
     parts = [part for strip in strips for part in (strip, space)]
     return np.concatenate(parts[:-1])
 
 
-__all__ = ["SHEET", "draw_sheet", "scenario_of", "worst_first"]
+__all__ = ["SHEET_FILE", "draw_contact_sheet", "scenario_of", "worst_first"]

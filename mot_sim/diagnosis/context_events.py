@@ -12,10 +12,11 @@ from tracker.types import Rows
 KINDS = (
     "occlusion", "crossing", "car turns", "camera turns", "look-alike", "detector gap",
 )  # fmt: skip
-NO_PARTNER, SCENERY = -2, -1  # others: no second car; not a car
+NO_PARTNER = -2  # others: no second car; not a car
+SCENERY = -1  # others: no second car; not a car
 # Upper ends of the bins, and how they are called. Seconds of an occlusion or a gap; metres that
 # the occluder is nearer than the car. At 10 Hz a gap of one frame lasts 0.1 s.
-BINS: dict[str, tuple[tuple[float, str], ...]] = {
+DURATION_BINS: dict[str, tuple[tuple[float, str], ...]] = {
     "occlusion": (
         (0.5, "up to 0.5 s"), (1.0, "0.6 to 1 s"), (2.0, "1.1 to 2 s"), (np.inf, "longer than 2 s"),
     ),
@@ -23,15 +24,16 @@ BINS: dict[str, tuple[tuple[float, str], ...]] = {
         (0.1, "1 frame"), (0.3, "0.2 to 0.3 s"), (1.0, "0.4 to 1 s"), (np.inf, "longer than 1 s"),
     ),
 }  # fmt: skip
-DEPTHS = (
+DEPTH_BINS = (
     (2.0, "occluder up to 2 m nearer"), (5.0, "2 to 5 m nearer"), (10.0, "5 to 10 m nearer"),
     (np.inf, "more than 10 m nearer"),
 )  # fmt: skip
-BY_SCENERY, BY_UNKNOWN = "behind no car", "behind something unknown"
-SLACK = 1e-6  # seconds: lengths are sums of steps
+BEHIND_SCENERY = "behind no car"
+BEHIND_UNKNOWN = "behind something unknown"
+ROUNDING_SECONDS = 1e-6  # seconds: lengths are sums of steps
 
 # Kind, first frame, last frame, car, other, metres.
-Row = tuple[str, int, int, int, int, float]
+EventRow = tuple[str, int, int, int, int, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +54,7 @@ class ContextEvents(Rows):
     seconds: Float[Array, " n"]
 
     @classmethod
-    def of(cls, rows: Iterable[Row], frame_rate: float = 10.0) -> "ContextEvents":
+    def of(cls, rows: Iterable[EventRow], frame_rate: float = 10.0) -> "ContextEvents":
         """The table of rows in any order."""
         ordered = sorted(rows, key=lambda row: (row[1], row[0], row[3], row[4]))
         kinds, firsts, lasts, ids, others, depths = (
@@ -68,17 +70,19 @@ class ContextEvents(Rows):
         """The names of a happening: its kind, and the kind's bins that it lies in."""
         kind = str(self.kinds[row])
         found = [kind]
-        if kind in BINS:
-            found.append(f"{kind}, {_bin(BINS[kind], float(self.seconds[row]) - SLACK)}")
+        if kind in DURATION_BINS:
+            found.append(
+                f"{kind}, {_bin(DURATION_BINS[kind], float(self.seconds[row]) - ROUNDING_SECONDS)}"
+            )
         if kind == "occlusion":
             found.append(f"{kind}, {self._depth_bin(row)}")
         return tuple(found)
 
     def _depth_bin(self, row: int) -> str:
         if self.others[row] == SCENERY:
-            return BY_SCENERY
+            return BEHIND_SCENERY
         depth = float(self.depths[row])
-        return BY_UNKNOWN if np.isnan(depth) else _bin(DEPTHS, depth)
+        return BEHIND_UNKNOWN if np.isnan(depth) else _bin(DEPTH_BINS, depth)
 
 
 def _bin(ends: tuple[tuple[float, str], ...], value: float) -> str:
@@ -87,11 +91,11 @@ def _bin(ends: tuple[tuple[float, str], ...], value: float) -> str:
 
 def bin_names(kind: str) -> list[str]:
     """All that a happening of a kind may be called, the kind first."""
-    found = [kind, *(f"{kind}, {name}" for _, name in BINS.get(kind, ()))]
+    found = [kind, *(f"{kind}, {name}" for _, name in DURATION_BINS.get(kind, ()))]
     if kind == "occlusion":
-        depths = [*(name for _, name in DEPTHS), BY_SCENERY, BY_UNKNOWN]
+        depths = [*(name for _, name in DEPTH_BINS), BEHIND_SCENERY, BEHIND_UNKNOWN]
         found += [f"{kind}, {name}" for name in depths]
     return found
 
 
-__all__ = ["KINDS", "NO_PARTNER", "SCENERY", "ContextEvents", "Row", "bin_names"]
+__all__ = ["KINDS", "NO_PARTNER", "SCENERY", "ContextEvents", "EventRow", "bin_names"]

@@ -8,10 +8,10 @@ from numpy import ndarray as Array
 
 from mot_sim.datasets import KittiSequence
 from mot_sim.datasets.recorded import DetectionLog
-from mot_sim.diagnosis.context_events import KINDS, ContextEvents, Row
+from mot_sim.diagnosis.context_events import KINDS, ContextEvents, EventRow
 from mot_sim.diagnosis.gaps import detector_gaps
 from mot_sim.diagnosis.occlusions import exact_occlusions, labelled_occlusions
-from mot_sim.diagnosis.pair_events import box_crossings, look_alike_meetings
+from mot_sim.diagnosis.pair_events import box_crossings, look_alike_pairs
 from mot_sim.diagnosis.streams import DetectionStream
 from mot_sim.diagnosis.turns import camera_turns, car_turns, headings_of
 from mot_sim.experiments.sweep.conditions import Conditions
@@ -47,7 +47,7 @@ def diagnosed_scene(conditions: Conditions, recorded: Extra, seed: int) -> Diagn
     annotated = recorded.annotations
     rows = [
         *exact_occlusions(annotated.truth, annotated.occlusions),
-        *look_alike_meetings(cars, recorded.cast.ids, _looks(recorded)),
+        *look_alike_pairs(cars, recorded.cast.ids, _looks(recorded)),
         *_seen(cars, stream, headings_of(poses)),
     ]
     happenings = ContextEvents.of(rows, stream.frame_rate)
@@ -84,7 +84,9 @@ def vehicles(truth: Tracks) -> Tracks:
     return truth.select(is_one)
 
 
-def _seen(cars: Tracks, stream: DetectionStream, headings: Float[Array, " m"] | None) -> list[Row]:
+def _seen(
+    cars: Tracks, stream: DetectionStream, headings: Float[Array, " m"] | None
+) -> list[EventRow]:
     """What boxes, detections and headings tell; the same for every kind of drive."""
     log = DetectionLog(stream.log.frames, stream.log.detections)
     found = [*box_crossings(cars), *detector_gaps(cars, log, stream.frames)]

@@ -13,9 +13,9 @@ from mot_sim.metrics.breaks import Breaks
 from tracker.types import Tracks
 
 # Seconds that a happening may be away from a break and still be around it.
-AROUND = 0.5
-WITH_TWO = ("crossing", "look-alike")
-NOTHING = "none of these"
+CONTEXT_SECONDS = 0.5
+PAIR_KINDS = ("crossing", "look-alike")
+NO_EVENT = "none of these"
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,8 @@ def events_around(
 
     Of several of a kind the one that shares most frames with the break, then the latest.
     """
-    margin = round(AROUND * frame_rate)
-    pairs = np.isin(happenings.kinds, WITH_TWO)
+    margin = round(CONTEXT_SECONDS * frame_rate)
+    pairs = np.isin(happenings.kinds, PAIR_KINDS)
     found = []
     for before, now, car in zip(
         breaks.before.tolist(), breaks.frames.tolist(), breaks.cars.tolist(), strict=True
@@ -87,7 +87,7 @@ def at_risk(
         happenings.ids.tolist(), happenings.others.tolist(), strict=True,
     )  # fmt: skip
     for row, (kind, first, last, car, other) in enumerate(rows):
-        could[row] = has(car, first, last) or (kind in WITH_TWO and has(other, first, last))
+        could[row] = has(car, first, last) or (kind in PAIR_KINDS and has(other, first, last))
     did: Int[Array, " k"] = np.array([row for each in around for row in each.values()], np.int64)
     could[did] = True
     return could
@@ -116,8 +116,16 @@ def tally(
             for name in happenings.bins_of(at[kind]):
                 add(name, counts)
         if not at:
-            add(NOTHING, counts)
+            add(NO_EVENT, counts)
     return found
 
 
-__all__ = ["AROUND", "NOTHING", "EventCounts", "Tally", "at_risk", "events_around", "tally"]
+__all__ = [
+    "CONTEXT_SECONDS",
+    "NO_EVENT",
+    "EventCounts",
+    "Tally",
+    "at_risk",
+    "events_around",
+    "tally",
+]

@@ -7,7 +7,7 @@ from jaxtyping import Int
 from numpy import ndarray as Array
 
 from mot_sim.datasets.recorded import DetectionLog
-from mot_sim.diagnosis.context_events import NO_PARTNER, Row
+from mot_sim.diagnosis.context_events import NO_PARTNER, EventRow
 from mot_sim.diagnosis.runs_of_frames import by_id
 from mot_sim.metrics.matching import match
 from mot_sim.metrics.overlaps import EPSILON, Overlaps
@@ -15,7 +15,7 @@ from mot_sim.metrics.preprocessing import MIN_OVERLAP
 from tracker.types import Tracks
 
 
-def detector_gaps(cars: Tracks, log: DetectionLog, frames: Int[Array, " k"]) -> Iterator[Row]:
+def detector_gaps(cars: Tracks, log: DetectionLog, frames: Int[Array, " k"]) -> Iterator[EventRow]:
     """The gaps of every car. frames: those that come.
 
     A car is detected where a box of any score overlaps its label by half, a box for each car.

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.diagnosis.context_events import NO_PARTNER, SCENERY, Row
+from mot_sim.diagnosis.context_events import NO_PARTNER, SCENERY, EventRow
 from mot_sim.diagnosis.runs_of_frames import by_id, runs_of_frames
 from mot_sim.metrics.overlaps import same_frame_pairs
 from mot_sim.simulation.truth import Occlusions, Truth
@@ -15,14 +15,14 @@ from mot_sim.simulation.truth.events import hidings
 from tracker.geometry import box_area, box_intersection
 from tracker.types import Tracks
 
-LARGELY = 2  # KITTI's level from which on a label is largely occluded
-PASSING = 3  # frames that a level may change for without ending an occlusion
+LARGELY_OCCLUDED_LEVEL = 2  # KITTI's level from which on a label is largely occluded
+MAX_OCCLUSION_GAP_FRAMES = 3  # frames that a level may change for without ending an occlusion
 # Part of a car's box that a nearer one must cover to be what hides it, where only labels are known.
-COVERING = 0.2
-SPOTLESS = 20  # pixels; fewer do not hide a car
+MIN_COVERED_SHARE = 0.2
+MIN_HIDDEN_PIXELS = 20  # pixels; fewer do not hide a car
 
 
-def exact_occlusions(truth: Truth, occlusions: Occlusions) -> Iterator[Row]:
+def exact_occlusions(truth: Truth, occlusions: Occlusions) -> Iterator[EventRow]:
     """The times that cars are less than .4 visible, until they are above .5 or leave the image."""
     tracks = truth.tracks
     assert tracks.cuboids is not None
@@ -74,10 +74,10 @@ def _occluder(hidden: Occlusions | None, first: int, last: int) -> int:
     ):
         total[by if by >= 0 else SCENERY] += pixels
     most = max(total.items(), key=lambda each: (each[1], -each[0]), default=(NO_PARTNER, 0))
-    return most[0] if most[1] >= SPOTLESS else NO_PARTNER
+    return most[0] if most[1] >= MIN_HIDDEN_PIXELS else NO_PARTNER
 
 
-def labelled_occlusions(labels: Tracks) -> Iterator[Row]:
+def labelled_occlusions(labels: Tracks) -> Iterator[EventRow]:
     """The times that labels are largely occluded (level 2 or 3), or that a label skips.
 
     What hides a car: the nearer label that covers most of its box; -1: none does.
@@ -89,8 +89,10 @@ def labelled_occlusions(labels: Tracks) -> Iterator[Row]:
     for car, rows in by_id(named.ids):
         assert named.occlusion is not None
         frames, level = named.frames[rows], named.occlusion[rows]
-        bad = np.setdiff1d(np.arange(frames[0], frames[-1] + 1), frames[level < LARGELY])
-        for span in runs_of_frames(bad, PASSING):
+        bad = np.setdiff1d(
+            np.arange(frames[0], frames[-1] + 1), frames[level < LARGELY_OCCLUDED_LEVEL]
+        )
+        for span in runs_of_frames(bad, MAX_OCCLUSION_GAP_FRAMES):
             first, last = int(bad[span][0]), int(bad[span][-1])
             other, gap = _nearest_cover(covers.get(car, []), first, last)
             yield "occlusion", first, last, car, other, gap
@@ -114,7 +116,9 @@ def _covers(labels: Tracks) -> dict[int, list[tuple[int, int, float, float]]]:
     shared = box_intersection(named.boxes[rows], named.boxes[others])
     part = shared / np.maximum(box_area(named.boxes[rows]), 1e-9)
     nearer = depth[rows] - depth[others]
-    hides: Int[Array, " k"] = np.flatnonzero((rows != others) & (part >= COVERING) & (nearer > 0.0))
+    hides: Int[Array, " k"] = np.flatnonzero(
+        (rows != others) & (part >= MIN_COVERED_SHARE) & (nearer > 0.0)
+    )
     found: dict[int, list[tuple[int, int, float, float]]] = {}
     for k in hides.tolist():
         row, other = int(rows[k]), int(others[k])
@@ -131,7 +135,7 @@ def _nearest_cover(
     total: dict[int, float] = {}
     gaps: dict[int, list[float]] = {}
     for frame, other, part, gap in covers:
-        if first - PASSING <= frame <= last + PASSING:
+        if first - MAX_OCCLUSION_GAP_FRAMES <= frame <= last + MAX_OCCLUSION_GAP_FRAMES:
             total[other] = total.get(other, 0.0) + part
             gaps.setdefault(other, []).append(gap)
     if not total:

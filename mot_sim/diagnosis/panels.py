@@ -14,13 +14,13 @@ from mot_sim.diagnosis.findings import Case
 from mot_sim.metrics.breaks import box_of
 from mot_sim.plotting.canvas import Image, draw_box, draw_dashed_box, draw_text, text_width
 from mot_sim.plotting.colours import (
-    DETECTION,
-    NEUTRAL,
-    PANEL,
-    PANEL_FAINT,
-    PANEL_TEXT,
-    SWITCH,
-    TRUE,
+    DETECTION_COLOUR,
+    FAINT_COLOUR,
+    NEUTRAL_COLOUR,
+    PANEL_COLOUR,
+    SWITCH_COLOUR,
+    TEXT_COLOUR,
+    TRUE_COLOUR,
     Colour,
     colour_of_id,
     ink_on,
@@ -28,12 +28,16 @@ from mot_sim.plotting.colours import (
 from mot_sim.plotting.drawing import plain_ground, tag
 from tracker.types import Tracks
 
-PANEL_SIZE = (308, 220)  # pixels
-GAP, BAR, CAPTION = 4, 34, 22
-WIDTH = 4 * PANEL_SIZE[0] + 3 * GAP
-AROUND_CAR = 3.2  # a crop is so many times as high as the car, and as wide as its own shape asks
-LEAST_CROP = 60.0  # pixels; smaller cars are shown with more around them
-SMALL_IMAGE = 0.55
+CROP_SIZE_PIXELS = (308, 220)  # pixels
+GAP_PIXELS = 4
+TITLE_BAR_PIXELS = 34
+CAPTION_PIXELS = 22
+SHEET_WIDTH_PIXELS = 4 * CROP_SIZE_PIXELS[0] + 3 * GAP_PIXELS
+CROP_CAR_HEIGHTS = (
+    3.2  # a crop is so many times as high as the car, and as wide as its own shape asks
+)
+MIN_CROP_PIXELS = 60.0  # pixels; smaller cars are shown with more around them
+THUMBNAIL_SCALE = 0.55
 LEGEND = (
     "white dashes: the car   grey dashes: other cars   light grey: detections   colours: ids given"
 )
@@ -60,7 +64,7 @@ class Scenario:
         return found.copy()
 
 
-def draw_moment(scenario: Scenario, case: Case, number: int) -> tuple[Array, Array]:
+def draw_case(scenario: Scenario, case: Case, number: int) -> tuple[Array, Array]:
     """A switch as a whole picture, and as a strip with the crops alone. number: its rank."""
     frames = frames_of(scenario, case)
     images = {frame: scenario.image(frame) for frame in dict.fromkeys(frames)}
@@ -86,9 +90,12 @@ def _window(scenario: Scenario, case: Case) -> Float[Array, "4"]:
     known = np.array([each for each in boxes if each is not None])
     low, high = known[:, :2].min(axis=0), known[:, 2:].max(axis=0)
     height = float((known[:, 3] - known[:, 1]).max())
-    aspect = PANEL_SIZE[0] / PANEL_SIZE[1]
+    aspect = CROP_SIZE_PIXELS[0] / CROP_SIZE_PIXELS[1]
     tall = max(
-        AROUND_CAR * height, LEAST_CROP, 1.3 * (high[1] - low[1]), 1.3 * (high[0] - low[0]) / aspect
+        CROP_CAR_HEIGHTS * height,
+        MIN_CROP_PIXELS,
+        1.3 * (high[1] - low[1]),
+        1.3 * (high[0] - low[0]) / aspect,
     )
     half = 0.5 * tall * np.array([aspect, 1.0])
     size = np.array(scenario.watched.stream.camera.image_size, float)
@@ -104,15 +111,17 @@ def _captioned(
     """A crop with its frame, and the id that the car has in it."""
     crop = _crop(image, window)
     _draw_boxes(crop, scenario, case, frame, window)
-    bar = np.full((CAPTION, PANEL_SIZE[0], 3), PANEL, np.uint8)
+    bar = np.full((CAPTION_PIXELS, CROP_SIZE_PIXELS[0], 3), PANEL_COLOUR, np.uint8)
     steps = frame - case.frame
     when = "t" if steps == 0 else f"t {'-' if steps < 0 else '+'} {abs(steps)}"
     name = _name_of(case, frame)
-    draw_text(bar, f"{when}   frame {frame}", (6, 16), SWITCH if steps == 0 else PANEL_TEXT, 14)
+    draw_text(
+        bar, f"{when}   frame {frame}", (6, 16), SWITCH_COLOUR if steps == 0 else TEXT_COLOUR, 14
+    )
     if name is not None:
         _chip(bar, f"id {name}", colour_of_id(name))
     if steps == 0:
-        cv2.rectangle(crop, (0, 0), (crop.shape[1] - 1, crop.shape[0] - 1), SWITCH, 2)
+        cv2.rectangle(crop, (0, 0), (crop.shape[1] - 1, crop.shape[0] - 1), SWITCH_COLOUR, 2)
     return np.concatenate((bar, crop))
 
 
@@ -120,7 +129,7 @@ def _chip(bar: Image, words: str, colour: Colour) -> None:
     """Words on a colour, at the right end of a bar."""
     width = text_width(words, 14) + 10
     left = bar.shape[1] - width
-    cv2.rectangle(bar, (left, 2), (bar.shape[1] - 1, CAPTION - 3), colour, cv2.FILLED)
+    cv2.rectangle(bar, (left, 2), (bar.shape[1] - 1, CAPTION_PIXELS - 3), colour, cv2.FILLED)
     draw_text(bar, words, (left + 5, 16), ink_on(colour), 14)
 
 
@@ -131,10 +140,10 @@ def _name_of(case: Case, frame: int) -> int | None:
 
 def _crop(image: Image, window: Float[Array, "4"]) -> Array:
     """A part of the image at the size of a panel; dark outside the image."""
-    scale = PANEL_SIZE[0] / (window[2] - window[0])
+    scale = CROP_SIZE_PIXELS[0] / (window[2] - window[0])
     A = np.array([[scale, 0.0, -scale * window[0]], [0.0, scale, -scale * window[1]]])
     method = cv2.INTER_AREA if scale < 1.0 else cv2.INTER_LINEAR
-    return cv2.warpAffine(image, A, PANEL_SIZE, flags=method, borderValue=PANEL)
+    return cv2.warpAffine(image, A, CROP_SIZE_PIXELS, flags=method, borderValue=PANEL_COLOUR)
 
 
 def _draw_boxes(
@@ -143,12 +152,12 @@ def _draw_boxes(
     """Detections, true boxes and the tracker's boxes, on top those of this switch."""
     stream = scenario.watched.stream
     for corners in _inside(stream.log.at(frame).boxes, window)[0]:
-        draw_box(crop, corners, DETECTION, 4)
+        draw_box(crop, corners, DETECTION_COLOUR, 4)
     cars = scenario.cars.select(scenario.cars.frames == frame)
     boxes, rows = _inside(cars.boxes, window)
     for corners, row in zip(boxes, rows.tolist(), strict=True):
         if cars.ids[row] != case.car:
-            draw_dashed_box(crop, corners, NEUTRAL, 1, 4.0)
+            draw_dashed_box(crop, corners, NEUTRAL_COLOUR, 1, 4.0)
     tracks = scenario.output.select(scenario.output.frames == frame)
     placed, shown = _inside(tracks.boxes, window)
     about = np.isin(tracks.ids[shown], (case.old_name, case.name))
@@ -158,7 +167,7 @@ def _draw_boxes(
         tag(crop, str(name), placed[at], colour_of_id(name))
     for corners, row in zip(boxes, rows.tolist(), strict=True):
         if cars.ids[row] == case.car:
-            draw_dashed_box(crop, corners, TRUE, 2, 5.0)
+            draw_dashed_box(crop, corners, TRUE_COLOUR, 2, 5.0)
 
 
 def _inside(boxes: Float[Array, "n 4"], window: Float[Array, "4"]) -> tuple[Array, Array]:
@@ -166,23 +175,23 @@ def _inside(boxes: Float[Array, "n 4"], window: Float[Array, "4"]) -> tuple[Arra
     rows = np.flatnonzero(
         (boxes[:, :2] < window[2:]).all(axis=1) & (boxes[:, 2:] > window[:2]).all(axis=1)
     )
-    scale = PANEL_SIZE[0] / (window[2] - window[0])
+    scale = CROP_SIZE_PIXELS[0] / (window[2] - window[0])
     return scale * (boxes[rows] - np.tile(window[:2], 2)), rows
 
 
 def _title(case: Case, number: int) -> Image:
     """What it is, and what it hangs on."""
-    bar = np.full((BAR, WIDTH, 3), PANEL, np.uint8)
+    bar = np.full((TITLE_BAR_PIXELS, SHEET_WIDTH_PIXELS, 3), PANEL_COLOUR, np.uint8)
     words = f"{number}.  {case.drive}   car {case.car}: id {case.old_name} in frame {case.before}, "
-    end = draw_text(bar, f"{words}id {case.name} in frame {case.frame}", (8, 23), PANEL_TEXT, 17)
-    told = cause_said(case)
+    end = draw_text(bar, f"{words}id {case.name} in frame {case.frame}", (8, 23), TEXT_COLOUR, 17)
+    told = cause_words(case)
     if told:
-        left = max(WIDTH - text_width(told, 16) - 8, end + 20)
-        draw_text(bar, told, (left, 23), SWITCH, 16)
+        left = max(SHEET_WIDTH_PIXELS - text_width(told, 16) - 8, end + 20)
+        draw_text(bar, told, (left, 23), SWITCH_COLOUR, 16)
     return bar
 
 
-def cause_said(case: Case) -> str:
+def cause_words(case: Case) -> str:
     """What a switch hangs on, in a few words; nothing where nobody asked."""
     if case.sources:
         return f"hangs on {' or '.join(case.sources)}"
@@ -190,25 +199,29 @@ def cause_said(case: Case) -> str:
 
 
 def _side_by_side(pictures: list[Array]) -> Array:
-    gap = np.full((pictures[0].shape[0], GAP, 3), PANEL, np.uint8)
+    gap = np.full((pictures[0].shape[0], GAP_PIXELS, 3), PANEL_COLOUR, np.uint8)
     parts = [part for picture in pictures for part in (picture, gap)]
     return np.concatenate(parts[:-1], axis=1)
 
 
 def _whole(scenario: Scenario, case: Case, image: Image, window: Float[Array, "4"]) -> Array:
     """The frame of the switch, small, with the part that the crops show."""
-    small = cv2.resize(image, None, fx=SMALL_IMAGE, fy=SMALL_IMAGE, interpolation=cv2.INTER_AREA)
+    small = cv2.resize(
+        image, None, fx=THUMBNAIL_SCALE, fy=THUMBNAIL_SCALE, interpolation=cv2.INTER_AREA
+    )
     tracks = scenario.output.select(scenario.output.frames == case.frame)
     for row in range(len(tracks)):
-        draw_box(small, SMALL_IMAGE * tracks.boxes[row], colour_of_id(int(tracks.ids[row])), 1)
-    draw_box(small, SMALL_IMAGE * window, SWITCH, 2)
+        draw_box(small, THUMBNAIL_SCALE * tracks.boxes[row], colour_of_id(int(tracks.ids[row])), 1)
+    draw_box(small, THUMBNAIL_SCALE * window, SWITCH_COLOUR, 2)
     return small
 
 
 def _with_facts(whole: Image, case: Case) -> Array:
     """The small image, and beside it what was around and how the picture is read."""
-    found = np.full((whole.shape[0] + 2 * GAP, WIDTH, 3), PANEL, np.uint8)
-    found[GAP:-GAP, : whole.shape[1]] = whole[:, :WIDTH]
+    found = np.full(
+        (whole.shape[0] + 2 * GAP_PIXELS, SHEET_WIDTH_PIXELS, 3), PANEL_COLOUR, np.uint8
+    )
+    found[GAP_PIXELS:-GAP_PIXELS, : whole.shape[1]] = whole[:, :SHEET_WIDTH_PIXELS]
     left = whole.shape[1] + 14
     around = [
         name for name in case.around if "," in name or f"{name}, " not in "; ".join(case.around)
@@ -216,12 +229,12 @@ def _with_facts(whole: Image, case: Case) -> Array:
     lines = ["around it:", *(f"   {name}" for name in around or ["none of the known events"])]
     lines += [f"the shorter of its two runs: {case.weight} frames"]
     for number, words in enumerate(lines):
-        draw_text(found, words, (left, 26 + 20 * number), PANEL_TEXT, 15)
+        draw_text(found, words, (left, 26 + 20 * number), TEXT_COLOUR, 15)
     bottom = found.shape[0] - 12
     first, second = LEGEND[: LEGEND.index("light")].strip(), LEGEND[LEGEND.index("light") :]
-    draw_text(found, first, (left, bottom - 18), PANEL_FAINT, 14)
-    draw_text(found, second, (left, bottom), PANEL_FAINT, 14)
+    draw_text(found, first, (left, bottom - 18), FAINT_COLOUR, 14)
+    draw_text(found, second, (left, bottom), FAINT_COLOUR, 14)
     return found
 
 
-__all__ = ["WIDTH", "Scenario", "cause_said", "draw_moment", "frames_of"]
+__all__ = ["SHEET_WIDTH_PIXELS", "Scenario", "cause_words", "draw_case", "frames_of"]

@@ -11,11 +11,11 @@ from mot_sim.experiments.sweep.trial import require_rows
 from tracker import Tracks
 from tracker.errors import BadConfig
 
-BEGINNING = -1  # the frame before the first
+BEFORE_FIRST_FRAME = -1  # the frame before the first
 
 
 @dataclass(frozen=True, eq=False)
-class Kept:
+class TrackerSnapshot:
     """A tracker after a frame, and all rows that it had given by then."""
 
     tracker: Steps
@@ -32,7 +32,7 @@ class Replays:
     """
 
     contender: TrackerSpec
-    kept: dict[int, Kept] = field(default_factory=dict)
+    kept: dict[int, TrackerSnapshot] = field(default_factory=dict)
     is_late: bool = False
 
     def run(self, stream: DetectionStream, last: int, keep: Iterable[int] = ()) -> Tracks:
@@ -41,20 +41,25 @@ class Replays:
         Raises TrackerFailed when the tracker raises, or gives what cannot be scored, BadConfig
         where it cannot be built.
         """
-        fresh = Kept(self.contender.build(stream.camera), (), ())
+        fresh = TrackerSnapshot(self.contender.build(stream.camera), (), ())
         wanted = set(keep) if self.contender.is_ours else set()
-        return self._go_on(fresh, BEGINNING, stream, last, wanted)
+        return self._go_on(fresh, BEFORE_FIRST_FRAME, stream, last, wanted)
 
     def run_from(self, before: int, stream: DetectionStream, last: int) -> Tracks:
         """The same for a stream that is the kept one's up to and with the frame `before`."""
         if before not in self.kept:
             return self.run(stream, last)
         start = self.kept[before]
-        copied = Kept(deepcopy(start.tracker), start.came, start.rows)
+        copied = TrackerSnapshot(deepcopy(start.tracker), start.came, start.rows)
         return self._go_on(copied, before, stream, last, set())
 
     def _go_on(
-        self, start: Kept, before: int, stream: DetectionStream, last: int, wanted: set[int]
+        self,
+        start: TrackerSnapshot,
+        before: int,
+        stream: DetectionStream,
+        last: int,
+        wanted: set[int],
     ) -> Tracks:
         """Frames after `before` up to `last`."""
         tracker, came, parts = start.tracker, list(start.came), list(start.rows)
@@ -66,7 +71,9 @@ class Replays:
                     continue
                 at = frame.index
                 for earlier in sorted(each for each in wanted if each < at):
-                    self.kept[earlier] = Kept(deepcopy(tracker), tuple(came), tuple(parts))
+                    self.kept[earlier] = TrackerSnapshot(
+                        deepcopy(tracker), tuple(came), tuple(parts)
+                    )
                     wanted.discard(earlier)
                 came.append(at)
                 parts.append(tracker.step(frame))

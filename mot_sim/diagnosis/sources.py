@@ -16,13 +16,13 @@ from tracker.errors import UnknownName
 from tracker.types import Detections
 
 # Effects that measure cues, and the columns that each one fills.
-CUES: dict[str, tuple[str, ...]] = {
+CUE_COLUMNS: dict[str, tuple[str, ...]] = {
     "pose": ("yaw", "size"), "keypoints": ("keypoints",), "shape": ("shape",),
     "appearance": ("descriptor",),
 }  # fmt: skip
-FULL_RATE = 10.0  # Hz; of recordings
-OTHERS = ("odometry", "timing", "frame rate", "miscalibration", "rig")
-SOURCES = (*EFFECTS, *OTHERS)
+RECORDING_FRAME_RATE = 10.0  # Hz; of recordings
+OTHER_SOURCES = ("odometry", "timing", "frame rate", "miscalibration", "rig")
+SOURCES = (*EFFECTS, *OTHER_SOURCES)
 
 
 def active_sources(conditions: Conditions) -> tuple[str, ...]:
@@ -44,7 +44,7 @@ def without(conditions: Conditions, source: str) -> Conditions:
     """
     if source not in SOURCES:
         raise UnknownName.of("source of noise", source, SOURCES)
-    if source in CUES:
+    if source in CUE_COLUMNS:
         return replace(conditions, detector=replace(conditions.detector, cues=0.0))
     if source in EFFECTS:
         nothing: dict[str, Any] = {source: None}
@@ -53,7 +53,7 @@ def without(conditions: Conditions, source: str) -> Conditions:
     off: dict[str, Any] = {
         "odometry": {"odometry": Odometry()},
         "timing": {"timing": Timing()},
-        "frame rate": {"rig": replace(rig, frame_rate=FULL_RATE)},
+        "frame rate": {"rig": replace(rig, frame_rate=RECORDING_FRAME_RATE)},
         "miscalibration": {"miscalibration": Miscalibration()},
         "rig": {"rig": replace(rig, height_error=0.0, pitch_error_deg=0.0)},
     }
@@ -121,8 +121,8 @@ def _stream_without(
 ) -> DetectionStream:
     """The whole drive without a source, of which nothing else is changed."""
     found = DetectionStream.of(drive_of(without(conditions, source), recorded, seed).sequence)
-    if source in CUES:
-        columns = {name: getattr(found.log.detections, name) for name in CUES[source]}
+    if source in CUE_COLUMNS:
+        columns = {name: getattr(found.log.detections, name) for name in CUE_COLUMNS[source]}
         log = DetectionLog(base.log.frames, replace(base.log.detections, **columns))
         return replace(found, log=log)
     if source == "misses" and conditions.effects.merges is None:
@@ -150,4 +150,4 @@ def _keys(log: DetectionLog) -> list[tuple[int, bytes]]:
     return [(frame, box.tobytes()) for frame, box in zip(log.frames.tolist(), boxes, strict=True)]
 
 
-__all__ = ["CUES", "SOURCES", "SourceAblation", "active_sources", "without", "without_all"]
+__all__ = ["CUE_COLUMNS", "SOURCES", "SourceAblation", "active_sources", "without", "without_all"]

@@ -11,7 +11,7 @@ from mot_sim.simulation.sensors import Timed
 from tracker.geometry import invert
 from tracker.types import Camera, Sequence
 
-NO_MOTION = 1e-9  # metres, and of a rotation matrix: rounding of poses
+MAX_POSE_ROUNDING = 1e-9  # metres, and of a rotation matrix: rounding of poses
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ class DetectionStream:
         mine, theirs = self.recorded.Ts_world_cam, other.recorded.Ts_world_cam
         if mine is not None and theirs is not None and not np.array_equal(mine, theirs):
             off = _steps(mine)[inside[1:]] - _steps(theirs)[inside[1:]]
-            if np.abs(off).max(initial=0.0) > NO_MOTION:
+            if np.abs(off).max(initial=0.0) > MAX_POSE_ROUNDING:
                 return False
         come = inside & np.isin(np.arange(self.frame_count), (*self.frames, *other.frames))
         a, b = _part(self.log, come), _part(other.log, come)

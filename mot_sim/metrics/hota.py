@@ -17,7 +17,7 @@ from mot_sim.metrics.matching import match
 from mot_sim.metrics.overlaps import EPSILON, Overlaps
 
 ALPHAS = np.arange(0.05, 0.99, 0.05)  # the overlap that a match needs: 0.05, 0.10, ..., 0.95
-BY_ALPHA = (
+HOTA_SCORES = (
     "HOTA", "DetA", "AssA", "DetRe", "DetPr", "AssRe", "AssPr", "LocA", "OWTA",
     "HOTA_TP", "HOTA_FN", "HOTA_FP",
 )  # fmt: skip
@@ -84,12 +84,12 @@ class Hota:
 
     def by_alpha(self) -> dict[str, list[float]]:
         """The values at every alpha, by name."""
-        return {name: getattr(self, name).tolist() for name in BY_ALPHA}
+        return {name: getattr(self, name).tolist() for name in HOTA_SCORES}
 
     def numbers(self) -> dict[str, Number]:
         """Every score by its name: means over alpha, and the values at the least alpha."""
         numbers: dict[str, Number] = {
-            name: float(np.mean(getattr(self, name))) for name in BY_ALPHA
+            name: float(np.mean(getattr(self, name))) for name in HOTA_SCORES
         }
         hota, overlap = float(self.HOTA[0]), float(self.LocA[0])
         return numbers | {"HOTA(0)": hota, "LocA(0)": overlap, "HOTALocA(0)": hota * overlap}

@@ -14,7 +14,7 @@ from mot_sim.metrics.counts import Number
 from mot_sim.metrics.overlaps import Overlaps
 from mot_sim.metrics.preprocessing import MIN_OVERLAP
 
-NAMES = ("IDF1", "IDR", "IDP", "IDTP", "IDFN", "IDFP")
+IDENTITY_SCORES = ("IDF1", "IDR", "IDP", "IDTP", "IDFN", "IDFP")
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class Identity:
 
     def numbers(self) -> dict[str, Number]:
         """Every score by its name."""
-        return {name: getattr(self, name) for name in NAMES}
+        return {name: getattr(self, name) for name in IDENTITY_SCORES}
 
 
 def identity_scores(overlaps: Overlaps) -> Identity:

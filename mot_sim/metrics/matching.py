@@ -15,7 +15,7 @@ from scipy.optimize import linear_sum_assignment
 from mot_sim.metrics.overlaps import Overlaps
 
 # A lead below this may be rounding of the solver: such frames are left to the solver.
-LEAD = 1e-9
+MIN_LEAD = 1e-9
 
 
 def match(
@@ -42,7 +42,7 @@ def peel(
     left = np.arange(len(rows))
     while len(left):
         row, column, weight = rows[left], columns[left], weights[left]
-        certain = weight > best_rival(row, weight) + best_rival(column, weight) + LEAD
+        certain = weight > best_rival(row, weight) + best_rival(column, weight) + MIN_LEAD
         if not certain.any():
             break
         chosen[left[certain]] = True

@@ -16,10 +16,10 @@ from tracker.geometry import box_area, box_intersection
 from tracker.types import Tracks
 
 MIN_OVERLAP = 0.5  # intersection over union of a match
-MAX_OCCLUSION = 2  # KITTI's levels: 0 visible, 1 partly, 2 largely occluded, 3 unknown
-MAX_TRUNCATION = 0
-MIN_HEIGHT = 25.0  # pixels; an unmatched box this high or lower is ignored
-MAX_DONT_CARE = 0.5  # part of an unmatched box inside one DontCare region
+MAX_OCCLUSION_LEVEL = 2  # KITTI's levels: 0 visible, 1 partly, 2 largely occluded, 3 unknown
+MAX_TRUNCATION_LEVEL = 0
+MIN_HEIGHT_PIXELS = 25.0  # pixels; an unmatched box this high or lower is ignored
+MAX_DONT_CARE_SHARE = 0.5  # part of an unmatched box inside one DontCare region
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +48,9 @@ def prepare_sequence(truth: Tracks, output: Tracks, frame_count: int) -> Prepare
     cars = kind_is(output, "Car", True) & (output.ids >= 0)
     neutral = is_van
     if truth.occlusion is not None:
-        neutral = neutral | (truth.occlusion > MAX_OCCLUSION)
+        neutral = neutral | (truth.occlusion > MAX_OCCLUSION_LEVEL)
     if truth.truncation is not None:
-        neutral = neutral | (truth.truncation > MAX_TRUNCATION)
+        neutral = neutral | (truth.truncation > MAX_TRUNCATION_LEVEL)
     in_order = np.argsort(truth.frames[labels], kind="stable")
     return PreparedSequence(
         Overlaps.between(
@@ -75,12 +75,12 @@ def ignored_if_unmatched(contest: PreparedSequence, slack: float) -> Bool[Array,
     They are too low, or lie in a DontCare region by more than the allowed part plus `slack`.
     """
     boxes = contest.overlaps.output.boxes
-    ignored = boxes[:, 3] - boxes[:, 1] <= MIN_HEIGHT
+    ignored = boxes[:, 3] - boxes[:, 1] <= MIN_HEIGHT_PIXELS
     rows, regions = same_frame_pairs(contest.overlaps.output.frames, contest.dont_care.frames)
     shared = box_intersection(boxes[rows], contest.dont_care.boxes[regions])
     area = box_area(boxes[rows])
     covered = (area > EPSILON) & (shared > 0.0)
-    inside = shared[covered] / area[covered] > MAX_DONT_CARE + slack
+    inside = shared[covered] / area[covered] > MAX_DONT_CARE_SHARE + slack
     ignored[rows[covered][inside]] = True
     return ignored
 

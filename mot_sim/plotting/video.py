@@ -12,7 +12,7 @@ from mot_sim.plotting.canvas import Image
 from mot_sim.plotting.encoder import GIF, H264, LOSSLESS, PALETTE, Encoder, convert, find_ffmpeg
 from tracker.errors import BadConfig, BadOutput, OutputExists
 
-ENDINGS = (".mp4", ".gif", "")  # H.264; a looping GIF; a folder of 000000.png, ...
+FILM_ENDINGS = (".mp4", ".gif", "")  # H.264; a looping GIF; a folder of 000000.png, ...
 
 
 def require_target(path: Path, overwrite: bool = False) -> None:
@@ -23,7 +23,7 @@ def require_target(path: Path, overwrite: bool = False) -> None:
     a film's pictures), BadOutput for a place that cannot be written to.
     """
     ending = path.suffix.lower()
-    if ending not in ENDINGS:
+    if ending not in FILM_ENDINGS:
         raise BadConfig(f"{path}: no film ends in '{path.suffix}'; give .mp4, .gif, or a folder")
     if ending:
         find_ffmpeg()

@@ -6,9 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from mot_sim.plotting.canvas import Image, draw_text, text_width
-from mot_sim.plotting.colours import PANEL, PANEL_FAINT, PANEL_TEXT
+from mot_sim.plotting.colours import FAINT_COLOUR, PANEL_COLOUR, TEXT_COLOUR
 
-TITLE, LINE, SMALL, MARGIN = 32, 19, 14, 12  # pixels
+TITLE_PIXELS = 32  # pixels
+LINE_PIXELS = 19  # pixels
+LEGEND_TEXT_PIXELS = 14  # pixels
+MARGIN_PIXELS = 12  # pixels
 
 
 @dataclass(frozen=True)
@@ -38,14 +41,14 @@ def title_words(name: str, index: int, seconds: float, switches: int | None) -> 
 
 def title(width: int, left: str, tracker: str, detections: bool) -> Image:
     """The bar above a frame; who tracked stands on the right where there is room."""
-    bar = plain_bar(width, TITLE)
-    draw_text(bar, left, (MARGIN, 22), PANEL_TEXT, 18)
+    bar = plain_bar(width, TITLE_PIXELS)
+    draw_text(bar, left, (MARGIN_PIXELS, 22), TEXT_COLOUR, 18)
     right = f"colour and number: tracks of '{tracker}'"
     if detections:
         right = f"thin grey: detections (without: predicted)   {right}"
-    start = width - text_width(right, 15) - MARGIN
-    if start > MARGIN + text_width(left, 18):
-        draw_text(bar, right, (start, 22), PANEL_FAINT, 15)
+    start = width - text_width(right, 15) - MARGIN_PIXELS
+    if start > MARGIN_PIXELS + text_width(left, 18):
+        draw_text(bar, right, (start, 22), FAINT_COLOUR, 15)
     return bar
 
 
@@ -69,10 +72,16 @@ def marks(layers: Layers, outlines: bool) -> list[str]:
 
 def legend(width: int, parts: Sequence[str]) -> Image:
     """A bar of as many lines as the parts take."""
-    lines = wrap(parts, width - 2 * MARGIN)
-    bar = plain_bar(width, LINE * len(lines) + 6)
+    lines = wrap(parts, width - 2 * MARGIN_PIXELS)
+    bar = plain_bar(width, LINE_PIXELS * len(lines) + 6)
     for number, words in enumerate(lines):
-        draw_text(bar, words, (MARGIN, LINE * (number + 1) - 2), PANEL_TEXT, SMALL)
+        draw_text(
+            bar,
+            words,
+            (MARGIN_PIXELS, LINE_PIXELS * (number + 1) - 2),
+            TEXT_COLOUR,
+            LEGEND_TEXT_PIXELS,
+        )
     return bar
 
 
@@ -81,7 +90,7 @@ def wrap(parts: Sequence[str], width: int) -> list[str]:
     lines: list[str] = []
     for part in parts:
         longer = f"{lines[-1]}    {part}" if lines else part
-        if lines and text_width(longer, SMALL) <= width:
+        if lines and text_width(longer, LEGEND_TEXT_PIXELS) <= width:
             lines[-1] = longer
         else:
             lines.append(part)
@@ -91,5 +100,5 @@ def wrap(parts: Sequence[str], width: int) -> list[str]:
 def plain_bar(width: int, height: int) -> Image:
     """A bar with nothing on it."""
     bar = np.empty((height, width, 3), np.uint8)
-    bar[:] = PANEL
+    bar[:] = PANEL_COLOUR
     return bar

@@ -11,9 +11,9 @@ import numpy as np
 from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.metrics.verdicts import Verdicts
 from mot_sim.plotting.canvas import Image
-from mot_sim.plotting.colours import TRUE, colour_of_id
+from mot_sim.plotting.colours import TRUE_COLOUR, colour_of_id
 from mot_sim.plotting.drawing import (
-    FLASH,
+    SWITCH_FRAMES,
     draw_areas,
     draw_detections,
     draw_false,
@@ -23,7 +23,7 @@ from mot_sim.plotting.drawing import (
     plain_ground,
 )
 from mot_sim.report.captions import Layers, legend, marks, title, title_words
-from mot_sim.report.expectations import Standing, expectations
+from mot_sim.report.expectations import ExpectedTracks, expectations
 from mot_sim.report.ground import GroundMap
 from mot_sim.report.topview import TopView
 from mot_sim.report.wireframes import Fitting, Wireframes, draw_wireframes
@@ -31,11 +31,11 @@ from mot_sim.simulation.episode import SimulatedDrive
 from tracker.geometry import box_iou
 from tracker.types import Detections, Frame, Tracks
 
-TOP_VIEW = 313  # pixels: with KITTI's 375 and the title it makes 720
-SCALE = 7.8  # pixels a metre in the top view
-BEHIND = 14.0  # metres behind us that the top view shows
-TRAIL = 25  # frames
-HALF = 0.5
+TOP_VIEW_PIXELS = 313  # pixels: with KITTI's 375 and the title it makes 720
+PIXELS_PER_METRE = 7.8  # pixels a metre in the top view
+METRES_BEHIND = 14.0  # metres behind us that the top view shows
+TRAIL_FRAMES = 25  # frames
+MIN_DETECTED_IOU = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,7 @@ class Film:
             if first <= index:
                 yield index, self._frame(index, standing, trails)
 
-    def _frame(self, index: int, standing: Standing, trails: dict) -> Image:
+    def _frame(self, index: int, standing: ExpectedTracks, trails: dict) -> Image:
         parts = [self._title(index), self._view(index, standing)]
         if self.layers.top_view:
             above = self._above(index, standing, trails)
@@ -77,7 +77,7 @@ class Film:
         how = cv2.INTER_AREA if self.scale < 1.0 else cv2.INTER_CUBIC
         return np.asarray(cv2.resize(frame, None, fx=self.scale, fy=self.scale, interpolation=how))
 
-    def _view(self, index: int, standing: Standing) -> Image:
+    def _view(self, index: int, standing: ExpectedTracks) -> Image:
         """The camera's image, or plain ground, with all marks."""
         image = None if self.drive.images is None else self.drive.images.load(index)
         layers, rows = self.layers, self.tracks.select(self.tracks.frames == index)
@@ -98,7 +98,7 @@ class Film:
             draw_wireframes(view, seen, [colour_of_id(each) for each in seen.ids.tolist()])
         if layers.true_wireframes and isinstance(self.drive, SimulatedDrive):
             true = Wireframes.true(self.drive.exact, index)
-            draw_wireframes(view, true, [TRUE] * len(true))
+            draw_wireframes(view, true, [TRUE_COLOUR] * len(true))
         if self._verdicts is not None:
             self._draw_verdicts(view, index, self._verdicts)
         return view
@@ -110,7 +110,7 @@ class Film:
         draw_true_boxes(view, now(verdicts.found), now(verdicts.missed), now(verdicts.neutral))
         draw_false(view, now(verdicts.false))
         ages = index - verdicts.switches.frames
-        for row in np.flatnonzero((ages >= 0) & (ages < FLASH)).tolist():
+        for row in np.flatnonzero((ages >= 0) & (ages < SWITCH_FRAMES)).tolist():
             name = int(verdicts.switches.track_ids[row])
             here = self.tracks.select((self.tracks.frames == index) & (self.tracks.ids == name))
             if len(here):
@@ -134,7 +134,7 @@ class Film:
     def _width(self) -> int:
         return self.drive.camera.image_size[0]
 
-    def _above(self, index: int, standing: Standing, trails: dict) -> Image:
+    def _above(self, index: int, standing: ExpectedTracks, trails: dict) -> Image:
         """The top view."""
         ground, camera = self._ground, self.drive.camera
         pose = ground.pose(index)
@@ -153,11 +153,11 @@ class Film:
         view.draw_trails(panel, ways)
         return panel
 
-    def _remember(self, trails: dict, index: int, standing: Standing) -> None:
+    def _remember(self, trails: dict, index: int, standing: ExpectedTracks) -> None:
         """Add where the tracks are now to their trails; without poses a trail is one point."""
         bases = self._ground.on_map(standing.now.cuboids.base[:, ::2], index)
         for name, base in zip(standing.now.ids.tolist(), bases, strict=True):
-            length = 1 if self._ground.poses is None else TRAIL
+            length = 1 if self._ground.poses is None else TRAIL_FRAMES
             trails.setdefault(name, deque(maxlen=length)).append((index, base))
 
     @cached_property
@@ -176,10 +176,10 @@ class Film:
         return replace(self._turned(pose), heading=0.0)
 
     def _turned(self, pose: np.ndarray) -> TopView:
-        size = (self.drive.camera.image_size[0], TOP_VIEW)
-        anchor = (BEHIND * SCALE, 0.5 * TOP_VIEW)
+        size = (self.drive.camera.image_size[0], TOP_VIEW_PIXELS)
+        anchor = (METRES_BEHIND * PIXELS_PER_METRE, 0.5 * TOP_VIEW_PIXELS)
         origin = (float(pose[0]), float(pose[1]))
-        return TopView(self._ground.roads, origin, SCALE, size, anchor, float(pose[2]))
+        return TopView(self._ground.roads, origin, PIXELS_PER_METRE, size, anchor, float(pose[2]))
 
 
 def detected(tracks: Tracks, detections: Detections) -> Tracks:
@@ -187,4 +187,4 @@ def detected(tracks: Tracks, detections: Detections) -> Tracks:
     if not len(detections):
         return tracks.select(slice(0, 0))
     overlap = box_iou(tracks.boxes[:, None], detections.boxes[None])
-    return tracks.select((overlap >= HALF).any(axis=1))
+    return tracks.select((overlap >= MIN_DETECTED_IOU).any(axis=1))

@@ -34,11 +34,13 @@ log = logging.getLogger(__name__)
 SIMULATED = "simulated"
 # Of the tracks of six KITTI drives 0.96 to 0.99 overlap a detection of theirs, at most 0.41 one
 # of another drive.
-FEWEST, ON_IT, LEAST_SHARE = 20, 0.3, 0.6
+MIN_CHECKED_BOXES = 20
+MIN_DETECTION_IOU = 0.3
+MIN_DETECTED_SHARE = 0.6
 
 
 @dataclass(frozen=True)
-class Wanted:
+class DriveRequest:
     """Which drive. episode: a folder of `mot-sim record`, a KITTI root, or a scene's name.
 
     sequence: of a folder that holds several. detections: a detector of the tree; None: RRC of a
@@ -179,11 +181,11 @@ def require_in_view(tracks: Tracks, drive: RecordedSequence, where: str) -> None
 def require_detected(tracks: Tracks, drive: RecordedSequence, where: str) -> None:
     """BadTracks where almost no box lies on a detection: the tracks follow something else."""
     rows, columns = same_frame_pairs(tracks.frames, drive.log.frames)
-    if len(tracks) < FEWEST or not len(drive.log.frames):
+    if len(tracks) < MIN_CHECKED_BOXES or not len(drive.log.frames):
         return
     overlap = box_iou(tracks.boxes[rows], drive.log.detections.boxes[columns])
-    share = len(np.unique(rows[overlap >= ON_IT])) / len(tracks)
-    if share < LEAST_SHARE:
+    share = len(np.unique(rows[overlap >= MIN_DETECTION_IOU])) / len(tracks)
+    if share < MIN_DETECTED_SHARE:
         raise BadTracks(
             f"{where}: {100 * share:.0f} % of its {len(tracks)} boxes lie on a detection of "
             f"'{drive.name}': these are tracks of another drive, or of other detections; give "

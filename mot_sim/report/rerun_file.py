@@ -14,16 +14,16 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from mot_sim.files.writing import require_writable, whole_file
-from mot_sim.plotting.colours import DETECTION, TRUE, colour_of_id
-from mot_sim.report.expectations import Standing, expectations
+from mot_sim.plotting.colours import DETECTION_COLOUR, TRUE_COLOUR, colour_of_id
+from mot_sim.report.expectations import ExpectedTracks, expectations
 from mot_sim.report.film import Film
 from mot_sim.report.ground import GroundMap
 from tracker.errors import BadConfig, OutputExists
 from tracker.types import Cuboids
 
-ENDING = ".rrd"
-QUALITY = 90  # of JPEG; lossless images make recordings ten times as large
-TRAIL = 50  # frames
+RERUN_ENDING = ".rrd"
+JPEG_QUALITY = 90  # of JPEG; lossless images make recordings ten times as large
+TRAIL_FRAMES = 50  # frames
 
 
 def find_rerun() -> Any:
@@ -37,8 +37,8 @@ def find_rerun() -> Any:
 
 def require_rerun(path: Path, overwrite: bool = False) -> None:
     """Check the ending, the place and the package before any work is done."""
-    if path.suffix.lower() != ENDING:
-        raise BadConfig(f"{path}: a recording for rerun ends in {ENDING}")
+    if path.suffix.lower() != RERUN_ENDING:
+        raise BadConfig(f"{path}: a recording for rerun ends in {RERUN_ENDING}")
     require_writable(path)
     if path.exists() and not overwrite:
         raise OutputExists(f"{path}: exists; give --overwrite, or another name")
@@ -87,7 +87,7 @@ class _Logged:
         )
         self.stream.log("map/camera/image", lens, static=True)
 
-    def frame(self, index: int, standing: Standing) -> None:
+    def frame(self, index: int, standing: ExpectedTracks) -> None:
         """Everything of one frame."""
         rr, stream, drive = self.rr, self.stream, self.film.drive
         stream.set_time("frame", sequence=index)
@@ -97,7 +97,9 @@ class _Logged:
         image = None if drive.images is None else drive.images.load(index)
         if image is not None:
             done, jpeg = cv2.imencode(
-                ".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, QUALITY]
+                ".jpg",
+                cv2.cvtColor(image, cv2.COLOR_RGB2BGR),
+                [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY],
             )
             assert done
             picture = rr.EncodedImage(contents=jpeg.tobytes(), media_type="image/jpeg")
@@ -111,10 +113,10 @@ class _Logged:
         self._log_boxes("tracks", rows.boxes, [colour_of_id(each) for each in rows.ids.tolist()],
                         rows.ids)  # fmt: skip
         boxes = film.drive.log.at(index).boxes
-        self._log_boxes("detections", boxes, [DETECTION] * len(boxes))
+        self._log_boxes("detections", boxes, [DETECTION_COLOUR] * len(boxes))
         if film.truth is not None:
             now = film.truth.select((film.truth.frames == index) & (film.truth.ids >= 0))
-            self._log_boxes("truth", now.boxes, [TRUE] * len(now), now.ids)
+            self._log_boxes("truth", now.boxes, [TRUE_COLOUR] * len(now), now.ids)
 
     def _log_boxes(
         self,
@@ -129,7 +131,7 @@ class _Logged:
                            labels=labels)  # fmt: skip
         self.stream.log(f"map/camera/image/{name}", found)
 
-    def _cuboids(self, index: int, standing: Standing) -> None:
+    def _cuboids(self, index: int, standing: ExpectedTracks) -> None:
         """Cuboids and trails on the map."""
         rr, now = self.rr, standing.now
         colours = [colour_of_id(each) for each in now.ids.tolist()]
@@ -137,14 +139,14 @@ class _Logged:
         bases = self.ground.on_map(now.cuboids.base[:, ::2], index)
         for name, base in zip(now.ids.tolist(), bases.tolist(), strict=True):
             way = self.trails.setdefault(name, [])
-            way[:] = [*way, [*base, 0.0]][-TRAIL if self.ground.poses is not None else -1 :]
+            way[:] = [*way, [*base, 0.0]][-TRAIL_FRAMES if self.ground.poses is not None else -1 :]
         ways = [self.trails[name] for name in now.ids.tolist()]
         self.stream.log("map/trails", rr.LineStrips3D(ways, colors=colours))
         truth = self.film.truth
         if truth is not None and truth.cuboids is not None:
             rows = truth.select((truth.frames == index) & np.isfinite(truth.cuboids.yaw))
             assert rows.cuboids is not None
-            white = [TRUE] * len(rows)
+            white = [TRUE_COLOUR] * len(rows)
             self._log_cuboids("map/truth", rows.cuboids, index, white, rows.ids)
 
     def _log_cuboids(

@@ -23,14 +23,19 @@ from tracker.types import Cuboids
 if TYPE_CHECKING:
     import matplotlib.figure
 
-PHOTOS = (".jpg", ".jpeg")  # a sixth of a PNG's size, for pages
-WIDTH, DOTS = 10.0, 200  # inches, and pixels an inch
-FROM_ABOVE, TITLE = 3.1, 0.2  # inches: the height of the two maps, and of a line of words
-BEHIND = 6.0  # metres behind the camera that the maps show
-NEAREST, FARTHEST = 25.0, 60.0  # metres ahead that the maps show, at least and at most
-OUR_CAR = np.array([(0.9, -4.2), (0.9, -0.3), (0.0, 0.2), (-0.9, -0.3), (-0.9, -4.2)])  # x, z
-SMALL = 8.0
-INK = "#222222"
+PHOTO_ENDINGS = (".jpg", ".jpeg")  # a sixth of a PNG's size, for pages
+WIDTH_INCHES = 10.0  # inches, and pixels an inch
+DOTS_PER_INCH = 200  # inches, and pixels an inch
+MAPS_INCHES = 3.1  # inches: the height of the two maps, and of a line of words
+TITLE_INCHES = 0.2  # inches: the height of the two maps, and of a line of words
+METRES_BEHIND = 6.0  # metres behind the camera that the maps show
+MIN_METRES_AHEAD = 25.0  # metres ahead that the maps show, at least and at most
+MAX_METRES_AHEAD = 60.0  # metres ahead that the maps show, at least and at most
+OUR_CAR_OUTLINE = np.array(
+    [(0.9, -4.2), (0.9, -0.3), (0.0, 0.2), (-0.9, -0.3), (-0.9, -4.2)]
+)  # x, z
+TEXT_POINTS = 8.0
+INK_COLOUR = "#222222"
 
 
 def draw_teaser(two: TwoFrames) -> "matplotlib.figure.Figure":
@@ -39,12 +44,12 @@ def draw_teaser(two: TwoFrames) -> "matplotlib.figure.Figure":
     from matplotlib.layout_engine import ConstrainedLayoutEngine  # noqa: PLC0415
 
     width, height = two.camera.image_size
-    row = WIDTH * height / width + TITLE
+    row = WIDTH_INCHES * height / width + TITLE_INCHES
     layout = ConstrainedLayoutEngine(h_pad=0.02, w_pad=0.02, hspace=0.02)
-    figure = Figure(figsize=(WIDTH, 2 * row + FROM_ABOVE), layout=layout)
+    figure = Figure(figsize=(WIDTH_INCHES, 2 * row + MAPS_INCHES), layout=layout)
     parts = figure.subplot_mosaic(
         [["t", "t"], ["next", "next"], ["map t", "map next"]],
-        height_ratios=[row, row, FROM_ABOVE],
+        height_ratios=[row, row, MAPS_INCHES],
     )
     _draw_before(parts["t"], two)
     _draw_after(parts["next"], two)
@@ -60,22 +65,22 @@ def draw_teaser(two: TwoFrames) -> "matplotlib.figure.Figure":
 
 def require_picture(path: Path) -> None:
     """Raise BadConfig for another ending than PNG, JPG, SVG, PDF, BadOutput for no such place."""
-    if path.suffix.lower() in PHOTOS:
+    if path.suffix.lower() in PHOTO_ENDINGS:
         require_writable(path)
     elif path.suffix.lower() in FIGURE_ENDINGS:
         require_figure(path)
     else:
-        endings = ", ".join((*FIGURE_ENDINGS, *PHOTOS))
+        endings = ", ".join((*FIGURE_ENDINGS, *PHOTO_ENDINGS))
         raise BadConfig(f"{path}: give a file that ends in {endings}")
 
 
 def save_teaser(figure: "matplotlib.figure.Figure", path: Path) -> Path:
     """Write the figure by the file's ending, as a whole or not at all; see `require_picture`."""
     require_picture(path)
-    if path.suffix.lower() not in PHOTOS:
+    if path.suffix.lower() not in PHOTO_ENDINGS:
         return save_figure(figure, path)
     with whole_file(path) as half:
-        figure.savefig(half, format="jpg", dpi=DOTS, pil_kwargs={"quality": 85})
+        figure.savefig(half, format="jpg", dpi=DOTS_PER_INCH, pil_kwargs={"quality": 85})
     return path
 
 
@@ -131,20 +136,20 @@ def _draw_map(
             _patch(axes, regions[row], edgecolor=colour, linestyle="--", linewidth=1.0)
         filled = (*colour, 0.40)
         _patch(axes, outlines[row], facecolor=filled, edgecolor=colour, linewidth=1.2)
-        axes.text(*_ahead(centre), str(track_id), ha="center", va="center", fontsize=SMALL - 1.5,
-                  color=INK, clip_on=True)  # fmt: skip
+        axes.text(*_ahead(centre), str(track_id), ha="center", va="center", fontsize=TEXT_POINTS - 1.5,
+                  color=INK_COLOUR, clip_on=True)  # fmt: skip
     for corners in () if two is None else two.seen.cuboids.footprint():
         _patch(axes, corners, edgecolor="black", linewidth=0.9, zorder=4)
-    _patch(axes, OUR_CAR, facecolor="#555555", linewidth=0)
+    _patch(axes, OUR_CAR_OUTLINE, facecolor="#555555", linewidth=0)
     far, side = reach
-    axes.set_xlim(-BEHIND, far)
+    axes.set_xlim(-METRES_BEHIND, far)
     axes.set_ylim(-side, side)
     axes.set_aspect("equal")
     axes.grid(color="#e4e4e4", linewidth=0.5)
     axes.set_axisbelow(True)
-    axes.set_xlabel("metres ahead", fontsize=SMALL)
-    axes.tick_params(labelsize=SMALL - 1, length=2)
-    axes.set_title(title, loc="left", fontsize=SMALL + 0.5)
+    axes.set_xlabel("metres ahead", fontsize=TEXT_POINTS)
+    axes.tick_params(labelsize=TEXT_POINTS - 1, length=2)
+    axes.set_title(title, loc="left", fontsize=TEXT_POINTS + 0.5)
 
 
 def _patch(axes: Any, points: Float[Array, "n 2"], **look: Any) -> None:
@@ -157,12 +162,12 @@ def _patch(axes: Any, points: Float[Array, "n 2"], **look: Any) -> None:
 def _reach(two: TwoFrames) -> tuple[float, float]:
     """How far ahead, and to either side, the maps must show."""
     bases = np.concatenate((two.before.cuboids.base, two.carried.cuboids.base))
-    shape = (FROM_ABOVE - 0.9) / (0.5 * WIDTH - 0.6)  # of a map, without its words
-    far = float(np.clip(bases[:, 2].max(initial=0.0) + 8.0, NEAREST, FARTHEST))
+    shape = (MAPS_INCHES - 0.9) / (0.5 * WIDTH_INCHES - 0.6)  # of a map, without its words
+    far = float(np.clip(bases[:, 2].max(initial=0.0) + 8.0, MIN_METRES_AHEAD, MAX_METRES_AHEAD))
     near = bases[bases[:, 2] < far]
     side = float(np.abs(near[:, 0]).max(initial=0.0)) + 3.0
-    far = float(np.clip(2.0 * side / shape - BEHIND, far, FARTHEST))
-    return far, 0.5 * (far + BEHIND) * shape
+    far = float(np.clip(2.0 * side / shape - METRES_BEHIND, far, MAX_METRES_AHEAD))
+    return far, 0.5 * (far + METRES_BEHIND) * shape
 
 
 def _cuboids(axes: Any, cuboids: Cuboids, two: TwoFrames, colours: list) -> None:
@@ -182,7 +187,7 @@ def _show(axes: Any, image: Array, title: str) -> None:
     axes.set_xlim(-0.5, width - 0.5)
     axes.set_ylim(height - 0.5, -0.5)
     axes.set_axis_off()
-    axes.set_title(title, loc="left", fontsize=SMALL + 0.5)
+    axes.set_title(title, loc="left", fontsize=TEXT_POINTS + 0.5)
 
 
 def _rectangle(axes: Any, box: Float[Array, "4"], **look: Any) -> None:
@@ -197,7 +202,7 @@ def _number(axes: Any, track_id: int, place: tuple[float, float]) -> None:
     colour = _colour(track_id)
     light = 0.299 * colour[0] + 0.587 * colour[1] + 0.114 * colour[2] > 0.55
     box = {"facecolor": colour, "edgecolor": "none", "pad": 1.2}
-    axes.text(max(place[0], 2.0), max(place[1], 12.0) - 2.0, str(track_id), fontsize=SMALL - 1.0,
+    axes.text(max(place[0], 2.0), max(place[1], 12.0) - 2.0, str(track_id), fontsize=TEXT_POINTS - 1.0,
               color="black" if light else "white", va="bottom", ha="left", bbox=box,
               clip_on=True)  # fmt: skip
 

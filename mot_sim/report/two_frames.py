@@ -49,7 +49,9 @@ class TwoFrames:
         return cuboid_outlines(self.regions, self.camera)
 
 
-def look_at(drive: RecordedSequence, index: int, front_end: FrontEnd | None = None) -> TwoFrames:
+def track_two_frames(
+    drive: RecordedSequence, index: int, front_end: FrontEnd | None = None
+) -> TwoFrames:
     """Frames `index` and `index` + 1 of a drive, tracked by the paper's two-frame scheme.
 
     front_end: measures yaw, size and shape in the images. Raises BadConfig for a frame that is
@@ -126,4 +128,4 @@ def _names(matched: Bool[Array, "n m"], ids: Int[Array, " n"]) -> Int[Array, " m
     return names
 
 
-__all__ = ["TwoFrames", "cuboid_outlines", "look_at"]
+__all__ = ["TwoFrames", "cuboid_outlines", "track_two_frames"]

@@ -17,18 +17,19 @@ from tracker.shape import KEYPOINTS_36, FittedCars, Hourglass, ShapeFit
 from tracker.types import Camera, Detections, Frame, Rows, Tracks
 
 # Along one side of a car: over the roof, then back along the sill and over both arches.
-SIDE = (
+SIDE_KEYPOINTS = (
     "front_bumper", "headlight", "windscreen_foot", "roof_front", "roof_rear", "rear_window_foot",
     "taillight", "rear_bumper", "rear_arch_behind", "rear_arch_top_behind", "rear_arch_top_ahead",
     "rear_arch_ahead", "front_arch_behind", "front_arch_top_behind", "front_arch_top_ahead",
     "front_arch_ahead", "front_bumper",
 )  # fmt: skip
-ACROSS = (
+MIRRORED_KEYPOINTS = (
     "front_bumper", "headlight", "windscreen_foot", "roof_front", "roof_rear", "rear_window_foot",
     "taillight", "rear_bumper",
 )  # fmt: skip
-DARK: Colour = (16, 18, 22)
-WIRES_FROM, RIM_FROM = 14.0, 60.0  # pixels; lower cars would drown in wires, or their rims
+DARK_COLOUR: Colour = (16, 18, 22)
+MIN_WIRED_PIXELS = 14.0  # pixels; lower cars would drown in wires, or their rims
+MIN_RIMMED_PIXELS = 60.0  # pixels; lower cars would drown in wires, or their rims
 
 
 @cache
@@ -38,9 +39,9 @@ def wires() -> tuple[tuple[int, int], ...]:
     along = [
         (row[f"{side}_{a}"], row[f"{side}_{b}"])
         for side in ("left", "right")
-        for a, b in pairwise(SIDE)
+        for a, b in pairwise(SIDE_KEYPOINTS)
     ]
-    return (*along, *((row[f"left_{name}"], row[f"right_{name}"]) for name in ACROSS))
+    return (*along, *((row[f"left_{name}"], row[f"right_{name}"]) for name in MIRRORED_KEYPOINTS))
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,11 +101,11 @@ def draw_wireframes(image: Image, frames: Wireframes, colours: list[Colour]) -> 
         known = np.isfinite(points).all(axis=1)
         drawn = [(a, b) for a, b in wires() if known[a] and known[b]]
         height = float(np.ptp(points[known, 1])) if drawn else 0.0
-        if height < WIRES_FROM:
+        if height < MIN_WIRED_PIXELS:
             continue
-        if height > RIM_FROM:
+        if height > MIN_RIMMED_PIXELS:
             for a, b in drawn:
-                draw_line(image, points[[a, b]], DARK, 3)
+                draw_line(image, points[[a, b]], DARK_COLOUR, 3)
         for a, b in drawn:
             whole = shown[a] and shown[b]
-            draw_line(image, points[[a, b]], colour if whole else mix(colour, DARK, 0.55))
+            draw_line(image, points[[a, b]], colour if whole else mix(colour, DARK_COLOUR, 0.55))

@@ -14,16 +14,16 @@ from numpy import ndarray as Array
 from scipy.linalg import eigh
 
 from mot_sim.files.settings import versions
-from mot_sim.training.identities import EDGE_STD, RenderedDrive, Sight
+from mot_sim.training.identities import EDGE_STD, CarPicture, RenderedDrive
 from tracker.descriptors import Descriptor, Learned, Weights, features_of
 from tracker.errors import BadConfig
 from tracker.shape import Hourglass
 
-FEWEST_CARS = 8  # with more than one sighting each: fewer teach nothing
+MIN_CARS = 8  # with more than one sighting each: fewer teach nothing
 # Pairs of sightings in one drive at most so many frames apart tell the unit of distance.
-APART = 12
+MAX_PAIR_FRAMES = 12
 # Features are brought to one spread first, but for those with less than this share of the median.
-LEAST_SPREAD = 0.05
+MIN_SPREAD_SHARE = 0.05
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class DescriptorDataset:
 
     @classmethod
     def of(
-        cls, sights: Iterable[Sight], look: Callable[[Sight], Float[Array, "m f"]]
+        cls, sights: Iterable[CarPicture], look: Callable[[CarPicture], Float[Array, "m f"]]
     ) -> "DescriptorDataset":
         """The vectors of all boxes of all pictures; boxes without one are left out.
 
@@ -73,10 +73,10 @@ class DescriptorDataset:
             raise BadConfig("no pictures to learn from: give some drives")
         whole = cls(*(np.concatenate(column) for column in zip(*parts, strict=True)))
         _, car, count = np.unique(whole.cars, return_inverse=True, return_counts=True)
-        if np.count_nonzero(count > 1) < FEWEST_CARS:
+        if np.count_nonzero(count > 1) < MIN_CARS:
             raise BadConfig(
                 f"{np.count_nonzero(count > 1)} cars are seen more than once: at least "
-                f"{FEWEST_CARS} are needed, give more drives or more frames"
+                f"{MIN_CARS} are needed, give more drives or more frames"
             )
         return whole.select(count[car] > 1)
 
@@ -124,19 +124,19 @@ class LearnedDescriptor:
         }
 
 
-def learn(
-    sights: Iterable[Sight], hourglass: Hourglass, options: LearningOptions | None = None
+def learn_descriptor(
+    sights: Iterable[CarPicture], hourglass: Hourglass, options: LearningOptions | None = None
 ) -> LearnedDescriptor:
     """The weights for a network's activations. Raises BadConfig for too few cars."""
     options = options or LearningOptions()
 
-    def look(sight: Sight) -> Float[Array, "m f"]:
+    def look(sight: CarPicture) -> Float[Array, "m f"]:
         maps = hourglass(np.ascontiguousarray(sight.image[:, :, ::-1]), sight.boxes).activations
         return features_of(sight.image, sight.boxes, maps, options.grid).astype(float)
 
     lesson = DescriptorDataset.of(sights, look)
     spread = lesson.vectors.std(axis=0)
-    spread = np.maximum(spread, LEAST_SPREAD * np.median(spread)) + 1e-9
+    spread = np.maximum(spread, MIN_SPREAD_SHARE * np.median(spread)) + 1e-9
     even = replace(lesson, vectors=lesson.vectors / spread)
     mean, axes = likelihood_map(even, options.length, options.shrink)
     mean, axes = mean * spread, axes / spread[:, None]
@@ -195,7 +195,7 @@ def pair_distances(lesson: DescriptorDataset) -> tuple[Float[Array, " s"], Float
         square = (some.vectors**2).sum(axis=1)
         distance = square[:, None] + square - 2.0 * some.vectors @ some.vectors.T
         apart = np.abs(some.frames[:, None] - some.frames)
-        rows, columns = np.nonzero(np.triu((apart > 0) & (apart <= APART)))
+        rows, columns = np.nonzero(np.triu((apart > 0) & (apart <= MAX_PAIR_FRAMES)))
         one = some.cars[rows] == some.cars[columns]
         found = np.sqrt(np.maximum(distance[rows, columns], 0.0))
         same.append(found[one])
@@ -203,6 +203,6 @@ def pair_distances(lesson: DescriptorDataset) -> tuple[Float[Array, " s"], Float
     return np.concatenate(same), np.concatenate(other)
 
 
-def unit_of_descriptor(sights: Iterable[Sight], descriptor: Descriptor) -> float:
+def unit_of_descriptor(sights: Iterable[CarPicture], descriptor: Descriptor) -> float:
     """The unit of a descriptor that needs no network, in its own lengths."""
     return unit_of(DescriptorDataset.of(sights, lambda sight: descriptor(sight.image, sight.boxes)))

@@ -10,16 +10,25 @@ from numpy import ndarray as Array
 from mot_sim.simulation.renderers import Rendered, Renderer, find_renderer
 from mot_sim.simulation.scenery import post_process
 from mot_sim.simulation.truth import Truth, annotate_frame
-from mot_sim.training.random_views import MOMENTS, STAYS, Place, RandomView, random_view, viewpoint
+from mot_sim.training.random_views import (
+    VIEWS_PER_PLACE,
+    VIEWS_PER_VIEWPOINT,
+    Place,
+    RandomView,
+    random_view,
+    viewpoint,
+)
 from tracker.shape import CROP_MARGIN as MARGIN
 from tracker.shape import cut_crops, to_shares, windows_of
 from tracker.types import Rows
 
-WIDE = 96  # pixels of a stored crop's sides
-ROOM = 1.5  # a stored crop over what the network sees of it: for what a detector's box is off
-ANY_CAR, OWN = 64, 128  # marks in `parts`
-LEAST_HEIGHT = 18.0  # of a box, pixels of KITTI's camera
-LEAST_VISIBLE, MOST_CUT = 0.25, 0.6
+CROP_PIXELS = 96  # pixels of a stored crop's sides
+CROP_ROOM = 1.5  # a stored crop over what the network sees of it: for what a detector's box is off
+ANY_CAR_MARK = 64  # marks in `parts`
+OWN_CAR_MARK = 128  # marks in `parts`
+MIN_CROP_HEIGHT_PIXELS = 18.0  # of a box, pixels of KITTI's camera
+MIN_CROP_VISIBLE_SHARE = 0.25
+MAX_TRUNCATION = 0.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +53,12 @@ class Crops(Rows):
     yaw: Float[Array, " n"]
 
 
-def make_crops(seed: int, moments: int = MOMENTS) -> Crops:
+def make_crops(seed: int, moments: int = VIEWS_PER_PLACE) -> Crops:
     """The crops of some moments in one place; a function of the seed alone."""
     place, renderer = Place.of(seed), find_renderer("raster")
     parts, here = [], viewpoint(place)
     for number in range(moments):
-        if number and number % STAYS == 0:
+        if number and number % VIEWS_PER_VIEWPOINT == 0:
             here = viewpoint(place)
         now = random_view(place, here)
         parts.append(crops_of(now, renderer, place.seed, number))
@@ -66,23 +75,27 @@ def crops_of(now: RandomView, renderer: Renderer, seed: int, frame: int) -> Crop
     truth = annotate_frame(now.world, now.stage, frame, None, behind).truth
     height = (truth.tracks.boxes[:, 3] - truth.tracks.boxes[:, 1]) / now.finer
     told = (
-        (height >= LEAST_HEIGHT) & (truth.visible >= LEAST_VISIBLE) & (truth.truncation <= MOST_CUT)
+        (height >= MIN_CROP_HEIGHT_PIXELS)
+        & (truth.visible >= MIN_CROP_VISIBLE_SHARE)
+        & (truth.truncation <= MAX_TRUNCATION)
     )
     truth = truth.select(told)
     drawn = renderer.render(now.view)
     image = post_process(now.weather, now.view, drawn, seed, frame)
-    return cut_from(image, drawn, truth, now.finer)
+    return crops_from_image(image, drawn, truth, now.finer)
 
 
-def cut_from(image: UInt8[Array, "h w 3"], drawn: Rendered, truth: Truth, finer: float) -> Crops:
+def crops_from_image(
+    image: UInt8[Array, "h w 3"], drawn: Rendered, truth: Truth, finer: float
+) -> Crops:
     """The squares around the cars of a picture (RGB)."""
     boxes, cuboids = truth.tracks.boxes, truth.tracks.cuboids
     assert cuboids is not None
-    windows = windows_of(boxes, margin=ROOM * MARGIN)
+    windows = windows_of(boxes, margin=CROP_ROOM * MARGIN)
     corners = to_shares(boxes.reshape(-1, 2, 2), windows).reshape(-1, 4)
     bgr = np.ascontiguousarray(image[:, :, ::-1])
     return Crops(
-        images=cut_crops(bgr, windows, WIDE),
+        images=cut_crops(bgr, windows, CROP_PIXELS),
         parts=cut_parts(drawn, windows, truth.tracks.ids),
         keypoints=to_shares(truth.keypoints, windows),
         states=truth.keypoint_states,
@@ -99,14 +112,14 @@ def cut_parts(
     drawn: Rendered, windows: Float[Array, "n 3"], ids: Int[Array, " n"]
 ) -> UInt8[Array, "n s s"]:
     """What each pixel of the squares is made of, and whose it is."""
-    marked = drawn.semantics + np.where(drawn.instances >= 0, ANY_CAR, 0).astype(np.uint8)
-    found = np.zeros((len(windows), WIDE, WIDE), np.uint8)
+    marked = drawn.semantics + np.where(drawn.instances >= 0, ANY_CAR_MARK, 0).astype(np.uint8)
+    found = np.zeros((len(windows), CROP_PIXELS, CROP_PIXELS), np.uint8)
     for row, (u, v, side) in enumerate(windows.tolist()):
-        step = side / WIDE
+        step = side / CROP_PIXELS
         A = np.array([
             [step, 0.0, u - 0.5 * side + 0.5 * step], [0.0, step, v - 0.5 * side + 0.5 * step]
         ])  # fmt: skip
         settings = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
-        own = np.where(drawn.instances == ids[row], OWN, 0).astype(np.uint8)
-        found[row] = cv2.warpAffine(marked + own, A, (WIDE, WIDE), flags=settings)
+        own = np.where(drawn.instances == ids[row], OWN_CAR_MARK, 0).astype(np.uint8)
+        found[row] = cv2.warpAffine(marked + own, A, (CROP_PIXELS, CROP_PIXELS), flags=settings)
     return found

@@ -14,13 +14,13 @@ from mot_sim.training.network import module
 from mot_sim.training.pytorch import load_torch
 from tracker.errors import BadOutput
 
-OPSET = 13
-NAMES = ("heatmaps", "activations")
-MOST_BYTES = 8_000_000
-FORMAT = 1
+ONNX_OPSET = 13
+OUTPUT_NAMES = ("heatmaps", "activations")
+MAX_NETWORK_BYTES = 8_000_000
+CARD_FORMAT = 1
 
 
-def export(network: Any, path: Path, told: Mapping[str, Any]) -> Path:
+def export_network(network: Any, path: Path, told: Mapping[str, Any]) -> Path:
     """Write a network as ONNX, and beside it a JSON with its hash, shapes and `told`.
 
     Normalisation is folded into the convolutions. Any number of crops can be given at once.
@@ -34,16 +34,18 @@ def export(network: Any, path: Path, told: Mapping[str, Any]) -> Path:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         torch.onnx.export(
-            shipped, crops, target, input_names=["crops"], output_names=list(NAMES),
-            dynamic_axes={name: {0: "n"} for name in ("crops", *NAMES)}, opset_version=OPSET,
+            shipped, crops, target, input_names=["crops"], output_names=list(OUTPUT_NAMES),
+            dynamic_axes={name: {0: "n"} for name in ("crops", *OUTPUT_NAMES)}, opset_version=ONNX_OPSET,
             dynamo=False,
         )  # fmt: skip
     content = target.getvalue()
-    if len(content) > MOST_BYTES:
-        raise BadOutput(f"{path}: {len(content)} bytes, more than {MOST_BYTES}: a smaller --size")
+    if len(content) > MAX_NETWORK_BYTES:
+        raise BadOutput(
+            f"{path}: {len(content)} bytes, more than {MAX_NETWORK_BYTES}: a smaller --size"
+        )
     card = {
-        "format": FORMAT, "sha256": hashlib.sha256(content).hexdigest(),
-        **dict(zip(NAMES, shapes, strict=True)),
+        "format": CARD_FORMAT, "sha256": hashlib.sha256(content).hexdigest(),
+        **dict(zip(OUTPUT_NAMES, shapes, strict=True)),
         "mot_sim": version("mot-sim"), "torch": str(torch.__version__), **told,
     }  # fmt: skip
     write_bytes(path, content)

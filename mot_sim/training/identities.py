@@ -15,13 +15,14 @@ from mot_sim.simulation.scenery import find_weather
 from mot_sim.simulation.truth.annotate import annotate_frame
 
 # A car is shown from so much of it visible on (KITTI's occlusion 2), and from so many pixels high.
-LEAST_VISIBLE, LEAST_HEIGHT = 0.2, 25.0
+MIN_VISIBLE_SHARE = 0.2
+MIN_HEIGHT_PIXELS = 25.0
 # How far a detector's edges are off, as a share of the box's sides: RRC's (docs/detector.md).
 EDGE_STD = 0.03
 
 
 @dataclass(frozen=True, eq=False)
-class Sight:
+class CarPicture:
     """One picture (RGB) and the cars in it; ids are those of one drive. visible: fractions."""
 
     drive: str
@@ -58,27 +59,29 @@ class RenderedDrive:
 
 
 # What the shipped weights are learned from: every sixth frame of 35 drives, each in two weathers.
-LESSON_SCENES = (
+TRAINING_SCENES = (
     "intersection", "street", "roundabout", "merge", "gauntlet", "highway", "stop_and_go",
 )  # fmt: skip
-LESSON_WEATHERS = (
+TRAINING_WEATHERS = (
     ("noon", "overcast"), ("clear", "dusk"), ("low_sun", "noon"), ("overcast", "rain"),
     ("noon", "low_sun"), ("fog", "clear"),
 )  # fmt: skip
-LESSON_SEEDS = tuple(range(100, 105))
-LESSON_FRAMES = tuple(range(0, 120, 6))
+TRAINING_SEEDS = tuple(range(100, 105))
+TRAINING_FRAMES = tuple(range(0, 120, 6))
 
 
-def lessons(seeds: Sequence[int] = LESSON_SEEDS) -> list[RenderedDrive]:
+def training_drives(seeds: Sequence[int] = TRAINING_SEEDS) -> list[RenderedDrive]:
     """The drives that weights are learned from: every scene with every seed."""
-    pairs = [(scene, seed) for seed in seeds for scene in LESSON_SCENES]
+    pairs = [(scene, seed) for seed in seeds for scene in TRAINING_SCENES]
     return [
-        RenderedDrive(scene, seed, LESSON_WEATHERS[number % len(LESSON_WEATHERS)], LESSON_FRAMES)
+        RenderedDrive(
+            scene, seed, TRAINING_WEATHERS[number % len(TRAINING_WEATHERS)], TRAINING_FRAMES
+        )
         for number, (scene, seed) in enumerate(pairs)
     ]
 
 
-def sights_of(drive: RenderedDrive, edge_std: float = EDGE_STD) -> Iterator[Sight]:
+def car_pictures(drive: RenderedDrive, edge_std: float = EDGE_STD) -> Iterator[CarPicture]:
     """The pictures of a drive, all frames of one weather and then of the next.
 
     edge_std: of the boxes' edges, as a share of their sides; drawn by (seed, id, frame).
@@ -103,7 +106,9 @@ def sights_of(drive: RenderedDrive, edge_std: float = EDGE_STD) -> Iterator[Sigh
             off = random_numbers.normal(drive.seed, "identities/boxes", ids, key, 4)
             jittered = take.scene.rig.camera.clip_boxes(boxes + edge_std * sides * off)
             heights = jittered[:, 3] - jittered[:, 1]
-            kept = (truth.visible >= LEAST_VISIBLE) & (heights >= LEAST_HEIGHT)
-            kept &= jittered[:, 2] - jittered[:, 0] >= 0.5 * LEAST_HEIGHT
+            kept = (truth.visible >= MIN_VISIBLE_SHARE) & (heights >= MIN_HEIGHT_PIXELS)
+            kept &= jittered[:, 2] - jittered[:, 0] >= 0.5 * MIN_HEIGHT_PIXELS
             image = drawn.render(frame).image
-            yield Sight(drive.name, frame, image, jittered[kept], ids[kept], truth.visible[kept])
+            yield CarPicture(
+                drive.name, frame, image, jittered[kept], ids[kept], truth.visible[kept]
+            )

@@ -12,29 +12,29 @@ import numpy as np
 
 from mot_sim.files.writing import write_bytes
 from mot_sim.simulation.random_numbers import named_stream
-from mot_sim.training.augment import as_detected, varied
+from mot_sim.training.augment import augmented_crops, detected_crops
 from mot_sim.training.crops import Crops
-from mot_sim.training.loss import loss_of, wanted
+from mot_sim.training.loss import keypoint_loss, target_maps
 from mot_sim.training.network import build_network, size_of
 from mot_sim.training.plan import TrainingPlan
 from mot_sim.training.pytorch import load_torch
-from mot_sim.training.scores import Judged, judge
+from mot_sim.training.scores import KeypointScores, score_keypoints
 from tracker.errors import BadConfig, BadFile, DatasetNotFound
 from tracker.shape import CROP_MARGIN, decode, network_input
 
-CELLS = 16
-WARM_UP = 150  # steps in which the rate of learning rises, a tenth of all at most
-STEEPEST = 5.0  # norm of a step's gradient, at most
-FIRST_ODDS = -5.5  # log odds of a cell: seen or not is even at first
-CHECKPOINT = "checkpoint.pt"
+MAP_CELLS = 16
+WARM_UP_STEPS = 150  # steps in which the rate of learning rises, a tenth of all at most
+MAX_GRADIENT_NORM = 5.0  # norm of a step's gradient, at most
+INITIAL_LOG_ODDS = -5.5  # log odds of a cell: seen or not is even at first
+CHECKPOINT_FILE = "checkpoint.pt"
 CHECKPOINT_FORMAT = 1
-LATER = "take another --out, or leave out --resume to begin again"
-JUDGED_AT_ONCE = 64
-Tell = Callable[[str, int, int], None]
+RESUME_CURE = "take another --out, or leave out --resume to begin again"
+SCORING_BATCH = 64
+Progress = Callable[[str, int, int], None]
 
 
 @dataclass(eq=False)
-class Learner:
+class KeypointTrainer:
     """A network on its way. mean: of its weights over the last steps; curve: rows of a table."""
 
     plan: TrainingPlan
@@ -46,14 +46,14 @@ class Learner:
     recent_losses: list[float] = field(default_factory=list)
 
     @classmethod
-    def begin(cls, plan: TrainingPlan) -> "Learner":
+    def begin(cls, plan: TrainingPlan) -> "KeypointTrainer":
         """Before the first step; a function of the plan alone."""
         torch = load_torch()
         torch.manual_seed(plan.seed)
         network = build_network(size_of(plan.size)).to(memory_format=torch.channels_last)
         for name, parameter in network.named_parameters():
             if name.startswith("maps") and name.endswith("bias"):
-                torch.nn.init.constant_(parameter, FIRST_ODDS)
+                torch.nn.init.constant_(parameter, INITIAL_LOG_ODDS)
         optimiser = torch.optim.AdamW(
             network.parameters(), plan.rate, weight_decay=plan.decay, fused=True
         )
@@ -65,18 +65,18 @@ class Learner:
         plan, half = self.plan, self.plan.batch // 2
         epoch, batch = divmod(self.step, plan.steps_an_epoch)
         order = named_stream(plan.seed, f"order of epoch {epoch}").permutation(len(crops))
-        shown = varied(crops, order[batch * half : (batch + 1) * half], plan.seed, epoch)
+        shown = augmented_crops(crops, order[batch * half : (batch + 1) * half], plan.seed, epoch)
         images = torch.from_numpy(network_input(shown.images))
-        chances = torch.from_numpy(wanted(shown, CELLS)[0])
+        chances = torch.from_numpy(target_maps(shown, MAP_CELLS)[0])
         for group in self.optimiser.param_groups:
             group["lr"] = rate_at(self.step, plan)
         self.network.train()
         with torch.autocast("cpu", torch.bfloat16):
             every, _ = self.network(images.to(memory_format=torch.channels_last))
-        loss = loss_of(every, chances)
+        loss = keypoint_loss(every, chances)
         self.optimiser.zero_grad()
         loss.backward()
-        torch.nn.utils.clip_grad_norm_(self.network.parameters(), STEEPEST)
+        torch.nn.utils.clip_grad_norm_(self.network.parameters(), MAX_GRADIENT_NORM)
         self.optimiser.step()
         self.step += 1
         self._average(torch)
@@ -93,23 +93,23 @@ class Learner:
                 else:
                     value.copy_(now[name])
 
-    def judge(self, held_out: Crops) -> Judged:
+    def judge(self, held_out: Crops) -> KeypointScores:
         """How good the mean weights are on crops as a camera gives them."""
         torch = load_torch()
-        shown, found = as_detected(held_out, self.plan.seed), []
+        shown, found = detected_crops(held_out, self.plan.seed), []
         self.mean.eval()
         with torch.no_grad():
-            for start in range(0, len(held_out), JUDGED_AT_ONCE):
-                some = shown.images[start : start + JUDGED_AT_ONCE]
+            for start in range(0, len(held_out), SCORING_BATCH):
+                some = shown.images[start : start + SCORING_BATCH]
                 every, _ = self.mean(torch.from_numpy(network_input(some)))
                 found.append(decode(every[-1].numpy()))
         longer = np.full(len(held_out), 1.0 / CROP_MARGIN)
-        return judge(np.concatenate(found), shown.keypoints, shown.states, longer)
+        return score_keypoints(np.concatenate(found), shown.keypoints, shown.states, longer)
 
 
 def rate_at(step: int, plan: TrainingPlan) -> float:
     """The rate of learning: up in a line, then down to nothing along a cosine."""
-    warm = min(1.0, (step + 1) / min(WARM_UP, 1 + plan.steps // 10))
+    warm = min(1.0, (step + 1) / min(WARM_UP_STEPS, 1 + plan.steps // 10))
     return float(plan.rate * warm * 0.5 * (1.0 + np.cos(np.pi * step / plan.steps)))
 
 
@@ -118,12 +118,12 @@ def train(
     crops: Crops,
     held_out: Crops,
     folder: Path,
-    tell: Tell,
+    tell: Progress,
     resume: bool = False,
     save_every: int = 250,
-) -> Learner:
+) -> KeypointTrainer:
     """Train to the end of the plan, with checkpoints on the way and one when interrupted."""
-    learner, path = Learner.begin(plan), folder / CHECKPOINT
+    learner, path = KeypointTrainer.begin(plan), folder / CHECKPOINT_FILE
     if resume:
         load_checkpoint(learner, path)
     try:
@@ -141,7 +141,7 @@ def train(
     return learner
 
 
-def _note(learner: Learner, held_out: Crops) -> None:
+def _note(learner: KeypointTrainer, held_out: Crops) -> None:
     """A row of the learning curve."""
     judged = learner.judge(held_out)
     learner.curve.append(
@@ -155,7 +155,7 @@ def _note(learner: Learner, held_out: Crops) -> None:
     learner.recent_losses.clear()
 
 
-def save_checkpoint(learner: Learner, path: Path) -> None:
+def save_checkpoint(learner: KeypointTrainer, path: Path) -> None:
     """Everything that the training needs to go on."""
     held = io.BytesIO()
     content = {
@@ -168,14 +168,14 @@ def save_checkpoint(learner: Learner, path: Path) -> None:
     write_bytes(path, held.getvalue())
 
 
-def load_checkpoint(learner: Learner, path: Path) -> None:
+def load_checkpoint(learner: KeypointTrainer, path: Path) -> None:
     """Put a learner where the checkpoint was made; the file stays as it is.
 
     Raises DatasetNotFound without a file, BadFile for one that is damaged, BadConfig for one of
     another plan.
     """
     if not path.is_file():
-        raise DatasetNotFound(f"no checkpoint at {path}: {LATER}")
+        raise DatasetNotFound(f"no checkpoint at {path}: {RESUME_CURE}")
     torch = load_torch()
     try:
         content = torch.load(path, map_location="cpu", weights_only=True)
@@ -184,12 +184,12 @@ def load_checkpoint(learner: Learner, path: Path) -> None:
         curve, lately = list(content["curve"]), list(content["lately"])
     except (OSError, RuntimeError, ValueError, KeyError, TypeError, EOFError,
             pickle.UnpicklingError) as error:  # fmt: skip
-        raise BadFile(f"{path} is no checkpoint ({type(error).__name__}): {LATER}") from error
+        raise BadFile(f"{path} is no checkpoint ({type(error).__name__}): {RESUME_CURE}") from error
     told = learner.plan.told()
     other = {name: (plan.get(name), told[name]) for name in told if plan.get(name) != told[name]}
     if content.get("format") != CHECKPOINT_FORMAT or other:
         changed = ", ".join(f"{name} {was}, now {now}" for name, (was, now) in other.items())
-        raise BadConfig(f"{path} is of another training ({changed or 'format'}): {LATER}")
+        raise BadConfig(f"{path} is of another training ({changed or 'format'}): {RESUME_CURE}")
     learner.network.load_state_dict(states[0])
     learner.mean.load_state_dict(states[1])
     learner.optimiser.load_state_dict(states[2])

@@ -10,10 +10,12 @@ from mot_sim.simulation.truth import KeypointVisibility
 from mot_sim.training.augment import AugmentedCrops
 from mot_sim.training.pytorch import load_torch
 
-SPREAD = 0.8  # cells: the standard deviation of the wanted map around a keypoint
+TARGET_STD_CELLS = 0.8  # cells: the standard deviation of the wanted map around a keypoint
 
 
-def wanted(shown: AugmentedCrops, cells: int) -> tuple[Float32[Array, "n k c"], Bool[Array, "n k"]]:
+def target_maps(
+    shown: AugmentedCrops, cells: int
+) -> tuple[Float32[Array, "n k c"], Bool[Array, "n k"]]:
     """The wanted chance of each of cells x cells cells, and then that of `not seen`.
 
     A visible keypoint is a small hill, any other is not seen; the second: which are visible.
@@ -21,7 +23,7 @@ def wanted(shown: AugmentedCrops, cells: int) -> tuple[Float32[Array, "n k c"], 
     seen = shown.states == KeypointVisibility.VISIBLE
     at = np.where(seen[:, :, None], shown.keypoints, 0.5) * cells - 0.5
     off = np.arange(cells) - at[:, :, :, None]
-    hills = np.exp(-0.5 * (off / SPREAD) ** 2)
+    hills = np.exp(-0.5 * (off / TARGET_STD_CELLS) ** 2)
     hills /= hills.sum(axis=3, keepdims=True)
     maps = hills[:, :, 1, :, None] * hills[:, :, 0, None, :] * seen[:, :, None, None]
     flat = maps.reshape(*seen.shape, cells * cells)
@@ -29,7 +31,7 @@ def wanted(shown: AugmentedCrops, cells: int) -> tuple[Float32[Array, "n k c"], 
     return chances.astype(np.float32), seen
 
 
-def loss_of(every: list[Any], chances: Any) -> Any:
+def keypoint_loss(every: list[Any], chances: Any) -> Any:
     """Cross-entropy of the maps of every stack, a keypoint; `not seen` has the log odds 0."""
     torch = load_torch()
     total = 0.0

@@ -10,11 +10,11 @@ from mot_sim.training.pytorch import load_torch
 from tracker.errors import UnknownName
 from tracker.shape import KEYPOINTS_36
 
-POOLED = 8  # cells along a side of the activations
+POOLED_CELLS = 8  # cells along a side of the activations
 
 
 @dataclass(frozen=True)
-class Size:
+class NetworkSize:
     """How large a network is. stem: channels of the first layer; wide, narrow: of the rest."""
 
     stem: int
@@ -25,19 +25,19 @@ class Size:
 
 
 SIZES = {
-    "small": Size(stem=8, wide=24, narrow=12, stacks=1, depth=2),  # for tests
-    "shipped": Size(stem=24, wide=64, narrow=32, stacks=2, depth=2),
+    "small": NetworkSize(stem=8, wide=24, narrow=12, stacks=1, depth=2),  # for tests
+    "shipped": NetworkSize(stem=24, wide=64, narrow=32, stacks=2, depth=2),
 }
 
 
-def size_of(name: str) -> Size:
+def size_of(name: str) -> NetworkSize:
     """The size of a name; UnknownName for another."""
     if name not in SIZES:
         raise UnknownName.of("size of the network", name, SIZES)
     return SIZES[name]
 
 
-def build_network(size: Size) -> Any:
+def build_network(size: NetworkSize) -> Any:
     """The network, with random weights: crops (n, 3, 64, 64) -> maps of every stack, activations.
 
     Maps (n, 36, 16, 16) are log odds of a keypoint in a cell against its not being seen.
@@ -72,7 +72,7 @@ def convolution(inputs: int, outputs: int, kernel: int, stride: int = 1) -> Any:
     )
 
 
-def residual(size: Size) -> Any:
+def residual(size: NetworkSize) -> Any:
     """A bottleneck beside a straight line."""
     nn = load_torch().nn
     last = nn.Sequential(
@@ -85,7 +85,7 @@ def residual(size: Size) -> Any:
     return module("Residual", _residual, {"change": change})
 
 
-def hourglass(size: Size, depth: int) -> Any:
+def hourglass(size: NetworkSize, depth: int) -> Any:
     """Down to maps half as large, and up again, so many times."""
     inner = residual(size) if depth == 1 else hourglass(size, depth - 1)
     parts = {
@@ -131,5 +131,5 @@ def _stacked(self: Any, x: Any) -> Any:
 
 def pooled(maps: Any) -> Any:
     """The means of maps in POOLED x POOLED cells."""
-    step = maps.shape[-1] // POOLED
+    step = maps.shape[-1] // POOLED_CELLS
     return load_torch().nn.functional.avg_pool2d(maps, int(step))

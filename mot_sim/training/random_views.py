@@ -16,17 +16,18 @@ from mot_sim.simulation.scenery import Knobs, Light, Neighbourhood, Weather
 from mot_sim.simulation.traffic import Roads, TrafficState, colliding_pairs
 from tracker.types import Camera
 
-PLACES = ("street", "intersection", "roundabout", "t_junction", "merge", "highway")
-MOMENTS = 64  # in one place: its ground and houses are made once
-STAYS = 4  # moments before the camera moves on
-COEFFICIENTS = 20
-CARS = (14, 26)  # in a moment, before those that stand in others are taken away
+PLACE_SCENES = ("street", "intersection", "roundabout", "t_junction", "merge", "highway")
+VIEWS_PER_PLACE = 64  # in one place: its ground and houses are made once
+VIEWS_PER_VIEWPOINT = 4  # moments before the camera moves on
+SHAPE_COEFFICIENTS = 20
+CARS_PER_VIEW = (14, 26)  # in a moment, before those that stand in others are taken away
 # How much finer than KITTI's a camera is, and from where to where cars stand, metres: far cars
 # are drawn finer than they are seen, so that their edges are averaged as a lens does it.
-VIEWS = ((1.0, (4.5, 32.0)), (2.0, (9.0, 62.0)))
-FINE_SIZE = (1242, 440)  # pixels of the finer view: a part of the image
-DAY, FOG = 0.95, 0.12  # shares
-ALIGNED = 0.35  # share of cars that head as the road does
+RESOLUTIONS = ((1.0, (4.5, 32.0)), (2.0, (9.0, 62.0)))
+FINE_IMAGE_SIZE = (1242, 440)  # pixels of the finer view: a part of the image
+DAY_SHARE = 0.95  # shares
+FOG_SHARE = 0.12  # shares
+ALIGNED_SHARE = 0.35  # share of cars that head as the road does
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +43,7 @@ class Place:
     def of(cls, seed: int) -> "Place":
         """The place of a seed."""
         rng = named_stream(seed, "training place")
-        roads = find_scene(PLACES[int(rng.integers(len(PLACES)))]).roads
+        roads = find_scene(PLACE_SCENES[int(rng.integers(len(PLACE_SCENES)))]).roads
         knobs = Knobs(
             wear=float(rng.uniform()), houses=float(rng.uniform(0.5, 2.5)),
             trees=float(rng.uniform(0.3, 2.5)), furniture=float(rng.uniform(0.5, 3.0)),
@@ -85,7 +86,7 @@ class RandomView:
 
 def viewpoint(place: Place) -> Viewpoint:
     """Somewhere in a place."""
-    finer, depths = VIEWS[int(place.rng.integers(len(VIEWS)))]
+    finer, depths = RESOLUTIONS[int(place.rng.integers(len(RESOLUTIONS)))]
     return Viewpoint(place.somewhere(), Rig(camera_of(place.rng, finer)), depths, finer)
 
 
@@ -105,7 +106,7 @@ def camera_of(rng: np.random.Generator, finer: float) -> Camera:
     K[:2] *= finer
     size = KITTI_IMAGE_SIZE
     if finer > 1.0:
-        size = FINE_SIZE
+        size = FINE_IMAGE_SIZE
         K[0, 2] = rng.uniform(0.0, 1.0) * size[0]
         K[1, 2] = 150.0
     height = KITTI_HEIGHT + float(rng.normal(0.0, 0.06))
@@ -117,8 +118,8 @@ def cars_before(
     rig: Rig, ego: Float[Array, "3"], depths: tuple[float, float], rng: np.random.Generator
 ) -> tuple[TrafficState, Vehicles]:
     """Cars of any shape in the view, near ones as often as far ones; none in another."""
-    n = int(rng.integers(*CARS))
-    fleet, camera = load_fleet(COEFFICIENTS), rig.camera
+    n = int(rng.integers(*CARS_PER_VIEW))
+    fleet, camera = load_fleet(SHAPE_COEFFICIENTS), rig.camera
     cars = fleet.sample(int(rng.integers(1 << 40)), np.arange(n))
     size = fleet.size(cars.coefficients)
     z = np.exp(rng.uniform(np.log(depths[0]), np.log(depths[1]), n))
@@ -128,7 +129,7 @@ def cars_before(
     c, s = np.cos(ego[2]), np.sin(ego[2])
     heading = rng.uniform(-np.pi, np.pi, n)
     road = ego[2] + np.pi * rng.integers(0, 2, n) + rng.normal(0.0, 0.1, n)
-    heading = np.where(rng.uniform(size=n) < ALIGNED, road, heading)
+    heading = np.where(rng.uniform(size=n) < ALIGNED_SHARE, road, heading)
     crowd = TrafficState(
         0.0, np.arange(n), ego[0] + c * z - s * x, ego[1] + s * z + c * x, heading, np.zeros(n),
         size, ego, np.array([4.4, 1.45, 1.8]),
@@ -161,8 +162,8 @@ def light_of(rng: np.random.Generator) -> Light:
 
 def weather_of(rng: np.random.Generator) -> Weather:
     """Any weather by day; seldom dusk. Noise and the like come later, they cost nothing there."""
-    dark = rng.uniform() > DAY
-    foggy = rng.uniform() < FOG
+    dark = rng.uniform() > DAY_SHARE
+    foggy = rng.uniform() < FOG_SHARE
     grey = rng.integers(150, 240)
     air = tuple(int(one) for one in np.clip(grey + rng.integers(-12, 13, 3), 0, 255))
     return Weather(

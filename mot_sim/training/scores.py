@@ -8,12 +8,12 @@ from numpy import ndarray as Array
 
 from mot_sim.simulation.truth import KeypointVisibility
 
-SHARE = 0.1  # of the longer side of the box: so near is right
-BINS = 10
+MAX_ERROR_SHARE = 0.1  # of the longer side of the box: so near is right
+CONFIDENCE_BINS = 10
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
+class KeypointScores:
     """Predicted keypoints beside true ones. right: near the true place. seen: truly visible."""
 
     right: Bool[Array, "n k"]
@@ -28,9 +28,9 @@ class Judged:
     @property
     def claimed(self) -> Float[Array, "b 3"]:
         """For confidences of 0 to .1, .1 to .2, ...: mean, share seen and right, how many."""
-        rows = np.minimum((self.confidence * BINS).astype(np.int64), BINS - 1)
-        good, table = self.right & self.seen, np.full((BINS, 3), np.nan)
-        for row in range(BINS):
+        rows = np.minimum((self.confidence * CONFIDENCE_BINS).astype(np.int64), CONFIDENCE_BINS - 1)
+        good, table = self.right & self.seen, np.full((CONFIDENCE_BINS, 3), np.nan)
+        for row in range(CONFIDENCE_BINS):
             some = rows == row
             table[row, 2] = some.sum()
             if some.any():
@@ -44,15 +44,15 @@ class Judged:
         return float((np.abs(mean - good) * count).sum() / max(count.sum(), 1.0))
 
 
-def judge(
+def score_keypoints(
     found: Float[Array, "n k 3"],
     keypoints: Float[Array, "n k 2"],
     states: UInt8[Array, "n k"],
     longer: Float[Array, " n"],
-    share: float = SHARE,
-) -> Judged:
+    share: float = MAX_ERROR_SHARE,
+) -> KeypointScores:
     """Found points (x, y, confidence) beside true ones; longer: sides of boxes, same unit."""
     seen = states == KeypointVisibility.VISIBLE
     apart = found[:, :, :2] - np.where(seen[:, :, None], keypoints, 0.0)
     off = np.hypot(apart[:, :, 0], apart[:, :, 1])
-    return Judged((off <= share * longer[:, None]) & seen, seen, found[:, :, 2])
+    return KeypointScores((off <= share * longer[:, None]) & seen, seen, found[:, :, 2])

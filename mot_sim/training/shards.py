@@ -12,7 +12,7 @@ from mot_sim.files.writing import write_bytes
 from mot_sim.training.crops import Crops, make_crops
 from tracker.errors import BadFile, DatasetNotFound
 
-HELD_OUT = 1_000_000  # seeds of places from here on are for judging only
+FIRST_HELD_OUT_SEED = 1_000_000  # seeds of places from here on are for judging only
 
 
 def shard_path(folder: Path, seed: int) -> Path:
@@ -41,7 +41,7 @@ def load_crops(path: Path) -> Crops:
     return Crops(*columns)
 
 
-def gather(
+def gather_crops(
     folder: Path, first: int, count: int, tell: Callable[[str, int, int], None] | None = None
 ) -> Crops:
     """At least `count` crops of the places from seed `first` on; what is not there is made.

@@ -23,7 +23,7 @@ LABEL_COLUMNS = (
     "frame", "id", "type", "truncated", "occluded", "alpha", "x1", "y1", "x2", "y2",
     "h", "w", "l", "x", "y", "z", "rotation_y",
 )  # fmt: skip
-BOX_COLUMNS = LABEL_COLUMNS[6:10]
+LABEL_BOX_COLUMNS = LABEL_COLUMNS[6:10]
 CUBOID_COLUMNS = LABEL_COLUMNS[10:]
 
 
@@ -76,9 +76,9 @@ def tracks_of_table(
 
 def require_boxes(table: TextTable) -> Float[Array, "n 4"]:
     """The boxes x1 y1 x2 y2 of a table; BadFile for NaN, infinity and inverted ones."""
-    boxes = table.finite(BOX_COLUMNS)
+    boxes = table.finite(LABEL_BOX_COLUMNS)
     inverted = np.asarray((boxes[:, 2:] < boxes[:, :2]).any(axis=1))
-    table.reject(inverted, "inverted box", BOX_COLUMNS, "x1 <= x2 and y1 <= y2 belong here")
+    table.reject(inverted, "inverted box", LABEL_BOX_COLUMNS, "x1 <= x2 and y1 <= y2 belong here")
     return boxes
 
 

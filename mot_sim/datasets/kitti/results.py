@@ -7,7 +7,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.datasets.kitti.labels import (
-    BOX_COLUMNS,
+    LABEL_BOX_COLUMNS,
     LABEL_COLUMNS,
     in_order,
     label_lines,
@@ -20,9 +20,11 @@ from tracker.errors import BadTracks
 from tracker.types import Tracks
 
 RESULT_COLUMNS = (*LABEL_COLUMNS, "score")
-AUTHORS_COLUMNS = ("frame", "id", *BOX_COLUMNS, "score")
-VARIANTS = {len(columns): columns for columns in (AUTHORS_COLUMNS, LABEL_COLUMNS, RESULT_COLUMNS)}
-VARIANTS[0] = RESULT_COLUMNS  # an empty file: nothing was tracked
+AUTHORS_COLUMNS = ("frame", "id", *LABEL_BOX_COLUMNS, "score")
+COLUMNS_BY_COUNT = {
+    len(columns): columns for columns in (AUTHORS_COLUMNS, LABEL_COLUMNS, RESULT_COLUMNS)
+}
+COLUMNS_BY_COUNT[0] = RESULT_COLUMNS  # an empty file: nothing was tracked
 
 
 def write_results(
@@ -60,7 +62,7 @@ def read_results(
     are read when T_road_label is given and a row has one. Raises BadFile with file and line for
     bad rows, frames outside the sequence and an id twice in a frame.
     """
-    table = read_table(path, lambda fields: VARIANTS.get(len(fields)), words=["type"])
+    table = read_table(path, lambda fields: COLUMNS_BY_COUNT.get(len(fields)), words=["type"])
     if "type" in (table.rows.dtype.names or ()):
         return tracks_of_table(table, T_road_label, frame_count)
     tracks = Tracks(

@@ -10,7 +10,7 @@ from numpy import ndarray as Array
 
 from mot_sim.datasets.detection_files import BadBoxes, DetectionFormat, read_detections
 from mot_sim.datasets.images import ImageFolder
-from mot_sim.datasets.kitti.calibration import CAMERA_HEIGHT, Calibration, read_calibration
+from mot_sim.datasets.kitti.calibration import CAMERA_HEIGHT_METRES, Calibration, read_calibration
 from mot_sim.datasets.kitti.detectors import DETECTORS
 from mot_sim.datasets.kitti.ego import EGO, ImageMotion, VisualEgo
 from mot_sim.datasets.kitti.ego.oxts import oxts_path
@@ -67,7 +67,7 @@ def kitti_sequence(
     images: bool = False,
     *,
     split: str = "training",
-    height: float = CAMERA_HEIGHT,
+    height: float = CAMERA_HEIGHT_METRES,
     pitch: float = 0.0,
     detection_format: str | None = None,
     bad_boxes: BadBoxes | None = None,

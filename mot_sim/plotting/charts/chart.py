@@ -13,8 +13,8 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8
 SYMBOLS = ("circle", "square", "diamond", "triangle-up", "x", "triangle-down", "cross")
 DASHES = ("solid", "dash", "dot", "dashdot")
 
-SPREAD = 0.7  # of the height of a row that its series take
-WIDTHS = (3.2, 2.4, 1.6)  # of lines, the first below: of two that are equal both are seen
+ROW_SHARE = 0.7  # of the height of a row that its series take
+LINE_WIDTHS = (3.2, 2.4, 1.6)  # of lines, the first below: of two that are equal both are seen
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Chart:
         measured = [each for each in self.series if not each.is_limit]
         if series.is_limit or len(measured) < 2:
             return 0.0
-        return (measured.index(series) - 0.5 * (len(measured) - 1)) * SPREAD / len(measured)
+        return (measured.index(series) - 0.5 * (len(measured) - 1)) * ROW_SHARE / len(measured)
 
     @property
     def span(self) -> tuple[float, float] | None:
@@ -81,7 +81,7 @@ class Chart:
 
     def width(self, series: Series) -> float:
         """How wide the line of one of its series is."""
-        return WIDTHS[min(self.series.index(series), len(WIDTHS) - 1)]
+        return LINE_WIDTHS[min(self.series.index(series), len(LINE_WIDTHS) - 1)]
 
     @property
     def is_sideways(self) -> bool:
@@ -99,10 +99,10 @@ class Chart:
         levels = [x for each in self.series for x in each.x if not isinstance(x, str)]
         if self.is_sideways or not levels or min(levels) <= 0.0:
             return False
-        return max(levels) / min(levels) >= WIDE
+        return max(levels) / min(levels) >= MIN_LOG_RATIO
 
 
-WIDE = 30.0  # the ratio of levels from which on an axis is logarithmic
+MIN_LOG_RATIO = 30.0  # the ratio of levels from which on an axis is logarithmic
 
 
 @dataclass(frozen=True)

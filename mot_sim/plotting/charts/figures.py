@@ -7,27 +7,27 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mot_sim.files.writing import require_writable, whole_file
-from mot_sim.plotting.charts.chart import COLOURS, SPREAD, Chart, Series
+from mot_sim.plotting.charts.chart import COLOURS, ROW_SHARE, Chart, Series
 from tracker.errors import BadConfig
 
 if TYPE_CHECKING:
     import matplotlib.figure
 
 FIGURE_ENDINGS = (".png", ".svg", ".pdf")
-SIZE = (4.6, 3.1)  # inches of a chart
-ROW = 0.28  # inches of a row of words and series
-DOTS = 200  # an inch, of a PNG
+CHART_INCHES = (4.6, 3.1)  # inches of a chart
+ROW_INCHES = 0.28  # inches of a row of words and series
+DOTS_PER_INCH = 200  # an inch, of a PNG
 MARKERS = ("o", "s", "D", "^", "X", "v", "P")
-STYLES = ("-", "--", ":", "-.")
+LINE_STYLES = ("-", "--", ":", "-.")
 # What a figure needs no matter how matplotlib is set up here; the salt and the missing dates
 # make the same chart the same bytes.
-STYLE = {
+RC_SETTINGS = {
     "font.family": "sans-serif", "font.size": 9.0, "axes.titlesize": 10.0,
     "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
     "axes.axisbelow": True, "grid.color": "#dddddd", "grid.linewidth": 0.6,
     "legend.frameon": False, "svg.hashsalt": "mot-sim", "pdf.fonttype": 42,
 }  # fmt: skip
-DATELESS = {
+METADATA = {
     ".png": {"Software": "mot-sim"}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None},
 }  # fmt: skip
 
@@ -46,7 +46,7 @@ def figure_of(rows: Sequence[Sequence[Chart]]) -> "matplotlib.figure.Figure":
     with _style():
         across = max(len(row) for row in rows)
         heights = [max(_height(chart) for chart in row) for row in rows]
-        figure = Figure(figsize=(SIZE[0] * across, sum(heights)), layout="constrained")
+        figure = Figure(figsize=(CHART_INCHES[0] * across, sum(heights)), layout="constrained")
         grid = figure.subplots(
             len(rows), across, squeeze=False, gridspec_kw={"height_ratios": heights}
         )
@@ -70,7 +70,7 @@ def save_figure(figure: "matplotlib.figure.Figure", path: Path) -> Path:
     require_figure(path)
     ending = path.suffix.lower()
     with _style(), whole_file(path) as half:
-        figure.savefig(half, format=ending[1:], dpi=DOTS, metadata=DATELESS[ending])
+        figure.savefig(half, format=ending[1:], dpi=DOTS_PER_INCH, metadata=METADATA[ending])
     return path
 
 
@@ -79,7 +79,7 @@ def svg_of(chart: Chart) -> bytes:
     held = io.BytesIO()
     figure = figure_of([[chart]])
     with _style({"svg.fonttype": "none"}):
-        figure.savefig(held, format="svg", metadata=DATELESS[".svg"])
+        figure.savefig(held, format="svg", metadata=METADATA[".svg"])
     return held.getvalue()
 
 
@@ -88,7 +88,7 @@ def _style(more: dict[str, Any] | None = None) -> Iterator[None]:
     """While it lasts, matplotlib is set up as here, whatever the user's own style."""
     import matplotlib as mpl  # noqa: PLC0415
 
-    settings: Any = {**STYLE, **(more or {})}
+    settings: Any = {**RC_SETTINGS, **(more or {})}
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(settings)
@@ -98,8 +98,8 @@ def _style(more: dict[str, Any] | None = None) -> Iterator[None]:
 def _height(chart: Chart) -> float:
     """Inches; of rows of words as many as they need."""
     if not chart.is_sideways:
-        return SIZE[1]
-    return max(1.4, 1.0 + ROW * len(chart.words) * max(1.0, 0.6 * len(chart.series)))
+        return CHART_INCHES[1]
+    return max(1.4, 1.0 + ROW_INCHES * len(chart.words) * max(1.0, 0.6 * len(chart.series)))
 
 
 def _draw(axes: Any, chart: Chart) -> dict[str, Any]:
@@ -127,7 +127,10 @@ def _draw_levels(axes: Any, series: Series, chart: Chart) -> Any:
     y, low, high = _values(series)
     width = 0.7 * chart.width(series)
     look = {"color": COLOURS[series.place % len(COLOURS)], "markersize": 3.0 + width}
-    marker, style = MARKERS[series.place % len(MARKERS)], STYLES[series.dash % len(STYLES)]
+    marker, style = (
+        MARKERS[series.place % len(MARKERS)],
+        LINE_STYLES[series.dash % len(LINE_STYLES)],
+    )
     if chart.kind == "points":
         spans = [_below(y, low), _below(high, y)]
         return axes.errorbar(x, y, spans, fmt=marker, elinewidth=0.8, **look)
@@ -146,7 +149,7 @@ def _draw_rows(axes: Any, chart: Chart) -> dict[str, Any]:
         spans = [_below(y, low), _below(high, y)]
         colour = COLOURS[each.place % len(COLOURS)]
         if chart.kind == "bars":
-            named[each.name] = axes.barh(place, y, SPREAD / count, color=colour)
+            named[each.name] = axes.barh(place, y, ROW_SHARE / count, color=colour)
             if any(low != high for low, high in zip(*spans, strict=True)):
                 axes.errorbar(y, place, xerr=spans, fmt="none", ecolor="#333333", elinewidth=0.8)
         else:

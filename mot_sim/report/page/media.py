@@ -7,12 +7,12 @@ from pathlib import Path, PurePosixPath
 
 from mot_sim.report.page.sources import ResultSource
 
-TYPES = {
+MEDIA_TYPES = {
     ".mp4": "video/mp4", ".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg",
     ".gif": "image/gif",
 }  # fmt: skip
 # The codecs in an MP4 that browsers play; mp4v, OpenCV's own, is none of them.
-PLAYED = (b"avc1", b"avc3", b"av01", b"vp09")
+PLAYABLE_CODECS = (b"avc1", b"avc3", b"av01", b"vp09")
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def load_media(sources: Sequence[ResultSource], room: int) -> dict[int, list[Med
 def _load(folder: Path, name: str, room: int) -> Medium:
     """One file; left out with its reason where it is missing, too large, or cannot be shown."""
     path = folder / name
-    kind = TYPES.get(path.suffix.lower())
+    kind = MEDIA_TYPES.get(path.suffix.lower())
     if kind is None:
         return Medium(name, path, None, f"no browser shows {path.suffix or 'such files'} in a page")
     try:
@@ -62,7 +62,7 @@ def _load(folder: Path, name: str, room: int) -> Medium:
         content = path.read_bytes()
     except OSError as error:
         return Medium(name, path, None, f"cannot be read: {error.strerror}")
-    if path.suffix.lower() == ".mp4" and not any(codec in content for codec in PLAYED):
+    if path.suffix.lower() == ".mp4" and not any(codec in content for codec in PLAYABLE_CODECS):
         return Medium(name, path, None, "no H.264: browsers do not play it; write the clip again")
     return Medium(name, path, f"data:{kind};base64,{b64encode(content).decode()}")
 

@@ -7,9 +7,9 @@ from mot_sim.plotting.charts import Chart, Series
 from mot_sim.plotting.charts.chart import COLOURS, DASHES, SYMBOLS
 from mot_sim.report.page.cells import with_ends
 
-HEIGHT = 340  # pixels of a chart over levels
-ROW = 24  # pixels of a row of words and series
-BAND = 0.15  # opacity of intervals
+CHART_PIXELS = 340  # pixels of a chart over levels
+ROW_PIXELS = 24  # pixels of a row of words and series
+BAND_OPACITY = 0.15  # opacity of intervals
 
 
 def plot_of(chart: Chart) -> dict[str, Any]:
@@ -76,7 +76,7 @@ def _band(series: Series) -> dict[str, Any] | None:
     return {
         "type": "scatter", "mode": "lines", "x": [point[0] for point in there_and_back],
         "y": [_short(end) for end in ends], "fill": "toself", "line": {"width": 0},
-        "fillcolor": f"rgba({red},{green},{blue},{BAND})", "hoverinfo": "skip",
+        "fillcolor": f"rgba({red},{green},{blue},{BAND_OPACITY})", "hoverinfo": "skip",
         "showlegend": False, "legendgroup": _text(series.name),
     }  # fmt: skip
 
@@ -90,7 +90,7 @@ def _layout(chart: Chart, many: bool) -> dict[str, Any]:
     if chart.is_logarithmic:
         other["type"] = "log"
     layout: dict[str, Any] = {
-        "height": HEIGHT, "margin": {"l": 60, "r": 16, "t": 34 if many else 12, "b": 52},
+        "height": CHART_PIXELS, "margin": {"l": 60, "r": 16, "t": 34 if many else 12, "b": 52},
         "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0},
         "hovermode": "closest" if chart.is_sideways or chart.kind == "points" else "x unified",
     }  # fmt: skip
@@ -103,7 +103,7 @@ def _layout(chart: Chart, many: bool) -> dict[str, Any]:
         }  # fmt: skip
         beside = max(1.0, 0.6 * len(chart.series))
         layout |= {
-            "xaxis": value, "yaxis": other, "height": round(110 + ROW * len(words) * beside),
+            "xaxis": value, "yaxis": other, "height": round(110 + ROW_PIXELS * len(words) * beside),
             "barmode": "group", "bargap": 0.3,
         }  # fmt: skip
     else:

@@ -23,7 +23,7 @@ from mot_sim.experiments.sweep.unfinished import read_partial
 from mot_sim.files.text import read_text
 from tracker.errors import BadConfig, BadFile
 
-FILES = (RESULT_FILE, SWEEP_FILE, RUN_FILE)  # any of them makes a folder one of ours
+RESULT_FILES = (RESULT_FILE, SWEEP_FILE, RUN_FILE)  # any of them makes a folder one of ours
 SHOWN_FILES = (".mp4", ".png")
 
 
@@ -48,7 +48,7 @@ def find_sources(folders: Sequence[Path]) -> list[ResultSource]:
         places = list(_places(folder))
         if not places:
             raise BadFile(
-                f"{folder}: nothing of ours: no {', '.join(FILES)} there or one folder below; name "
+                f"{folder}: nothing of ours: no {', '.join(RESULT_FILES)} there or one folder below; name "
                 "folders that sweep, stress, breaking-point, compare, tables, tune, diagnose or track got "
                 "as --out"
             )
@@ -71,7 +71,7 @@ def _places(folder: Path) -> Iterator[Path]:
 
 
 def _is_ours(folder: Path) -> bool:
-    return any((folder / name).is_file() for name in FILES)
+    return any((folder / name).is_file() for name in RESULT_FILES)
 
 
 def read_source(folder: Path) -> ResultSource:

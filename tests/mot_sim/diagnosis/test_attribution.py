@@ -14,9 +14,9 @@ from benchmarks.attribution import (
     planted,
 )
 from mot_sim.diagnosis.attribution import (
-    EITHER,
+    EITHER_SOURCE,
     NO_NOISE,
-    ONE,
+    ONE_SOURCE,
     VERDICTS,
     Attributor,
     Cause,
@@ -117,7 +117,7 @@ def test_a_planted_switch_hangs_on_its_source(crossing: Crossing, source: str) -
     mine = new.select(new.cars == new.cars[0])  # of one car: the fewer, the fewer replays
     causes = judged(conditions, crossing, mine)
     assert len(causes) == len(mine)
-    assert {(cause.verdict, cause.sources) for cause in causes} == {(ONE, (source,))}
+    assert {(cause.verdict, cause.sources) for cause in causes} == {(ONE_SOURCE, (source,))}
 
 
 def test_a_switch_that_is_there_without_noise_is_the_trackers_own(crossing: Crossing) -> None:
@@ -147,8 +147,8 @@ def test_a_replay_from_a_copy_is_the_run_from_the_beginning(crossing: Crossing) 
 
 def test_shares_of_several_sources_are_equal_parts() -> None:
     causes = [
-        Cause(1, 2, 3, ONE, ("misses",)),
-        Cause(1, 2, 4, EITHER, ("misses", "jitter")),
+        Cause(1, 2, 3, ONE_SOURCE, ("misses",)),
+        Cause(1, 2, 4, EITHER_SOURCE, ("misses", "jitter")),
         Cause(1, 2, 5, NO_NOISE),
     ]
     assert shares(causes) == {"misses": 1.5, "jitter": 0.5}

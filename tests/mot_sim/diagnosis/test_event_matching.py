@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from mot_sim.diagnosis.context_events import KINDS, ContextEvents, Row
-from mot_sim.diagnosis.event_matching import NOTHING, EventCounts, at_risk, events_around, tally
+from mot_sim.diagnosis.context_events import KINDS, ContextEvents, EventRow
+from mot_sim.diagnosis.event_matching import NO_EVENT, EventCounts, at_risk, events_around, tally
 from mot_sim.metrics.breaks import Breaks
 from tests.mot_sim.metrics.test_breaks import tracks
 
@@ -18,7 +18,7 @@ def breaks_at(*rows: tuple[int, int, int, bool, bool]) -> Breaks:
 
 
 def test_a_break_is_around_what_touches_it_in_time() -> None:
-    rows: list[Row] = [
+    rows: list[EventRow] = [
         ("occlusion", 10, 19, 1, 2, 3.0),  # of this car, touching
         ("occlusion", 40, 50, 1, 2, 3.0),  # too late
         ("crossing", 18, 25, 3, 1, NAN),  # as the second car
@@ -39,7 +39,7 @@ def test_of_two_of_a_kind_the_one_that_shares_most_frames_is_taken() -> None:
 
 def test_shares_add_up_to_the_switches_and_fragments() -> None:
     rng = np.random.default_rng(3)
-    rows: list[Row] = [
+    rows: list[EventRow] = [
         (str(rng.choice(KINDS)), first, first + int(rng.integers(0, 30)), int(rng.integers(0, 4)),
          -2, NAN)
         for first in rng.integers(0, 90, 40).tolist()
@@ -54,7 +54,7 @@ def test_shares_add_up_to_the_switches_and_fragments() -> None:
     around = events_around(breaks, table, 10.0)
     cars = tracks([(frame, car, 0.0) for frame in (0, 130) for car in range(4)])
     found = tally(breaks, table, around, at_risk(table, cars, around))
-    parts = [found.get(name, EventCounts()) for name in (*KINDS, NOTHING)]
+    parts = [found.get(name, EventCounts()) for name in (*KINDS, NO_EVENT)]
     assert np.isclose(sum(each.switch_share for each in parts), breaks.switched.sum())
     assert np.isclose(sum(each.fragment_share for each in parts), breaks.broken.sum())
     for kind in ("occlusion", "detector gap"):
@@ -66,7 +66,7 @@ def test_shares_add_up_to_the_switches_and_fragments() -> None:
 
 
 def test_only_a_car_with_a_name_to_lose_is_exposed() -> None:
-    rows: list[Row] = [
+    rows: list[EventRow] = [
         ("occlusion", 3, 6, 1, 2, 1.0),
         ("occlusion", 3, 6, 9, 2, 1.0),
         ("occlusion", 8, 12, 1, 2, 1.0),
@@ -86,4 +86,6 @@ def test_nothing_is_around_nothing() -> None:
     none = ContextEvents.of([])
     breaks = breaks_at((1, 2, 1, True, False))
     assert events_around(breaks, none, 10.0) == [{}]
-    assert tally(breaks, none, [{}], np.zeros(0, bool)) == {NOTHING: EventCounts(0, 1, 1.0, 0, 0.0)}
+    assert tally(breaks, none, [{}], np.zeros(0, bool)) == {
+        NO_EVENT: EventCounts(0, 1, 1.0, 0, 0.0)
+    }

@@ -7,10 +7,10 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from mot_sim.diagnosis.attribution import EITHER, NO_NOISE, ONE
+from mot_sim.diagnosis.attribution import EITHER_SOURCE, NO_NOISE, ONE_SOURCE
 from mot_sim.diagnosis.context_events import KINDS
 from mot_sim.diagnosis.diagnosed_sequence import DiagnosedSequence
-from mot_sim.diagnosis.event_matching import NOTHING, EventCounts
+from mot_sim.diagnosis.event_matching import NO_EVENT, EventCounts
 from mot_sim.diagnosis.findings import Case, Findings, read_findings, write_findings
 from mot_sim.diagnosis.outputs import write_tables
 from mot_sim.diagnosis.tables import cause_table, csv_of, event_table, shown, tables_of
@@ -31,11 +31,11 @@ def case(frame: int, verdict: str, *sources: str, drive: str = "a") -> Case:
 def found(drive: str, *cases: Case) -> Findings:
     """A drive with two occlusions, at which all its switches are."""
     n = len(cases)
-    counts = {"occlusion": EventCounts(2, n, float(n), n, float(n)), NOTHING: EventCounts()}
+    counts = {"occlusion": EventCounts(2, n, float(n), n, float(n)), NO_EVENT: EventCounts()}
     return Findings(drive, 40, 9, KINDS, counts, cases)
 
 
-ONE_DRIVE = found("a", case(9, ONE, "misses"), case(19, EITHER, "misses", "jitter"))
+ONE_DRIVE = found("a", case(9, ONE_SOURCE, "misses"), case(19, EITHER_SOURCE, "misses", "jitter"))
 OTHER = found("b", case(9, NO_NOISE, drive="b"))
 
 
@@ -133,9 +133,9 @@ def test_the_key_of_a_task_hangs_on_what_decides_it(crossing: Crossing) -> None:
 def test_the_table_of_events_ends_with_all_switches() -> None:
     table = event_table([ONE_DRIVE, OTHER])
     names = table.column("around")
-    assert names[-2:] == (NOTHING, "all")
+    assert names[-2:] == (NO_EVENT, "all")
     assert table.column("switches")[-1] == 3
-    kinds = [row for row, name in enumerate(names) if name in (*KINDS, NOTHING)]
+    kinds = [row for row, name in enumerate(names) if name in (*KINDS, NO_EVENT)]
     shares = [table.column("switch share")[row] for row in kinds]
     assert sum(shares) == 3  # type: ignore[arg-type]
     occlusion = names.index("occlusion")
@@ -161,7 +161,9 @@ def test_the_table_of_causes_divides_what_several_sources_explain() -> None:
 
 
 def test_the_control_is_said_in_the_note() -> None:
-    cases = [replace(case(9, ONE, "misses"), by_control=told) for told in (True, False, None)]
+    cases = [
+        replace(case(9, ONE_SOURCE, "misses"), by_control=told) for told in (True, False, None)
+    ]
     assert "Control: 1 of 2 switches" in cause_table([found("a", *cases)]).note
 
 

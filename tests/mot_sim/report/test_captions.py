@@ -3,7 +3,15 @@
 import numpy as np
 
 from mot_sim.plotting.canvas import text_width
-from mot_sim.report.captions import SMALL, Layers, legend, marks, title, title_words, wrap
+from mot_sim.report.captions import (
+    LEGEND_TEXT_PIXELS,
+    Layers,
+    legend,
+    marks,
+    title,
+    title_words,
+    wrap,
+)
 
 
 def test_the_title_names_drive_frame_time_and_switches() -> None:
@@ -24,7 +32,7 @@ def test_lines_are_as_wide_as_allowed_and_lose_nothing() -> None:
     parts = [f"mark number {number}" for number in range(9)]
     lines = wrap(parts, 300)
     assert len(lines) > 1
-    assert all(text_width(line, SMALL) <= 300 for line in lines)
+    assert all(text_width(line, LEGEND_TEXT_PIXELS) <= 300 for line in lines)
     assert [part for line in lines for part in line.split("    ")] == parts
     assert wrap(["a mark that is longer than the line"], 10) == [
         "a mark that is longer than the line"

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from mot_sim.plotting.colours import SKY, SWITCH, WRONG, colour_of_id
+from mot_sim.plotting.colours import SKY_COLOUR, SWITCH_COLOUR, WRONG_COLOUR, colour_of_id
 from mot_sim.report import Film, Layers
 from tests.mot_sim.report.small import FRAMES, SIZE, drive, exact_tracks
 from tracker.types import Tracks
@@ -58,19 +58,19 @@ def test_missed_false_and_switched_boxes_are_marked() -> None:
     later = (tracks.ids == 10) & (tracks.frames >= 3)
     anew = replace(tracks, ids=np.where(later, 77, tracks.ids))
     layers = replace(BARE, truth=True)
-    assert not (view(film(layers, anew), 2) == SWITCH).all(axis=2).any()
-    assert (view(film(layers, anew), 3) == SWITCH).all(axis=2).sum() > 50
+    assert not (view(film(layers, anew), 2) == SWITCH_COLOUR).all(axis=2).any()
+    assert (view(film(layers, anew), 3) == SWITCH_COLOUR).all(axis=2).sum() > 50
     missed = view(film(layers, tracks.select(tracks.ids != 10)), 2)
-    assert (missed == WRONG).all(axis=2).sum() > 30
+    assert (missed == WRONG_COLOUR).all(axis=2).sum() > 30
     moved = replace(tracks, boxes=tracks.boxes + np.array([70.0, 0.0, 70.0, 0.0]))
-    assert (view(film(layers, moved), 2) == WRONG).all(axis=2).sum() > 30
-    assert not (view(film(layers), 2) == WRONG).all(axis=2).any()
+    assert (view(film(layers, moved), 2) == WRONG_COLOUR).all(axis=2).sum() > 30
+    assert not (view(film(layers), 2) == WRONG_COLOUR).all(axis=2).any()
 
 
 def test_without_images_it_is_drawn_on_plain_ground() -> None:
     shown = film()
     blind = replace(shown, drive=replace(drive(), images=None))
-    assert (view(blind)[35:40] == SKY).all(axis=2).any()
+    assert (view(blind)[35:40] == SKY_COLOUR).all(axis=2).any()
 
 
 def test_the_scale_is_that_of_the_finished_frame() -> None:

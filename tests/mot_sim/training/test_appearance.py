@@ -8,13 +8,13 @@ import pytest
 from mot_sim.training.appearance import (
     DescriptorDataset,
     LearningOptions,
-    learn,
+    learn_descriptor,
     likelihood_map,
     pair_distances,
     unit_of,
     unit_of_descriptor,
 )
-from mot_sim.training.identities import RenderedDrive, Sight
+from mot_sim.training.identities import CarPicture, RenderedDrive
 from tracker.descriptors import Classical, Learned, write_weights
 from tracker.errors import BadConfig
 from tracker.shape import Hourglass
@@ -22,12 +22,12 @@ from tracker.shape import Hourglass
 IMAGE = np.zeros((40, 60, 3), np.uint8)
 
 
-def sight(drive: str, frame: int, ids: list[int], image: np.ndarray = IMAGE) -> Sight:
+def sight(drive: str, frame: int, ids: list[int], image: np.ndarray = IMAGE) -> CarPicture:
     """A picture with cars side by side."""
     n = len(ids)
     left = 18.0 * np.arange(n)
     boxes = np.column_stack((left, np.full(n, 5.0), left + 15.0, np.full(n, 30.0)))
-    return Sight(drive, frame, image, boxes, np.array(ids, dtype=np.int64), np.ones(n))
+    return CarPicture(drive, frame, image, boxes, np.array(ids, dtype=np.int64), np.ones(n))
 
 
 def lesson(seed: int = 0, within: tuple = (1.0, 0.1, 3.0), between: tuple = (0.0, 1.0, 3.0)):
@@ -83,7 +83,7 @@ def test_a_lesson_keeps_only_cars_that_are_seen_again_and_boxes_that_are_describ
     ids = list(range(10))
     sights = [sight("a", 0, [*ids, 77]), sight("a", 3, ids), sight("b", 0, ids)]
 
-    def look(one: Sight) -> np.ndarray:
+    def look(one: CarPicture) -> np.ndarray:
         vectors = one.boxes.copy()
         vectors[(one.ids == 4) & (one.frame == 3)] = np.nan
         return vectors
@@ -98,7 +98,7 @@ def test_a_lesson_keeps_only_cars_that_are_seen_again_and_boxes_that_are_describ
         DescriptorDataset.of([], look)
 
 
-def painted(drives: int = 2, cars: int = 6, frames: int = 3) -> Iterator[Sight]:
+def painted(drives: int = 2, cars: int = 6, frames: int = 3) -> Iterator[CarPicture]:
     """Pictures of coloured blocks: every car has a paint of its own, the light changes."""
     for drive in range(drives):
         paints = np.random.default_rng(drive).integers(0, 200, (cars, 3))
@@ -114,8 +114,8 @@ def painted(drives: int = 2, cars: int = 6, frames: int = 3) -> Iterator[Sight]:
 def test_weights_of_the_shipped_network_tell_painted_blocks_apart(tmp_path) -> None:
     options = LearningOptions(grid=2, length=16)
     hourglass = Hourglass.load()
-    lore = learn(painted(), hourglass, options)
-    again = learn(painted(), hourglass, options)
+    lore = learn_descriptor(painted(), hourglass, options)
+    again = learn_descriptor(painted(), hourglass, options)
     np.testing.assert_array_equal(lore.weights.weights, again.weights.weights)
     assert lore.weights.hourglass == hourglass.sha256
     assert lore.equal_error < 0.1

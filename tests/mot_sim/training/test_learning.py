@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from mot_sim.training.keypoints import train_keypoints
-from mot_sim.training.learning import CHECKPOINT, Learner, train
+from mot_sim.training.learning import CHECKPOINT_FILE, KeypointTrainer, train
 from mot_sim.training.plan import TrainingPlan
-from mot_sim.training.shards import HELD_OUT, save_crops, shard_path
+from mot_sim.training.shards import FIRST_HELD_OUT_SEED, save_crops, shard_path
 from tests.mot_sim.cli.conftest import CommandLine, mot_sim
 from tests.mot_sim.training.made_up import made_up
 from tracker.errors import BadConfig, BadFile, DatasetNotFound, OutputExists
@@ -44,7 +44,7 @@ def stop_at(step: int) -> Callable[[str, int, int], None]:
 def out(tmp_path: Path) -> Path:
     """A folder with crops in it, so that none need be drawn."""
     save_crops(made_up(PLAN.crops, 0), shard_path(tmp_path / "crops", 0))
-    save_crops(made_up(PLAN.held_out, 1), shard_path(tmp_path / "crops", HELD_OUT))
+    save_crops(made_up(PLAN.held_out, 1), shard_path(tmp_path / "crops", FIRST_HELD_OUT_SEED))
     return tmp_path
 
 
@@ -93,13 +93,13 @@ def test_a_training_learns_and_the_tracker_loads_it(out: Path) -> None:
 def test_opencv_and_pytorch_see_the_same(out: Path) -> None:
     import torch
 
-    from mot_sim.training.export import export
+    from mot_sim.training.export import export_network
     from tracker.shape import network_input
 
-    learner = Learner.begin(PLAN)
+    learner = KeypointTrainer.begin(PLAN)
     for _ in range(3):
         learner.learn(made_up(PLAN.crops))
-    path = export(learner.mean, out / "three.onnx", {"training": PLAN.told()})
+    path = export_network(learner.mean, out / "three.onnx", {"training": PLAN.told()})
     crops = made_up(5).images[:, :64, :64]
     learner.mean.eval()
     with torch.no_grad():
@@ -131,13 +131,13 @@ def test_what_cannot_go_on_says_so_and_loses_nothing(out: Path) -> None:
         train_keypoints(PLAN, out, say_nothing, resume=True)
     with pytest.raises(KeyboardInterrupt):
         train_keypoints(PLAN, out, stop_at(2))
-    kept = (out / CHECKPOINT).read_bytes()
+    kept = (out / CHECKPOINT_FILE).read_bytes()
     with pytest.raises(OutputExists, match="--resume"):
         train_keypoints(PLAN, out, say_nothing)
     with pytest.raises(BadConfig, match="epochs 6, now 7"):
         train_keypoints(replace(PLAN, epochs=7), out, say_nothing, resume=True)
-    assert (out / CHECKPOINT).read_bytes() == kept
-    (out / CHECKPOINT).write_bytes(kept[: len(kept) // 2])
+    assert (out / CHECKPOINT_FILE).read_bytes() == kept
+    (out / CHECKPOINT_FILE).write_bytes(kept[: len(kept) // 2])
     with pytest.raises(BadFile, match="no checkpoint"):
         train_keypoints(PLAN, out, say_nothing, resume=True)
-    assert (out / CHECKPOINT).read_bytes() == kept[: len(kept) // 2]
+    assert (out / CHECKPOINT_FILE).read_bytes() == kept[: len(kept) // 2]

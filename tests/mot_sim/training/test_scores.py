@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from mot_sim.simulation.truth import KeypointVisibility
-from mot_sim.training.augment import AugmentedCrops, exactly
+from mot_sim.training.augment import AugmentedCrops, exact_crops
 from mot_sim.training.curve import curve_picture
-from mot_sim.training.loss import wanted
+from mot_sim.training.loss import target_maps
 from mot_sim.training.plan import TrainingPlan
-from mot_sim.training.scores import judge
+from mot_sim.training.scores import score_keypoints
 from tests.mot_sim.training.made_up import made_up
 from tracker.errors import BadConfig, UnknownName
 from tracker.shape import decode
@@ -20,7 +20,7 @@ def test_a_keypoint_is_right_within_a_tenth_of_the_longer_side() -> None:
     true = np.zeros((1, 4, 2))
     found = np.array([[(0.0, 0.0, 1.0), (9.9, 0.0, 1.0), (8.0, 8.0, 1.0), (0.0, 0.0, 1.0)]])
     states = np.array([[VISIBLE, VISIBLE, VISIBLE, HIDDEN]], np.uint8)
-    judged = judge(found, true, states, np.array([100.0]))
+    judged = score_keypoints(found, true, states, np.array([100.0]))
     assert judged.right.tolist() == [[True, True, False, False]]
     assert judged.pck == pytest.approx(2 / 3)
 
@@ -31,23 +31,25 @@ def test_confidences_that_are_the_truth_are_no_doubt() -> None:
     seen = rng.uniform(size=confidence.shape) < confidence
     found = np.dstack((np.zeros((4000, 5, 2)), confidence))
     states = np.where(seen, VISIBLE, HIDDEN).astype(np.uint8)
-    judged = judge(found, np.zeros((4000, 5, 2)), states, np.ones(4000))
+    judged = score_keypoints(found, np.zeros((4000, 5, 2)), states, np.ones(4000))
     assert judged.doubt < 0.02
     assert judged.claimed[:, 2].sum() == 20_000
-    boasting = judge(found + (0.0, 0.0, 0.3), np.zeros((4000, 5, 2)), states, np.ones(4000))
+    boasting = score_keypoints(
+        found + (0.0, 0.0, 0.3), np.zeros((4000, 5, 2)), states, np.ones(4000)
+    )
     assert boasting.doubt > 0.2
 
 
 def test_nobody_is_judged_without_keypoints() -> None:
-    nothing = judge(np.zeros((0, 36, 3)), np.zeros((0, 36, 2)), np.zeros((0, 36), np.uint8),
+    nothing = score_keypoints(np.zeros((0, 36, 3)), np.zeros((0, 36, 2)), np.zeros((0, 36), np.uint8),
                     np.zeros(0))  # fmt: skip
     assert np.isnan(nothing.pck)
     assert nothing.doubt == 0.0
 
 
 def test_wanted_maps_decode_to_the_keypoints_they_were_made_from() -> None:
-    shown = exactly(made_up(4))
-    chances, seen = wanted(shown, 16)
+    shown = exact_crops(made_up(4))
+    chances, seen = target_maps(shown, 16)
     assert chances.sum(axis=2) == pytest.approx(1.0)
     assert (chances[~seen][:, -1] == 1.0).all()
     odds = np.log(np.maximum(chances[:, :, :-1], 1e-12)) - np.log(
@@ -65,7 +67,7 @@ def test_a_keypoint_outside_the_crop_is_wanted_nowhere() -> None:
         np.zeros((1, 64, 64, 3), np.uint8), np.full((1, 36, 2), np.nan),
         np.full((1, 36), KeypointVisibility.TRUNCATED, np.uint8),
     )  # fmt: skip
-    chances, seen = wanted(shown, 16)
+    chances, seen = target_maps(shown, 16)
     assert not seen.any()
     assert (chances[0, :, -1] == 1.0).all()
     assert np.isfinite(chances).all()

@@ -14,14 +14,14 @@ from tracker.errors import BadFile
 from tracker.geometry import invert
 
 EARTH_RADIUS = 6_378_137.0  # metres, as in the KITTI devkit
-FURTHEST_NORTH = 89.0  # degrees; the map goes to infinity at the poles
+MAX_LATITUDE_DEG = 89.0  # degrees; the map goes to infinity at the poles
 
-COLUMNS = (
+OXTS_COLUMNS = (
     "lat", "lon", "alt", "roll", "pitch", "yaw", "vn", "ve", "vf", "vl", "vu", "ax", "ay", "az",
     "af", "al", "au", "wx", "wy", "wz", "wf", "wl", "wu", "pos_accuracy", "vel_accuracy",
     "navstat", "numsats", "posmode", "velmode", "orimode",
 )  # fmt: skip
-POSE_COLUMNS = COLUMNS[:6]
+OXTS_POSE_COLUMNS = OXTS_COLUMNS[:6]
 
 # Standard deviations over one frame (0.1 s) in camera 2: x, y, z in metres, rotations in radians.
 # Measured on the 21 training sequences as positions against integrated velocities and attitudes
@@ -65,9 +65,9 @@ def oxts_path(root: Path, split: str, name: str) -> Path:
 
 def read_oxts(path: Path) -> Float[Array, "n 4 4"]:
     """Ts_world_imu: east, north, up in metres from the first frame (Mercator, KITTI devkit)."""
-    table = read_table(path, COLUMNS)
-    lat, lon, alt, roll, pitch, yaw = table.finite(POSE_COLUMNS).T
-    table.reject(np.abs(lat) > FURTHEST_NORTH, "no latitude", ["lat"], "degrees, -89 to 89")
+    table = read_table(path, OXTS_COLUMNS)
+    lat, lon, alt, roll, pitch, yaw = table.finite(OXTS_POSE_COLUMNS).T
+    table.reject(np.abs(lat) > MAX_LATITUDE_DEG, "no latitude", ["lat"], "degrees, -89 to 89")
     Ts_world_imu = np.zeros((len(lat), 4, 4))
     Ts_world_imu[:, 3, 3] = 1.0
     if not len(lat):

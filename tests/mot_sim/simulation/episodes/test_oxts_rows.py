@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mot_sim.datasets.kitti.ego.oxts import COLUMNS, read_oxts
+from mot_sim.datasets.kitti.ego.oxts import OXTS_COLUMNS, read_oxts
 from mot_sim.files.writing import write_lines
 from mot_sim.simulation.episodes.oxts_rows import calibration_of, oxts_lines
 from tests.mot_sim.simulation.episodes.small import rig
@@ -16,7 +16,7 @@ from tracker.geometry import transform
 def rows(ego: list[tuple[float, float, float]]) -> dict[str, np.ndarray]:
     """The columns by name."""
     table = np.array([line.split() for line in oxts_lines(np.array(ego))], dtype=float)
-    return dict(zip(COLUMNS, table.T, strict=True))
+    return dict(zip(OXTS_COLUMNS, table.T, strict=True))
 
 
 def test_a_car_that_drives_along_x_drives_east() -> None:
