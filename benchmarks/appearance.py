@@ -36,8 +36,12 @@ from benchmarks.appearance_samples import (  # noqa: E402
 )
 from benchmarks.appearance_sheet import confusion_sheet  # noqa: E402
 from mot_sim.plotting import write_image
-from mot_sim.training.appearance import unit_of_descriptor  # noqa: E402
-from mot_sim.training.identities import CarPicture, car_pictures, training_drives  # noqa: E402
+from mot_sim.training.appearance import (  # noqa: E402
+    CarPicture,
+    car_pictures,
+    training_drives,
+    unit_of_descriptor,
+)
 from tracker.descriptors import Classical, Learned, pool_maps  # noqa: E402
 from tracker.shape import Hourglass  # noqa: E402
 

@@ -13,12 +13,12 @@ import numpy as np
 from numpy import ndarray as Array
 
 from mot_sim.datasets import kitti_sequence
-from mot_sim.training.identities import MIN_HEIGHT_PIXELS, CarPicture, RenderedDrive, car_pictures
+from mot_sim.training.appearance import MIN_HEIGHT_PIXELS, CarPicture, RenderedDrive, car_pictures
 
 GAPS = (1, 5, 10)  # frames
 STARTS = range(0, 120, 10)
 FRAMES = tuple(sorted({start + gap for start in STARTS for gap in (0, *GAPS)}))
-# Other seeds than those of `mot_sim.training.identities.training_drives`; the T-junction is not in it.
+# Other seeds than those of `mot_sim.training.appearance.training_drives`; the T-junction is not in it.
 ORDINARY = (
     RenderedDrive("t_junction", 900, ("noon",), FRAMES),
     RenderedDrive("intersection", 901, ("overcast",), FRAMES),

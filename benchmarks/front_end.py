@@ -20,7 +20,7 @@ import cv2  # noqa: E402
 import numpy as np  # noqa: E402
 
 from mot_sim.simulation.registry import find_scene  # noqa: E402
-from mot_sim.training.identities import CarPicture, RenderedDrive, car_pictures  # noqa: E402
+from mot_sim.training.appearance import CarPicture, RenderedDrive, car_pictures  # noqa: E402
 from tracker import Detections, Frame, Tracker  # noqa: E402
 from tracker.front_end import FrontEnd  # noqa: E402
 

@@ -25,10 +25,9 @@ from numpy import ndarray as Array
 from benchmarks.keypoint_real import annotated_pck, published_beside_ours, yaw_on_clips
 from benchmarks.keypoint_sheet import real_tiles, rendered_tiles, sheet
 from mot_sim.plotting import write_image
-from mot_sim.training.augment import AugmentedCrops, detected_crops
-from mot_sim.training.crops import Crops
-from mot_sim.training.scores import KeypointScores, score_keypoints
-from mot_sim.training.shards import FIRST_HELD_OUT_SEED, gather_crops
+from mot_sim.training.augmentation import AugmentedCrops, detected_crops
+from mot_sim.training.keypoint_crops import FIRST_HELD_OUT_SEED, Crops, gather_crops
+from mot_sim.training.learning import KeypointScores, score_keypoints
 from tracker.shape import CROP_MARGIN, Hourglass, decode
 
 SEED = 0

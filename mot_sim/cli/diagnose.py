@@ -131,14 +131,14 @@ class Diagnose:
 
     def _tasks(self) -> "list[mot_sim.diagnosis.tasks.Task]":
         """The drives, checked."""
-        from mot_sim.diagnosis.replay import require_tracker
+        from mot_sim.diagnosis.attribution import require_tracker
 
         contender = require_tracker(self.tracker)
         if self.scene is None and self.suite is None:
-            from mot_sim.diagnosis.loading import kitti_tasks
+            from mot_sim.diagnosis.tasks import kitti_tasks
 
             return list(kitti_tasks(self.kitti.open("labelled"), contender))
-        from mot_sim.diagnosis.loading import scene_tasks, suite_tasks
+        from mot_sim.diagnosis.tasks import scene_tasks, suite_tasks
 
         count = DEFAULT_SEEDS if self.seeds is None else self.seeds
         seeds = range(self.first_seed or 0, (self.first_seed or 0) + count)

@@ -139,7 +139,7 @@ def find_library(name: str) -> Check:
 
 def find_film() -> Check:
     """Whether ffmpeg writes H.264 here."""
-    from mot_sim.plotting.encoder import find_ffmpeg
+    from mot_sim.plotting.video import find_ffmpeg
     from tracker.errors import BadConfig
 
     with tempfile.TemporaryDirectory() as folder:

@@ -51,8 +51,7 @@ class Teaser:
     def __call__(self, terminal: Terminal) -> int:
         """Track two frames and draw them."""
         from mot_sim.evaluation.runs import Recipe
-        from mot_sim.report.teaser import draw_teaser, save_teaser
-        from mot_sim.report.two_frames import track_two_frames
+        from mot_sim.report.teaser import draw_teaser, save_teaser, track_two_frames
 
         self._check()
         front_end = Recipe(cues=self.cues).front_end

@@ -6,14 +6,11 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.datasets.camera_files import read_camera
-from mot_sim.datasets.detection_files import BadBoxes, DetectionFormat, check_detections
+from mot_sim.datasets.camera_files import read_camera, read_poses
+from mot_sim.datasets.detection_files import BadBoxes, DetectionFormat, ScoreMap, check_detections
 from mot_sim.datasets.images import ImageFolder
-from mot_sim.datasets.kitti.ego import ORBSLAM3_MOTION_STD
-from mot_sim.datasets.kitti.ego.visual import ImageMotion
-from mot_sim.datasets.poses import read_poses
+from mot_sim.datasets.kitti.ego import ORBSLAM3_MOTION_STD, ImageMotion
 from mot_sim.datasets.recorded import RecordedSequence
-from mot_sim.datasets.score_maps import ScoreMap
 from mot_sim.files.text import TextTable, read_table
 from tracker.errors import BadConfig, BadFile, DatasetNotFound, UnknownName
 

@@ -9,7 +9,9 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.files.documents import read_toml
-from tracker.errors import BadCalibration, BadConfig, DatasetNotFound, UnknownName
+from mot_sim.files.text import read_table
+from mot_sim.files.writing import write_lines
+from tracker.errors import BadCalibration, BadConfig, BadFile, DatasetNotFound, UnknownName
 from tracker.types import Camera
 
 INTRINSIC_KEYS = ("fx", "fy", "cx", "cy")
@@ -97,3 +99,36 @@ def _number(path: Path, values: Mapping[str, object], key: str) -> float:
     ):
         raise BadConfig(f"{path}: {key} is {value!r}; give a finite number")
     return float(value)
+
+
+POSE_COLUMNS = tuple(f"{name}{row}" for row in "123" for name in ("r1", "r2", "r3", "t"))
+
+# Largest entry of R R^T - 1 that passes for a rotation printed with a few digits.
+ROTATION_TOLERANCE = 1e-3
+
+
+def read_poses(path: Path, frame_count: int | None = None) -> Float[Array, "n 4 4"]:
+    """Ts_world_cam of a file with 12 numbers a line, as in KITTI's odometry benchmark.
+
+    The rotations are made orthonormal, which mends what printing cut off. Raises BadFile for
+    another number of lines than frames and for what is no rotation.
+    """
+    table = read_table(path, POSE_COLUMNS)
+    Ts_world_cam = np.zeros((len(table), 4, 4))
+    Ts_world_cam[:, :3] = table.finite(POSE_COLUMNS).reshape(-1, 3, 4)
+    Ts_world_cam[:, 3, 3] = 1.0
+    if frame_count is not None and len(table) != frame_count:
+        raise BadFile(f"{path}: {len(table)} poses for {frame_count} frames; give one a frame")
+    Rs = Ts_world_cam[:, :3, :3]
+    off = np.abs(Rs @ np.swapaxes(Rs, 1, 2) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+    bad = (off > ROTATION_TOLERANCE) | (np.linalg.det(Rs) < 0.0)
+    table.reject(bad, "the first three columns are no rotation", POSE_COLUMNS[:3])
+    U, _, Vt = np.linalg.svd(Rs)
+    Ts_world_cam[:, :3, :3] = U @ Vt
+    return Ts_world_cam
+
+
+def write_poses(Ts_world_cam: Float[Array, "n 4 4"], path: Path) -> None:
+    """Write poses as `read_poses` reads them."""
+    rows = Ts_world_cam[:, :3].reshape(-1, 12)
+    write_lines(path, (" ".join(f"{value:.9f}" for value in row) for row in rows.tolist()))

@@ -1,22 +1,108 @@
-"""Which noise each switch hangs on: the drive again with one source off around the switch.
+"""A tracker over a stream, and again from the middle of it with some frames changed."""
 
-A source is off from WINDOW before the car's last frame under the old name to WINDOW after its
-first under the new one; before and after that, and in all other draws, nothing changes. Whether
-the switch is gone is seen on the true car: it must be matched on both sides, under one name, and
-stay so for WINDOW more. A switch that only comes a little earlier or later is not gone.
-"""
-
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from copy import deepcopy
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from mot_sim.diagnosis.replay import BEFORE_FIRST_FRAME, Replays
-from mot_sim.diagnosis.runs_of_frames import by_id
-from mot_sim.diagnosis.sources import SourceAblation
-from mot_sim.diagnosis.streams import DetectionStream
+from mot_sim.diagnosis.context_events import by_id
+from mot_sim.diagnosis.sources import DetectionStream, SourceAblation
+from mot_sim.experiments.sweep.following import TrackerFailed
+from mot_sim.experiments.sweep.tracker_specs import BadRows, Steps, TrackerSpec, tracker_specs_of
+from mot_sim.experiments.sweep.trial import require_rows
 from mot_sim.metrics.breaks import Breaks, Matches
+from tracker.errors import BadConfig
 from tracker.types import Tracks
+
+BEFORE_FIRST_FRAME = -1  # the frame before the first
+
+
+@dataclass(frozen=True, eq=False)
+class TrackerSnapshot:
+    """A tracker after a frame, and all rows that it had given by then."""
+
+    tracker: Steps
+    came: tuple[int, ...]
+    rows: tuple[Tracks, ...]
+
+
+@dataclass(eq=False)
+class Replays:
+    """Runs of one tracker. Trackers of ours go on from copies; others begin anew each time.
+
+    is_late: whether it decides later (`finish`), and so must see a drive to its end; known after
+    the first run.
+    """
+
+    contender: TrackerSpec
+    kept: dict[int, TrackerSnapshot] = field(default_factory=dict)
+    is_late: bool = False
+
+    def run(self, stream: DetectionStream, last: int, keep: Iterable[int] = ()) -> Tracks:
+        """All rows up to a frame. keep: frames after which the tracker is copied, to go on from.
+
+        Raises TrackerFailed when the tracker raises, or gives what cannot be scored, BadConfig
+        where it cannot be built.
+        """
+        fresh = TrackerSnapshot(self.contender.build(stream.camera), (), ())
+        wanted = set(keep) if self.contender.is_ours else set()
+        return self._go_on(fresh, BEFORE_FIRST_FRAME, stream, last, wanted)
+
+    def run_from(self, before: int, stream: DetectionStream, last: int) -> Tracks:
+        """The same for a stream that is the kept one's up to and with the frame `before`."""
+        if before not in self.kept:
+            return self.run(stream, last)
+        start = self.kept[before]
+        copied = TrackerSnapshot(deepcopy(start.tracker), start.came, start.rows)
+        return self._go_on(copied, before, stream, last, set())
+
+    def _go_on(
+        self,
+        start: TrackerSnapshot,
+        before: int,
+        stream: DetectionStream,
+        last: int,
+        wanted: set[int],
+    ) -> Tracks:
+        """Frames after `before` up to `last`."""
+        tracker, came, parts = start.tracker, list(start.came), list(start.rows)
+        is_late = self.is_late = callable(getattr(tracker, "finish", None))
+        at: int | None = None
+        try:
+            for frame in stream.until(last):
+                if frame.index <= before:
+                    continue
+                at = frame.index
+                for earlier in sorted(each for each in wanted if each < at):
+                    self.kept[earlier] = TrackerSnapshot(
+                        deepcopy(tracker), tuple(came), tuple(parts)
+                    )
+                    wanted.discard(earlier)
+                came.append(at)
+                parts.append(tracker.step(frame))
+                require_rows(parts[-1], came if is_late else came[-1:])
+            if is_late:
+                at = None
+                parts.append(tracker.finish())  # type: ignore[attr-defined]
+            found = Tracks.concatenate(parts) if parts else Tracks.empty()
+            require_rows(found, came)
+        except (Exception, SystemExit) as error:
+            where = "in the end" if at is None else f"in frame {at} of {stream.recorded.name}"
+            kind = "" if isinstance(error, BadRows) else f"{type(error).__name__}: "
+            reason = " ".join(f"{kind}{error}".split())
+            raise TrackerFailed(self.contender.name, where, reason, at) from error
+        return found
+
+
+def require_tracker(word: str) -> TrackerSpec:
+    """The tracker of a word, as `mot-sim sweep` takes it. Raises UnknownName and BadConfig."""
+    found = tracker_specs_of([name for name in word.split(",") if name])
+    if len(found) != 1:
+        raise BadConfig(f"--tracker {word}: give one tracker; run the command again for another")
+    found[0].check()
+    return found[0]
+
 
 WINDOW_SECONDS = 1.0  # seconds
 # What may come of it. The first two are explained; the others no single source explains.
@@ -181,20 +267,3 @@ def shares(causes: list[Cause]) -> dict[str, float]:
         for source in cause.sources:
             found[source] = found.get(source, 0.0) + 1.0 / len(cause.sources)
     return found
-
-
-__all__ = [
-    "EARLIER_NOISE",
-    "EITHER_SOURCE",
-    "NO_NOISE",
-    "ONE_SOURCE",
-    "SEVERAL_TOGETHER",
-    "VERDICTS",
-    "WINDOW_SECONDS",
-    "Attributor",
-    "Cause",
-    "Incident",
-    "incidents",
-    "is_kept",
-    "shares",
-]  # fmt: skip

@@ -1,7 +1,8 @@
 """What happens to cars that may cost them their names: a table of spans of frames."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float, Int, Shaped
@@ -98,4 +99,19 @@ def bin_names(kind: str) -> list[str]:
     return found
 
 
-__all__ = ["KINDS", "NO_PARTNER", "SCENERY", "ContextEvents", "EventRow", "bin_names"]
+def runs_of_frames(frames: Int[Array, " n"], most_apart: int = 1) -> Iterator[slice]:
+    """The parts of increasing frames whose neighbours are at most so many frames apart."""
+    cuts = np.flatnonzero(np.diff(frames) > most_apart) + 1
+    ends = [0, *cuts.tolist(), len(frames)]
+    for first, last in pairwise(ends):
+        if last > first:
+            yield slice(first, last)
+
+
+def by_id(ids: Int[Array, " n"]) -> Iterator[tuple[int, Int[Array, " k"]]]:
+    """Every id with its rows, in the order of ids; rows keep their order."""
+    if not len(ids):
+        return
+    order = np.argsort(ids, kind="stable")
+    every, starts = np.unique(ids[order], return_index=True)
+    yield from zip(every.tolist(), np.split(order, starts[1:]), strict=True)

@@ -9,11 +9,17 @@ from numpy import ndarray as Array
 from mot_sim.datasets import KittiSequence
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.diagnosis.context_events import KINDS, ContextEvents, EventRow
-from mot_sim.diagnosis.gaps import detector_gaps
-from mot_sim.diagnosis.occlusions import exact_occlusions, labelled_occlusions
-from mot_sim.diagnosis.pair_events import box_crossings, look_alike_pairs
-from mot_sim.diagnosis.streams import DetectionStream
-from mot_sim.diagnosis.turns import camera_turns, car_turns, headings_of
+from mot_sim.diagnosis.event_finders import (
+    box_crossings,
+    camera_turns,
+    car_turns,
+    detector_gaps,
+    exact_occlusions,
+    headings_of,
+    labelled_occlusions,
+    look_alike_pairs,
+)
+from mot_sim.diagnosis.sources import DetectionStream
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import drive_of
 from mot_sim.simulation.episodes.extra import Extra

@@ -1,19 +1,158 @@
-"""The sources of noise of a drive, and the same drive with one of them switched off."""
+"""What a tracker is given, in parts that can be exchanged for some of the frames."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray as Array
 
-from mot_sim.datasets.recorded import DetectionLog
-from mot_sim.diagnosis.streams import DetectionStream, same_camera
+from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import drive_of
 from mot_sim.simulation.episodes.extra import Extra
-from mot_sim.simulation.sensors import EFFECTS, Miscalibration, Odometry, Timing
+from mot_sim.simulation.sensors import EFFECTS, Miscalibration, Odometry, Timed, Timing
 from tracker.errors import UnknownName
-from tracker.types import Detections
+from tracker.geometry import invert
+from tracker.types import Camera, Detections, Sequence
+
+MAX_POSE_ROUNDING = 1e-9  # metres, and of a rotation matrix: rounding of poses
+
+
+@dataclass(frozen=True, eq=False)
+class DetectionStream:
+    """A drive as it arrives. log: by the frame that carries the detections, late or not.
+
+    frames: that come, increasing. stamps: the times written on them, seconds; one for every frame
+    of the recording, whether it comes or not. recorded: poses, covariance, name and the rest.
+    """
+
+    recorded: RecordedSequence
+    log: DetectionLog
+    frames: Int[Array, " k"]
+    stamps: Float[Array, " m"]
+
+    @classmethod
+    def of(cls, sequence: Sequence) -> "DetectionStream":
+        """A recorded sequence, or one as `Timing` delivers it."""
+        if not isinstance(sequence, Timed):
+            assert isinstance(sequence, RecordedSequence)
+            stamps = np.arange(sequence.frame_count) / sequence.frame_rate
+            return cls(sequence, sequence.log, sequence.frame_indices, stamps)
+        inner = sequence.sequence
+        log = inner.log
+        if sequence.late:
+            late = log.frames + sequence.late
+            kept = np.flatnonzero(late < inner.frame_count)
+            log = DetectionLog(late[kept], log.detections.select(kept))
+        stamps = np.arange(inner.frame_count) / inner.frame_rate
+        stamps[inner.frame_indices] = sequence.stamps
+        return cls(inner, log, inner.frame_indices, stamps)
+
+    @property
+    def camera(self) -> Camera:
+        """The camera, as the tracker is told of it."""
+        return self.recorded.camera
+
+    @property
+    def frame_count(self) -> int:
+        """Of the recording."""
+        return self.recorded.frame_count
+
+    @property
+    def frame_rate(self) -> float:
+        """Of the recording, Hz."""
+        return self.recorded.frame_rate
+
+    def until(self, last: int) -> Timed:
+        """The frames up to one, as a tracker is given them."""
+        frames = self.frames[self.frames <= last]
+        whole = replace(self.recorded, log=self.log, frame_indices=frames)
+        return Timed(whole, self.stamps[frames])
+
+    def with_frames_of(self, other: "DetectionStream", first: int, last: int) -> "DetectionStream":
+        """This one, but as the other is from a frame to another, both included.
+
+        Detections, time stamps, which frames come, and how the camera moved into each: the
+        other's inside, this one's outside, to the last bit. The camera stays this one's.
+        """
+        inside = self._mask(first, last)
+        frames = np.concatenate(
+            (self.frames[~inside[self.frames]], other.frames[inside[other.frames]])
+        )
+        return replace(
+            self,
+            recorded=replace(self.recorded, Ts_world_cam=self._poses_with(other, inside)),
+            log=_mixed(self.log, other.log, inside),
+            frames=np.sort(frames),
+            stamps=np.where(inside, other.stamps, self.stamps),
+        )
+
+    def _mask(self, first: int, last: int) -> Bool[Array, " m"]:
+        every = np.arange(self.frame_count)
+        return (every >= first) & (every <= last)
+
+    def _poses_with(self, other: "DetectionStream", inside: Bool[Array, " m"]) -> Array | None:
+        """Poses whose steps are the other's inside; the very same where nothing differs."""
+        mine, theirs = self.recorded.Ts_world_cam, other.recorded.Ts_world_cam
+        if mine is None or theirs is None or np.array_equal(mine, theirs):
+            return mine
+        steps = np.where(inside[1:, None, None], _steps(theirs), _steps(mine))
+        poses = [mine[0]]
+        for step in steps:
+            poses.append(poses[-1] @ step)
+        return np.array(poses)
+
+    def same_as(self, other: "DetectionStream", first: int, last: int) -> bool:
+        """Whether a tracker would be given the same from a frame to another."""
+        inside = self._mask(first, last)
+        mine, theirs = self.recorded.Ts_world_cam, other.recorded.Ts_world_cam
+        if mine is not None and theirs is not None and not np.array_equal(mine, theirs):
+            off = _steps(mine)[inside[1:]] - _steps(theirs)[inside[1:]]
+            if np.abs(off).max(initial=0.0) > MAX_POSE_ROUNDING:
+                return False
+        come = inside & np.isin(np.arange(self.frame_count), (*self.frames, *other.frames))
+        a, b = _part(self.log, come), _part(other.log, come)
+        return (
+            np.array_equal(self.stamps[inside], other.stamps[inside])
+            and np.array_equal(self.frames[inside[self.frames]], other.frames[inside[other.frames]])
+            and np.array_equal(a.frames, b.frames)
+            and all(_same(vars(a.detections)[n], vars(b.detections)[n]) for n in vars(a.detections))
+        )
+
+
+def same_camera(a: Camera, b: Camera) -> bool:
+    """Whether a tracker is told the same of both."""
+    return (
+        a.image_size == b.image_size
+        and np.array_equal(a.K, b.K)
+        and np.array_equal(a.T_cam_road, b.T_cam_road)
+    )
+
+
+def _same(a: Array | None, b: Array | None) -> bool:
+    if a is None or b is None:
+        return a is b
+    return np.array_equal(a, b, equal_nan=True)
+
+
+def _steps(Ts_world_cam: Float[Array, "m 4 4"]) -> Float[Array, "k 4 4"]:
+    """T_before_now between neighbours."""
+    return invert(Ts_world_cam[:-1]) @ Ts_world_cam[1:]
+
+
+def _part(log: DetectionLog, inside: Bool[Array, " m"]) -> DetectionLog:
+    rows = np.flatnonzero(inside[log.frames])
+    return DetectionLog(log.frames[rows], log.detections.select(rows))
+
+
+def _mixed(mine: DetectionLog, theirs: DetectionLog, inside: Bool[Array, " m"]) -> DetectionLog:
+    """The rows of both, each where it belongs; cues that one of them lacks are left out."""
+    a, b = _part(mine, ~inside), _part(theirs, inside)
+    both = type(a.detections).concatenate([a.detections, b.detections])
+    return DetectionLog.of(np.concatenate((a.frames, b.frames)), both)
+
 
 # Effects that measure cues, and the columns that each one fills.
 CUE_COLUMNS: dict[str, tuple[str, ...]] = {
@@ -148,6 +287,3 @@ def _with_missed(base: DetectionLog, cars: DetectionLog) -> DetectionLog:
 def _keys(log: DetectionLog) -> list[tuple[int, bytes]]:
     boxes = np.ascontiguousarray(log.detections.boxes)
     return [(frame, box.tobytes()) for frame, box in zip(log.frames.tolist(), boxes, strict=True)]
-
-
-__all__ = ["CUE_COLUMNS", "SOURCES", "SourceAblation", "active_sources", "without", "without_all"]

@@ -6,8 +6,7 @@ import numpy as np
 
 from mot_sim.diagnosis.attribution import EITHER_SOURCE, ONE_SOURCE, VERDICTS
 from mot_sim.diagnosis.context_events import KINDS, bin_names
-from mot_sim.diagnosis.event_matching import NO_EVENT, EventCounts
-from mot_sim.diagnosis.findings import Case, Findings
+from mot_sim.diagnosis.findings import NO_EVENT, Case, EventCounts, Findings
 from mot_sim.diagnosis.rates import mean_count, rate
 from mot_sim.experiments.results.result_file import Cell, ResultTable
 from mot_sim.experiments.sweep.summary import Interval

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Int
 from numpy import ndarray as Array
 
-from mot_sim.metrics.counts import MOSTLY_LOST, MOSTLY_TRACKED, ClearCounts, Number
+from mot_sim.metrics.clear import MOSTLY_LOST, MOSTLY_TRACKED, ClearCounts, Number
 from mot_sim.metrics.matching import match
 from mot_sim.metrics.preprocessing import MIN_OVERLAP, PreparedSequence, ignored_if_unmatched
 

@@ -12,9 +12,8 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.metrics.counts import Number
-from mot_sim.metrics.matching import match
-from mot_sim.metrics.overlaps import EPSILON, Overlaps
+from mot_sim.metrics.clear import Number
+from mot_sim.metrics.matching import EPSILON, Overlaps, match
 
 ALPHAS = np.arange(0.05, 0.99, 0.05)  # the overlap that a match needs: 0.05, 0.10, ..., 0.95
 HOTA_SCORES = (

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from mot_sim.metrics.counts import Number
-from mot_sim.metrics.overlaps import Overlaps
+from mot_sim.metrics.clear import Number
+from mot_sim.metrics.matching import Overlaps
 from mot_sim.metrics.preprocessing import MIN_OVERLAP
 
 IDENTITY_SCORES = ("IDF1", "IDR", "IDP", "IDTP", "IDFN", "IDFP")

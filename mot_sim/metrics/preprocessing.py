@@ -10,8 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Int
 from numpy import ndarray as Array
 
-from mot_sim.metrics.matching import match
-from mot_sim.metrics.overlaps import EPSILON, Overlaps, bare_rows, same_frame_pairs
+from mot_sim.metrics.matching import EPSILON, Overlaps, bare_rows, match, same_frame_pairs
 from tracker.geometry import box_area, box_intersection
 from tracker.types import Tracks
 

@@ -20,7 +20,7 @@ from mot_sim.datasets import (
 )
 from mot_sim.evaluation.run_folder import RUN_FILE
 from mot_sim.evaluation.runs import Recipe, track_sequence
-from mot_sim.metrics.overlaps import same_frame_pairs
+from mot_sim.metrics.matching import same_frame_pairs
 from mot_sim.simulation.episode import SimulatedDrive, record
 from mot_sim.simulation.episodes import EpisodeFiles, read_episode, stored_episodes
 from mot_sim.simulation.registry import SCENES, find_scene

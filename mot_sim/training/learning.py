@@ -1,26 +1,123 @@
-"""The training itself: steps, checkpoints, the learning curve; stops and goes on as it likes."""
+"""What a training is made of: everything that its result hangs on."""
 
 import io
 import pickle
 from collections.abc import Callable
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Bool, Float, UInt8
+from numpy import ndarray as Array
 
 from mot_sim.files.writing import write_bytes
 from mot_sim.simulation.random_numbers import named_stream
-from mot_sim.training.augment import augmented_crops, detected_crops
-from mot_sim.training.crops import Crops
-from mot_sim.training.loss import keypoint_loss, target_maps
-from mot_sim.training.network import build_network, size_of
-from mot_sim.training.plan import TrainingPlan
-from mot_sim.training.pytorch import load_torch
-from mot_sim.training.scores import KeypointScores, score_keypoints
+from mot_sim.simulation.truth import KeypointVisibility
+from mot_sim.training.augmentation import augmented_crops, detected_crops
+from mot_sim.training.keypoint_crops import Crops
+from mot_sim.training.network import build_network, keypoint_loss, load_torch, size_of, target_maps
 from tracker.errors import BadConfig, BadFile, DatasetNotFound
 from tracker.shape import CROP_MARGIN, decode, network_input
+
+
+@dataclass(frozen=True)
+class TrainingPlan:
+    """A training. The defaults are those of the shipped network.
+
+    crops: how many are drawn. held_out: more of them, of other places, to judge on. epochs: each
+    shows every crop once, and its mirror image. batch: crops in a step, mirror images counted.
+    rate: of learning, at its highest. decay: of the weights. average: over about how many steps
+    the shipped weights are a mean.
+    """
+
+    crops: int = 5_800
+    epochs: int = 15
+    seed: int = 0
+    size: str = "shipped"
+    held_out: int = 1_400
+    batch: int = 64
+    rate: float = 2e-3
+    decay: float = 0.03
+    average: int = 400
+
+    def __post_init__(self) -> None:
+        for name in ("crops", "epochs", "held_out", "average"):
+            if getattr(self, name) < 1:
+                raise BadConfig(f"{getattr(self, name)} {name}: there is nothing to train with")
+        if self.batch < 2 or self.batch % 2:
+            raise BadConfig(f"batches of {self.batch}: give an even number, 2 or more")
+        if self.crops < self.batch // 2:
+            raise BadConfig(f"{self.crops} crops do not fill a batch of {self.batch}: give more")
+        if not (0.0 < self.rate < 1.0 and 0.0 <= self.decay < 1.0):
+            raise BadConfig(f"rate {self.rate:g}, decay {self.decay:g}: give shares below 1")
+        size_of(self.size)
+
+    @property
+    def steps_an_epoch(self) -> int:
+        """Batches in an epoch; what fills no batch waits for the next one."""
+        return self.crops // (self.batch // 2)
+
+    @property
+    def steps(self) -> int:
+        """Batches in all."""
+        return self.epochs * self.steps_an_epoch
+
+    def told(self) -> dict[str, Any]:
+        """The plan as it stands in files."""
+        return asdict(self)
+
+
+MAX_ERROR_SHARE = 0.1  # of the longer side of the box: so near is right
+CONFIDENCE_BINS = 10
+
+
+@dataclass(frozen=True, eq=False)
+class KeypointScores:
+    """Predicted keypoints beside true ones. right: near the true place. seen: truly visible."""
+
+    right: Bool[Array, "n k"]
+    seen: Bool[Array, "n k"]
+    confidence: Float[Array, "n k"]
+
+    @property
+    def pck(self) -> float:
+        """The share of the visible keypoints that are right."""
+        return float(self.right[self.seen].mean()) if self.seen.any() else float("nan")
+
+    @property
+    def claimed(self) -> Float[Array, "b 3"]:
+        """For confidences of 0 to .1, .1 to .2, ...: mean, share seen and right, how many."""
+        rows = np.minimum((self.confidence * CONFIDENCE_BINS).astype(np.int64), CONFIDENCE_BINS - 1)
+        good, table = self.right & self.seen, np.full((CONFIDENCE_BINS, 3), np.nan)
+        for row in range(CONFIDENCE_BINS):
+            some = rows == row
+            table[row, 2] = some.sum()
+            if some.any():
+                table[row, :2] = self.confidence[some].mean(), good[some].mean()
+        return table
+
+    @property
+    def doubt(self) -> float:
+        """Mean difference between confidence and share that is seen and right, over all points."""
+        mean, good, count = np.nan_to_num(self.claimed).T
+        return float((np.abs(mean - good) * count).sum() / max(count.sum(), 1.0))
+
+
+def score_keypoints(
+    found: Float[Array, "n k 3"],
+    keypoints: Float[Array, "n k 2"],
+    states: UInt8[Array, "n k"],
+    longer: Float[Array, " n"],
+    share: float = MAX_ERROR_SHARE,
+) -> KeypointScores:
+    """Found points (x, y, confidence) beside true ones; longer: sides of boxes, same unit."""
+    seen = states == KeypointVisibility.VISIBLE
+    apart = found[:, :, :2] - np.where(seen[:, :, None], keypoints, 0.0)
+    off = np.hypot(apart[:, :, 0], apart[:, :, 1])
+    return KeypointScores((off <= share * longer[:, None]) & seen, seen, found[:, :, 2])
+
 
 MAP_CELLS = 16
 WARM_UP_STEPS = 150  # steps in which the rate of learning rises, a tenth of all at most

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from mot_sim.datasets.kitti.labels import (
+    COLUMNS_BY_COUNT,
     LABEL_BOX_COLUMNS,
     in_order,
     require_boxes,
     tracks_of_table,
 )
-from mot_sim.datasets.kitti.results import COLUMNS_BY_COUNT
 from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.files.documents import read_json
 from mot_sim.files.text import TextTable, read_table

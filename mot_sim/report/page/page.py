@@ -13,11 +13,10 @@ from mot_sim.files.settings import holds_something
 from mot_sim.files.writing import require_writable, write_bytes
 from mot_sim.plotting.charts import FIGURE_ENDINGS, Panel, figure_of, save_figure
 from mot_sim.report.page.markup import Markup, element, joined, raw
-from mot_sim.report.page.media import Medium, load_media
 from mot_sim.report.page.panels import panels_of
 from mot_sim.report.page.plots import plot_of
 from mot_sim.report.page.sections import anchor, card_of, charts_of, section_of
-from mot_sim.report.page.sources import ResultSource, find_sources
+from mot_sim.report.page.sources import Medium, ResultSource, find_sources, load_media
 from tracker.errors import BadConfig, OutputExists
 
 MAX_PAGE_BYTES = 10_000_000  # of a page; clips and pictures that would break it are left out

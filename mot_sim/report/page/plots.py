@@ -3,8 +3,7 @@
 import html
 from typing import Any
 
-from mot_sim.plotting.charts import Chart, Series
-from mot_sim.plotting.charts.chart import COLOURS, DASHES, SYMBOLS
+from mot_sim.plotting.charts import COLOURS, DASHES, SYMBOLS, Chart, Series
 from mot_sim.report.page.cells import with_ends
 
 CHART_PIXELS = 340  # pixels of a chart over levels

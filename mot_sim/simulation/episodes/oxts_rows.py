@@ -5,7 +5,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.datasets.kitti.calibration import Calibration
-from mot_sim.datasets.kitti.ego.oxts import EARTH_RADIUS
+from mot_sim.datasets.kitti.ego import EARTH_RADIUS
 from mot_sim.simulation.traffic.traffic_state import STEP
 from tracker.geometry import homogeneous, wrap_angle
 from tracker.types import Camera

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.metrics.overlaps import same_frame_pairs
+from mot_sim.metrics.matching import same_frame_pairs
 from mot_sim.simulation.sensors.bursts import bursts
 from mot_sim.simulation.sensors.checks import require_rates
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation

@@ -21,11 +21,11 @@ from mot_sim.diagnosis.attribution import (
     Attributor,
     Cause,
     Incident,
+    Replays,
     incidents,
     is_kept,
     shares,
 )
-from mot_sim.diagnosis.replay import Replays
 from mot_sim.diagnosis.sources import SourceAblation
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.following import TrackerFailed
@@ -34,7 +34,7 @@ from mot_sim.metrics.breaks import Breaks, Matches
 from mot_sim.simulation.sensors import Profile
 from mot_sim.simulation.truth import labels
 from tests.mot_sim.diagnosis.conftest import FORGETFUL, Crossing
-from tests.mot_sim.diagnosis.test_event_matching import breaks_at
+from tests.mot_sim.diagnosis.test_findings import breaks_at
 
 SPOT = Spot(car=4, first=14, last=22, shift=(2.5, 0.0))
 ON = ("misses", "jitter")  # of the profile; the fewer, the fewer replays

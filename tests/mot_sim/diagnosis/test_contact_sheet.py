@@ -7,9 +7,17 @@ import cv2
 import numpy as np
 import pytest
 
-from mot_sim.diagnosis.contact_sheet import SHEET_FILE, draw_contact_sheet, worst_first
+from mot_sim.diagnosis.contact_sheet import (
+    SHEET_FILE,
+    SHEET_WIDTH_PIXELS,
+    Scenario,
+    cause_words,
+    draw_case,
+    draw_contact_sheet,
+    frames_of,
+    worst_first,
+)
 from mot_sim.diagnosis.findings import Case
-from mot_sim.diagnosis.panels import SHEET_WIDTH_PIXELS, Scenario, cause_words, draw_case, frames_of
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.simulation.sensors import Profile
 from tests.mot_sim.diagnosis.conftest import Crossing

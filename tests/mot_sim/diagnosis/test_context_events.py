@@ -5,10 +5,16 @@ import pytest
 
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.diagnosis.context_events import KINDS, SCENERY, ContextEvents, bin_names
-from mot_sim.diagnosis.gaps import detector_gaps
-from mot_sim.diagnosis.occlusions import exact_occlusions, labelled_occlusions
-from mot_sim.diagnosis.pair_events import box_crossings, look_alike_pairs
-from mot_sim.diagnosis.turns import camera_turns, car_turns, headings_of
+from mot_sim.diagnosis.event_finders import (
+    box_crossings,
+    camera_turns,
+    car_turns,
+    detector_gaps,
+    exact_occlusions,
+    headings_of,
+    labelled_occlusions,
+    look_alike_pairs,
+)
 from mot_sim.simulation.truth import EVENTS
 from tests.mot_sim.diagnosis.conftest import Crossing
 from tests.mot_sim.metrics.test_breaks import tracks

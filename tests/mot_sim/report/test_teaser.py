@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from mot_sim.datasets import DetectionLog
-from mot_sim.report.teaser import draw_teaser, save_teaser
-from mot_sim.report.two_frames import cuboid_outlines, track_two_frames
+from mot_sim.report.teaser import cuboid_outlines, draw_teaser, save_teaser, track_two_frames
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.truth import boxes_around, project_edges
 from tests.mot_sim.report.small import drive

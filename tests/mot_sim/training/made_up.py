@@ -4,7 +4,13 @@ import numpy as np
 
 from mot_sim.simulation.renderers import Semantic
 from mot_sim.simulation.truth import KeypointVisibility
-from mot_sim.training.crops import ANY_CAR_MARK, CROP_PIXELS, CROP_ROOM, OWN_CAR_MARK, Crops
+from mot_sim.training.keypoint_crops import (
+    ANY_CAR_MARK,
+    CROP_PIXELS,
+    CROP_ROOM,
+    OWN_CAR_MARK,
+    Crops,
+)
 from tracker.shape import CROP_MARGIN
 
 SHARE = 1.0 / (CROP_ROOM * CROP_MARGIN)  # of the stored square, that a box is long

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mot_sim.datasets.kitti.ego.oxts import OXTS_COLUMNS, read_oxts
+from mot_sim.datasets.kitti.ego import OXTS_COLUMNS, read_oxts
 from mot_sim.files.writing import write_lines
 from mot_sim.simulation.episodes.oxts_rows import calibration_of, oxts_lines
 from tests.mot_sim.simulation.episodes.small import rig

@@ -7,14 +7,13 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Float, Float32, Int, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.random_numbers import named_stream
+from mot_sim.simulation.renderers import Semantic
 from mot_sim.simulation.truth import KeypointVisibility
-from mot_sim.training.camera_effects import through_camera
-from mot_sim.training.crops import CROP_PIXELS, OWN_CAR_MARK, Crops
-from mot_sim.training.domain_randomization import background, randomized
+from mot_sim.training.keypoint_crops import ANY_CAR_MARK, CROP_PIXELS, OWN_CAR_MARK, Crops
 from tracker.shape import CROP_SIDE, windows_of
 
 KEYPOINTS_PER_SIDE = 18  # keypoints of a side; the mirror image of row i is row i + 18 of 36
@@ -161,3 +160,143 @@ def _hidden(
         one.states,
     )
     return image, states.astype(np.uint8)
+
+
+PART_CODES = 256
+REPAINTED_SHARE = 0.45  # shares of crops
+NEW_BACKGROUND_SHARE = 0.25  # shares of crops
+REFLECTION_CELLS = (4, 16)  # cells of the noise that stands for reflections
+# Standard deviation of the light that is added, in grey levels, by what it falls on.
+SHEEN_STD = {
+    Semantic.CAR: 14.0, Semantic.GLASS: 34.0, Semantic.TYRE: 9.0, Semantic.TRIM: 12.0,
+    Semantic.LIGHT: 30.0, Semantic.PLATE: 25.0,
+}  # fmt: skip
+BACKGROUND_SHEEN_STD = 12.0
+LOG_GAIN_STD = 0.25  # of the logarithm of brightness, of each kind of surface
+
+
+def randomized(
+    image: UInt8[Array, "s s 3"],
+    parts: UInt8[Array, "s s"],
+    other: UInt8[Array, "s s 3"],
+    rng: np.random.Generator,
+) -> UInt8[Array, "s s 3"]:
+    """The crop with each kind of surface lit, tinted and perhaps painted differently."""
+    gains = np.exp(
+        rng.normal(0.0, LOG_GAIN_STD, (PART_CODES, 1)) + rng.normal(0.0, 0.06, (PART_CODES, 3))
+    )
+    lit = image * gains.astype(np.float32)[parts]
+    for mark in (OWN_CAR_MARK | ANY_CAR_MARK, ANY_CAR_MARK):
+        if rng.uniform() < REPAINTED_SHARE:
+            _repaint(lit, parts == (mark | Semantic.CAR), rng)
+        if rng.uniform() < REPAINTED_SHARE:
+            _repaint(lit, parts == (mark | Semantic.GLASS), rng)
+    lit += _sheen(parts, rng)
+    if rng.uniform() < NEW_BACKGROUND_SHARE:
+        keep = parts >= (ANY_CAR_MARK if rng.uniform() < 0.5 else OWN_CAR_MARK)
+        soft = cv2.GaussianBlur(keep.astype(np.float32), (3, 3), 0.0)[:, :, None]
+        lit = lit * soft + other * (1.0 - soft)
+    return np.clip(lit, 0.0, 255.0).astype(np.uint8)
+
+
+def _repaint(lit: Float32[Array, "s s 3"], where: Array, rng: np.random.Generator) -> None:
+    """Another colour in a mask, in place; light and shade stay, stronger or weaker."""
+    if not where.any():
+        return
+    grey = rng.uniform(8.0, 240.0)
+    colour = np.clip(grey + rng.normal(0.0, 12.0 if rng.uniform() < 0.6 else 50.0, 3), 4.0, 250.0)
+    pixels = lit[where]
+    change = pixels - pixels.mean(axis=0)
+    lit[where] = colour + rng.uniform(0.4, 1.4) * change
+
+
+def _sheen(parts: UInt8[Array, "s s"], rng: np.random.Generator) -> Float32[Array, "s s 3"]:
+    """Smooth light and shade, as what stands around is mirrored in paint and glass."""
+    strength = np.full(PART_CODES, BACKGROUND_SHEEN_STD, np.float32)
+    for kind, level in SHEEN_STD.items():
+        strength[[kind, kind | ANY_CAR_MARK, kind | ANY_CAR_MARK | OWN_CAR_MARK]] = level
+    strength *= np.float32(rng.uniform(0.0, 1.4))
+    side = parts.shape[0]
+    field = np.zeros((side, side), np.float32)
+    for cells in REFLECTION_CELLS:
+        # Mirror images on a car are wider than high.
+        rough = rng.standard_normal((cells, max(cells // 2, 2)), dtype=np.float32)
+        field += cv2.resize(rough, (side, side), interpolation=cv2.INTER_CUBIC)
+    tint = (1.0 + rng.normal(0.0, 0.15, 3)).astype(np.float32)
+    return (strength[parts] * field)[:, :, None] * tint
+
+
+def background(
+    crops: Crops, row: int, side: int, rng: np.random.Generator
+) -> UInt8[Array, "s s 3"]:
+    """A piece of another crop, turned over at random, or rough noise."""
+    if rng.uniform() < 0.8:
+        wide = crops.images.shape[1]
+        extent = int(rng.integers(wide // 4, wide))
+        left, top = rng.integers(0, wide - extent, 2).tolist()
+        piece = crops.images[row, top : top + extent, left : left + extent]
+        piece = piece[:, :: int(rng.choice((-1, 1)))]
+        return cv2.resize(np.ascontiguousarray(piece), (side, side), interpolation=cv2.INTER_LINEAR)
+    cells = int(rng.integers(2, 24))
+    rough = rng.integers(0, 255, (cells, cells, 3), dtype=np.uint8)
+    return cv2.resize(rough, (side, side), interpolation=cv2.INTER_LINEAR)
+
+
+BLURRED_SHARE = 0.45  # shares of crops
+SHARPENED_SHARE = 0.2  # shares of crops
+MOTION_BLUR_SHARE = 0.08  # shares of crops
+JPEG_SHARE = 0.35  # shares of crops
+GREY_SHARE = 0.04  # shares of crops
+MIN_COARSE_PIXELS = 10  # pixels across
+
+
+def through_camera(
+    image: UInt8[Array, "s s 3"], pixels: float, rng: np.random.Generator
+) -> UInt8[Array, "s s 3"]:
+    """The crop as a camera gives it that has so many pixels along its side."""
+    image = _coarse(image, pixels, rng)
+    if rng.uniform() < BLURRED_SHARE:
+        image = cv2.GaussianBlur(image, (0, 0), float(rng.uniform(0.3, 1.3)))
+    elif rng.uniform() < SHARPENED_SHARE:
+        soft = cv2.GaussianBlur(image, (0, 0), 1.0)
+        gain = float(rng.uniform(0.2, 0.9))
+        image = cv2.addWeighted(image, 1.0 + gain, soft, -gain, 0.0)
+    if rng.uniform() < MOTION_BLUR_SHARE:
+        length = int(rng.integers(2, 6))
+        image = cv2.blur(image, (length, 1))
+    image = _exposed(image, rng)
+    if rng.uniform() < JPEG_SHARE:
+        quality = int(rng.integers(25, 92))
+        _, packed = cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, quality])
+        image = np.asarray(cv2.imdecode(packed, cv2.IMREAD_COLOR), np.uint8)
+    if rng.uniform() < GREY_SHARE:
+        image = cv2.cvtColor(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
+    return image
+
+
+def _coarse(
+    image: UInt8[Array, "s s 3"], pixels: float, rng: np.random.Generator
+) -> UInt8[Array, "s s 3"]:
+    """Down to the pixels that the camera has, sometimes fewer, and up again."""
+    side = image.shape[0]
+    have = pixels * rng.uniform(0.75, 1.15)
+    if rng.uniform() < 0.25:
+        have = min(have, np.exp(rng.uniform(np.log(18.0), np.log(64.0))))
+    count = max(int(have), MIN_COARSE_PIXELS)
+    if count >= side:
+        return image
+    small = cv2.resize(image, (count, count), interpolation=cv2.INTER_AREA)
+    return cv2.resize(small, (side, side), interpolation=cv2.INTER_LINEAR)
+
+
+def _exposed(image: UInt8[Array, "s s 3"], rng: np.random.Generator) -> UInt8[Array, "s s 3"]:
+    """Another gamma, contrast, brightness and white balance; the sensor's noise."""
+    gamma = np.exp(rng.normal(0.0, 0.25))
+    gain = np.exp(rng.normal(0.12, 0.28) + rng.normal(0.0, 0.04, 3))
+    shift = rng.normal(4.0, 14.0)
+    levels = 255.0 * (np.arange(256) / 255.0) ** gamma
+    table = np.clip(128.0 + (levels[:, None] - 128.0) * gain + shift, 0.0, 255.0)
+    seen = cv2.LUT(image, table.astype(np.uint8).reshape(1, 256, 3))
+    level = float(rng.exponential(3.5))
+    noise = rng.standard_normal(image.shape, dtype=np.float32) * np.float32(level)
+    return np.clip(seen + noise, 0.0, 255.0).astype(np.uint8)

@@ -5,8 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mot_sim.diagnosis.sources import SOURCES, SourceAblation, active_sources, without, without_all
-from mot_sim.diagnosis.streams import DetectionStream
+from mot_sim.diagnosis.sources import (
+    SOURCES,
+    DetectionStream,
+    SourceAblation,
+    active_sources,
+    without,
+    without_all,
+)
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import drive_of
 from mot_sim.simulation.sensors import (

@@ -6,9 +6,15 @@ import numpy as np
 import pytest
 
 from mot_sim.simulation.truth import KeypointVisibility
-from mot_sim.training.augment import MIRRORED_ROWS, augmented_crops, detected_crops, exact_crops
-from mot_sim.training.camera_effects import through_camera
-from mot_sim.training.domain_randomization import background, randomized
+from mot_sim.training.augmentation import (
+    MIRRORED_ROWS,
+    augmented_crops,
+    background,
+    detected_crops,
+    exact_crops,
+    randomized,
+    through_camera,
+)
 from tests.mot_sim.training.made_up import made_up
 from tracker.shape import CROP_MARGIN, CROP_SIDE, KEYPOINTS_36
 

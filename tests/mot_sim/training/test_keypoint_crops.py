@@ -11,8 +11,8 @@ from mot_sim.simulation.renderers import Semantic, find_renderer
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scenery import Knobs, Light, Neighbourhood
 from mot_sim.simulation.truth import KeypointVisibility
-from mot_sim.training.augment import exact_crops
-from mot_sim.training.crops import (
+from mot_sim.training.augmentation import exact_crops
+from mot_sim.training.keypoint_crops import (
     ANY_CAR_MARK,
     CROP_PIXELS,
     CROP_ROOM,
@@ -20,7 +20,12 @@ from mot_sim.training.crops import (
     OWN_CAR_MARK,
     Crops,
     crops_of,
+    gather_crops,
+    load_crops,
+    save_crops,
+    shard_path,
 )
+from mot_sim.training.learning import score_keypoints
 from mot_sim.training.random_views import (
     PLACE_SCENES,
     Place,
@@ -29,8 +34,6 @@ from mot_sim.training.random_views import (
     random_view,
     viewpoint,
 )
-from mot_sim.training.scores import score_keypoints
-from mot_sim.training.shards import gather_crops, load_crops, save_crops, shard_path
 from tests.mot_sim.training.made_up import made_up
 from tracker.errors import BadFile, DatasetNotFound
 from tracker.shape import CROP_MARGIN, Hourglass, decode
