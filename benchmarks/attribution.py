@@ -263,8 +263,8 @@ class Ground:
 
     def judged(self, conditions: Conditions, switches: Breaks) -> list[Cause]:
         """What the switches are said to hang on."""
-        bench = SourceAblation.of(conditions, self.recorded, self.seed)
-        return Attributor(bench, self.every, Replays(TRACKER)).attribute(switches)
+        ablation = SourceAblation.of(conditions, self.recorded, self.seed)
+        return Attributor(ablation, self.every, Replays(TRACKER)).attribute(switches)
 
 
 Plant = Callable[[Ground, Spot, np.random.Generator], Conditions]

@@ -133,21 +133,21 @@ class Diagnose:
         """The drives, checked."""
         from mot_sim.diagnosis.attribution import require_tracker
 
-        contender = require_tracker(self.tracker)
+        tracker_spec = require_tracker(self.tracker)
         if self.scene is None and self.suite is None:
             from mot_sim.diagnosis.tasks import kitti_tasks
 
-            return list(kitti_tasks(self.kitti.open("labelled"), contender))
+            return list(kitti_tasks(self.kitti.open("labelled"), tracker_spec))
         from mot_sim.diagnosis.tasks import scene_tasks, suite_tasks
 
         count = DEFAULT_SEEDS if self.seeds is None else self.seeds
         seeds = range(self.first_seed or 0, (self.first_seed or 0) + count)
         settings = self._settings()
         if self.suite is not None:
-            return list(suite_tasks(self.suite, settings, seeds, contender, self.attribute))
+            return list(suite_tasks(self.suite, settings, seeds, tracker_spec, self.attribute))
         assert self.scene is not None
         settings = {"scene.frames": DEFAULT_FRAMES, **settings}
-        return list(scene_tasks(self.scene, settings, seeds, contender, self.attribute))
+        return list(scene_tasks(self.scene, settings, seeds, tracker_spec, self.attribute))
 
     def _settings(self) -> "dict[str, float | int | str | bool]":
         """The axes that were set."""
@@ -173,7 +173,7 @@ class Diagnose:
 
         renderer = None if self.renderer == "none" else self.renderer
         return draw_contact_sheet(
-            self.contact_sheet, found, tasks, most=self.max_switches, renderer=renderer,
+            self.contact_sheet, found, tasks, max_switches=self.max_switches, renderer=renderer,
             progress=advance,  # type: ignore[arg-type]
         )  # fmt: skip
 

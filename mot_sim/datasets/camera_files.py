@@ -23,6 +23,9 @@ CAMERA_KEYS_HELP = (
     "K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] or fx, fy, cx, cy; image_width and image_height "
     "in pixels; camera_height in metres"
 )
+POSE_COLUMNS = tuple(f"{name}{row}" for row in "123" for name in ("r1", "r2", "r3", "t"))
+# Largest entry of R R^T - 1 that passes for a rotation printed with a few digits.
+ROTATION_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,12 +102,6 @@ def _number(path: Path, values: Mapping[str, object], key: str) -> float:
     ):
         raise BadConfig(f"{path}: {key} is {value!r}; give a finite number")
     return float(value)
-
-
-POSE_COLUMNS = tuple(f"{name}{row}" for row in "123" for name in ("r1", "r2", "r3", "t"))
-
-# Largest entry of R R^T - 1 that passes for a rotation printed with a few digits.
-ROTATION_TOLERANCE = 1e-3
 
 
 def read_poses(path: Path, frame_count: int | None = None) -> Float[Array, "n 4 4"]:

@@ -17,6 +17,12 @@ from mot_sim.files.text import TextTable, read_table
 from tracker.errors import BadConfig
 from tracker.types import Detections
 
+BadBoxes = Literal["error", "drop"]
+CORNER_COLUMNS = ("x1", "y1", "x2", "y2")
+MIN_MAX_COLUMNS = ("x_min", "y_min", "x_max", "y_max")
+SIDE_COLUMNS = ("left", "top", "width", "height")
+log = logging.getLogger(__name__)
+
 
 @dataclass(frozen=True)
 class ScoreMap:
@@ -48,15 +54,6 @@ class ScoreMap:
         """The probability that a box of that score is right."""
         with np.errstate(over="ignore"):  # far from the midpoint it is 0 or 1
             return expit((scores - self.midpoint) / self.scale)
-
-
-BadBoxes = Literal["error", "drop"]
-
-CORNER_COLUMNS = ("x1", "y1", "x2", "y2")
-MIN_MAX_COLUMNS = ("x_min", "y_min", "x_max", "y_max")
-SIDE_COLUMNS = ("left", "top", "width", "height")
-
-log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""One switch as a picture: four crops about the car, and the whole image with the place."""
+"""The contact sheet of the worst switches: a picture of each, and one that shows them all."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -35,44 +35,47 @@ from mot_sim.simulation.scene import Rollout
 from tracker.errors import BadOutput
 from tracker.types import Tracks
 
-CROP_SIZE_PIXELS = (308, 220)  # pixels
+CROP_SIZE_PIXELS = (308, 220)
 GAP_PIXELS = 4
 TITLE_BAR_PIXELS = 34
 CAPTION_PIXELS = 22
 SHEET_WIDTH_PIXELS = 4 * CROP_SIZE_PIXELS[0] + 3 * GAP_PIXELS
-CROP_CAR_HEIGHTS = (
-    3.2  # a crop is so many times as high as the car, and as wide as its own shape asks
-)
-MIN_CROP_PIXELS = 60.0  # pixels; smaller cars are shown with more around them
+CROP_CAR_HEIGHTS = 3.2  # height of a crop over that of the car
+MIN_CROP_PIXELS = 60.0  # height of a crop: small cars are shown with more around them
 THUMBNAIL_SCALE = 0.55
 LEGEND = (
-    "white dashes: the car   grey dashes: other cars   light grey: detections   colours: ids given"
+    "white dashes: the car   grey dashes: other cars",
+    "light grey: detections   colours: ids given",
 )
+SHEET_FILE = "sheet.png"
+MAX_STRIPS = 12  # on the sheet
+STRIP_GAP_PIXELS = 10
+Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, eq=False)
 class Scenario:
-    """A drive, what the tracker made of it, and its images where there are any."""
+    """A drive, the tracker's output, and the images if there are any."""
 
-    watched: DiagnosedSequence
+    diagnosed: DiagnosedSequence
     output: Tracks
     images: ImageSource | None = None
 
     @cached_property
     def cars(self) -> Tracks:
         """The true boxes."""
-        return vehicles(self.watched.truth)
+        return vehicles(self.diagnosed.truth)
 
     def image(self, frame: int) -> Image:
         """The image of a frame, or a plain one; a copy."""
         found = None if self.images is None else self.images.load(frame)
         if found is None:
-            return plain_ground(self.watched.stream.camera, "no image: boxes only")
+            return plain_ground(self.diagnosed.stream.camera, "no image: boxes only")
         return found.copy()
 
 
 def draw_case(scenario: Scenario, case: Case, number: int) -> tuple[Array, Array]:
-    """A switch as a whole picture, and as a strip with the crops alone. number: its rank."""
+    """A switch as a whole picture, and as a strip of the four crops. number: its rank."""
     frames = frames_of(scenario, case)
     images = {frame: scenario.image(frame) for frame in dict.fromkeys(frames)}
     window = _window(scenario, case)
@@ -84,7 +87,7 @@ def draw_case(scenario: Scenario, case: Case, number: int) -> tuple[Array, Array
 
 def frames_of(scenario: Scenario, case: Case) -> tuple[int, int, int, int]:
     """The last frame under the old id (or two before), one before, the switch, one after."""
-    came = scenario.watched.stream.frames
+    came = scenario.diagnosed.stream.frames
     at = int(np.searchsorted(came, case.frame))
     before, after = int(came[max(at - 1, 0)]), int(came[min(at + 1, len(came) - 1)])
     first = case.before if case.before < before else int(came[max(at - 2, 0)])
@@ -92,7 +95,7 @@ def frames_of(scenario: Scenario, case: Case) -> tuple[int, int, int, int]:
 
 
 def _window(scenario: Scenario, case: Case) -> Float[Array, "4"]:
-    """The part of the image that is shown: about the car in its last and its first frame."""
+    """The part of the image that is shown, around the car on both sides of the switch."""
     boxes = [box_of(scenario.cars, case.car, frame) for frame in (case.before, case.frame)]
     known = np.array([each for each in boxes if each is not None])
     low, high = known[:, :2].min(axis=0), known[:, 2:].max(axis=0)
@@ -105,7 +108,7 @@ def _window(scenario: Scenario, case: Case) -> Float[Array, "4"]:
         1.3 * (high[0] - low[0]) / aspect,
     )
     half = 0.5 * tall * np.array([aspect, 1.0])
-    size = np.array(scenario.watched.stream.camera.image_size, float)
+    size = np.array(scenario.diagnosed.stream.camera.image_size, float)
     middle = np.clip(
         0.5 * (low + high), np.minimum(half, 0.5 * size), size - np.minimum(half, 0.5 * size)
     )
@@ -121,12 +124,12 @@ def _captioned(
     bar = np.full((CAPTION_PIXELS, CROP_SIZE_PIXELS[0], 3), PANEL_COLOUR, np.uint8)
     steps = frame - case.frame
     when = "t" if steps == 0 else f"t {'-' if steps < 0 else '+'} {abs(steps)}"
-    name = _name_of(case, frame)
+    track_id = _track_id_in(case, frame)
     draw_text(
         bar, f"{when}   frame {frame}", (6, 16), SWITCH_COLOUR if steps == 0 else TEXT_COLOUR, 14
     )
-    if name is not None:
-        _chip(bar, f"id {name}", colour_of_id(name))
+    if track_id is not None:
+        _chip(bar, f"id {track_id}", colour_of_id(track_id))
     if steps == 0:
         cv2.rectangle(crop, (0, 0), (crop.shape[1] - 1, crop.shape[0] - 1), SWITCH_COLOUR, 2)
     return np.concatenate((bar, crop))
@@ -140,9 +143,9 @@ def _chip(bar: Image, words: str, colour: Colour) -> None:
     draw_text(bar, words, (left + 5, 16), ink_on(colour), 14)
 
 
-def _name_of(case: Case, frame: int) -> int | None:
+def _track_id_in(case: Case, frame: int) -> int | None:
     """The id that CLEAR gives the car in the two frames that make the switch."""
-    return {case.before: case.old_name, case.frame: case.name}.get(frame)
+    return {case.before: case.old_track_id, case.frame: case.track_id}.get(frame)
 
 
 def _crop(image: Image, window: Float[Array, "4"]) -> Array:
@@ -156,8 +159,8 @@ def _crop(image: Image, window: Float[Array, "4"]) -> Array:
 def _draw_boxes(
     crop: Image, scenario: Scenario, case: Case, frame: int, window: Float[Array, "4"]
 ) -> None:
-    """Detections, true boxes and the tracker's boxes, on top those of this switch."""
-    stream = scenario.watched.stream
+    """Detections, true boxes and tracks; those of this switch on top."""
+    stream = scenario.diagnosed.stream
     for corners in _inside(stream.log.at(frame).boxes, window)[0]:
         draw_box(crop, corners, DETECTION_COLOUR, 4)
     cars = scenario.cars.select(scenario.cars.frames == frame)
@@ -167,11 +170,11 @@ def _draw_boxes(
             draw_dashed_box(crop, corners, NEUTRAL_COLOUR, 1, 4.0)
     tracks = scenario.output.select(scenario.output.frames == frame)
     placed, shown = _inside(tracks.boxes, window)
-    about = np.isin(tracks.ids[shown], (case.old_name, case.name))
-    for at in np.argsort(about, kind="stable").tolist():
-        name = int(tracks.ids[shown[at]])
-        draw_box(crop, placed[at], colour_of_id(name), 3 if about[at] else 1)
-        tag(crop, str(name), placed[at], colour_of_id(name))
+    switched = np.isin(tracks.ids[shown], (case.old_track_id, case.track_id))
+    for at in np.argsort(switched, kind="stable").tolist():
+        track_id = int(tracks.ids[shown[at]])
+        draw_box(crop, placed[at], colour_of_id(track_id), 3 if switched[at] else 1)
+        tag(crop, str(track_id), placed[at], colour_of_id(track_id))
     for corners, row in zip(boxes, rows.tolist(), strict=True):
         if cars.ids[row] == case.car:
             draw_dashed_box(crop, corners, TRUE_COLOUR, 2, 5.0)
@@ -187,19 +190,23 @@ def _inside(boxes: Float[Array, "n 4"], window: Float[Array, "4"]) -> tuple[Arra
 
 
 def _title(case: Case, number: int) -> Image:
-    """What it is, and what it hangs on."""
+    """Which switch it is, and its cause."""
     bar = np.full((TITLE_BAR_PIXELS, SHEET_WIDTH_PIXELS, 3), PANEL_COLOUR, np.uint8)
-    words = f"{number}.  {case.drive}   car {case.car}: id {case.old_name} in frame {case.before}, "
-    end = draw_text(bar, f"{words}id {case.name} in frame {case.frame}", (8, 23), TEXT_COLOUR, 17)
-    told = cause_words(case)
-    if told:
-        left = max(SHEET_WIDTH_PIXELS - text_width(told, 16) - 8, end + 20)
-        draw_text(bar, told, (left, 23), SWITCH_COLOUR, 16)
+    words = (
+        f"{number}.  {case.drive}   car {case.car}: id {case.old_track_id} in frame {case.before}, "
+    )
+    end = draw_text(
+        bar, f"{words}id {case.track_id} in frame {case.frame}", (8, 23), TEXT_COLOUR, 17
+    )
+    cause = cause_words(case)
+    if cause:
+        left = max(SHEET_WIDTH_PIXELS - text_width(cause, 16) - 8, end + 20)
+        draw_text(bar, cause, (left, 23), SWITCH_COLOUR, 16)
     return bar
 
 
 def cause_words(case: Case) -> str:
-    """What a switch hangs on, in a few words; nothing where nobody asked."""
+    """The cause of a switch in a few words; empty if it was not attributed."""
     if case.sources:
         return f"hangs on {' or '.join(case.sources)}"
     return f"unexplained: {case.verdict}" if case.verdict else ""
@@ -224,7 +231,7 @@ def _whole(scenario: Scenario, case: Case, image: Image, window: Float[Array, "4
 
 
 def _with_facts(whole: Image, case: Case) -> Array:
-    """The small image, and beside it what was around and how the picture is read."""
+    """The small image, and beside it the events around the switch and the legend."""
     found = np.full(
         (whole.shape[0] + 2 * GAP_PIXELS, SHEET_WIDTH_PIXELS, 3), PANEL_COLOUR, np.uint8
     )
@@ -238,22 +245,15 @@ def _with_facts(whole: Image, case: Case) -> Array:
     for number, words in enumerate(lines):
         draw_text(found, words, (left, 26 + 20 * number), TEXT_COLOUR, 15)
     bottom = found.shape[0] - 12
-    first, second = LEGEND[: LEGEND.index("light")].strip(), LEGEND[LEGEND.index("light") :]
-    draw_text(found, first, (left, bottom - 18), FAINT_COLOUR, 14)
-    draw_text(found, second, (left, bottom), FAINT_COLOUR, 14)
+    draw_text(found, LEGEND[0], (left, bottom - 18), FAINT_COLOUR, 14)
+    draw_text(found, LEGEND[1], (left, bottom), FAINT_COLOUR, 14)
     return found
 
 
-SHEET_FILE = "sheet.png"
-MAX_STRIPS = 12  # moments; more would not be read
-STRIP_GAP_PIXELS = 10  # pixels between two of them
-Progress = Callable[[str, int, int], None]
-
-
-def worst_first(found: Sequence[Findings], most: int) -> list[Case]:
-    """The switches whose car loses the most of a name: the longer its shorter run, the worse."""
+def worst_first(found: Sequence[Findings], max_switches: int) -> list[Case]:
+    """The switches that tear off most of an identity, by the length of the shorter run."""
     switches = [case for each in found for case in each.cases if case.switched]
-    return sorted(switches, key=lambda each: -each.weight)[:most]
+    return sorted(switches, key=lambda each: -each.weight)[:max_switches]
 
 
 def draw_contact_sheet(
@@ -261,16 +261,16 @@ def draw_contact_sheet(
     found: Sequence[Findings],
     tasks: Sequence[Task],
     *,
-    most: int,
+    max_switches: int,
     renderer: str | None = "raster",
     progress: Progress | None = None,
 ) -> list[Path]:
-    """Draw the worst switches; gives the files, the sheet first; none for no switch.
+    """Draw the worst switches; returns the files, the sheet first, or none without a switch.
 
-    renderer: of the images of scenes; None: boxes on a plain ground. KITTI's own images are taken
-    where the tree has them. Raises BadOutput, and NoOpenGL for a renderer that cannot be.
+    renderer: of the images of scenes; None: boxes on plain ground. KITTI's own images are used
+    if the tree has them. Raises BadOutput, and NoOpenGL for a renderer that cannot work here.
     """
-    cases = worst_first(found, most)
+    cases = worst_first(found, max_switches)
     if not cases:
         return []
     require_folder(folder)
@@ -305,15 +305,15 @@ def require_folder(folder: Path) -> None:
 
 
 def scenario_of(task: Task, renderer: str | None) -> Scenario:
-    """A drive with what the tracker makes of it, and its images."""
-    watched, output = task.look()
+    """A drive, the tracker's output, and the images."""
+    diagnosed, output = task.track()
     images: ImageSource | None = None
     if isinstance(task, KittiTask):
         images = task.pictures
     elif isinstance(task, SceneTask) and renderer is not None:
         take = Rollout.of(task.conditions.make_scene(), task.seed, task.recorded.traffic)
         images = RenderedImages(take, renderer)
-    return Scenario(watched, output, images)
+    return Scenario(diagnosed, output, images)
 
 
 def _stacked(strips: list[Array]) -> Array:

@@ -1,7 +1,11 @@
-"""When cars are hidden, by whom, and how much nearer that is: from exact truth, or from labels."""
+"""Finds events in a drive: occlusions, crossings, look-alikes, turns, gaps of the detector.
+
+Each function yields rows of `ContextEvents`. Occlusions come from exact truth or from labels.
+"""
 
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int, Shaped
@@ -16,24 +20,25 @@ from mot_sim.simulation.truth.events import hidings
 from tracker.geometry import box_area, box_intersection, invert
 from tracker.types import Rows, Tracks
 
-LARGELY_OCCLUDED_LEVEL = 2  # KITTI's level from which on a label is largely occluded
-MAX_OCCLUSION_GAP_FRAMES = 3  # frames that a level may change for without ending an occlusion
-# Part of a car's box that a nearer one must cover to be what hides it, where only labels are known.
+LARGELY_OCCLUDED_LEVEL = 2  # KITTI's lowest level of a largely occluded label
+MAX_OCCLUSION_GAP_FRAMES = 3  # a lower level for so long does not end an occlusion
+# Share of a car's box that a nearer one must cover to count as its occluder, from labels.
 MIN_COVERED_SHARE = 0.2
-MIN_HIDDEN_PIXELS = 20  # pixels; fewer do not hide a car
+MIN_HIDDEN_PIXELS = 20  # an occluder hides at least so many pixels of a car
+MAX_PAIR_GAP_FRAMES = 5  # two cars apart for so long are still in one event
+LOOK_ALIKE_MARGIN = 0.5  # look-alikes are near if boxes touch that are grown by this share
+RATE_HALF_WINDOW_FRAMES = 3  # before and after, to measure a rate: labels jitter
+MIN_TURN_RATE = 0.1  # radians per second; KITTI's road bends stay below, junctions reach .3
+MIN_TURN_ANGLE = 0.2  # radians
+MAX_TURN_GAP_FRAMES = 5  # below the rate for so long does not end a turn
 
 
 def exact_occlusions(truth: Truth, occlusions: Occlusions) -> Iterator[EventRow]:
-    """The times that cars are less than .4 visible, until they are above .5 or leave the image."""
+    """Occlusions begin below .4 visible, and end above .5 or when the car leaves the image."""
     tracks = truth.tracks
     assert tracks.cuboids is not None
-    depth = {
-        (frame, car): z
-        for frame, car, z in zip(
-            tracks.frames.tolist(), tracks.ids.tolist(), tracks.cuboids.base[:, 2].tolist(),
-            strict=True,
-        )
-    }  # fmt: skip
+    keys = zip(tracks.frames.tolist(), tracks.ids.tolist(), strict=True)
+    depth = dict(zip(keys, tracks.cuboids.base[:, 2].tolist(), strict=True))
     hidden_by = {car: occlusions.select(rows) for car, rows in by_id(occlusions.ids)}
     for car, rows in by_id(tracks.ids):
         seen = rows[truth.amodal_pixels[rows] > 0]
@@ -65,7 +70,7 @@ def _hidden(visible: list[float], frames: list[int], car: int) -> Iterator[tuple
 
 
 def _occluder(hidden: Occlusions | None, first: int, last: int) -> int:
-    """Who hides most pixels of a car over some frames; -1: no car does, -2: hardly anything."""
+    """The id of what hides most pixels of a car; SCENERY: no car; NO_PARTNER: hardly anything."""
     if hidden is None:
         return NO_PARTNER
     here = (hidden.frames >= first) & (hidden.frames <= last)
@@ -79,9 +84,9 @@ def _occluder(hidden: Occlusions | None, first: int, last: int) -> int:
 
 
 def labelled_occlusions(labels: Tracks) -> Iterator[EventRow]:
-    """The times that labels are largely occluded (level 2 or 3), or that a label skips.
+    """The times that labels are largely occluded (level 2 or 3), or are missing in between.
 
-    What hides a car: the nearer label that covers most of its box; -1: none does.
+    The occluder is the nearer label that covers most of the car's box, or SCENERY.
     """
     if labels.occlusion is None:
         return
@@ -100,14 +105,14 @@ def labelled_occlusions(labels: Tracks) -> Iterator[EventRow]:
 
 
 def _is_vehicle(labels: Tracks) -> Array:
-    """Cars and vans: whose names are looked at."""
+    """Cars and vans, whose track ids are diagnosed."""
     if labels.kinds is None:
         return np.ones(len(labels), bool)
     return np.isin(labels.kinds, ("Car", "Van"))
 
 
 def _covers(labels: Tracks) -> dict[int, list[tuple[int, int, float, float]]]:
-    """By car: frame, who covers some of its box and is nearer, the part, and metres nearer."""
+    """By car: frame, id of a nearer one that covers some of its box, the share, metres nearer."""
     if labels.cuboids is None:
         return {}
     named = labels.select(labels.ids >= 0)
@@ -132,7 +137,7 @@ def _covers(labels: Tracks) -> dict[int, list[tuple[int, int, float, float]]]:
 def _nearest_cover(
     covers: list[tuple[int, int, float, float]], first: int, last: int
 ) -> tuple[int, float]:
-    """Who covers a car most over some frames and their neighbours, and how much nearer it is."""
+    """The id of what covers a car most over some frames and their neighbours; metres nearer."""
     total: dict[int, float] = {}
     gaps: dict[int, list[float]] = {}
     for frame, other, part, gap in covers:
@@ -145,13 +150,9 @@ def _nearest_cover(
     return most, float(np.mean(gaps[most]))
 
 
-MAX_PAIR_GAP_FRAMES = 5  # frames that two cars may be apart for without ending a meeting
-LOOK_ALIKE_MARGIN = 0.5  # look-alikes are near when boxes grown by this part of their sides touch
-
-
 def box_crossings(cars: Tracks) -> Iterator[EventRow]:
-    """Meetings of two cars whose boxes share area and whose centres change sides meanwhile."""
-    for a, b, frames, rows_a, rows_b in shared_areas(cars, cars.boxes):
+    """Pairs of cars whose boxes share area and whose centres change sides meanwhile."""
+    for a, b, frames, rows_a, rows_b in pair_events(cars, cars.boxes):
         middle = cars.boxes[:, 0] + cars.boxes[:, 2]
         side = np.sign(middle[rows_a] - middle[rows_b])
         if (side > 0).any() and (side < 0).any():
@@ -161,19 +162,19 @@ def box_crossings(cars: Tracks) -> Iterator[EventRow]:
 def look_alike_pairs(
     cars: Tracks, ids: Int[Array, " n"], looks: Shaped[Array, " n"]
 ) -> Iterator[EventRow]:
-    """Meetings of two cars of one look. looks: of ids, which increase; equal: they look alike."""
+    """Pairs of near cars that look alike. looks: of the sorted ids; equal numbers look alike."""
     look = looks[np.searchsorted(ids, cars.ids)] if len(ids) else looks
     sides = LOOK_ALIKE_MARGIN * 0.5 * (cars.boxes[:, 2:] - cars.boxes[:, :2])
     grown = np.concatenate((cars.boxes[:, :2] - sides, cars.boxes[:, 2:] + sides), axis=1)
-    for a, b, frames, rows_a, rows_b in shared_areas(cars, grown):
+    for a, b, frames, rows_a, rows_b in pair_events(cars, grown):
         if look[rows_a[0]] == look[rows_b[0]]:
             yield "look-alike", int(frames[0]), int(frames[-1]), a, b, np.nan
 
 
-def shared_areas(
+def pair_events(
     cars: Tracks, boxes: Float[Array, "n 4"]
 ) -> Iterator[tuple[int, int, Int[Array, " k"], Int[Array, " k"], Int[Array, " k"]]]:
-    """Each time that the boxes of two cars share area: both ids, the frames, the rows of both."""
+    """The times that the boxes of two cars share area: both ids, the frames, the rows of both."""
     pairs = CarPairs.of(cars, boxes)
     keys = np.stack((pairs.firsts, pairs.seconds), axis=1)
     if not len(keys):
@@ -186,31 +187,25 @@ def shared_areas(
             yield a, b, part.frames, part.rows_a, part.rows_b
 
 
+@dataclass(frozen=True, eq=False)
 class CarPairs(Rows):
-    """Two rows of a table each, in one frame."""
+    """Pairs of rows of one table in one frame. firsts, seconds: the ids of rows_a and rows_b."""
 
-    __match_args__ = ("frames", "firsts", "seconds", "rows_a", "rows_b")
-
-    def __init__(self, *columns: Int[Array, " n"]) -> None:
-        self.frames, self.firsts, self.seconds, self.rows_a, self.rows_b = columns
+    frames: Int[Array, " n"]
+    firsts: Int[Array, " n"]
+    seconds: Int[Array, " n"]
+    rows_a: Int[Array, " n"]
+    rows_b: Int[Array, " n"]
 
     @classmethod
     def of(cls, cars: Tracks, boxes: Float[Array, "n 4"]) -> "CarPairs":
-        """Of cars whose boxes share area, the lower id first; in the order of frames."""
+        """The cars whose boxes share area, the lower id first; in the order of frames."""
         rows, others = same_frame_pairs(cars.frames, cars.frames)
         low = cars.ids[rows] < cars.ids[others]
         rows, others = rows[low], others[low]
         near = box_intersection(boxes[rows], boxes[others]) > 0.0
         rows, others = rows[near], others[near]
         return cls(cars.frames[rows], cars.ids[rows], cars.ids[others], rows, others)
-
-
-RATE_HALF_WINDOW_FRAMES = 3  # frames before and after, over which a rate is measured: labels jitter
-MIN_TURN_RATE = (
-    0.1  # radians a second; KITTI's road bends stay below, a junction is taken with .3 and more
-)
-MIN_TURN_ANGLE = 0.2  # radians: a turn turns so far at least
-MAX_TURN_GAP_FRAMES = 5  # frames below the rate that do not end a turn
 
 
 def headings_of(Ts_world_cam: Float[Array, "m 4 4"]) -> Float[Array, " m"]:
@@ -224,7 +219,7 @@ def headings_of(Ts_world_cam: Float[Array, "m 4 4"]) -> Float[Array, " m"]:
 def camera_turns(
     cars: Tracks, headings: Float[Array, " m"], frame_rate: float
 ) -> Iterator[EventRow]:
-    """Turns of the camera, a row for each car that is in the image meanwhile."""
+    """Turns of the camera: one row for each car that is in the image meanwhile."""
     every = np.arange(len(headings))
     for first, last in _turns(every, headings, frame_rate):
         here = (cars.frames >= first) & (cars.frames <= last)
@@ -234,7 +229,7 @@ def camera_turns(
 
 
 def car_turns(cars: Tracks, headings: Float[Array, " m"], frame_rate: float) -> Iterator[EventRow]:
-    """Turns of cars in the world; cars need cuboids, rows without one are passed over."""
+    """Turns of cars in the world; rows without a cuboid are skipped."""
     if cars.cuboids is None:
         return
     known = cars.select(np.isfinite(cars.cuboids.yaw))
@@ -255,10 +250,8 @@ def _turns(
     if len(frames) < 2:
         return
     at = np.arange(len(frames))
-    before, after = (
-        np.maximum(at - RATE_HALF_WINDOW_FRAMES, 0),
-        np.minimum(at + RATE_HALF_WINDOW_FRAMES, len(frames) - 1),
-    )
+    before = np.maximum(at - RATE_HALF_WINDOW_FRAMES, 0)
+    after = np.minimum(at + RATE_HALF_WINDOW_FRAMES, len(frames) - 1)
     seconds = (frames[after] - frames[before]) / frame_rate
     fast = np.flatnonzero(np.abs(headings[after] - headings[before]) > MIN_TURN_RATE * seconds)
     for span in runs_of_frames(fast, MAX_TURN_GAP_FRAMES):
@@ -269,9 +262,10 @@ def _turns(
 
 
 def detector_gaps(cars: Tracks, log: DetectionLog, frames: Int[Array, " k"]) -> Iterator[EventRow]:
-    """The gaps of every car. frames: those that come.
+    """Frames without a box for a car that was detected before and is again later.
 
-    A car is detected where a box of any score overlaps its label by half, a box for each car.
+    frames: those that are delivered. A car is detected where a box of any score overlaps its
+    label by half; each box counts for one car.
     """
     cars = cars.select(np.isin(cars.frames, frames))
     detected = _detected(cars, log)
@@ -280,23 +274,17 @@ def detector_gaps(cars: Tracks, log: DetectionLog, frames: Int[Array, " k"]) -> 
         if not len(seen):
             continue
         inner = rows[seen[0] : seen[-1] + 1]
-        # Frames that never come are no gap of the detector, and end none.
+        # Frames that are not delivered neither make nor end a gap.
         steps = np.searchsorted(frames, cars.frames[inner])
         found = steps[detected[inner]]
         for a, b in zip(found[:-1].tolist(), found[1:].tolist(), strict=True):
             if b > a + 1:
-                yield (
-                    "detector gap",
-                    int(frames[a + 1]),
-                    int(frames[b - 1]),
-                    car,
-                    NO_PARTNER,
-                    np.nan,
-                )
+                first, last = int(frames[a + 1]), int(frames[b - 1])
+                yield "detector gap", first, last, car, NO_PARTNER, np.nan
 
 
 def _detected(cars: Tracks, log: DetectionLog) -> Array:
-    """Which labels have a box; the most overlap in each frame goes first."""
+    """Which labels have a box; in each frame the largest overlap is matched first."""
     boxes = Tracks(log.frames, np.arange(len(log.frames)), log.detections.boxes)
     overlaps = Overlaps.between(cars, boxes)
     near = np.flatnonzero(overlaps.iou >= MIN_OVERLAP - EPSILON)

@@ -1,4 +1,7 @@
-"""What a tracker is given, in parts that can be exchanged for some of the frames."""
+"""The noise sources of a drive, and the same drive with one of them switched off.
+
+`DetectionStream` is what a tracker is given, in parts that can be exchanged for some frames.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -17,15 +20,26 @@ from tracker.errors import UnknownName
 from tracker.geometry import invert
 from tracker.types import Camera, Detections, Sequence
 
-MAX_POSE_ROUNDING = 1e-9  # metres, and of a rotation matrix: rounding of poses
+MAX_POSE_ROUNDING = 1e-9  # metres, and entries of a rotation matrix
+# Effects that measure cues, and the columns that each one fills.
+CUE_COLUMNS: dict[str, tuple[str, ...]] = {
+    "pose": ("yaw", "size"),
+    "keypoints": ("keypoints",),
+    "shape": ("shape",),
+    "appearance": ("descriptor",),
+}
+RECORDING_FRAME_RATE = 10.0  # Hz; of recordings
+OTHER_SOURCES = ("odometry", "timing", "frame rate", "miscalibration", "rig")
+SOURCES = (*EFFECTS, *OTHER_SOURCES)
 
 
 @dataclass(frozen=True, eq=False)
 class DetectionStream:
-    """A drive as it arrives. log: by the frame that carries the detections, late or not.
+    """A drive as a tracker receives it.
 
-    frames: that come, increasing. stamps: the times written on them, seconds; one for every frame
-    of the recording, whether it comes or not. recorded: poses, covariance, name and the rest.
+    recorded: poses, covariance, name and the rest. log: detections by the frame that delivers
+    them, late or not. frames: the delivered ones, increasing. stamps: time stamps in seconds, one
+    for every frame of the recording, delivered or not.
     """
 
     recorded: RecordedSequence
@@ -52,7 +66,7 @@ class DetectionStream:
 
     @property
     def camera(self) -> Camera:
-        """The camera, as the tracker is told of it."""
+        """The camera as the tracker knows it."""
         return self.recorded.camera
 
     @property
@@ -72,10 +86,10 @@ class DetectionStream:
         return Timed(whole, self.stamps[frames])
 
     def with_frames_of(self, other: "DetectionStream", first: int, last: int) -> "DetectionStream":
-        """This one, but as the other is from a frame to another, both included.
+        """This stream, with the frames `first` to `last` (both included) of another one.
 
-        Detections, time stamps, which frames come, and how the camera moved into each: the
-        other's inside, this one's outside, to the last bit. The camera stays this one's.
+        Detections, time stamps, which frames are delivered, and the camera's motion are the
+        other's inside and this one's outside, to the last bit. The camera stays this one's.
         """
         inside = self._mask(first, last)
         frames = np.concatenate(
@@ -94,7 +108,7 @@ class DetectionStream:
         return (every >= first) & (every <= last)
 
     def _poses_with(self, other: "DetectionStream", inside: Bool[Array, " m"]) -> Array | None:
-        """Poses whose steps are the other's inside; the very same where nothing differs."""
+        """Poses whose steps are the other's inside; the same array if no pose differs."""
         mine, theirs = self.recorded.Ts_world_cam, other.recorded.Ts_world_cam
         if mine is None or theirs is None or np.array_equal(mine, theirs):
             return mine
@@ -105,15 +119,15 @@ class DetectionStream:
         return np.array(poses)
 
     def same_as(self, other: "DetectionStream", first: int, last: int) -> bool:
-        """Whether a tracker would be given the same from a frame to another."""
+        """Whether a tracker would be given the same in the frames `first` to `last`."""
         inside = self._mask(first, last)
         mine, theirs = self.recorded.Ts_world_cam, other.recorded.Ts_world_cam
         if mine is not None and theirs is not None and not np.array_equal(mine, theirs):
             off = _steps(mine)[inside[1:]] - _steps(theirs)[inside[1:]]
             if np.abs(off).max(initial=0.0) > MAX_POSE_ROUNDING:
                 return False
-        come = inside & np.isin(np.arange(self.frame_count), (*self.frames, *other.frames))
-        a, b = _part(self.log, come), _part(other.log, come)
+        delivered = inside & np.isin(np.arange(self.frame_count), (*self.frames, *other.frames))
+        a, b = _part(self.log, delivered), _part(other.log, delivered)
         return (
             np.array_equal(self.stamps[inside], other.stamps[inside])
             and np.array_equal(self.frames[inside[self.frames]], other.frames[inside[other.frames]])
@@ -123,7 +137,7 @@ class DetectionStream:
 
 
 def same_camera(a: Camera, b: Camera) -> bool:
-    """Whether a tracker is told the same of both."""
+    """Whether a tracker is given the same calibration of both."""
     return (
         a.image_size == b.image_size
         and np.array_equal(a.K, b.K)
@@ -148,24 +162,14 @@ def _part(log: DetectionLog, inside: Bool[Array, " m"]) -> DetectionLog:
 
 
 def _mixed(mine: DetectionLog, theirs: DetectionLog, inside: Bool[Array, " m"]) -> DetectionLog:
-    """The rows of both, each where it belongs; cues that one of them lacks are left out."""
+    """The rows of both, inside and outside; cues that one of them lacks are left out."""
     a, b = _part(mine, ~inside), _part(theirs, inside)
     both = type(a.detections).concatenate([a.detections, b.detections])
     return DetectionLog.of(np.concatenate((a.frames, b.frames)), both)
 
 
-# Effects that measure cues, and the columns that each one fills.
-CUE_COLUMNS: dict[str, tuple[str, ...]] = {
-    "pose": ("yaw", "size"), "keypoints": ("keypoints",), "shape": ("shape",),
-    "appearance": ("descriptor",),
-}  # fmt: skip
-RECORDING_FRAME_RATE = 10.0  # Hz; of recordings
-OTHER_SOURCES = ("odometry", "timing", "frame rate", "miscalibration", "rig")
-SOURCES = (*EFFECTS, *OTHER_SOURCES)
-
-
 def active_sources(conditions: Conditions) -> tuple[str, ...]:
-    """The sources that these conditions have, in the order of SOURCES."""
+    """The sources that are on in these conditions, in the order of SOURCES."""
     effects, rig = conditions.effects, conditions.rig
     on = {name: getattr(effects, name) is not None for name in EFFECTS}
     on["odometry"] = conditions.odometry != Odometry()
@@ -177,7 +181,7 @@ def active_sources(conditions: Conditions) -> tuple[str, ...]:
 
 
 def without(conditions: Conditions, source: str) -> Conditions:
-    """The conditions with one source off; of cues all four are, see `SourceAblation.stream`.
+    """The conditions with one source off; one cue switches all four off, see `SourceAblation`.
 
     Raises UnknownName.
     """
@@ -208,10 +212,10 @@ def without_all(conditions: Conditions) -> Conditions:
 
 @dataclass(frozen=True, eq=False)
 class SourceAblation:
-    """A drive as it is, and with each of its sources off for as long as one likes.
+    """A drive as it is, and with each of its sources off in any window of frames.
 
-    off: by source, the whole drive without it, all other draws equal. silent: without all. whole:
-    sources that cannot be switched off for a while, since they are in the camera's calibration.
+    off: by source, the whole drive without it, all other draws equal. silent: the drive without
+    any source.
     """
 
     stream: DetectionStream
@@ -231,14 +235,14 @@ class SourceAblation:
 
     @property
     def whole(self) -> frozenset[str]:
-        """See above."""
+        """Sources in the camera's calibration, which can only be off in the whole drive."""
         mine = self.stream.camera
         return frozenset(n for n, each in self.off.items() if not same_camera(each.camera, mine))
 
     def without(self, source: str, first: int, last: int) -> DetectionStream | None:
-        """The drive with a source off from a frame to another; None: that changes nothing there.
+        """The drive with a source off in frames `first` to `last`; None if that changes nothing.
 
-        A source of `whole` is off in all of the drive.
+        A source of `whole` is off in the whole drive.
         """
         other = self.off[source]
         if source in self.whole:
@@ -248,7 +252,7 @@ class SourceAblation:
         return self.stream.with_frames_of(other, first, last)
 
     def without_any(self, first: int, last: int) -> DetectionStream:
-        """The drive without all sources from a frame to another; the camera is the true one."""
+        """The drive with all sources off in the frames `first` to `last`, and the true camera."""
         mixed, camera = self.stream.with_frames_of(self.silent, first, last), self.silent.camera
         if same_camera(camera, mixed.camera):
             return mixed
@@ -258,7 +262,7 @@ class SourceAblation:
 def _stream_without(
     conditions: Conditions, recorded: Extra, seed: int, source: str, base: DetectionStream
 ) -> DetectionStream:
-    """The whole drive without a source, of which nothing else is changed."""
+    """The whole drive without one source; nothing else changes."""
     found = DetectionStream.of(drive_of(without(conditions, source), recorded, seed).sequence)
     if source in CUE_COLUMNS:
         columns = {name: getattr(found.log.detections, name) for name in CUE_COLUMNS[source]}
@@ -272,10 +276,10 @@ def _stream_without(
 
 
 def _with_missed(base: DetectionLog, cars: DetectionLog) -> DetectionLog:
-    """The log with the boxes that it lacks of another one; equal ones are equal to the last bit.
+    """The log, and the boxes of another one that it lacks; equal boxes are equal to the last bit.
 
-    Nothing but the missed boxes comes: how nearly a car was missed is part of its score, and
-    whether it was missed decides on second boxes, so that both would change if nobody were.
+    Only the missed boxes are added. Simply switching misses off would change more: how nearly a
+    car was missed enters its score, and whether it was missed decides about duplicates.
     """
     known = set(_keys(base))
     missed = np.flatnonzero([key not in known for key in _keys(cars)])

@@ -146,7 +146,7 @@ def case_table(found: Sequence[Findings]) -> ResultTable:
     )  # fmt: skip
     rows = tuple(
         (
-            case.drive, case.before, case.frame, case.car, case.old_name, case.name,
+            case.drive, case.before, case.frame, case.car, case.old_track_id, case.track_id,
             int(case.switched), int(case.broken), case.weight, "; ".join(case.around), case.verdict,
             " or ".join(case.sources),
         )

@@ -16,6 +16,7 @@ MOSTLY_TRACKED = 0.8  # of a label's frames
 MOSTLY_LOST = 0.2
 
 Number = int | float  # a count or a rate
+CONTINUING_BONUS = 1000.0  # more than all overlaps of a frame: a kept name goes first
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,9 +107,6 @@ class ClearCounts:
     def numbers(self) -> dict[str, Number]:
         """Every score by its name."""
         return {name: getattr(self, name) for name in (*self.RATES, *self.counted())}
-
-
-CONTINUING_BONUS = 1000.0  # more than all overlaps of a frame: a kept name goes first
 
 
 @dataclass(frozen=True, eq=False)

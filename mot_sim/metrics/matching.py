@@ -14,6 +14,8 @@ from tracker.types import Tracks
 
 # The slack that TrackEval gives its comparisons of overlaps; here for the same verdict at ties.
 EPSILON = float(np.finfo(float).eps)
+# A lead below this may be rounding of the solver: such frames are left to the solver.
+MIN_LEAD = 1e-9
 
 
 def same_frame_pairs(
@@ -119,10 +121,6 @@ def bare_rows(tracks: Tracks, rows: Bool[Array, " n"], frame_count: int, where: 
     if (np.diff(picked.frames) < 0).any():
         return picked.select(np.argsort(picked.frames, kind="stable"))
     return picked
-
-
-# A lead below this may be rounding of the solver: such frames are left to the solver.
-MIN_LEAD = 1e-9
 
 
 def match(

@@ -21,6 +21,24 @@ DASHES = ("solid", "dash", "dot", "dashdot")
 
 ROW_SHARE = 0.7  # of the height of a row that its series take
 LINE_WIDTHS = (3.2, 2.4, 1.6)  # of lines, the first below: of two that are equal both are seen
+MIN_LOG_RATIO = 30.0  # the ratio of levels from which on an axis is logarithmic
+FIGURE_ENDINGS = (".png", ".svg", ".pdf")
+CHART_INCHES = (4.6, 3.1)  # inches of a chart
+ROW_INCHES = 0.28  # inches of a row of words and series
+DOTS_PER_INCH = 200  # an inch, of a PNG
+MARKERS = ("o", "s", "D", "^", "X", "v", "P")
+LINE_STYLES = ("-", "--", ":", "-.")
+# What a figure needs no matter how matplotlib is set up here; the salt and the missing dates
+# make the same chart the same bytes.
+RC_SETTINGS = {
+    "font.family": "sans-serif", "font.size": 9.0, "axes.titlesize": 10.0,
+    "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
+    "axes.axisbelow": True, "grid.color": "#dddddd", "grid.linewidth": 0.6,
+    "legend.frameon": False, "svg.hashsalt": "mot-sim", "pdf.fonttype": 42,
+}  # fmt: skip
+METADATA = {
+    ".png": {"Software": "mot-sim"}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None},
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -108,9 +126,6 @@ class Chart:
         return max(levels) / min(levels) >= MIN_LOG_RATIO
 
 
-MIN_LOG_RATIO = 30.0  # the ratio of levels from which on an axis is logarithmic
-
-
 @dataclass(frozen=True)
 class Panel:
     """Charts of which one is shown at a time, by label; the first one to begin with."""
@@ -121,24 +136,6 @@ class Panel:
 
 if TYPE_CHECKING:
     import matplotlib.figure
-
-FIGURE_ENDINGS = (".png", ".svg", ".pdf")
-CHART_INCHES = (4.6, 3.1)  # inches of a chart
-ROW_INCHES = 0.28  # inches of a row of words and series
-DOTS_PER_INCH = 200  # an inch, of a PNG
-MARKERS = ("o", "s", "D", "^", "X", "v", "P")
-LINE_STYLES = ("-", "--", ":", "-.")
-# What a figure needs no matter how matplotlib is set up here; the salt and the missing dates
-# make the same chart the same bytes.
-RC_SETTINGS = {
-    "font.family": "sans-serif", "font.size": 9.0, "axes.titlesize": 10.0,
-    "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
-    "axes.axisbelow": True, "grid.color": "#dddddd", "grid.linewidth": 0.6,
-    "legend.frameon": False, "svg.hashsalt": "mot-sim", "pdf.fonttype": 42,
-}  # fmt: skip
-METADATA = {
-    ".png": {"Software": "mot-sim"}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None},
-}  # fmt: skip
 
 
 def require_figure(path: Path) -> None:

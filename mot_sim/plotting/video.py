@@ -25,6 +25,7 @@ PALETTE = ("-vf", "palettegen=stats_mode=full", "-f", "image2", "-update", "1")
 GIF = ("-lavfi", "paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle", "-loop", "0",
        "-f", "gif")  # fmt: skip
 QUIET = ("-hide_banner", "-nostdin", "-loglevel", "error", "-y")
+FILM_ENDINGS = (".mp4", ".gif", "")  # H.264; a looping GIF; a folder of 000000.png, ...
 
 
 def find_ffmpeg() -> str:
@@ -111,9 +112,6 @@ def last_line(text: str) -> str:
     """The last line that says something."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     return lines[-1] if lines else "it says nothing; is the disk full?"
-
-
-FILM_ENDINGS = (".mp4", ".gif", "")  # H.264; a looping GIF; a folder of 000000.png, ...
 
 
 def require_target(path: Path, overwrite: bool = False) -> None:

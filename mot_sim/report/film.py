@@ -40,6 +40,11 @@ TITLE_PIXELS = 32  # pixels
 LINE_PIXELS = 19  # pixels
 LEGEND_TEXT_PIXELS = 14  # pixels
 MARGIN_PIXELS = 12  # pixels
+TOP_VIEW_PIXELS = 313  # pixels: with KITTI's 375 and the title it makes 720
+PIXELS_PER_METRE = 7.8  # pixels a metre in the top view
+METRES_BEHIND = 14.0  # metres behind us that the top view shows
+TRAIL_FRAMES = 25  # frames
+MIN_DETECTED_IOU = 0.5
 
 
 @dataclass(frozen=True)
@@ -130,13 +135,6 @@ def plain_bar(width: int, height: int) -> Image:
     bar = np.empty((height, width, 3), np.uint8)
     bar[:] = PANEL_COLOUR
     return bar
-
-
-TOP_VIEW_PIXELS = 313  # pixels: with KITTI's 375 and the title it makes 720
-PIXELS_PER_METRE = 7.8  # pixels a metre in the top view
-METRES_BEHIND = 14.0  # metres behind us that the top view shows
-TRAIL_FRAMES = 25  # frames
-MIN_DETECTED_IOU = 0.5
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,6 +25,20 @@ from tracker.errors import BadConfig, BadDetections, DatasetNotFound
 from tracker.front_end import FrontEnd
 from tracker.types import Camera, Cuboids, Frame
 
+PHOTO_ENDINGS = (".jpg", ".jpeg")  # a sixth of a PNG's size, for pages
+WIDTH_INCHES = 10.0  # inches, and pixels an inch
+DOTS_PER_INCH = 200  # inches, and pixels an inch
+MAPS_INCHES = 3.1  # inches: the height of the two maps, and of a line of words
+TITLE_INCHES = 0.2  # inches: the height of the two maps, and of a line of words
+METRES_BEHIND = 6.0  # metres behind the camera that the maps show
+MIN_METRES_AHEAD = 25.0  # metres ahead that the maps show, at least and at most
+MAX_METRES_AHEAD = 60.0  # metres ahead that the maps show, at least and at most
+OUR_CAR_OUTLINE = np.array(
+    [(0.9, -4.2), (0.9, -0.3), (0.0, 0.2), (-0.9, -0.3), (-0.9, -4.2)]
+)  # x, z
+TEXT_POINTS = 8.0
+INK_COLOUR = "#222222"
+
 
 @dataclass(frozen=True, eq=False)
 class TwoFrames:
@@ -136,20 +150,6 @@ def _names(matched: Bool[Array, "n m"], ids: Int[Array, " n"]) -> Int[Array, " m
 
 if TYPE_CHECKING:
     import matplotlib.figure
-
-PHOTO_ENDINGS = (".jpg", ".jpeg")  # a sixth of a PNG's size, for pages
-WIDTH_INCHES = 10.0  # inches, and pixels an inch
-DOTS_PER_INCH = 200  # inches, and pixels an inch
-MAPS_INCHES = 3.1  # inches: the height of the two maps, and of a line of words
-TITLE_INCHES = 0.2  # inches: the height of the two maps, and of a line of words
-METRES_BEHIND = 6.0  # metres behind the camera that the maps show
-MIN_METRES_AHEAD = 25.0  # metres ahead that the maps show, at least and at most
-MAX_METRES_AHEAD = 60.0  # metres ahead that the maps show, at least and at most
-OUR_CAR_OUTLINE = np.array(
-    [(0.9, -4.2), (0.9, -0.3), (0.0, 0.2), (-0.9, -0.3), (-0.9, -4.2)]
-)  # x, z
-TEXT_POINTS = 8.0
-INK_COLOUR = "#222222"
 
 
 def draw_teaser(two: TwoFrames) -> "matplotlib.figure.Figure":

@@ -24,6 +24,21 @@ MIN_VISIBLE_SHARE = 0.2
 MIN_HEIGHT_PIXELS = 25.0
 # How far a detector's edges are off, as a share of the box's sides: RRC's (docs/detector.md).
 EDGE_STD = 0.03
+# What the shipped weights are learned from: every sixth frame of 35 drives, each in two weathers.
+TRAINING_SCENES = (
+    "intersection", "street", "roundabout", "merge", "gauntlet", "highway", "stop_and_go",
+)  # fmt: skip
+TRAINING_WEATHERS = (
+    ("noon", "overcast"), ("clear", "dusk"), ("low_sun", "noon"), ("overcast", "rain"),
+    ("noon", "low_sun"), ("fog", "clear"),
+)  # fmt: skip
+TRAINING_SEEDS = tuple(range(100, 105))
+TRAINING_FRAMES = tuple(range(0, 120, 6))
+MIN_CARS = 8  # with more than one sighting each: fewer teach nothing
+# Pairs of sightings in one drive at most so many frames apart tell the unit of distance.
+MAX_PAIR_FRAMES = 12
+# Features are brought to one spread first, but for those with less than this share of the median.
+MIN_SPREAD_SHARE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,18 +76,6 @@ class RenderedDrive:
     def pictures(self) -> int:
         """How many there are."""
         return len(self.weathers) * len(self.frames)
-
-
-# What the shipped weights are learned from: every sixth frame of 35 drives, each in two weathers.
-TRAINING_SCENES = (
-    "intersection", "street", "roundabout", "merge", "gauntlet", "highway", "stop_and_go",
-)  # fmt: skip
-TRAINING_WEATHERS = (
-    ("noon", "overcast"), ("clear", "dusk"), ("low_sun", "noon"), ("overcast", "rain"),
-    ("noon", "low_sun"), ("fog", "clear"),
-)  # fmt: skip
-TRAINING_SEEDS = tuple(range(100, 105))
-TRAINING_FRAMES = tuple(range(0, 120, 6))
 
 
 def training_drives(seeds: Sequence[int] = TRAINING_SEEDS) -> list[RenderedDrive]:
@@ -117,13 +120,6 @@ def car_pictures(drive: RenderedDrive, edge_std: float = EDGE_STD) -> Iterator[C
             yield CarPicture(
                 drive.name, frame, image, jittered[kept], ids[kept], truth.visible[kept]
             )
-
-
-MIN_CARS = 8  # with more than one sighting each: fewer teach nothing
-# Pairs of sightings in one drive at most so many frames apart tell the unit of distance.
-MAX_PAIR_FRAMES = 12
-# Features are brought to one spread first, but for those with less than this share of the median.
-MIN_SPREAD_SHARE = 0.05
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,23 @@ POOR_EDGE_STD = 0.08
 POOR_DETECTOR_SHARE = 0.15
 ROLL_STD = 0.04  # radians: of the camera, of the road
 COVERED_SHARE = 0.18  # share of crops with something laid over the car
+PART_CODES = 256
+REPAINTED_SHARE = 0.45  # shares of crops
+NEW_BACKGROUND_SHARE = 0.25  # shares of crops
+REFLECTION_CELLS = (4, 16)  # cells of the noise that stands for reflections
+# Standard deviation of the light that is added, in grey levels, by what it falls on.
+SHEEN_STD = {
+    Semantic.CAR: 14.0, Semantic.GLASS: 34.0, Semantic.TYRE: 9.0, Semantic.TRIM: 12.0,
+    Semantic.LIGHT: 30.0, Semantic.PLATE: 25.0,
+}  # fmt: skip
+BACKGROUND_SHEEN_STD = 12.0
+LOG_GAIN_STD = 0.25  # of the logarithm of brightness, of each kind of surface
+BLURRED_SHARE = 0.45  # shares of crops
+SHARPENED_SHARE = 0.2  # shares of crops
+MOTION_BLUR_SHARE = 0.08  # shares of crops
+JPEG_SHARE = 0.35  # shares of crops
+GREY_SHARE = 0.04  # shares of crops
+MIN_COARSE_PIXELS = 10  # pixels across
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,19 +179,6 @@ def _hidden(
     return image, states.astype(np.uint8)
 
 
-PART_CODES = 256
-REPAINTED_SHARE = 0.45  # shares of crops
-NEW_BACKGROUND_SHARE = 0.25  # shares of crops
-REFLECTION_CELLS = (4, 16)  # cells of the noise that stands for reflections
-# Standard deviation of the light that is added, in grey levels, by what it falls on.
-SHEEN_STD = {
-    Semantic.CAR: 14.0, Semantic.GLASS: 34.0, Semantic.TYRE: 9.0, Semantic.TRIM: 12.0,
-    Semantic.LIGHT: 30.0, Semantic.PLATE: 25.0,
-}  # fmt: skip
-BACKGROUND_SHEEN_STD = 12.0
-LOG_GAIN_STD = 0.25  # of the logarithm of brightness, of each kind of surface
-
-
 def randomized(
     image: UInt8[Array, "s s 3"],
     parts: UInt8[Array, "s s"],
@@ -240,14 +244,6 @@ def background(
     cells = int(rng.integers(2, 24))
     rough = rng.integers(0, 255, (cells, cells, 3), dtype=np.uint8)
     return cv2.resize(rough, (side, side), interpolation=cv2.INTER_LINEAR)
-
-
-BLURRED_SHARE = 0.45  # shares of crops
-SHARPENED_SHARE = 0.2  # shares of crops
-MOTION_BLUR_SHARE = 0.08  # shares of crops
-JPEG_SHARE = 0.35  # shares of crops
-GREY_SHARE = 0.04  # shares of crops
-MIN_COARSE_PIXELS = 10  # pixels across
 
 
 def through_camera(

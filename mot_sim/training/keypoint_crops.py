@@ -35,6 +35,7 @@ OWN_CAR_MARK = 128  # marks in `parts`
 MIN_CROP_HEIGHT_PIXELS = 18.0  # of a box, pixels of KITTI's camera
 MIN_CROP_VISIBLE_SHARE = 0.25
 MAX_TRUNCATION = 0.6
+FIRST_HELD_OUT_SEED = 1_000_000  # seeds of places from here on are for judging only
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,9 +130,6 @@ def cut_parts(
         own = np.where(drawn.instances == ids[row], OWN_CAR_MARK, 0).astype(np.uint8)
         found[row] = cv2.warpAffine(marked + own, A, (CROP_PIXELS, CROP_PIXELS), flags=settings)
     return found
-
-
-FIRST_HELD_OUT_SEED = 1_000_000  # seeds of places from here on are for judging only
 
 
 def shard_path(folder: Path, seed: int) -> Path:

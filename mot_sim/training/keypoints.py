@@ -27,6 +27,15 @@ WEIGHTS_FILE = "hourglass.onnx"
 CURVE_FILE = "curve.csv"
 CURVE_PICTURE_FILE = "curve.png"
 CROPS_FOLDER = "crops"
+CURVE_PANEL_PIXELS = (420, 260)  # pixels
+CURVE_MARGIN_PIXELS = 44  # pixels
+INK_COLOUR = (60, 60, 60)
+PAPER_COLOUR = (255, 255, 255)
+LINE_COLOUR = (31, 90, 180)
+ONNX_OPSET = 13
+OUTPUT_NAMES = ("heatmaps", "activations")
+MAX_NETWORK_BYTES = 8_000_000
+CARD_FORMAT = 1
 
 
 def train_keypoints(
@@ -66,13 +75,6 @@ def write_curve(curve: list[dict[str, float]], out: Path) -> None:
         rows = [",".join(f"{value:.6g}" for value in row.values()) for row in curve]
         write_lines(out / CURVE_FILE, [",".join(curve[0]), *rows])
         write_image(out / CURVE_PICTURE_FILE, curve_picture(curve))
-
-
-CURVE_PANEL_PIXELS = (420, 260)  # pixels
-CURVE_MARGIN_PIXELS = 44  # pixels
-INK_COLOUR = (60, 60, 60)
-PAPER_COLOUR = (255, 255, 255)
-LINE_COLOUR = (31, 90, 180)
 
 
 def curve_picture(rows: Sequence[dict[str, float]]) -> UInt8[Array, "h w 3"]:
@@ -116,12 +118,6 @@ def _panel(name: str, over: str, x: Array, y: Array) -> UInt8[Array, "h w 3"]:
         12,
     )
     return canvas
-
-
-ONNX_OPSET = 13
-OUTPUT_NAMES = ("heatmaps", "activations")
-MAX_NETWORK_BYTES = 8_000_000
-CARD_FORMAT = 1
 
 
 def export_network(network: Any, path: Path, told: Mapping[str, Any]) -> Path:

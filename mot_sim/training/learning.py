@@ -21,6 +21,18 @@ from mot_sim.training.network import build_network, keypoint_loss, load_torch, s
 from tracker.errors import BadConfig, BadFile, DatasetNotFound
 from tracker.shape import CROP_MARGIN, decode, network_input
 
+MAX_ERROR_SHARE = 0.1  # of the longer side of the box: so near is right
+CONFIDENCE_BINS = 10
+MAP_CELLS = 16
+WARM_UP_STEPS = 150  # steps in which the rate of learning rises, a tenth of all at most
+MAX_GRADIENT_NORM = 5.0  # norm of a step's gradient, at most
+INITIAL_LOG_ODDS = -5.5  # log odds of a cell: seen or not is even at first
+CHECKPOINT_FILE = "checkpoint.pt"
+CHECKPOINT_FORMAT = 1
+RESUME_CURE = "take another --out, or leave out --resume to begin again"
+SCORING_BATCH = 64
+Progress = Callable[[str, int, int], None]
+
 
 @dataclass(frozen=True)
 class TrainingPlan:
@@ -69,10 +81,6 @@ class TrainingPlan:
         return asdict(self)
 
 
-MAX_ERROR_SHARE = 0.1  # of the longer side of the box: so near is right
-CONFIDENCE_BINS = 10
-
-
 @dataclass(frozen=True, eq=False)
 class KeypointScores:
     """Predicted keypoints beside true ones. right: near the true place. seen: truly visible."""
@@ -117,17 +125,6 @@ def score_keypoints(
     apart = found[:, :, :2] - np.where(seen[:, :, None], keypoints, 0.0)
     off = np.hypot(apart[:, :, 0], apart[:, :, 1])
     return KeypointScores((off <= share * longer[:, None]) & seen, seen, found[:, :, 2])
-
-
-MAP_CELLS = 16
-WARM_UP_STEPS = 150  # steps in which the rate of learning rises, a tenth of all at most
-MAX_GRADIENT_NORM = 5.0  # norm of a step's gradient, at most
-INITIAL_LOG_ODDS = -5.5  # log odds of a cell: seen or not is even at first
-CHECKPOINT_FILE = "checkpoint.pt"
-CHECKPOINT_FORMAT = 1
-RESUME_CURE = "take another --out, or leave out --resume to begin again"
-SCORING_BATCH = 64
-Progress = Callable[[str, int, int], None]
 
 
 @dataclass(eq=False)

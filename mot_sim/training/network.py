@@ -14,6 +14,8 @@ from tracker.errors import NoTorch, UnknownName
 from tracker.shape import KEYPOINTS_36
 
 CURE = "pip install 'mot-sim[train]' (the CPU build of torch is enough)"
+POOLED_CELLS = 8  # cells along a side of the activations
+TARGET_STD_CELLS = 0.8  # cells: the standard deviation of the wanted map around a keypoint
 
 
 def load_torch() -> Any:
@@ -22,9 +24,6 @@ def load_torch() -> Any:
         return import_module("torch")
     except ImportError as error:
         raise NoTorch(f"training needs PyTorch ({error}): {CURE}") from error
-
-
-POOLED_CELLS = 8  # cells along a side of the activations
 
 
 @dataclass(frozen=True)
@@ -147,9 +146,6 @@ def pooled(maps: Any) -> Any:
     """The means of maps in POOLED x POOLED cells."""
     step = maps.shape[-1] // POOLED_CELLS
     return load_torch().nn.functional.avg_pool2d(maps, int(step))
-
-
-TARGET_STD_CELLS = 0.8  # cells: the standard deviation of the wanted map around a keypoint
 
 
 def target_maps(

@@ -36,6 +36,12 @@ OXTS_POSE_COLUMNS = OXTS_COLUMNS[:6]
 # forward .042 m, because OXTS gives the nearest of its 100 Hz samples: +-5 ms at driving speed.
 # Standing (12, 16, 17) it is below .003 m and 1e-4 rad.
 OXTS_MOTION_STD = (0.015, 0.015, 0.04, 5e-4, 5e-4, 5e-4)
+# Standard deviations of ORB-SLAM3 over one frame in camera 2: x, y, z in metres, rotations in
+# radians. Root mean squares of its difference from OXTS on the ten sequences 0, 2, 3, 4, 5, 7,
+# 9, 11, 17, 20: .0174, .0129, .0662 m; 3.7e-4, 7.0e-4, 4.7e-4 rad (.04 of the forward .066 is
+# OXTS's own). Its path is 2.6 to 6.5 % too long, on 20 4.9 % too short: errors of scale, alike
+# from frame to frame, which no covariance of one frame can say.
+ORBSLAM3_MOTION_STD = (0.018, 0.013, 0.066, 4e-4, 7e-4, 5e-4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,14 +107,6 @@ def _rotations(
         -sp, cp * sr, cp * cr,
     )  # fmt: skip
     return np.stack(elements, axis=-1).reshape(-1, 3, 3)
-
-
-# Standard deviations of ORB-SLAM3 over one frame in camera 2: x, y, z in metres, rotations in
-# radians. Root mean squares of its difference from OXTS on the ten sequences 0, 2, 3, 4, 5, 7,
-# 9, 11, 17, 20: .0174, .0129, .0662 m; 3.7e-4, 7.0e-4, 4.7e-4 rad (.04 of the forward .066 is
-# OXTS's own). Its path is 2.6 to 6.5 % too long, on 20 4.9 % too short: errors of scale, alike
-# from frame to frame, which no covariance of one frame can say.
-ORBSLAM3_MOTION_STD = (0.018, 0.013, 0.066, 4e-4, 7e-4, 5e-4)
 
 
 @dataclass(frozen=True, eq=False)

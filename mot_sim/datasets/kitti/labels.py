@@ -20,6 +20,17 @@ from tracker.types import Cuboids, Tracks
 NO_CUBOID = (-1.0, -1.0, -1.0, -1000.0, -1000.0, -1000.0, -10.0)
 NO_CUBOID_DONT_CARE = (-1000.0, -1000.0, -1000.0, -10.0, -1.0, -1.0, -1.0)
 NO_ALPHA = -10.0
+LABEL_COLUMNS = (
+    "frame", "id", "type", "truncated", "occluded", "alpha", "x1", "y1", "x2", "y2",
+    "h", "w", "l", "x", "y", "z", "rotation_y",
+)  # fmt: skip
+LABEL_BOX_COLUMNS = LABEL_COLUMNS[6:10]
+CUBOID_COLUMNS = LABEL_COLUMNS[10:]
+RESULT_COLUMNS = (*LABEL_COLUMNS, "score")
+AUTHORS_COLUMNS = ("frame", "id", *LABEL_BOX_COLUMNS, "score")
+COLUMNS_BY_COUNT = {
+    len(columns): columns for columns in (AUTHORS_COLUMNS, LABEL_COLUMNS, RESULT_COLUMNS)
+}
 
 
 def cuboids_of_rows(
@@ -62,14 +73,6 @@ def _plane_turn(T_road_label: Float[Array, "4 4"]) -> Float[Array, "2 2"]:
     """x and z of a road direction, seen in the labels' frame."""
     R_label_road = T_road_label[:3, :3].T
     return R_label_road[np.ix_([0, 2], [0, 2])]
-
-
-LABEL_COLUMNS = (
-    "frame", "id", "type", "truncated", "occluded", "alpha", "x1", "y1", "x2", "y2",
-    "h", "w", "l", "x", "y", "z", "rotation_y",
-)  # fmt: skip
-LABEL_BOX_COLUMNS = LABEL_COLUMNS[6:10]
-CUBOID_COLUMNS = LABEL_COLUMNS[10:]
 
 
 def read_labels(
@@ -174,11 +177,6 @@ def _alpha_and_cuboids(
     return np.where(known, alpha_of(rows), NO_ALPHA), np.where(known[:, None], rows, absent)
 
 
-RESULT_COLUMNS = (*LABEL_COLUMNS, "score")
-AUTHORS_COLUMNS = ("frame", "id", *LABEL_BOX_COLUMNS, "score")
-COLUMNS_BY_COUNT = {
-    len(columns): columns for columns in (AUTHORS_COLUMNS, LABEL_COLUMNS, RESULT_COLUMNS)
-}
 COLUMNS_BY_COUNT[0] = RESULT_COLUMNS  # an empty file: nothing was tracked
 
 

@@ -26,6 +26,12 @@ from tracker.errors import BadConfig, BadFile
 
 RESULT_FILES = (RESULT_FILE, SWEEP_FILE, RUN_FILE)  # any of them makes a folder one of ours
 SHOWN_FILES = (".mp4", ".png")
+MEDIA_TYPES = {
+    ".mp4": "video/mp4", ".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg",
+    ".gif": "image/gif",
+}  # fmt: skip
+# The codecs in an MP4 that browsers play; mp4v, OpenCV's own, is none of them.
+PLAYABLE_CODECS = (b"avc1", b"avc3", b"av01", b"vp09")
 
 
 @dataclass(frozen=True)
@@ -142,14 +148,6 @@ def _cell(value: object) -> Cell:
     if value is None or isinstance(value, str | int | float):
         return value
     return json.dumps(value)
-
-
-MEDIA_TYPES = {
-    ".mp4": "video/mp4", ".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg",
-    ".gif": "image/gif",
-}  # fmt: skip
-# The codecs in an MP4 that browsers play; mp4v, OpenCV's own, is none of them.
-PLAYABLE_CODECS = (b"avc1", b"avc3", b"av01", b"vp09")
 
 
 @dataclass(frozen=True)

@@ -38,9 +38,9 @@ class Flat:
 @pytest.fixture(scope="module")
 def renamed(short: Crossing) -> tuple[Scenario, list[Case]]:
     """A drive without noise whose cars all switch in frame 10."""
-    task = replace(short.task(replace(short.conditions, effects=Profile())), contender=RENAMED)
-    watched, output = task.look()
-    return Scenario(watched, output), [each for each in task.run().cases if each.switched]
+    task = replace(short.task(replace(short.conditions, effects=Profile())), tracker_spec=RENAMED)
+    diagnosed, output = task.track()
+    return Scenario(diagnosed, output), [each for each in task.run().cases if each.switched]
 
 
 def test_the_worst_switch_is_the_one_that_tears_off_most() -> None:
@@ -65,7 +65,7 @@ def test_a_moment_is_drawn_on_images_and_on_plain_ground(
     renamed: tuple[Scenario, list[Case]],
 ) -> None:
     plain, cases = renamed
-    lively = Scenario(plain.watched, plain.output, Flat())
+    lively = Scenario(plain.diagnosed, plain.output, Flat())
     whole, strip = draw_case(plain, cases[0], 1)
     assert whole.shape[1] == strip.shape[1] == SHEET_WIDTH_PIXELS
     assert whole.shape[0] > strip.shape[0]
@@ -88,11 +88,11 @@ def test_what_a_switch_hangs_on_is_said() -> None:
 
 def test_a_sheet_has_a_picture_a_switch(short: Crossing, tmp_path: Path) -> None:
     perfect = replace(short.conditions, effects=Profile())
-    task = replace(short.task(perfect), contender=RENAMED)
+    task = replace(short.task(perfect), tracker_spec=RENAMED)
     findings = [task.run()]
     told: list[tuple[str, int, int]] = []
     files = draw_contact_sheet(
-        tmp_path / "a" / "b", findings, [task], most=2, renderer=None,
+        tmp_path / "a" / "b", findings, [task], max_switches=2, renderer=None,
         progress=lambda *each: told.append(each),
     )  # fmt: skip
     assert files[0].name == SHEET_FILE
@@ -107,21 +107,25 @@ def test_a_sheet_has_a_picture_a_switch(short: Crossing, tmp_path: Path) -> None
 @pytest.mark.slow
 def test_the_images_of_a_scene_are_drawn(short: Crossing, tmp_path: Path) -> None:
     perfect = replace(short.conditions, effects=Profile())
-    task = replace(short.task(perfect), contender=RENAMED)
+    task = replace(short.task(perfect), tracker_spec=RENAMED)
     plain, drawn = (
-        draw_contact_sheet(tmp_path / str(name), [task.run()], [task], most=1, renderer=name)
+        draw_contact_sheet(
+            tmp_path / str(name), [task.run()], [task], max_switches=1, renderer=name
+        )
         for name in (None, "raster")
     )
     assert drawn[1].read_bytes() != plain[1].read_bytes()
 
 
 def test_no_switch_is_no_picture(tmp_path: Path) -> None:
-    assert draw_contact_sheet(tmp_path / "none", [], [], most=3) == []
+    assert draw_contact_sheet(tmp_path / "none", [], [], max_switches=3) == []
     assert not (tmp_path / "none").exists()
 
 
 def test_a_folder_that_cannot_be_is_named(short: Crossing, tmp_path: Path) -> None:
-    task = replace(short.task(replace(short.conditions, effects=Profile())), contender=RENAMED)
+    task = replace(short.task(replace(short.conditions, effects=Profile())), tracker_spec=RENAMED)
     (tmp_path / "file").write_text("here")
     with pytest.raises(BadOutput, match="no folder for pictures"):
-        draw_contact_sheet(tmp_path / "file" / "x", [task.run()], [task], most=1, renderer=None)
+        draw_contact_sheet(
+            tmp_path / "file" / "x", [task.run()], [task], max_switches=1, renderer=None
+        )

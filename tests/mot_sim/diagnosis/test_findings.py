@@ -1,4 +1,4 @@
-"""Breaks and happenings: who is around whom, and sums that come out."""
+"""Breaks and events: who is around whom, and sums that come out."""
 
 import json
 from dataclasses import dataclass, replace
@@ -155,7 +155,7 @@ class Counted:
             file.write(f"{self.name}\n")
         return found(self.name)
 
-    def look(self) -> tuple[DiagnosedSequence, Tracks]:
+    def track(self) -> tuple[DiagnosedSequence, Tracks]:
         """Nobody looks."""
         raise NotImplementedError
 
@@ -218,7 +218,7 @@ def test_the_key_of_a_task_hangs_on_what_decides_it(crossing: Crossing) -> None:
         replace(task, seed=1),
         replace(task, attribute=True),
         replace(task, conditions=crossing.conditions.with_level("detector.jitter", 2.0)),
-        replace(task, contender=replace(task.contender, settings={})),
+        replace(task, tracker_spec=replace(task.tracker_spec, settings={})),
     ]
     keys = [task.key, *(each.key for each in others)]
     assert len(set(keys)) == len(keys)

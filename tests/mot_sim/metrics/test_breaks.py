@@ -10,6 +10,9 @@ from mot_sim.metrics.breaks import Breaks, Matches, Verdicts, box_of, counted_ca
 from tracker.types import Tracks
 
 BOX = np.array([100.0, 100.0, 180.0, 160.0])
+PLACE = np.array([10.0, 10.0, 70.0, 60.0])
+OTHER = PLACE + 200.0
+FAR = PLACE + 500.0
 
 
 def tracks(rows: list[tuple[int, int, float]], **columns: object) -> Tracks:
@@ -89,11 +92,6 @@ def test_only_labels_that_count_are_counted() -> None:
     assert counted_cars(truth, 1).ids.tolist() == [1]
     assert box_of(truth, 2, 0) is not None
     assert box_of(truth, 2, 1) is None
-
-
-PLACE = np.array([10.0, 10.0, 70.0, 60.0])
-OTHER = PLACE + 200.0
-FAR = PLACE + 500.0
 
 
 def labelled(rows: list[tuple[int, int, np.ndarray]], kinds: list[str] | None = None) -> Tracks:

@@ -8,7 +8,7 @@ import pytest
 
 from mot_sim.plotting.canvas import text_width
 from mot_sim.plotting.colours import SKY_COLOUR, SWITCH_COLOUR, WRONG_COLOUR, colour_of_id
-from mot_sim.report import Film, Layers
+from mot_sim.report import Film
 from mot_sim.report.film import LEGEND_TEXT_PIXELS, Layers, legend, marks, title, title_words, wrap
 from tests.mot_sim.report.small import FRAMES, SIZE, drive, exact_tracks
 from tracker.types import Tracks
