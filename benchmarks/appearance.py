@@ -55,11 +55,11 @@ class Maps:
         self.hourglass = Hourglass.load()
         self.latest: tuple[CarPicture, Array] | None = None
 
-    def __call__(self, sight: CarPicture) -> Array:
+    def __call__(self, picture: CarPicture) -> Array:
         """The activations of a picture's boxes."""
-        if self.latest is None or self.latest[0] is not sight:
-            bgr = np.ascontiguousarray(sight.image[:, :, ::-1])
-            self.latest = sight, self.hourglass(bgr, sight.boxes).activations
+        if self.latest is None or self.latest[0] is not picture:
+            bgr = np.ascontiguousarray(picture.image[:, :, ::-1])
+            self.latest = picture, self.hourglass(bgr, picture.boxes).activations
         return self.latest[1]
 
 
@@ -68,16 +68,16 @@ def contenders() -> dict[str, Look]:
     maps, learned, classical = Maps(), Learned.load(), Classical()
     rng = np.random.default_rng(0)
 
-    def correlated(sight: CarPicture) -> Array:
-        features = pool_maps(maps(sight), sight.boxes, learned.grid)
+    def correlated(picture: CarPicture) -> Array:
+        features = pool_maps(maps(picture), picture.boxes, learned.grid)
         features = features - learned.mean[: features.shape[1]]
         return features / np.linalg.norm(features, axis=1, keepdims=True)
 
     return {
-        "learned": lambda sight: learned(sight.image, sight.boxes, maps(sight)),
+        "learned": lambda picture: learned(picture.image, picture.boxes, maps(picture)),
         "maps": correlated,
-        "classical": lambda sight: classical(sight.image, sight.boxes),
-        "random": lambda sight: rng.normal(size=(len(sight.ids), 16)),
+        "classical": lambda picture: classical(picture.image, picture.boxes),
+        "random": lambda picture: rng.normal(size=(len(picture.ids), 16)),
     }
 
 
@@ -114,7 +114,7 @@ def main() -> None:
     parser.add_argument("--unit", action="store_true", help="of the classical descriptor")
     given = parser.parse_args()
     if given.unit:
-        pictures = (sight for drive in training_drives() for sight in car_pictures(drive))
+        pictures = (picture for drive in training_drives() for picture in car_pictures(drive))
         unit = unit_of_descriptor(pictures, Classical(unit=1.0))
         print(f"unit of the classical descriptor: {unit:.4f}")
         return

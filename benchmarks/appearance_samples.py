@@ -18,7 +18,7 @@ from mot_sim.training.appearance import MIN_HEIGHT_PIXELS, CarPicture, RenderedD
 GAPS = (1, 5, 10)  # frames
 STARTS = range(0, 120, 10)
 FRAMES = tuple(sorted({start + gap for start in STARTS for gap in (0, *GAPS)}))
-# Other seeds than those of `mot_sim.training.appearance.training_drives`; the T-junction is not in it.
+# Other seeds than those of `training_drives`, which has no T-junction.
 ORDINARY = (
     RenderedDrive("t_junction", 900, ("noon",), FRAMES),
     RenderedDrive("intersection", 901, ("overcast",), FRAMES),
@@ -70,17 +70,17 @@ def real(root: Path) -> Iterator[CarPicture]:
             yield CarPicture(name, frame.index, frame.image, some.boxes, some.ids, visible)
 
 
-def seen_by(sights: Iterable[CarPicture], looks: dict[str, Look]) -> list[Seen]:
+def seen_by(pictures: Iterable[CarPicture], looks: dict[str, Look]) -> list[Seen]:
     """The pictures with the descriptors of all contenders."""
     return [
         Seen(
-            sight.drive,
-            sight.frame,
-            sight.ids,
-            {name: look(sight) for name, look in looks.items()},
-            [crop_of(sight.image, box) for box in sight.boxes],
+            picture.drive,
+            picture.frame,
+            picture.ids,
+            {name: look(picture) for name, look in looks.items()},
+            [crop_of(picture.image, box) for box in picture.boxes],
         )
-        for sight in sights
+        for picture in pictures
     ]
 
 

@@ -66,10 +66,11 @@ def synthetic(hourglass: Hourglass, crops: Crops) -> None:
         for low, high in pairwise(edges):
             rows = (column >= low) & (column < high)
             print(f"  {what} {low:g} to {high:g}: {rows_of(result, rows)}")
-    whole = (crops.visible > VISIBLE[2]) & (crops.cut < 0.01)
+    whole = (crops.visible > VISIBLE[2]) & (crops.truncation < 0.01)
     print(f"  four fifths visible, not cut: {rows_of(result, whole)}")
-    print(f"confidence against share seen and right (off by {result.doubt:.3f} on average):")
-    print("  " + "  ".join(f"{a:.2f}:{b:.2f}" for a, b, n in result.claimed if n))
+    off = f"(off by {result.calibration_error:.3f} on average)"
+    print(f"confidence against share seen and right {off}:")
+    print("  " + "  ".join(f"{a:.2f}:{b:.2f}" for a, b, n in result.reliability if n))
     for reach in (0, 1, 2, 3):
         near, nearer = (judged(shown, decode(maps, reach), share).pck for share in (0.1, 0.05))
         print(f"mean over {reach} cells around the peak: PCK@0.1 {near:.3f}, PCK@0.05 {nearer:.3f}")

@@ -51,11 +51,11 @@ class TrainKeypoints:
             held_out=self.held_out,
         )  # fmt: skip
         with _counting(terminal) as tell:
-            judged = train_keypoints(plan, self.out, tell, self.resume)
+            scores = train_keypoints(plan, self.out, tell, self.resume)
         terminal.write(
-            f"{self.out / 'hourglass.onnx'}: PCK@0.1 {judged.pck:.3f} of {judged.seen.sum()} "
-            f"visible keypoints of {len(judged.seen)} held-out crops; confidences off by "
-            f"{judged.doubt:.3f} on average\n"
+            f"{self.out / 'hourglass.onnx'}: PCK@0.1 {scores.pck:.3f} of {scores.seen.sum()} "
+            f"visible keypoints of {len(scores.seen)} held-out crops; confidences off by "
+            f"{scores.calibration_error:.3f} on average\n"
         )
         return OK
 
@@ -139,7 +139,7 @@ class TrainAppearance:
         except KeyboardInterrupt:
             terminal.note("interrupted: nothing is left behind")
             return INTERRUPTED
-        write_weights(self.out, learned.weights, learned.training(drives, options))
+        write_weights(self.out, learned.weights, learned.provenance(drives, options))
         terminal.write(f"{self.out}: {learned.summary}\n")
         return OK
 
@@ -151,6 +151,6 @@ def _watched(
     from mot_sim.training.appearance import car_pictures
 
     for drive in drives:
-        for sight in car_pictures(drive):
+        for picture in car_pictures(drive):
             advance(drive.name)
-            yield sight
+            yield picture

@@ -1,6 +1,8 @@
-"""What comes between a render and what the network is shown: the detector, the camera, chance.
+"""Augmentation: from a rendered crop to what the network is shown.
 
-Every crop is drawn anew in every epoch, by the random numbers of its row in that epoch alone.
+A detector's box errors, domain randomization (paint, light, background: the network is to learn
+shapes, not colours), occluders, and the effects of a camera. Each crop is drawn anew in every
+epoch, by the random numbers of its row in that epoch alone.
 """
 
 from dataclasses import dataclass, replace
@@ -16,37 +18,42 @@ from mot_sim.simulation.truth import KeypointVisibility
 from mot_sim.training.keypoint_crops import ANY_CAR_MARK, CROP_PIXELS, OWN_CAR_MARK, Crops
 from tracker.shape import CROP_SIDE, windows_of
 
-KEYPOINTS_PER_SIDE = 18  # keypoints of a side; the mirror image of row i is row i + 18 of 36
+KEYPOINTS_PER_SIDE = 18  # of a car; the mirror image of row i is row i + 18 of 36
 MIRRORED_ROWS = np.roll(np.arange(2 * KEYPOINTS_PER_SIDE), KEYPOINTS_PER_SIDE)
-# A detector's edges, as shares of the box's sides (the paper's detector on KITTI: 2.7 to 3.1 %),
-# and those of a worse one, and how often that one is taken.
+# Errors of a detector's edges, as shares of the box's sides (the paper's detector on KITTI: 2.7 to
+# 3.1 %); those of a worse detector, and how often that one is taken.
 EDGE_STD = 0.03
 POOR_EDGE_STD = 0.08
 POOR_DETECTOR_SHARE = 0.15
-ROLL_STD = 0.04  # radians: of the camera, of the road
-COVERED_SHARE = 0.18  # share of crops with something laid over the car
+ROLL_STD = 0.04  # radians: of the camera against the road
+COVERED_SHARE = 0.18  # of crops, with something laid over the car
 PART_CODES = 256
-REPAINTED_SHARE = 0.45  # shares of crops
-NEW_BACKGROUND_SHARE = 0.25  # shares of crops
-REFLECTION_CELLS = (4, 16)  # cells of the noise that stands for reflections
+REPAINTED_SHARE = 0.45  # of crops
+NEW_BACKGROUND_SHARE = 0.25  # of crops
+REFLECTION_CELLS = (4, 16)  # of the smooth noise that imitates reflections
 # Standard deviation of the light that is added, in grey levels, by what it falls on.
 SHEEN_STD = {
-    Semantic.CAR: 14.0, Semantic.GLASS: 34.0, Semantic.TYRE: 9.0, Semantic.TRIM: 12.0,
-    Semantic.LIGHT: 30.0, Semantic.PLATE: 25.0,
-}  # fmt: skip
+    Semantic.CAR: 14.0,
+    Semantic.GLASS: 34.0,
+    Semantic.TYRE: 9.0,
+    Semantic.TRIM: 12.0,
+    Semantic.LIGHT: 30.0,
+    Semantic.PLATE: 25.0,
+}
 BACKGROUND_SHEEN_STD = 12.0
-LOG_GAIN_STD = 0.25  # of the logarithm of brightness, of each kind of surface
-BLURRED_SHARE = 0.45  # shares of crops
-SHARPENED_SHARE = 0.2  # shares of crops
-MOTION_BLUR_SHARE = 0.08  # shares of crops
-JPEG_SHARE = 0.35  # shares of crops
-GREY_SHARE = 0.04  # shares of crops
-MIN_COARSE_PIXELS = 10  # pixels across
+LOG_GAIN_STD = 0.25  # of the brightness of each kind of surface
+# Camera effects, as shares of crops.
+BLURRED_SHARE = 0.45
+SHARPENED_SHARE = 0.2
+MOTION_BLUR_SHARE = 0.08
+JPEG_SHARE = 0.35
+GREY_SHARE = 0.04
+MIN_COARSE_PIXELS = 10
 
 
 @dataclass(frozen=True, eq=False)
 class AugmentedCrops:
-    """What the network is shown: images (BGR), keypoints as shares of them, a `KeypointVisibility` each."""
+    """What the network is shown. images: BGR. keypoints: shares of them. states: visibilities."""
 
     images: UInt8[Array, "n s s 3"]
     keypoints: Float[Array, "n 36 2"]
@@ -63,21 +70,22 @@ def exact_crops(crops: Crops) -> AugmentedCrops:
 def augmented_crops(crops: Crops, rows: Int[Array, " n"], seed: int, epoch: int) -> AugmentedCrops:
     """Some crops as they are shown in an epoch, and then the mirror image of each."""
     ones = [
-        _varied(crops, row, named_stream(seed, f"epoch {epoch} row {row}")) for row in rows.tolist()
+        _augmented(crops, row, named_stream(seed, f"epoch {epoch} row {row}"))
+        for row in rows.tolist()
     ]
     return _stacked([*ones, *map(mirrored, ones)])
 
 
 def detected_crops(crops: Crops, seed: int) -> AugmentedCrops:
-    """Crops as a camera and a detector give them, in their own colours: what is judged on."""
+    """Crops as a camera and a detector give them, in their own colours: for scoring."""
     return _stacked(
-        [_as_detected(crops, row, named_stream(seed, f"judged {row}")) for row in range(len(crops))]
+        [_detected(crops, row, named_stream(seed, f"judged {row}")) for row in range(len(crops))]
     )
 
 
 @dataclass(frozen=True, eq=False)
 class AugmentedCrop:
-    """One crop at the network's size. pixels: of KITTI's camera along its side."""
+    """One crop at the network's size, see `Crops`. pixels: of KITTI's camera along its side."""
 
     image: UInt8[Array, "s s 3"]
     parts: UInt8[Array, "s s"]
@@ -94,26 +102,26 @@ def _stacked(ones: list[AugmentedCrop]) -> AugmentedCrops:
     )
 
 
-def _varied(crops: Crops, row: int, rng: np.random.Generator) -> AugmentedCrop:
+def _augmented(crops: Crops, row: int, rng: np.random.Generator) -> AugmentedCrop:
     box = crops.boxes[row] * CROP_PIXELS - 0.5
     size = np.tile(box[2:] - box[:2], 2)
     noise = POOR_EDGE_STD if rng.uniform() < POOR_DETECTOR_SHARE else EDGE_STD
     one = _warped(crops, row, box + rng.normal(0.0, noise, 4) * size, rng.normal(0.0, ROLL_STD))
     other = background(crops, int(rng.integers(len(crops))), CROP_SIDE, rng)
-    image = randomized(one.image, one.parts, other, rng)
+    image = domain_randomized(one.image, one.parts, other, rng)
     states = one.states
     if rng.uniform() < COVERED_SHARE:
-        image, states = _hidden(image, one, other, rng)
+        image, states = _covered(image, one, other, rng)
     return AugmentedCrop(
-        through_camera(image, one.pixels, rng), one.parts, one.keypoints, states, one.pixels
+        camera_image(image, one.pixels, rng), one.parts, one.keypoints, states, one.pixels
     )
 
 
-def _as_detected(crops: Crops, row: int, rng: np.random.Generator) -> AugmentedCrop:
+def _detected(crops: Crops, row: int, rng: np.random.Generator) -> AugmentedCrop:
     box = crops.boxes[row] * CROP_PIXELS - 0.5
     size = np.tile(box[2:] - box[:2], 2)
     one = _warped(crops, row, box + rng.normal(0.0, EDGE_STD, 4) * size)
-    return replace(one, image=through_camera(one.image, one.pixels, rng))
+    return replace(one, image=camera_image(one.image, one.pixels, rng))
 
 
 def _warped(crops: Crops, row: int, box: Float[Array, "4"], turn: float = 0.0) -> AugmentedCrop:
@@ -132,8 +140,10 @@ def _warped(crops: Crops, row: int, box: Float[Array, "4"], turn: float = 0.0) -
     return AugmentedCrop(
         cv2.warpAffine(crops.images[row], A, size, flags=finer, borderMode=cv2.BORDER_REPLICATE),
         cv2.warpAffine(crops.parts[row], A, size, flags=cv2.INTER_NEAREST),
-        shares, states, float(crops.pixels[row]) * side / CROP_PIXELS,
-    )  # fmt: skip
+        shares,
+        states,
+        float(crops.pixels[row]) * side / CROP_PIXELS,
+    )
 
 
 def mirrored(one: AugmentedCrop) -> AugmentedCrop:
@@ -141,18 +151,21 @@ def mirrored(one: AugmentedCrop) -> AugmentedCrop:
     keypoints = one.keypoints[MIRRORED_ROWS].copy()
     keypoints[:, 0] = 1.0 - keypoints[:, 0]
     return AugmentedCrop(
-        np.ascontiguousarray(one.image[:, ::-1]), np.ascontiguousarray(one.parts[:, ::-1]),
-        keypoints, one.states[MIRRORED_ROWS], one.pixels,
-    )  # fmt: skip
+        np.ascontiguousarray(one.image[:, ::-1]),
+        np.ascontiguousarray(one.parts[:, ::-1]),
+        keypoints,
+        one.states[MIRRORED_ROWS],
+        one.pixels,
+    )
 
 
-def _hidden(
+def _covered(
     image: UInt8[Array, "s s 3"],
     one: AugmentedCrop,
     other: UInt8[Array, "s s 3"],
     rng: np.random.Generator,
 ) -> tuple[UInt8[Array, "s s 3"], UInt8[Array, "36"]]:
-    """Something before the car: a post, a block or a person's shape, of another crop's pixels."""
+    """Something before the car: a block or an ellipse, in another crop's pixels or one colour."""
     own = np.argwhere(one.parts >= OWN_CAR_MARK)
     if not len(own):
         return image, one.states
@@ -179,7 +192,7 @@ def _hidden(
     return image, states.astype(np.uint8)
 
 
-def randomized(
+def domain_randomized(
     image: UInt8[Array, "s s 3"],
     parts: UInt8[Array, "s s"],
     other: UInt8[Array, "s s 3"],
@@ -215,7 +228,7 @@ def _repaint(lit: Float32[Array, "s s 3"], where: Array, rng: np.random.Generato
 
 
 def _sheen(parts: UInt8[Array, "s s"], rng: np.random.Generator) -> Float32[Array, "s s 3"]:
-    """Smooth light and shade, as what stands around is mirrored in paint and glass."""
+    """Smooth light and shade, like reflections of the surroundings in paint and glass."""
     strength = np.full(PART_CODES, BACKGROUND_SHEEN_STD, np.float32)
     for kind, level in SHEEN_STD.items():
         strength[[kind, kind | ANY_CAR_MARK, kind | ANY_CAR_MARK | OWN_CAR_MARK]] = level
@@ -246,10 +259,10 @@ def background(
     return cv2.resize(rough, (side, side), interpolation=cv2.INTER_LINEAR)
 
 
-def through_camera(
+def camera_image(
     image: UInt8[Array, "s s 3"], pixels: float, rng: np.random.Generator
 ) -> UInt8[Array, "s s 3"]:
-    """The crop as a camera gives it that has so many pixels along its side."""
+    """The crop as a camera sees it that has `pixels` pixels along its side."""
     image = _coarse(image, pixels, rng)
     if rng.uniform() < BLURRED_SHARE:
         image = cv2.GaussianBlur(image, (0, 0), float(rng.uniform(0.3, 1.3)))
@@ -273,7 +286,7 @@ def through_camera(
 def _coarse(
     image: UInt8[Array, "s s 3"], pixels: float, rng: np.random.Generator
 ) -> UInt8[Array, "s s 3"]:
-    """Down to the pixels that the camera has, sometimes fewer, and up again."""
+    """Down to the camera's resolution, sometimes lower, and up again."""
     side = image.shape[0]
     have = pixels * rng.uniform(0.75, 1.15)
     if rng.uniform() < 0.25:

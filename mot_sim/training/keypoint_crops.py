@@ -1,4 +1,4 @@
-"""Crops of rendered cars with their keypoints: what the network is trained on, before noise."""
+"""Crops of rendered cars with their keypoints: made, stored one file per place, and read."""
 
 import io
 import zipfile
@@ -24,28 +24,28 @@ from mot_sim.training.random_views import (
     viewpoint,
 )
 from tracker.errors import BadFile, DatasetNotFound
-from tracker.shape import CROP_MARGIN as MARGIN
-from tracker.shape import cut_crops, to_shares, windows_of
+from tracker.shape import CROP_MARGIN, cut_crops, to_shares, windows_of
 from tracker.types import Rows
 
-CROP_PIXELS = 96  # pixels of a stored crop's sides
-CROP_ROOM = 1.5  # a stored crop over what the network sees of it: for what a detector's box is off
-ANY_CAR_MARK = 64  # marks in `parts`
-OWN_CAR_MARK = 128  # marks in `parts`
-MIN_CROP_HEIGHT_PIXELS = 18.0  # of a box, pixels of KITTI's camera
+CROP_PIXELS = 96  # sides of a stored crop
+CROP_ROOM = 1.5  # side of a stored crop over the network's: room for a detector's errors
+ANY_CAR_MARK = 64  # added in `parts`
+OWN_CAR_MARK = 128
+MIN_CROP_HEIGHT_PIXELS = 18.0  # of a box, in KITTI's camera
 MIN_CROP_VISIBLE_SHARE = 0.25
 MAX_TRUNCATION = 0.6
-FIRST_HELD_OUT_SEED = 1_000_000  # seeds of places from here on are for judging only
+FIRST_HELD_OUT_SEED = 1_000_000  # places from this seed on are for scoring only
 
 
 @dataclass(frozen=True, eq=False)
 class Crops(Rows):
-    """Cars, a row each, in squares around their boxes, ROOM times as wide as the network's crops.
+    """One row per car: a square around its box, CROP_ROOM times as wide as the network's crop.
 
-    images: BGR. parts: `Semantic` of each pixel, + ANY_CAR on cars, + OWN on this one. keypoints:
-    shares of the square, NaN behind the camera; states: a `Seen` each. boxes: shares. pixels: of
-    KITTI's camera that the square's side spans. distance: metres. visible: share of the car that
-    is seen; cut: share of its box beyond the image. yaw: about road +y.
+    images: BGR. parts: the `Semantic` of each pixel, plus ANY_CAR_MARK on cars, plus OWN_CAR_MARK
+    on this car. keypoints: shares of the square, NaN behind the camera. states: a
+    `KeypointVisibility` each. boxes: shares of the square. pixels: of KITTI's camera along the
+    square's side. distance: metres. visible: visible share of the car. truncation: share of its
+    box beyond the image. yaw: about road +y, radians.
     """
 
     images: UInt8[Array, "n s s 3"]
@@ -56,15 +56,15 @@ class Crops(Rows):
     pixels: Float[Array, " n"]
     distance: Float[Array, " n"]
     visible: Float[Array, " n"]
-    cut: Float[Array, " n"]
+    truncation: Float[Array, " n"]
     yaw: Float[Array, " n"]
 
 
-def make_crops(seed: int, moments: int = VIEWS_PER_PLACE) -> Crops:
-    """The crops of some moments in one place; a function of the seed alone."""
+def make_crops(seed: int, views: int = VIEWS_PER_PLACE) -> Crops:
+    """The crops of some views of one place; a function of the seed alone."""
     place, renderer = Place.of(seed), find_renderer("raster")
     parts, here = [], viewpoint(place)
-    for number in range(moments):
+    for number in range(views):
         if number and number % VIEWS_PER_VIEWPOINT == 0:
             here = viewpoint(place)
         now = random_view(place, here)
@@ -73,20 +73,20 @@ def make_crops(seed: int, moments: int = VIEWS_PER_PLACE) -> Crops:
 
 
 def crops_of(now: RandomView, renderer: Renderer, seed: int, frame: int) -> Crops:
-    """The crops of the cars of a moment that can be told at all."""
+    """The crops of the cars in a view that are large and visible enough."""
     scenery = now.view.placed
-    count = len(now.world)
+    count = len(now.traffic_state)
     behind = type(scenery)(
         scenery.meshes[count:], scenery.T_cam_object[count:], scenery.instances[count:]
     )
-    truth = annotate_frame(now.world, now.stage, frame, None, behind).truth
+    truth = annotate_frame(now.traffic_state, now.scene_meshes, frame, None, behind).truth
     height = (truth.tracks.boxes[:, 3] - truth.tracks.boxes[:, 1]) / now.finer
-    told = (
+    is_clear = (
         (height >= MIN_CROP_HEIGHT_PIXELS)
         & (truth.visible >= MIN_CROP_VISIBLE_SHARE)
         & (truth.truncation <= MAX_TRUNCATION)
     )
-    truth = truth.select(told)
+    truth = truth.select(is_clear)
     drawn = renderer.render(now.view)
     image = post_process(now.weather, now.view, drawn, seed, frame)
     return crops_from_image(image, drawn, truth, now.finer)
@@ -95,10 +95,10 @@ def crops_of(now: RandomView, renderer: Renderer, seed: int, frame: int) -> Crop
 def crops_from_image(
     image: UInt8[Array, "h w 3"], drawn: Rendered, truth: Truth, finer: float
 ) -> Crops:
-    """The squares around the cars of a picture (RGB)."""
+    """The squares around the cars of an image (RGB). finer: its resolution over KITTI's."""
     boxes, cuboids = truth.tracks.boxes, truth.tracks.cuboids
     assert cuboids is not None
-    windows = windows_of(boxes, margin=CROP_ROOM * MARGIN)
+    windows = windows_of(boxes, margin=CROP_ROOM * CROP_MARGIN)
     corners = to_shares(boxes.reshape(-1, 2, 2), windows).reshape(-1, 4)
     bgr = np.ascontiguousarray(image[:, :, ::-1])
     return Crops(
@@ -110,7 +110,7 @@ def crops_from_image(
         pixels=windows[:, 2] / finer,
         distance=cuboids.base[:, 2],
         visible=truth.visible,
-        cut=truth.truncation,
+        truncation=truth.truncation,
         yaw=cuboids.yaw,
     )
 
@@ -118,14 +118,13 @@ def crops_from_image(
 def cut_parts(
     drawn: Rendered, windows: Float[Array, "n 3"], ids: Int[Array, " n"]
 ) -> UInt8[Array, "n s s"]:
-    """What each pixel of the squares is made of, and whose it is."""
+    """What each pixel of the squares shows, marked on cars; see `Crops`."""
     marked = drawn.semantics + np.where(drawn.instances >= 0, ANY_CAR_MARK, 0).astype(np.uint8)
     found = np.zeros((len(windows), CROP_PIXELS, CROP_PIXELS), np.uint8)
     for row, (u, v, side) in enumerate(windows.tolist()):
         step = side / CROP_PIXELS
-        A = np.array([
-            [step, 0.0, u - 0.5 * side + 0.5 * step], [0.0, step, v - 0.5 * side + 0.5 * step]
-        ])  # fmt: skip
+        corner = np.array([u, v]) - 0.5 * side + 0.5 * step
+        A = np.array([[step, 0.0, corner[0]], [0.0, step, corner[1]]])
         settings = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
         own = np.where(drawn.instances == ids[row], OWN_CAR_MARK, 0).astype(np.uint8)
         found[row] = cv2.warpAffine(marked + own, A, (CROP_PIXELS, CROP_PIXELS), flags=settings)
@@ -133,7 +132,7 @@ def cut_parts(
 
 
 def shard_path(folder: Path, seed: int) -> Path:
-    """The file of a place."""
+    """The file with the crops of a place."""
     return folder / f"crops_{seed:07d}.npz"
 
 
@@ -161,9 +160,9 @@ def load_crops(path: Path) -> Crops:
 def gather_crops(
     folder: Path, first: int, count: int, tell: Callable[[str, int, int], None] | None = None
 ) -> Crops:
-    """At least `count` crops of the places from seed `first` on; what is not there is made.
+    """The first `count` crops of the places from seed `first` on; missing places are rendered.
 
-    tell: is given what is done, how much of it is there and how much there is to be.
+    tell: called with what is done, how much is done, and how much there is.
     """
     parts: list[Crops] = []
     have, seed = 0, first

@@ -1,4 +1,4 @@
-"""From a plan to the files that the tracker loads: crops, training, judgement, export."""
+"""`train_keypoints`: from a plan to the files that the tracker loads, ONNX and its JSON card."""
 
 import hashlib
 import io
@@ -22,13 +22,13 @@ from mot_sim.training.learning import CHECKPOINT_FILE, KeypointScores, Progress,
 from mot_sim.training.network import load_torch, module
 from tracker.errors import BadOutput, OutputExists
 
-PLACES_PER_SEED = 1_000  # so many places belong to one seed
+PLACES_PER_SEED = 1_000
 WEIGHTS_FILE = "hourglass.onnx"
 CURVE_FILE = "curve.csv"
 CURVE_PICTURE_FILE = "curve.png"
 CROPS_FOLDER = "crops"
-CURVE_PANEL_PIXELS = (420, 260)  # pixels
-CURVE_MARGIN_PIXELS = 44  # pixels
+CURVE_PANEL_PIXELS = (420, 260)
+CURVE_MARGIN_PIXELS = 44
 INK_COLOUR = (60, 60, 60)
 PAPER_COLOUR = (255, 255, 255)
 LINE_COLOUR = (31, 90, 180)
@@ -41,32 +41,33 @@ CARD_FORMAT = 1
 def train_keypoints(
     plan: TrainingPlan, out: Path, tell: Progress, resume: bool = False
 ) -> KeypointScores:
-    """Draw the crops, train, judge on held-out ones, and write ONNX, JSON and learning curve.
+    """Draw crops, train, score on held-out ones; write ONNX, JSON and the learning curve.
 
-    What is already in `out` of the same plan is used again. Raises NoTorch, OutputExists for a
-    checkpoint that `resume` does not ask for, BadOutput for a folder that cannot be written to.
+    Files of the same plan that are already in `out` are used again. Raises NoTorch, OutputExists
+    for a checkpoint without `resume`, BadOutput for a folder that cannot be written to.
     """
     torch = load_torch()
     require_writable(out / WEIGHTS_FILE)
     if not resume and (out / CHECKPOINT_FILE).exists():
         raise OutputExists(
-            f"{out / CHECKPOINT_FILE} is of an earlier training: go on with --resume, or take another "
-            "--out"
+            f"{out / CHECKPOINT_FILE} is of an earlier training: go on with --resume, or take "
+            "another --out"
         )
     torch.set_num_threads(1)  # more threads help little in so small a network, and change bits
     cv2.setNumThreads(1)
     first = plan.seed * PLACES_PER_SEED
     crops = gather_crops(out / CROPS_FOLDER, first, plan.crops, tell)
     held_out = gather_crops(out / CROPS_FOLDER, FIRST_HELD_OUT_SEED + first, plan.held_out, tell)
-    learner = train(plan, crops, held_out, out, tell, resume)
-    write_curve(learner.curve, out)
-    judged = learner.judge(held_out)
-    told = {
-        "training": plan.told(), "pck_synthetic": round(judged.pck, 4),
-        "doubt_synthetic": round(judged.doubt, 4),
-    }  # fmt: skip
-    export_network(learner.mean, out / WEIGHTS_FILE, told)
-    return judged
+    trainer = train(plan, crops, held_out, out, tell, resume)
+    write_curve(trainer.curve, out)
+    scores = trainer.score(held_out)
+    facts = {
+        "training": plan.as_dict(),
+        "pck_synthetic": round(scores.pck, 4),
+        "doubt_synthetic": round(scores.calibration_error, 4),
+    }
+    export_network(trainer.mean, out / WEIGHTS_FILE, facts)
+    return scores
 
 
 def write_curve(curve: list[dict[str, float]], out: Path) -> None:
@@ -78,7 +79,7 @@ def write_curve(curve: list[dict[str, float]], out: Path) -> None:
 
 
 def curve_picture(rows: Sequence[dict[str, float]]) -> UInt8[Array, "h w 3"]:
-    """A panel for each column after the first, over the first; see `KeypointTrainer.curve`."""
+    """One panel per column after the first, drawn over the first; see `KeypointTrainer.curve`."""
     over, *columns = rows[0]
     x = np.array([row[over] for row in rows])
     panels = [_panel(name, over, x, np.array([row[name] for row in rows])) for name in columns]
@@ -120,10 +121,10 @@ def _panel(name: str, over: str, x: Array, y: Array) -> UInt8[Array, "h w 3"]:
     return canvas
 
 
-def export_network(network: Any, path: Path, told: Mapping[str, Any]) -> Path:
-    """Write a network as ONNX, and beside it a JSON with its hash, shapes and `told`.
+def export_network(network: Any, path: Path, facts: Mapping[str, Any]) -> Path:
+    """Write a network as ONNX, and beside it a JSON with its hash, shapes and `facts`.
 
-    Normalisation is folded into the convolutions. Any number of crops can be given at once.
+    Normalisation is folded into the convolutions. It takes any number of crops at once.
     """
     torch = load_torch()
     shipped = module("Shipped", _last_maps, {"network": network}).eval().float()
@@ -134,20 +135,28 @@ def export_network(network: Any, path: Path, told: Mapping[str, Any]) -> Path:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         torch.onnx.export(
-            shipped, crops, target, input_names=["crops"], output_names=list(OUTPUT_NAMES),
-            dynamic_axes={name: {0: "n"} for name in ("crops", *OUTPUT_NAMES)}, opset_version=ONNX_OPSET,
+            shipped,
+            crops,
+            target,
+            input_names=["crops"],
+            output_names=list(OUTPUT_NAMES),
+            dynamic_axes={name: {0: "n"} for name in ("crops", *OUTPUT_NAMES)},
+            opset_version=ONNX_OPSET,
             dynamo=False,
-        )  # fmt: skip
+        )
     content = target.getvalue()
     if len(content) > MAX_NETWORK_BYTES:
         raise BadOutput(
             f"{path}: {len(content)} bytes, more than {MAX_NETWORK_BYTES}: a smaller --size"
         )
     card = {
-        "format": CARD_FORMAT, "sha256": hashlib.sha256(content).hexdigest(),
+        "format": CARD_FORMAT,
+        "sha256": hashlib.sha256(content).hexdigest(),
         **dict(zip(OUTPUT_NAMES, shapes, strict=True)),
-        "mot_sim": version("mot-sim"), "torch": str(torch.__version__), **told,
-    }  # fmt: skip
+        "mot_sim": version("mot-sim"),
+        "torch": str(torch.__version__),
+        **facts,
+    }
     write_bytes(path, content)
     write_lines(path.with_suffix(".json"), json.dumps(card, indent=2).splitlines())
     return path

@@ -1,4 +1,8 @@
-"""PyTorch, loaded when a network is trained and not before: it is an extra."""
+"""The stacked hourglass in PyTorch (Newell et al., ECCV 2016), and its loss.
+
+Few and small layers: its maps are a quarter of a crop's side, so that OpenCV needs a few
+milliseconds per crop. PyTorch is an extra, imported when a network is trained and not before.
+"""
 
 from dataclasses import dataclass
 from importlib import import_module
@@ -15,7 +19,7 @@ from tracker.shape import KEYPOINTS_36
 
 CURE = "pip install 'mot-sim[train]' (the CPU build of torch is enough)"
 POOLED_CELLS = 8  # cells along a side of the activations
-TARGET_STD_CELLS = 0.8  # cells: the standard deviation of the wanted map around a keypoint
+TARGET_STD_CELLS = 0.8  # of the target map around a keypoint
 
 
 def load_torch() -> Any:
@@ -28,13 +32,16 @@ def load_torch() -> Any:
 
 @dataclass(frozen=True)
 class NetworkSize:
-    """How large a network is. stem: channels of the first layer; wide, narrow: of the rest."""
+    """How large a network is. stem: channels of the first layer; wide, narrow: of the others.
+
+    stacks: hourglasses in a row. depth: how often each halves its maps.
+    """
 
     stem: int
     wide: int
     narrow: int
     stacks: int
-    depth: int  # how often an hourglass halves its maps
+    depth: int
 
 
 SIZES = {
@@ -44,7 +51,7 @@ SIZES = {
 
 
 def size_of(name: str) -> NetworkSize:
-    """The size of a name; UnknownName for another."""
+    """The size with a name. Raises UnknownName."""
     if name not in SIZES:
         raise UnknownName.of("size of the network", name, SIZES)
     return SIZES[name]
@@ -86,12 +93,12 @@ def convolution(inputs: int, outputs: int, kernel: int, stride: int = 1) -> Any:
 
 
 def residual(size: NetworkSize) -> Any:
-    """A bottleneck beside a straight line."""
+    """A bottleneck beside an identity connection."""
     nn = load_torch().nn
     last = nn.Sequential(
         nn.Conv2d(size.narrow, size.wide, 1, bias=False), nn.BatchNorm2d(size.wide)
     )
-    nn.init.zeros_(last[1].weight)  # it begins as the straight line
+    nn.init.zeros_(last[1].weight)  # it begins as the identity
     change = nn.Sequential(
         convolution(size.wide, size.narrow, 1), convolution(size.narrow, size.narrow, 3), last
     )
@@ -99,16 +106,19 @@ def residual(size: NetworkSize) -> Any:
 
 
 def hourglass(size: NetworkSize, depth: int) -> Any:
-    """Down to maps half as large, and up again, so many times."""
+    """Down to maps half as large and up again, `depth` times nested."""
     inner = residual(size) if depth == 1 else hourglass(size, depth - 1)
     parts = {
-        "across": residual(size), "down": residual(size), "inner": inner, "up": residual(size)
-    }  # fmt: skip
+        "across": residual(size),
+        "down": residual(size),
+        "inner": inner,
+        "up": residual(size),
+    }
     return module("Hourglass", _hourglass, parts)
 
 
 def module(name: str, forward: Any, parts: dict[str, Any], **more: Any) -> Any:
-    """A torch module of parts; its class is made here, since torch may not be installed."""
+    """A torch module of parts; its class is made here because torch may not be installed."""
     kind = type(name, (load_torch().nn.Module,), {"forward": forward})
     made = kind()
     for key, part in parts.items():
@@ -151,9 +161,9 @@ def pooled(maps: Any) -> Any:
 def target_maps(
     shown: AugmentedCrops, cells: int
 ) -> tuple[Float32[Array, "n k c"], Bool[Array, "n k"]]:
-    """The wanted chance of each of cells x cells cells, and then that of `not seen`.
+    """The target probability of each of cells x cells cells and then of `not seen`.
 
-    A visible keypoint is a small hill, any other is not seen; the second: which are visible.
+    A visible keypoint is a small hill, any other one is not seen. Second: which are visible.
     """
     seen = shown.states == KeypointVisibility.VISIBLE
     at = np.where(seen[:, :, None], shown.keypoints, 0.5) * cells - 0.5
@@ -167,7 +177,7 @@ def target_maps(
 
 
 def keypoint_loss(every: list[Any], chances: Any) -> Any:
-    """Cross-entropy of the maps of every stack, a keypoint; `not seen` has the log odds 0."""
+    """Mean cross-entropy per keypoint over the maps of every stack; `not seen` has log odds 0."""
     torch = load_torch()
     total = 0.0
     for maps in every:

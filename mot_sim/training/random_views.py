@@ -1,4 +1,4 @@
-"""Moments to look at: cars anywhere before a camera, place, light and weather at random."""
+"""Random views for training: cars anywhere before a camera, any place, light and weather."""
 
 from dataclasses import dataclass, replace
 
@@ -17,22 +17,22 @@ from mot_sim.simulation.traffic import Roads, TrafficState, colliding_pairs
 from tracker.types import Camera
 
 PLACE_SCENES = ("street", "intersection", "roundabout", "t_junction", "merge", "highway")
-VIEWS_PER_PLACE = 64  # in one place: its ground and houses are made once
-VIEWS_PER_VIEWPOINT = 4  # moments before the camera moves on
+VIEWS_PER_PLACE = 64  # its ground and houses are made once
+VIEWS_PER_VIEWPOINT = 4  # before the camera moves on
 SHAPE_COEFFICIENTS = 20
-CARS_PER_VIEW = (14, 26)  # in a moment, before those that stand in others are taken away
-# How much finer than KITTI's a camera is, and from where to where cars stand, metres: far cars
-# are drawn finer than they are seen, so that their edges are averaged as a lens does it.
+CARS_PER_VIEW = (14, 26)  # before those that overlap others are removed
+# Resolution over KITTI's camera, and nearest and farthest cars in metres: far cars are drawn finer
+# than they are shown, so that their edges are averaged as a lens does.
 RESOLUTIONS = ((1.0, (4.5, 32.0)), (2.0, (9.0, 62.0)))
-FINE_IMAGE_SIZE = (1242, 440)  # pixels of the finer view: a part of the image
-DAY_SHARE = 0.95  # shares
-FOG_SHARE = 0.12  # shares
-ALIGNED_SHARE = 0.35  # share of cars that head as the road does
+FINE_IMAGE_SIZE = (1242, 440)  # pixels; the finer view is a part of the image
+DAY_SHARE = 0.95
+FOG_SHARE = 0.12
+ALIGNED_SHARE = 0.35  # of cars that head along the road
 
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A neighbourhood and the random numbers for what happens there."""
+    """A neighbourhood, and the random numbers of the views there."""
 
     seed: int
     roads: Roads
@@ -45,9 +45,11 @@ class Place:
         rng = named_stream(seed, "training place")
         roads = find_scene(PLACE_SCENES[int(rng.integers(len(PLACE_SCENES)))]).roads
         knobs = Knobs(
-            wear=float(rng.uniform()), houses=float(rng.uniform(0.5, 2.5)),
-            trees=float(rng.uniform(0.3, 2.5)), furniture=float(rng.uniform(0.5, 3.0)),
-        )  # fmt: skip
+            wear=float(rng.uniform()),
+            houses=float(rng.uniform(0.5, 2.5)),
+            trees=float(rng.uniform(0.3, 2.5)),
+            furniture=float(rng.uniform(0.5, 3.0)),
+        )
         return cls(seed, roads, Neighbourhood.build(roads, seed, light_of(rng), knobs), rng)
 
     def somewhere(self) -> Float[Array, "3"]:
@@ -62,9 +64,9 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class Viewpoint:
-    """Where the camera is. ego: x, y, heading. depths: metres, from where to where cars stand.
+    """Where the camera is. ego: x, y, heading. depths: of the nearest and farthest car, metres.
 
-    finer: pixels for one of KITTI's.
+    finer: resolution over KITTI's camera.
     """
 
     ego: Float[Array, "3"]
@@ -75,29 +77,29 @@ class Viewpoint:
 
 @dataclass(frozen=True, eq=False)
 class RandomView:
-    """What is drawn: cars, camera, light. finer: pixels for one of KITTI's."""
+    """What is drawn: cars, camera, light. finer: resolution over KITTI's camera."""
 
-    stage: SceneMeshes
-    world: TrafficState
+    scene_meshes: SceneMeshes
+    traffic_state: TrafficState
     view: View
     weather: Weather
     finer: float
 
 
 def viewpoint(place: Place) -> Viewpoint:
-    """Somewhere in a place."""
+    """A random viewpoint in a place."""
     finer, depths = RESOLUTIONS[int(place.rng.integers(len(RESOLUTIONS)))]
     return Viewpoint(place.somewhere(), Rig(camera_of(place.rng, finer)), depths, finer)
 
 
 def random_view(place: Place, here: Viewpoint) -> RandomView:
-    """Other cars, another light, where the camera stands."""
+    """New cars and new light at a viewpoint."""
     rng, rig, ego = place.rng, here.rig, here.ego
-    world, cast = cars_before(rig, ego, here.depths, rng)
-    stage = SceneMeshes(cast, rig)
-    view = place.neighbourhood.view(rig.camera, ego, stage.instances(world))
+    traffic_state, vehicles = cars_before(rig, ego, here.depths, rng)
+    meshes = SceneMeshes(vehicles, rig)
+    view = place.neighbourhood.view(rig.camera, ego, meshes.instances(traffic_state))
     view = replace(view, sun=light_of(rng).sun(float(ego[2])))
-    return RandomView(stage, world, view, weather_of(rng), here.finer)
+    return RandomView(meshes, traffic_state, view, weather_of(rng), here.finer)
 
 
 def camera_of(rng: np.random.Generator, finer: float) -> Camera:
@@ -117,7 +119,7 @@ def camera_of(rng: np.random.Generator, finer: float) -> Camera:
 def cars_before(
     rig: Rig, ego: Float[Array, "3"], depths: tuple[float, float], rng: np.random.Generator
 ) -> tuple[TrafficState, Vehicles]:
-    """Cars of any shape in the view, near ones as often as far ones; none in another."""
+    """Cars of any shape in the view, near ones as often as far ones; no two overlap."""
     n = int(rng.integers(*CARS_PER_VIEW))
     fleet, camera = load_fleet(SHAPE_COEFFICIENTS), rig.camera
     cars = fleet.sample(int(rng.integers(1 << 40)), np.arange(n))
@@ -154,14 +156,16 @@ def cars_before(
 def light_of(rng: np.random.Generator) -> Light:
     """Any sun, any clouds."""
     return Light(
-        azimuth=float(rng.uniform(0.0, 360.0)), elevation=float(rng.uniform(10.0, 80.0)),
-        ambient=float(rng.uniform(0.25, 0.95)), shade=float(rng.uniform(0.1, 0.75)),
+        azimuth=float(rng.uniform(0.0, 360.0)),
+        elevation=float(rng.uniform(10.0, 80.0)),
+        ambient=float(rng.uniform(0.25, 0.95)),
+        shade=float(rng.uniform(0.1, 0.75)),
         clouds=float(rng.uniform()),
-    )  # fmt: skip
+    )
 
 
 def weather_of(rng: np.random.Generator) -> Weather:
-    """Any weather by day; seldom dusk. Noise and the like come later, they cost nothing there."""
+    """Any weather by day, seldom dusk; noise and blur are added later, by `camera_image`."""
     dark = rng.uniform() > DAY_SHARE
     foggy = rng.uniform() < FOG_SHARE
     grey = rng.integers(150, 240)

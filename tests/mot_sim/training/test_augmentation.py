@@ -10,10 +10,10 @@ from mot_sim.training.augmentation import (
     MIRRORED_ROWS,
     augmented_crops,
     background,
+    camera_image,
     detected_crops,
+    domain_randomized,
     exact_crops,
-    randomized,
-    through_camera,
 )
 from tests.mot_sim.training.made_up import made_up
 from tracker.shape import CROP_MARGIN, CROP_SIDE, KEYPOINTS_36
@@ -103,7 +103,7 @@ def test_a_disguise_changes_colours_and_no_shape() -> None:
     shares = []
     for image, parts in zip(crops.images, crops.parts, strict=True):
         other = background(crops, 1, image.shape[0], rng)
-        changed = randomized(image, parts, other, rng)
+        changed = domain_randomized(image, parts, other, rng)
         shares.append((changed != image).any(axis=2).mean())
         assert changed.shape == image.shape
     assert min(shares) > 0.5
@@ -114,6 +114,6 @@ def test_few_pixels_leave_few_details() -> None:
     sharp, soft = [], []
     for seed in range(12):
         for pixels, found in ((64.0, sharp), (12.0, soft)):
-            seen = through_camera(image, pixels, np.random.default_rng(seed)).astype(float)
+            seen = camera_image(image, pixels, np.random.default_rng(seed)).astype(float)
             found.append(np.abs(np.diff(seen, axis=1)).mean())
     assert np.mean(soft) < 0.6 * np.mean(sharp)

@@ -134,7 +134,7 @@ def test_a_file_without_crops_is_named(tmp_path: Path) -> None:
 
 
 def test_the_shipped_network_finds_the_keypoints_of_drawn_cars(drawn: tuple[Crops, Crops]) -> None:
-    crops = drawn[0].select((drawn[0].visible > 0.6) & (drawn[0].cut < 0.05))
+    crops = drawn[0].select((drawn[0].visible > 0.6) & (drawn[0].truncation < 0.05))
     shown = exact_crops(crops)
     found = decode(Hourglass.load().run(shown.images)[0])
     longer = np.full(len(crops), 1.0 / CROP_MARGIN)

@@ -33,9 +33,9 @@ def test_a_keypoint_is_right_within_a_tenth_of_the_longer_side() -> None:
     true = np.zeros((1, 4, 2))
     found = np.array([[(0.0, 0.0, 1.0), (9.9, 0.0, 1.0), (8.0, 8.0, 1.0), (0.0, 0.0, 1.0)]])
     states = np.array([[VISIBLE, VISIBLE, VISIBLE, HIDDEN]], np.uint8)
-    judged = score_keypoints(found, true, states, np.array([100.0]))
-    assert judged.right.tolist() == [[True, True, False, False]]
-    assert judged.pck == pytest.approx(2 / 3)
+    scores = score_keypoints(found, true, states, np.array([100.0]))
+    assert scores.right.tolist() == [[True, True, False, False]]
+    assert scores.pck == pytest.approx(2 / 3)
 
 
 def test_confidences_that_are_the_truth_are_no_doubt() -> None:
@@ -44,20 +44,20 @@ def test_confidences_that_are_the_truth_are_no_doubt() -> None:
     seen = rng.uniform(size=confidence.shape) < confidence
     found = np.dstack((np.zeros((4000, 5, 2)), confidence))
     states = np.where(seen, VISIBLE, HIDDEN).astype(np.uint8)
-    judged = score_keypoints(found, np.zeros((4000, 5, 2)), states, np.ones(4000))
-    assert judged.doubt < 0.02
-    assert judged.claimed[:, 2].sum() == 20_000
+    scores = score_keypoints(found, np.zeros((4000, 5, 2)), states, np.ones(4000))
+    assert scores.calibration_error < 0.02
+    assert scores.reliability[:, 2].sum() == 20_000
     boasting = score_keypoints(
         found + (0.0, 0.0, 0.3), np.zeros((4000, 5, 2)), states, np.ones(4000)
     )
-    assert boasting.doubt > 0.2
+    assert boasting.calibration_error > 0.2
 
 
 def test_nobody_is_judged_without_keypoints() -> None:
-    nothing = score_keypoints(np.zeros((0, 36, 3)), np.zeros((0, 36, 2)), np.zeros((0, 36), np.uint8),
-                    np.zeros(0))  # fmt: skip
+    states = np.zeros((0, 36), np.uint8)
+    nothing = score_keypoints(np.zeros((0, 36, 3)), np.zeros((0, 36, 2)), states, np.zeros(0))
     assert np.isnan(nothing.pck)
-    assert nothing.doubt == 0.0
+    assert nothing.calibration_error == 0.0
 
 
 def test_wanted_maps_decode_to_the_keypoints_they_were_made_from() -> None:
@@ -109,7 +109,7 @@ def test_a_size_that_nobody_knows_is_refused() -> None:
 
 def test_a_plan_counts_its_steps() -> None:
     plan = TrainingPlan(crops=100, epochs=3, batch=64)
-    assert (plan.steps_an_epoch, plan.steps) == (3, 9)
+    assert (plan.steps_per_epoch, plan.steps) == (3, 9)
 
 
 def test_a_curve_is_drawn_a_panel_a_column() -> None:
@@ -173,15 +173,15 @@ def test_a_wrong_option_is_one_line(
 @needs_torch
 @pytest.mark.slow
 def test_a_training_learns_and_the_tracker_loads_it(out: Path) -> None:
-    judged = train_keypoints(PLAN, out, say_nothing)
-    assert judged.right.shape == (PLAN.held_out, 36)
+    scores = train_keypoints(PLAN, out, say_nothing)
+    assert scores.right.shape == (PLAN.held_out, 36)
     curve = np.loadtxt(out / "curve.csv", delimiter=",", skiprows=1)
     assert len(curve) == PLAN.epochs
     assert curve[-1, 1] < 0.75 * curve[0, 1]
-    assert judged.pck > 0.5
+    assert scores.pck > 0.5
     assert (out / "curve.png").stat().st_size > 1000
     hourglass = Hourglass.load(out / "hourglass.onnx")
-    assert hourglass.card["training"] == PLAN.told()
+    assert hourglass.card["training"] == PLAN.as_dict()
     assert json.loads((out / "hourglass.json").read_text())["pck_synthetic"] >= 0.0
     seen = hourglass(made_up(1).images[0], np.array([[10.0, 20.0, 80.0, 70.0]]))
     assert np.isfinite(seen.keypoints).all()
@@ -195,14 +195,14 @@ def test_opencv_and_pytorch_see_the_same(out: Path) -> None:
     from mot_sim.training.keypoints import export_network
     from tracker.shape import network_input
 
-    learner = KeypointTrainer.begin(PLAN)
+    trainer = KeypointTrainer.begin(PLAN)
     for _ in range(3):
-        learner.learn(made_up(PLAN.crops))
-    path = export_network(learner.mean, out / "three.onnx", {"training": PLAN.told()})
+        trainer.learn(made_up(PLAN.crops))
+    path = export_network(trainer.mean, out / "three.onnx", {"training": PLAN.as_dict()})
     crops = made_up(5).images[:, :64, :64]
-    learner.mean.eval()
+    trainer.mean.eval()
     with torch.no_grad():
-        every, activations = learner.mean(torch.from_numpy(network_input(crops)))
+        every, activations = trainer.mean(torch.from_numpy(network_input(crops)))
     found = Hourglass.load(path).run(crops)
     assert found[0] == pytest.approx(every[-1].numpy(), abs=2e-3)
     assert found[1] == pytest.approx(activations.numpy(), abs=2e-3)
