@@ -1,4 +1,4 @@
-"""The door for everybody else: a drive given as boxes.csv and camera.toml."""
+"""A drive of your own: given as boxes.csv and camera.toml."""
 
 from pathlib import Path
 
@@ -36,9 +36,9 @@ def box_sequence(
     boxes: a csv file whose header names its columns, `frame,x_min,y_min,x_max,y_max,score` in
     any order, score optional (1 then); frames count from 0, pixel centres are integers; boxes
     are clipped to the image. camera: see `read_camera`. images: a folder of 000000.png, ... .
-    poses: a 3x4 camera-to-world matrix a line, one a frame, in metres; without it nobody knows
-    how the camera moved. motion_cov: of the motion that the poses give over one frame; taken as
-    good as ORB-SLAM3's on KITTI unless given. visual: the motion is seen in the images. name: the
+    poses: a 3x4 camera-to-world matrix per line, one per frame, in metres; without it the
+    camera's motion is unknown. motion_cov: of the motion that the poses give over one frame; by
+    default that of ORB-SLAM3 on KITTI. visual: the motion is seen in the images. name: the
     csv file's, unless given. score_map: from the scores to probabilities; None: they are ones.
     There are as many frames as poses, else as images, else up to the last box.
     """

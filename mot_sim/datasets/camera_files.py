@@ -1,4 +1,4 @@
-"""camera.toml: the camera of a drive that is given as plain boxes."""
+"""Files of a camera: camera.toml, and its poses as one 3x4 camera-to-world matrix per line."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from tracker.types import Camera
 INTRINSIC_KEYS = ("fx", "fy", "cx", "cy")
 REQUIRED_KEYS = ("image_width", "image_height", "camera_height")
 OPTIONAL_KEYS = {"pitch_deg": 0.0, "roll_deg": 0.0, "frame_rate": 10.0}
-# No number of a camera file comes near; NaN and infinity are no smaller either.
+# Above all numbers of a camera file; NaN and infinity are not smaller either.
 MAX_CAMERA_NUMBER = 1e12
 CAMERA_KEYS_HELP = (
     "K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] or fx, fy, cx, cy; image_width and image_height "
@@ -30,7 +30,7 @@ ROTATION_TOLERANCE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class CameraFile:
-    """What a camera.toml says: the camera, and frames a second."""
+    """The content of a camera.toml: the camera, and the frame rate in Hz."""
 
     camera: Camera
     frame_rate: float

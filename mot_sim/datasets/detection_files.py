@@ -1,4 +1,4 @@
-"""From a detector's own scores to probabilities, so that one threshold means one thing."""
+"""Files of detected boxes: their formats, strict reading, and scores as probabilities."""
 
 import logging
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Folders of numbered images: found once, decoded one at a time when somebody asks."""
+"""Folders of numbered images: found once, decoded one at a time when asked for."""
 
 import logging
 from dataclasses import dataclass
@@ -16,15 +16,15 @@ from tracker.errors import BadFile, DatasetNotFound
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
 
 PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-MAX_DEFLATE_RATIO = 1032  # bytes that one byte of a PNG can hold at most
-PNG_CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}  # of a PNG, by its type of colour
+MAX_DEFLATE_RATIO = 1032  # decoded bytes per byte of a PNG
+PNG_CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}  # by colour type
 
 log = logging.getLogger(__name__)
 
 
 @runtime_checkable
 class ImageSource(Protocol):
-    """What has the images of a drive: a folder, or something that draws them."""
+    """Gives the images of a drive: a folder of files, or a renderer."""
 
     def load(self, frame: int) -> UInt8[Array, "h w 3"] | None:
         """The RGB image of a frame; None when there is none for it."""

@@ -1,4 +1,9 @@
-"""The counts that every reading of CLEAR ends with, and the rates that follow from them."""
+"""CLEAR scores: how many boxes are found, invented, and given a new track id.
+
+Bernardin & Stiefelhagen, Evaluating multiple object tracking performance: the CLEAR MOT metrics,
+EURASIP 2008; names and numbers as in TrackEval 1.3.0, with its conventions where the paper is open.
+`ClearCounts` has what every version of the rules shares.
+"""
 
 from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, fields
@@ -16,7 +21,7 @@ MOSTLY_TRACKED = 0.8  # of a label's frames
 MOSTLY_LOST = 0.2
 
 Number = int | float  # a count or a rate
-CONTINUING_BONUS = 1000.0  # more than all overlaps of a frame: a kept name goes first
+CONTINUING_BONUS = 1000.0  # more than all overlaps of a frame: kept track ids go first
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,12 +29,20 @@ class ClearCounts:
     """CLEAR counts, and their rates under the names that TrackEval gives them.
 
     MT, PT, ML: labels' tracks that are mostly (> 80 %), partly and less than 20 % tracked.
-    Which boxes and tracks are counted is up to the rules.
+    The rules decide which boxes and tracks are counted.
     """
 
     RATES: ClassVar[tuple[str, ...]] = (
-        "MOTA", "MOTP", "MODA", "MOTAL", "CLR_Re", "CLR_Pr", "MTR", "PTR", "MLR",
-    )  # fmt: skip
+        "MOTA",
+        "MOTP",
+        "MODA",
+        "MOTAL",
+        "CLR_Re",
+        "CLR_Pr",
+        "MTR",
+        "PTR",
+        "MLR",
+    )
 
     CLR_TP: int
     CLR_FN: int
@@ -81,17 +94,17 @@ class ClearCounts:
 
     @property
     def MTR(self) -> float:
-        """The part of the labels' tracks that are mostly tracked."""
+        """The share of the labels' tracks that are mostly tracked."""
         return self.rate(self.MT, self.MT + self.PT + self.ML)
 
     @property
     def PTR(self) -> float:
-        """The part of the labels' tracks that are partly tracked."""
+        """The share of the labels' tracks that are partly tracked."""
         return self.rate(self.PT, self.MT + self.PT + self.ML)
 
     @property
     def MLR(self) -> float:
-        """The part of the labels' tracks that are mostly lost."""
+        """The share of the labels' tracks that are mostly lost."""
         return self.rate(self.ML, self.MT + self.PT + self.ML)
 
     @classmethod
@@ -111,10 +124,10 @@ class ClearCounts:
 
 @dataclass(frozen=True, eq=False)
 class Clear(ClearCounts):
-    """CLEAR as TrackEval counts it, where neutral labels and what matches them are gone.
+    """CLEAR as TrackEval counts it, without neutral labels and what matches them.
 
     CLR_Frames: frames of the sequence. one_sided: a single sequence without labels or without
-    output, of which TrackEval says 0 for every rate and 1 for MLR, and counts no frame; in the
+    output, for which TrackEval gives 0 for every rate and 1 for MLR, and counts no frame; in the
     sum over sequences its boxes count like all others.
     """
 
@@ -143,12 +156,12 @@ class Clear(ClearCounts):
 
     @property
     def FP_per_frame(self) -> float:
-        """False positives a frame."""
+        """False positives per frame."""
         return self.rate(self.CLR_FP, self.CLR_Frames)
 
     @property
     def MLR(self) -> float:
-        """The part of the labels' tracks that are mostly lost; 1 for a one-sided sequence."""
+        """The share of the labels' tracks that are mostly lost; 1 for a one-sided sequence."""
         return 1.0 if self.one_sided else super().MLR
 
 
@@ -190,10 +203,10 @@ def clear_scores(overlaps: Overlaps, frame_count: int) -> Clear:
 
 
 def match_in_time(overlaps: Overlaps, busy: Int[Array, " b"]) -> Int[Array, " j"]:
-    """The matched pairs of every frame: first those that keep a name, then the most overlap.
+    """The matched pairs of every frame: first those that keep a track id, then by overlap.
 
-    busy: the frames that hold labels and output, ascending. A frame in which no box has two
-    candidates needs no choice, so the past matters only in the others, which come in turn.
+    busy: the frames with labels and output, ascending. A frame in which no box has two candidates
+    needs no choice; only in the others, taken in order, does the frame before matter.
     """
     near = np.flatnonzero(overlaps.iou >= MIN_OVERLAP - EPSILON)
     frames, id_pairs = overlaps.frames[near], overlaps.id_pairs[near]

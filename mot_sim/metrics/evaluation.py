@@ -1,4 +1,4 @@
-"""What a set of rules says: the families of scores of one sequence, or of several together."""
+"""From truth and output to scores, by named rules, for one sequence or many together."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from tracker.types import Tracks
 class Scores:
     """All scores of one sequence, or of several together; `scores["HOTA"]` is one plain number.
 
-    clear: `Clear` or `Devkit2018`. hota, identity: None where the rules do not know them. Names
+    clear: `Clear` or `Devkit2018`. hota, identity: None if the rules do not have them. Names
     are TrackEval's.
     """
 
@@ -72,9 +72,9 @@ def combine(parts: Sequence[Scores]) -> Scores:
     )
 
 
-def by_trackeval(contest: PreparedSequence, frame_count: int) -> Scores:
+def by_trackeval(prepared: PreparedSequence, frame_count: int) -> Scores:
     """CLEAR, HOTA and Identity as TrackEval 1.3.0 scores KITTI's cars."""
-    overlaps = scored_rows(contest)
+    overlaps = scored_rows(prepared)
     return Scores(
         clear=clear_scores(overlaps, frame_count),
         hota=hota_scores(overlaps),
@@ -82,9 +82,9 @@ def by_trackeval(contest: PreparedSequence, frame_count: int) -> Scores:
     )
 
 
-def by_devkit2018(contest: PreparedSequence, frame_count: int) -> Scores:
+def by_devkit2018(prepared: PreparedSequence, frame_count: int) -> Scores:
     """CLEAR as KITTI's development kit of 2018 counts it; no HOTA, no Identity."""
-    return Scores(clear=devkit2018_clear(contest))
+    return Scores(clear=devkit2018_clear(prepared))
 
 
 RULES: dict[str, Callable[[PreparedSequence, int], Scores]] = {

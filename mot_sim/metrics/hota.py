@@ -16,10 +16,8 @@ from mot_sim.metrics.clear import Number
 from mot_sim.metrics.matching import EPSILON, Overlaps, match
 
 ALPHAS = np.arange(0.05, 0.99, 0.05)  # the overlap that a match needs: 0.05, 0.10, ..., 0.95
-HOTA_SCORES = (
-    "HOTA", "DetA", "AssA", "DetRe", "DetPr", "AssRe", "AssPr", "LocA", "OWTA",
-    "HOTA_TP", "HOTA_FN", "HOTA_FP",
-)  # fmt: skip
+HOTA_RATES = ("HOTA", "DetA", "AssA", "DetRe", "DetPr", "AssRe", "AssPr", "LocA", "OWTA")
+HOTA_SCORES = (*HOTA_RATES, "HOTA_TP", "HOTA_FN", "HOTA_FP")
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,12 +38,12 @@ class Hota:
 
     @cached_property
     def DetRe(self) -> Float[Array, " a"]:
-        """The part of the labels that are matched."""
+        """The share of the labels that are matched."""
         return self.HOTA_TP / np.maximum(1, self.HOTA_TP + self.HOTA_FN)
 
     @cached_property
     def DetPr(self) -> Float[Array, " a"]:
-        """The part of the output that is matched."""
+        """The share of the output that is matched."""
         return self.HOTA_TP / np.maximum(1, self.HOTA_TP + self.HOTA_FP)
 
     @cached_property

@@ -1,4 +1,11 @@
-"""Who shares a frame with whom, and by how much their boxes overlap: one sweep a sequence."""
+"""Which boxes share a frame and how much they overlap, and the best matching of every frame.
+
+Frames are independent, and most hold no real choice. A pair that outweighs its best rival in
+the row plus its best rival in the column is in every best matching: putting it in place of at
+most one pair of that row and one of that column always gains. Such pairs are peeled off
+over all frames at once. What is left, ties above all, goes to the Hungarian algorithm with the
+frame's whole matrix, so that ties fall as they do in the reference evaluators.
+"""
 
 from dataclasses import dataclass
 from functools import cached_property

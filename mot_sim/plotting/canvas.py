@@ -49,7 +49,7 @@ def draw_box(image: Image, corners: Float[Array, "4"], colour: Colour, width: in
 def draw_dashed_box(
     image: Image, corners: Float[Array, "4"], colour: Colour, width: int = 1, dash: float = 7.0
 ) -> None:
-    """The outline of a box x_min, y_min, x_max, y_max in dashes of so many pixels."""
+    """The outline of a box x_min, y_min, x_max, y_max in dashes. dash: their length, pixels."""
     left, top, right, bottom = corners.tolist()
     ring = np.array([(left, top), (right, top), (right, bottom), (left, bottom), (left, top)])
     for start, end in pairwise(ring):

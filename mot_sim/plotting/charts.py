@@ -1,4 +1,4 @@
-"""A chart in plain values: who draws it, and with what, is decided elsewhere."""
+"""Charts in plain values, and as figures for papers (PNG, SVG, PDF), drawn by matplotlib."""
 
 import io
 from collections.abc import Iterator, Sequence
@@ -59,7 +59,7 @@ class Series:
     is_limit: bool = False
 
     def points(self) -> Iterator[tuple[Place, float, float, float]]:
-        """Where it stands, its value and the ends of the interval; both are y where it has none."""
+        """x, y and the ends of the interval, which are y where there is none."""
         lows, highs = self.low or self.y, self.high or self.y
         for x, y, low, high in zip(self.x, self.y, lows, highs, strict=True):
             if y is not None:
@@ -70,10 +70,10 @@ class Series:
 class Chart:
     """Series over one axis.
 
-    name: a short word for files. kind: lines with bands over levels; points with bars; rows: a
-    line a word, with points and bars; bars: a line a word. Rows and bars have their words down
-    the side and their values across. y_range: of the values, where charts share one. mark: a
-    value that is worth a line. about: what is to be seen, for those who cannot see it.
+    name: a short word for files. kind: lines with bands over levels; points with error bars; rows:
+    one line per word, with points and error bars; bars: one per word. Rows and bars have their
+    words down the side and their values across. y_range: of the values, if charts share one.
+    mark: a value at which a line is drawn. about: what the chart shows, for screen readers.
     """
 
     name: str
@@ -139,14 +139,14 @@ if TYPE_CHECKING:
 
 
 def require_figure(path: Path) -> None:
-    """Raise BadConfig for another ending than PNG, SVG, PDF, BadOutput where nobody can write."""
+    """Raise BadConfig for another ending than PNG, SVG, PDF, BadOutput if it cannot be written."""
     if path.suffix.lower() not in FIGURE_ENDINGS:
         raise BadConfig(f"{path}: give a file that ends in {', '.join(FIGURE_ENDINGS)}")
     require_writable(path)
 
 
 def figure_of(rows: Sequence[Sequence[Chart]]) -> "matplotlib.figure.Figure":
-    """A figure with a row of panels a row of charts, and one legend for all of them."""
+    """A figure with one row of panels per row of charts, and one legend for all."""
     from matplotlib.figure import Figure  # noqa: PLC0415, importing mot_sim waits for no plots
 
     with _style():

@@ -1,4 +1,4 @@
-"""The colours of the report, RGB: a stable one for every id, and those of the schematic world."""
+"""Colours of pictures, RGB: a stable one for every track id, and those of the marks."""
 
 from colorsys import hsv_to_rgb
 from functools import cache

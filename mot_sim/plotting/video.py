@@ -1,4 +1,4 @@
-"""ffmpeg, found and fed: raw RGB frames in, an encoded file out."""
+"""Films and pictures on disk: written by ffmpeg and OpenCV, and read back before use."""
 
 import os
 import shutil

@@ -1,7 +1,7 @@
 """Where tracks are believed to be, and where each is expected next: the search areas.
 
-The tracks may come from anywhere: their boxes are lifted to the road and carried on, as the
-tracker does with its own (Sharma et al., ICRA 2018, eqs. 2-4), only that who is who is given.
+The tracks may come from any tracker: their boxes are lifted to the road and predicted as ours
+are (Sharma et al., ICRA 2018, eqs. 2-4), but the association is given by their ids.
 """
 
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ from tracker.lifecycle import Lifecycle
 from tracker.suppression import Suppression
 from tracker.types import Camera, Cuboids, Detections, Rows, Tracks
 
-MEMORY_SECONDS = 1.0  # seconds that a track without a box is expected on
+MEMORY_SECONDS = 1.0  # for which a track without a box is still expected
 MAX_ID_DIFFERENCE = 1e-6
 
 
@@ -52,11 +52,11 @@ class BelievedPlaces(Rows):
 
 @dataclass(frozen=True, eq=False)
 class ExpectedTracks:
-    """One frame. now: the tracks that have a box in it, where they are believed to be.
+    """Tracks of one frame. now: those with a box in it, where they are believed to be.
 
-    expected: the tracks of before, where they were expected in it; regions: their cuboids
-    stretched by the uncertainty, and areas: upright boxes around those in the image, pixels: what
-    is compared with a track lies in there.
+    expected: earlier tracks, where they were predicted in it. regions: their cuboids stretched by
+    the uncertainty. areas: boxes around those in the image, pixels, inside which detections are
+    compared with a track.
     """
 
     now: BelievedPlaces
@@ -66,7 +66,7 @@ class ExpectedTracks:
 
 
 def following_tracker(camera: Camera, tracker: Tracker | None = None) -> Tracker:
-    """A tracker whose detections carry their ids as descriptors, and that believes them.
+    """A tracker that associates by ids, which its detections carry as descriptors.
 
     Beliefs, motion and search areas are those of `tracker`, by default our default one.
     """
@@ -95,10 +95,10 @@ def expectations(
         seen = Detections(rows.boxes, np.ones(len(rows)), descriptor=ids)
         following.step(replace(frame, detections=seen))
         assert following.explanation is not None
-        yield frame.index, _standing(following, following.explanation.pairing)
+        yield frame.index, _expected_tracks(following, following.explanation.pairing)
 
 
-def _standing(following: Tracker, pairing: GatedPairs) -> ExpectedTracks:
+def _expected_tracks(following: Tracker, pairing: GatedPairs) -> ExpectedTracks:
     population = following.state.tracks
     seen = population.select(population.time_since_update == 0.0)
     look = seen.beliefs.embedding

@@ -1,4 +1,4 @@
-"""What a film says about itself: the title bar, and the legend of its marks."""
+"""The frames of a drive as a film: title, camera view with marks, top view, legend."""
 
 from collections import deque
 from collections.abc import Iterator, Sequence
@@ -65,7 +65,7 @@ class Layers:
 
 
 def title_words(name: str, index: int, seconds: float, switches: int | None) -> str:
-    """Which frame it is, and how many switches there were until now, if anybody knows."""
+    """Which frame it is, and how many switches there were so far, if that is known."""
     words = f"{name}   frame {index:03d}   {seconds:4.1f} s"
     if switches is not None:
         words += f"   {switches} switch{'es' * (switches != 1)} so far"
@@ -86,13 +86,18 @@ def title(width: int, left: str, tracker: str, detections: bool) -> Image:
 
 
 def marks(layers: Layers, outlines: bool) -> list[str]:
-    """What the marks mean, one by one. outlines: whether the true ones are seen from above."""
+    """What each kind of mark means. outlines: whether true outlines are drawn from above."""
     parts = []
     if layers.search_areas:
         parts.append("tinted: where a track is expected (1 sigma)")
     if layers.truth:
-        parts += ["dashed white: true box", "grey: one that need not be found (van, hidden, cut)",
-                  "red: missed", "red cross: false box", "yellow: new id"]  # fmt: skip
+        parts += [
+            "dashed white: true box",
+            "grey: one that need not be found (van, hidden, cut)",
+            "red: missed",
+            "red cross: false box",
+            "yellow: new id",
+        ]
     if layers.wireframes:
         parts.append("wires: fitted shape")
     if layers.true_wireframes:
@@ -104,7 +109,7 @@ def marks(layers: Layers, outlines: bool) -> list[str]:
 
 
 def legend(width: int, parts: Sequence[str]) -> Image:
-    """A bar of as many lines as the parts take."""
+    """A bar with as many lines as the parts need."""
     lines = wrap(parts, width - 2 * MARGIN_PIXELS)
     bar = plain_bar(width, LINE_PIXELS * len(lines) + 6)
     for number, words in enumerate(lines):
@@ -119,7 +124,7 @@ def legend(width: int, parts: Sequence[str]) -> Image:
 
 
 def wrap(parts: Sequence[str], width: int) -> list[str]:
-    """The parts on lines of at most so many pixels, as long as a part fits on a line."""
+    """The parts on lines of at most `width` pixels, if each part fits on a line."""
     lines: list[str] = []
     for part in parts:
         longer = f"{lines[-1]}    {part}" if lines else part
@@ -282,7 +287,7 @@ class Film:
 
 
 def detected(tracks: Tracks, detections: Detections) -> Tracks:
-    """Those whose box overlaps a detection by half: the others are predicted."""
+    """The tracks whose box overlaps a detection by half; the others are predicted."""
     if not len(detections):
         return tracks.select(slice(0, 0))
     overlap = box_iou(tracks.boxes[:, None], detections.boxes[None])

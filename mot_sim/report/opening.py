@@ -1,4 +1,4 @@
-"""What a user names, opened: a recorded episode, a KITTI sequence or a scene; and its tracks."""
+"""Opens what a user names: a recorded episode, a KITTI sequence or a scene, and its tracks."""
 
 import json
 import logging
@@ -32,8 +32,8 @@ from tracker.types import Tracks
 log = logging.getLogger(__name__)
 
 SIMULATED = "simulated"
-# Of the tracks of six KITTI drives 0.96 to 0.99 overlap a detection of theirs, at most 0.41 one
-# of another drive.
+# On six KITTI drives .96 to .99 of the tracks' boxes overlap a detection of their own drive, and
+# at most .41 overlap one of another drive.
 MIN_CHECKED_BOXES = 20
 MIN_DETECTION_IOU = 0.3
 MIN_DETECTED_SHARE = 0.6
@@ -165,7 +165,7 @@ def open_tracks(path: Path, drive: RecordedSequence) -> Tracks:
 
 
 def require_in_view(tracks: Tracks, drive: RecordedSequence, where: str) -> None:
-    """BadTracks for a box wholly outside the image: it was seen by another camera."""
+    """Raise BadTracks for a box wholly outside the image: it is of another camera."""
     width, height = drive.camera.image_size
     low, high = tracks.boxes[:, :2], tracks.boxes[:, 2:]
     outside = (low > (width, height)).any(axis=1) | (high < 0.0).any(axis=1)
@@ -179,7 +179,7 @@ def require_in_view(tracks: Tracks, drive: RecordedSequence, where: str) -> None
 
 
 def require_detected(tracks: Tracks, drive: RecordedSequence, where: str) -> None:
-    """BadTracks where almost no box lies on a detection: the tracks follow something else."""
+    """Raise BadTracks if almost no box lies on a detection: the tracks are of another drive."""
     rows, columns = same_frame_pairs(tracks.frames, drive.log.frames)
     if len(tracks) < MIN_CHECKED_BOXES or not len(drive.log.frames):
         return
@@ -198,12 +198,13 @@ def _T_road_label(drive: RecordedSequence) -> Float[Array, "4 4"]:
 
 
 def _warn_of_another_root(folder: Path, drive: RecordedSequence) -> None:
-    """Log when the run was made from another tree: same names, other drives."""
-    folder_of = drive.images.paths[min(drive.images.paths)] if isinstance(
-        drive.images, ImageFolder) else None  # fmt: skip
+    """Warn if the run was made from another tree, with other drives of the same names."""
+    image = None
+    if isinstance(drive.images, ImageFolder):
+        image = drive.images.paths[min(drive.images.paths)]
     try:
         made_of = json.loads((folder / RUN_FILE).read_text())["settings"]["root"]
     except (OSError, ValueError, KeyError, TypeError):
         return
-    if folder_of is not None and not folder_of.resolve().is_relative_to(str(made_of)):
+    if image is not None and not image.resolve().is_relative_to(str(made_of)):
         log.warning("%s was made from %s, which is not what is shown", folder, made_of)

@@ -55,21 +55,21 @@ def write_rerun(path: Path, film: Film, first: int, end: int, progress: Callable
         name = f"{film.drive.name}-{film.tracker_name}"
         stream = rr.RecordingStream("mot-sim", recording_id=name)
         stream.save(str(half))
-        logged = _Logged(rr, stream, film)
+        logger = _FrameLogger(rr, stream, film)
         try:
-            logged.begin()
+            logger.begin()
             for index, standing in expectations(film.drive, film.tracks):
                 if index >= end:
                     break
                 if index >= first:
-                    logged.frame(index, standing)
+                    logger.frame(index, standing)
                     progress()
         finally:
             stream.disconnect()
 
 
-class _Logged:
-    """What was told to rerun so far."""
+class _FrameLogger:
+    """Writes frames to a rerun stream, and keeps the trails."""
 
     def __init__(self, rr: Any, stream: Any, film: Film) -> None:
         self.rr, self.stream, self.film = rr, stream, film
@@ -77,7 +77,7 @@ class _Logged:
         self.trails: dict[int, list[list[float]]] = {}
 
     def begin(self) -> None:
-        """What holds for all frames: the axes and the lens."""
+        """Log what holds for all frames: the axes and the lens."""
         rr, camera = self.rr, self.film.drive.camera
         self.stream.log("map", rr.ViewCoordinates.FRD, static=True)
         lens = rr.Pinhole(
@@ -88,7 +88,7 @@ class _Logged:
         self.stream.log("map/camera/image", lens, static=True)
 
     def frame(self, index: int, standing: ExpectedTracks) -> None:
-        """Everything of one frame."""
+        """Log one frame."""
         rr, stream, drive = self.rr, self.stream, self.film.drive
         stream.set_time("frame", sequence=index)
         stream.set_time("time", duration=index / drive.frame_rate)

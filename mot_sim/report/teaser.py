@@ -1,6 +1,6 @@
-"""Two frames as the paper's tracker sees them: lifted, carried on, and looked for.
+"""The first figure of the paper: search areas of frame t, carried into frame t + 1.
 
-Sharma et al., ICRA 2018: what their first figure and the figure of the 3D-2D cost show.
+Sharma et al., ICRA 2018. `TwoFrames` is what the figure shows; matplotlib draws it, for print.
 """
 
 from collections.abc import Iterator
@@ -25,14 +25,14 @@ from tracker.errors import BadConfig, BadDetections, DatasetNotFound
 from tracker.front_end import FrontEnd
 from tracker.types import Camera, Cuboids, Frame
 
-PHOTO_ENDINGS = (".jpg", ".jpeg")  # a sixth of a PNG's size, for pages
-WIDTH_INCHES = 10.0  # inches, and pixels an inch
-DOTS_PER_INCH = 200  # inches, and pixels an inch
-MAPS_INCHES = 3.1  # inches: the height of the two maps, and of a line of words
-TITLE_INCHES = 0.2  # inches: the height of the two maps, and of a line of words
-METRES_BEHIND = 6.0  # metres behind the camera that the maps show
-MIN_METRES_AHEAD = 25.0  # metres ahead that the maps show, at least and at most
-MAX_METRES_AHEAD = 60.0  # metres ahead that the maps show, at least and at most
+PHOTO_ENDINGS = (".jpg", ".jpeg")  # a sixth of a PNG's size
+WIDTH_INCHES = 10.0
+DOTS_PER_INCH = 200
+MAPS_INCHES = 3.1  # height of the two maps
+TITLE_INCHES = 0.2  # height of a line of words
+METRES_BEHIND = 6.0  # behind the camera, on the maps
+MIN_METRES_AHEAD = 25.0  # ahead of it
+MAX_METRES_AHEAD = 60.0
 OUR_CAR_OUTLINE = np.array(
     [(0.9, -4.2), (0.9, -0.3), (0.0, 0.2), (-0.9, -0.3), (-0.9, -4.2)]
 )  # x, z

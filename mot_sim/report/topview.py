@@ -23,10 +23,10 @@ from mot_sim.plotting.colours import (
 from mot_sim.simulation.traffic.roads import Roads
 from tracker.types import Camera
 
-GROUND_DIMMING = 0.45  # how far the ground's colours go towards the dark panel's
+GROUND_DIMMING = 0.45  # share of the panel's dark colour in those of the ground
 TRUTH_COLOUR: Colour = (245, 245, 245)
-VIEW_EDGE_METRES = 90.0  # metres; how far the edges of the view are drawn
-RING_METRES = 20.0  # metres between the rings of a map without roads
+VIEW_EDGE_METRES = 90.0  # length of the drawn edges of the camera's view
+RING_METRES = 20.0  # between the rings of a map without roads
 CIRCLE_ANGLES = np.linspace(0.0, 2.0 * np.pi, 97)[:-1]
 UNIT_CIRCLE = np.stack((np.cos(CIRCLE_ANGLES), np.sin(CIRCLE_ANGLES)), axis=1)
 
@@ -84,8 +84,9 @@ class TopView:
             place = (round(u) + 4, round(v) + 14)
             draw_text(image, f"{radius:.0f} m", place, mix(PANEL_COLOUR, FAINT_COLOUR, 0.8), 12)
 
-    def draw_us(self, image: Image, outline: Float[Array, "4 2"], camera: Camera,
-                pose: Float[Array, "3"]) -> None:  # fmt: skip
+    def draw_us(
+        self, image: Image, outline: Float[Array, "4 2"], camera: Camera, pose: Float[Array, "3"]
+    ) -> None:
         """Our own car, and the two edges of what the camera sees."""
         width, _ = camera.image_size
         row = camera.K[1, 2]
@@ -119,7 +120,7 @@ class TopView:
             draw_line(image, self.pixels(corners), colour, 2, closed=True)
 
     def draw_trails(self, image: Image, trails: Mapping[int, Float[Array, "_ 2"]]) -> None:
-        """The ways of tracks, with their ids where they end."""
+        """The past positions of tracks, with their ids at the last one."""
         for track_id, points in trails.items():
             pixels = self.pixels(points)
             colour = colour_of_id(track_id)
@@ -132,6 +133,6 @@ class TopView:
 def ellipse(
     centre: Float[Array, "2"], cov: Float[Array, "2 2"], sigmas: float = 1.0
 ) -> Float[Array, "p 2"]:
-    """Points of the ellipse of so many standard deviations around a place."""
+    """Points of the ellipse of `sigmas` standard deviations around a place."""
     values, vectors = np.linalg.eigh(cov)
     return centre + sigmas * UNIT_CIRCLE * np.sqrt(np.maximum(values, 0.0)) @ vectors.T

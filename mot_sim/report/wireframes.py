@@ -28,8 +28,8 @@ MIRRORED_KEYPOINTS = (
     "taillight", "rear_bumper",
 )  # fmt: skip
 DARK_COLOUR: Colour = (16, 18, 22)
-MIN_WIRED_PIXELS = 14.0  # pixels; lower cars would drown in wires, or their rims
-MIN_RIMMED_PIXELS = 60.0  # pixels; lower cars would drown in wires, or their rims
+MIN_WIRED_PIXELS = 14.0  # height of the lowest car that gets wires
+MIN_RIMMED_PIXELS = 60.0  # height of the lowest car whose wires get a dark rim
 
 
 @cache
@@ -48,7 +48,7 @@ def wires() -> tuple[tuple[int, int], ...]:
 class Wireframes(Rows):
     """Cars in one image: the 36 keypoints in pixels (NaN: behind the camera), and who they are.
 
-    shown: points that the camera sees; all where nobody knows.
+    shown: the points that the camera sees; all if that is unknown.
     """
 
     ids: Int[Array, " n"]
@@ -57,7 +57,7 @@ class Wireframes(Rows):
 
     @classmethod
     def true(cls, truth: Truth, frame: int) -> "Wireframes":
-        """The cars of a frame as they are, those of which a pixel is seen."""
+        """The true cars of a frame that have a visible pixel."""
         rows = truth.select((truth.tracks.frames == frame) & (truth.pixels > 0))
         seen = rows.keypoint_states == KeypointVisibility.VISIBLE
         return cls(rows.tracks.ids, rows.keypoints, np.asarray(seen, bool))
@@ -96,7 +96,7 @@ class Fitting:
 
 
 def draw_wireframes(image: Image, frames: Wireframes, colours: list[Colour]) -> None:
-    """The wires, a colour a car, large ones on a dark rim; those to a hidden point are dim."""
+    """The wires, one colour per car, of large cars on a dark rim; dim to hidden points."""
     for points, shown, colour in zip(frames.points, frames.shown, colours, strict=True):
         known = np.isfinite(points).all(axis=1)
         drawn = [(a, b) for a, b in wires() if known[a] and known[b]]

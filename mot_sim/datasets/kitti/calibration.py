@@ -79,7 +79,7 @@ def read_calibration(path: Path) -> Calibration:
 def write_calibration(calibration: Calibration, path: Path) -> None:
     """Write a calibration file in the tracking devkit's dialect; reading gives the same back.
 
-    T_cam_imu goes into Tr_velo_cam: the laser scanner that nobody has is where the OXTS unit is.
+    T_cam_imu goes into Tr_velo_cam: as there is no laser scanner, it is put at the OXTS unit.
     """
     P2 = np.hstack([calibration.K, calibration.K @ calibration.T_cam_label[:3, 3:]])
     rows = {f"P{camera}:": P2 for camera in range(4)} | {"R_rect": np.eye(3)}

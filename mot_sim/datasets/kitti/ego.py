@@ -1,4 +1,4 @@
-"""Camera poses from the OXTS inertial unit: one line of 30 numbers a frame."""
+"""Sources of the camera's motion: OXTS, files of poses, the images, or none; see `EGO`."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -21,7 +21,7 @@ from tracker.geometry import invert
 from tracker.types import Camera
 
 EARTH_RADIUS = 6_378_137.0  # metres, as in the KITTI devkit
-MAX_LATITUDE_DEG = 89.0  # degrees; the map goes to infinity at the poles
+MAX_LATITUDE_DEG = 89.0  # the map goes to infinity at the poles
 
 OXTS_COLUMNS = (
     "lat", "lon", "alt", "roll", "pitch", "yaw", "vn", "ve", "vf", "vl", "vu", "ax", "ay", "az",
@@ -140,10 +140,10 @@ class UnknownEgo:
 
 @dataclass(frozen=True, eq=False)
 class ImageMotion:
-    """What sees the motion in a folder of images while the drive is played.
+    """Measures the motion in a folder of images while the drive is played.
 
     Frames without an image coast for a second, see `VisualOdometry.step`; after that, and before
-    the first two images, nobody knows how the camera moved. threaded: one frame ahead, on a
+    the first two images, the motion is unknown. threaded: one frame ahead, on a
     thread of its own, with the same results.
     """
 
@@ -175,10 +175,10 @@ class VisualEgo:
     def poses(
         self, root: Path, split: str, name: str, calibration: Calibration, frame_count: int
     ) -> None:
-        """No poses beforehand: see `watch`."""
+        """No poses beforehand: see `image_motion`."""
         return
 
-    def watch(
+    def image_motion(
         self, images: ImageFolder, image_size: tuple[int, int] | None, frame_count: int
     ) -> ImageMotion:
         """The motion in these images; image_size: what the calibration is for, where known.
@@ -206,7 +206,7 @@ class VisualEgo:
 class EgoSource(Protocol):
     """What gives the camera's poses; motion_cov is None exactly when `poses` gives None.
 
-    One that sees the motion while the drive is played gives None here, and has a `watch`.
+    One that sees the motion while the drive is played gives None here, and has an `image_motion`.
     """
 
     @property

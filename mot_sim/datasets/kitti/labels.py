@@ -1,4 +1,4 @@
-"""KITTI's `h w l x y z rotation_y` and our cuboids in the road frame; the only place of both.
+"""KITTI's rows of labels and results, as `Tracks`, and their cuboids in the road frame.
 
 The frame of the labels is camera 0. T_road_label carries its points to the road frame. In a
 pitched or rolled camera KITTI's rotation_y is the yaw projected on the camera's +y.
@@ -186,7 +186,7 @@ def write_results(
     """Write rows for the KITTI server: label columns and a score, frames from 0.
 
     The file appears as a whole or not at all. Rows are Cars unless the tracks have kinds;
-    truncation and occlusion that nobody knows are -1, scores 1. Cuboids are written in camera 0
+    unknown truncation and occlusion are -1, unknown scores 1. Cuboids are written in camera 0
     when T_road_label (`KittiSequence.T_road_label`) is given; where there is none, the row says
     alpha -10 and -1 -1 -1 -1000 -1000 -1000 -10. Raises BadTracks for an id twice in a frame
     and for boxes and scores that are not finite.

@@ -132,11 +132,11 @@ def kitti_sequence(
 def _seen_motion(
     ego: str, images: ImageFolder | None, image_size: tuple[int, int] | None, frame_count: int
 ) -> ImageMotion | None:
-    """What sees the motion in the images, for a source of ego-motion that does."""
+    """The measured motion in the images, for a source of ego-motion that uses them."""
     source = EGO[ego]
     if images is None or not isinstance(source, VisualEgo):
         return None
-    return source.watch(images, image_size, frame_count)
+    return source.image_motion(images, image_size, frame_count)
 
 
 def _frame_count(root: Path, split: str, name: str, images: ImageFolder | None) -> int | None:

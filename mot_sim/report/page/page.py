@@ -1,4 +1,4 @@
-"""The report: one HTML file that holds everything it shows, and asks nobody for anything."""
+"""The report: one HTML file that contains everything it shows, and loads nothing."""
 
 import json
 from base64 import b64encode
@@ -19,9 +19,9 @@ from mot_sim.report.page.sections import anchor, card_of, charts_of, section_of
 from mot_sim.report.page.sources import Medium, ResultSource, find_sources, load_media
 from tracker.errors import BadConfig, OutputExists
 
-MAX_PAGE_BYTES = 10_000_000  # of a page; clips and pictures that would break it are left out
+MAX_PAGE_BYTES = 10_000_000  # clips and pictures that would exceed it are left out
 PAGE_ENDINGS = (".html", ".htm")
-MAX_CHARTS = 12  # charts of one result that a page draws; the tables have the rest
+MAX_CHARTS = 12  # of one result; the tables have the rest
 DEFAULT_TITLE = "mot-sim report"
 
 

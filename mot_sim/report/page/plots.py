@@ -64,7 +64,7 @@ def _trace(chart: Chart, series: Series, many: bool) -> dict[str, Any]:
 
 
 def _band(series: Series) -> dict[str, Any] | None:
-    """What lies between the ends of the intervals; None where nobody has one."""
+    """The band between the ends of the intervals; None if there are none."""
     points = list(series.points())
     if all(low == high for _, _, low, high in points):
         return None

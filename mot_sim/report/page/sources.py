@@ -1,4 +1,4 @@
-"""Folders of results: finished ones, sweeps that were left half way, runs of a tracker."""
+"""Folders of results, finished or half finished, with their clips and pictures."""
 
 import json
 from base64 import b64encode

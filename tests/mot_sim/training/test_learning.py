@@ -1,4 +1,4 @@
-"""PCK, confidences, the wanted maps, the plan."""
+"""PCK, confidences, targets, the plan; a small training from crops to files, where torch is."""
 
 import json
 from collections.abc import Callable
@@ -21,10 +21,12 @@ from mot_sim.training.learning import (
     train,
 )
 from mot_sim.training.network import target_maps
-from tests.mot_sim.cli.conftest import CommandLine
+from tests.mot_sim.cli.conftest import CommandLine, mot_sim
 from tests.mot_sim.training.made_up import made_up
 from tracker.errors import BadConfig, BadFile, DatasetNotFound, OutputExists, UnknownName
 from tracker.shape import Hourglass, decode
+
+__all__ = ["mot_sim"]  # the fixture
 
 VISIBLE, HIDDEN = int(KeypointVisibility.VISIBLE), int(KeypointVisibility.SELF_OCCLUDED)
 
