@@ -44,7 +44,7 @@ class Doctor:
     """Say more: -v, -vv."""
 
     def __call__(self, terminal: Terminal) -> int:
-        """Look everywhere, and never fail."""
+        """Check everything; never fails."""
         from mot_sim.tables.grid import Column, Table
 
         findings = [

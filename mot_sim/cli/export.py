@@ -1,4 +1,4 @@
-"""`mot-sim export`: results for other people's evaluators."""
+"""`mot-sim export`: results for other evaluators; `mot-sim export-car`: a car as GLB."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -79,7 +79,7 @@ def to_motchallenge(
     drives: "list[mot_sim.datasets.KittiSequence]",
     results: "dict[str, tracker.Tracks]",
 ) -> list[str]:
-    """Write a folder a sequence; gives the sequences that were written."""
+    """Write one folder per sequence; returns the names of the written sequences."""
     from mot_sim.datasets import export_motchallenge
 
     for drive in drives:
@@ -92,7 +92,7 @@ def to_trackeval(
     drives: "list[mot_sim.datasets.KittiSequence]",
     results: "dict[str, tracker.Tracks]",
 ) -> list[str]:
-    """Write TrackEval's two folders; gives the sequences that were written."""
+    """Write TrackEval's two folders; returns the names of the written sequences."""
     from mot_sim.datasets import export_trackeval
     from tracker.errors import DatasetNotFound
 
@@ -125,17 +125,17 @@ class ExportCar:
 
     mot-sim export-car --coefficients=-0.3,0.1,0,0,0.05 out/shape.glb
 
-    The shape is drawn by --seed, unless --size or --coefficients say which one it is.
+    The shape is drawn at random (--seed), unless --size or --coefficients give it.
     """
 
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="OUT.glb")]
     """The file; an older one is replaced."""
     seed: int = 0
-    """Of the drawn shape and paint."""
+    """Seed of the drawn shape and paint."""
     body: Annotated[str | None, option("NAME", "drawn; with --size the nearest")] = None
     """sedan, hatchback, estate, suv, coupe, van or pickup."""
     size: Annotated[str | None, option("L,H,W")] = None
-    """Length, height and width in metres of the car that is sought: the likeliest of about that."""
+    """Length, height and width in metres; the likeliest car of about that size is written."""
     paint: Annotated[str | None, option("NAME", "drawn")] = None
     """black, grey, silver, white, blue, red, green, brown or yellow."""
     coefficients: Annotated[str | None, option("NUMBERS")] = None

@@ -31,8 +31,8 @@ class Tables:
 
     I overall; II result files for the test server (DIR/server); III cues x detectors; IV shape and
     pose at intersections; V the same costs in four frameworks. Synthetic rows are means over seeds
-    with 95 % intervals. DIR keeps every result: the same command goes on after Ctrl-C, and repeats
-    nothing. DIR/tables has a Markdown file a table.
+    with 95 % intervals. DIR keeps every result: after Ctrl-C the same command continues and
+    repeats nothing. DIR/tables has one Markdown file per table.
     """
 
     out: Annotated[Path, option("DIR", "none: it must be given")]
@@ -40,17 +40,17 @@ class Tables:
     table: Annotated[tuple[str, ...], option("NAME...", "all")] = ("I", "II", "III", "IV", "V")
     """I, II, III, IV, V."""
     root: Root = None
-    """The KITTI tree; without it only what is synthetic is measured."""
+    """The KITTI tree; without it only synthetic rows are measured."""
     quick: Flag = False
-    """Few and short synthetic drives: to try it out."""
+    """Few and short synthetic drives, to try it out."""
     seeds: Annotated[int | None, option("N", f"{DEFAULT_SEEDS}; {QUICK_SEEDS} with --quick")] = None
     """Synthetic drives of each scene."""
     scenes: Annotated[str | None, option("NAMES", "intersection,roundabout")] = None
-    """Of Table IV, with commas."""
+    """Scenes of Table IV, separated by commas."""
     split: Annotated[str, option("NAME", SPLIT)] = SPLIT
-    """Of Table II: training or testing."""
+    """Split of Table II: training or testing."""
     jobs: int = 1
-    """Processes on this machine; -1: one a core."""
+    """Processes on this machine; -1: one per core."""
     verbose: Verbose = 0
     """Say more: -v, -vv."""
 

@@ -38,9 +38,9 @@ class Teaser:
     scene: Annotated[str | None, option("NAME")] = None
     """A scene instead of a folder (mot-sim list)."""
     knobs: Annotated[str | None, option("NAME=VALUE,...", "the scene's own")] = None
-    """What is changed in the scene."""
+    """Changes to the scene."""
     seed: int = 0
-    """Of the scene."""
+    """Seed of the scene."""
     cues: Annotated[str, option("NAMES", "pose")] = "pose"
     """What is measured in the images: pose (yaw, size and shape of each car), or none."""
     overwrite: Flag = False
@@ -56,7 +56,7 @@ class Teaser:
         self._check()
         front_end = Recipe(cues=self.cues).front_end
         with terminal.progress(None):
-            two = track_two_frames(self._wanted().open(), self.frame, front_end)
+            two = track_two_frames(self._request().open(), self.frame, front_end)
             save_teaser(draw_teaser(two), self.out)
         compared, every = int(two.compared.sum()), two.compared.size
         terminal.write(
@@ -80,8 +80,8 @@ class Teaser:
         if self.scene is None and self.knobs:
             raise BadConfig("--knobs belong to a scene: give --scene too")
 
-    def _wanted(self) -> "mot_sim.report.opening.DriveRequest":
-        """The drive that is meant; of a scene no more frames than needed."""
+    def _request(self) -> "mot_sim.report.opening.DriveRequest":
+        """The drive that the options name; of a scene no more frames than needed."""
         from mot_sim.datasets import find_root
         from mot_sim.report.opening import DriveRequest
 

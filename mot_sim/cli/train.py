@@ -1,4 +1,4 @@
-"""`mot-sim train-keypoints`: the keypoint network, trained on renders."""
+"""`mot-sim train-keypoints` and `train-appearance`: training on rendered cars."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,33 +11,37 @@ import tyro
 from mot_sim.cli.options import Flag, Verbose, option
 from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
 
+if TYPE_CHECKING:
+    import mot_sim.training.appearance
+
 
 @dataclass(frozen=True)
 class TrainKeypoints:
-    """Train the keypoint network on renders.
+    """Train the keypoint network on rendered images.
 
     mot-sim train-keypoints --out out/keypoints
 
     mot-sim train-keypoints --out out/keypoints --resume
 
-    Crops of cars are drawn first, then learned from; both go on where they were stopped. The
-    defaults are those of the shipped network. Needs PyTorch: pip install 'mot-sim[train]'.
+    Crops of cars are rendered first, then the network is trained; both continue where they were
+    stopped. The defaults are those of the shipped network. Needs PyTorch:
+    pip install 'mot-sim[train]'.
     """
 
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")]
     """Gets hourglass.onnx and .json, the learning curve (CSV, PNG), crops and checkpoint."""
     crops: int = 5800
-    """Cars that are drawn; as many again are made by mirroring."""
+    """Rendered crops; as many again are made by mirroring."""
     epochs: int = 15
-    """How often every crop is shown, each time with other paint, light, noise and box."""
+    """How often every crop is used, each time with other paint, light, noise and box."""
     seed: int = 0
-    """Of the crops and of the training."""
+    """Seed of the crops and of the training."""
     size: str = "shipped"
-    """Of the network: shipped, or small (for a try)."""
+    """Size of the network: shipped, or small (to try it out)."""
     held_out: int = 1400
-    """More crops, of other places and cars, to judge on."""
+    """More crops, of other places and cars, for scoring."""
     resume: Flag = False
-    """Go on from the checkpoint in --out, which must be of the same training."""
+    """Continue from the checkpoint in --out, which must be of the same training."""
     verbose: Verbose = 0
     """Say more: -v, -vv."""
 
@@ -47,9 +51,12 @@ class TrainKeypoints:
         from mot_sim.training.learning import TrainingPlan
 
         plan = TrainingPlan(
-            crops=self.crops, epochs=self.epochs, seed=self.seed, size=self.size,
+            crops=self.crops,
+            epochs=self.epochs,
+            seed=self.seed,
+            size=self.size,
             held_out=self.held_out,
-        )  # fmt: skip
+        )
         with _counting(terminal) as tell:
             scores = train_keypoints(plan, self.out, tell, self.resume)
         terminal.write(
@@ -73,10 +80,14 @@ def _counting(terminal: Terminal) -> Iterator[Callable[[str, int, int], None]]:
     )
 
     bar = Progress(
-        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(),
-        TimeRemainingColumn(), console=terminal.err, transient=True,
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        console=terminal.err,
+        transient=True,
         disable=not terminal.err.is_terminal,
-    )  # fmt: skip
+    )
     tasks: dict[int, TaskID] = {}
 
     def tell(what: str, done: int, total: int) -> None:
@@ -88,18 +99,14 @@ def _counting(terminal: Terminal) -> Iterator[Callable[[str, int, int], None]]:
         yield tell
 
 
-if TYPE_CHECKING:
-    import mot_sim.training.appearance
-
-
 @dataclass(frozen=True)
 class TrainAppearance:
     """Learn the weights of the appearance descriptor (eq. 5) on synthetic cars.
 
     mot-sim train-appearance --out appearance.npz
 
-    Draws the drives of mot_sim.training.appearance, looks at their cars with the keypoint network,
-    and solves for the weights; no gradient descent, the same file every time. About 15 minutes.
+    Renders the drives of mot_sim.training.appearance, computes the keypoint network's activations
+    and solves for the weights: no gradient descent, the same file every time. About 15 minutes.
     """
 
     out: Annotated[Path, option("FILE", "none: it must be given")]
@@ -111,7 +118,7 @@ class TrainAppearance:
     grid: int = 4
     """Cells along each side of the box."""
     length: int = 128
-    """Numbers of a descriptor."""
+    """Length of a descriptor."""
     overwrite: Flag = False
     """Replace the file."""
     verbose: Verbose = 0
@@ -135,7 +142,7 @@ class TrainAppearance:
         network = Hourglass.load(self.hourglass)
         try:
             with terminal.progress(sum(drive.pictures for drive in drives)) as advance:
-                learned = learn_descriptor(_watched(drives, advance), network, options)
+                learned = learn_descriptor(_pictures(drives, advance), network, options)
         except KeyboardInterrupt:
             terminal.note("interrupted: nothing is left behind")
             return INTERRUPTED
@@ -144,7 +151,7 @@ class TrainAppearance:
         return OK
 
 
-def _watched(
+def _pictures(
     drives: "list[mot_sim.training.appearance.RenderedDrive]", advance: Callable[..., None]
 ) -> "Iterator[mot_sim.training.appearance.CarPicture]":
     """The pictures of all drives, one after the other, under a progress bar."""

@@ -126,8 +126,7 @@ def check_detections(
     """The detections of a table that was read; see `read_detections`."""
     frames = table.frames(frame_count, form.first_frame)
     boxes, box_columns = form.boxes(table), form.box_columns
-    count = len(table)
-    scores = table.finite(["score"])[:, 0] if "score" in form.columns else np.ones(count)
+    scores = table.finite(["score"])[:, 0] if "score" in form.columns else np.ones(len(table))
     sides = boxes[:, 2:] - boxes[:, :2]
     table.reject(
         (sides < 0.0).any(axis=1),
@@ -137,7 +136,9 @@ def check_detections(
     )
     furthest = np.array([*image_size, *image_size], dtype=float) - 1.0
     clipped = np.clip(boxes, 0.0, furthest)
-    keep = _of_kind(table["type"], form.kind) if form.kind is not None else np.ones(count, bool)
+    keep = (
+        _of_kind(table["type"], form.kind) if form.kind is not None else np.ones(len(table), bool)
+    )
     flat = (sides == 0.0).any(axis=1)
     outside = ~flat & (clipped[:, 2:] <= clipped[:, :2]).any(axis=1)
     if bad_boxes == "error":
@@ -148,19 +149,26 @@ def check_detections(
             keep & outside, f"box wholly outside the {width}x{height} image", box_columns, cure
         )
     elif (keep & (flat | outside)).any():
-        log.warning(
-            "%s: %d boxes without area and %d wholly outside the image are left out",
-            table.path, (keep & flat).sum(), (keep & outside).sum(),
-        )  # fmt: skip
+        message = "%s: %d boxes without area and %d wholly outside the image are left out"
+        log.warning(message, table.path, (keep & flat).sum(), (keep & outside).sum())
     keep &= ~(flat | outside)
-    if form.score_map is not None:
-        scores = form.score_map(scores)
-    elif ((scores < 0.0) | (scores > 1.0)).any():
-        log.warning(
-            "%s: scores from %g to %g are no probabilities, which the trackers' thresholds take "
-            "them for; give --score-map MIDPOINT,SCALE", table.path, scores.min(), scores.max(),
-        )  # fmt: skip
+    scores = _probabilities(scores, form, table.path)
     return DetectionLog.of(frames[keep], Detections(clipped[keep], scores[keep]))
+
+
+def _probabilities(
+    scores: Float[Array, " n"], form: DetectionFormat, path: Path
+) -> Float[Array, " n"]:
+    """Scores as probabilities; warns of scores that cannot be any."""
+    if form.score_map is not None:
+        return form.score_map(scores)
+    if ((scores < 0.0) | (scores > 1.0)).any():
+        message = (
+            "%s: scores from %g to %g are no probabilities, which the trackers' thresholds take "
+            "them for; give --score-map MIDPOINT,SCALE"
+        )
+        log.warning(message, path, scores.min(), scores.max())
+    return scores
 
 
 def _words(form: DetectionFormat) -> Sequence[str]:

@@ -89,10 +89,8 @@ def at_risk(events: ContextEvents, cars: Tracks, around: list[dict[str, int]]) -
         return begins <= first and ends >= last
 
     risky = np.zeros(len(events), bool)
-    rows = zip(
-        events.kinds.tolist(), events.firsts.tolist(), events.lasts.tolist(),
-        events.ids.tolist(), events.others.tolist(), strict=True,
-    )  # fmt: skip
+    columns = events.kinds, events.firsts, events.lasts, events.ids, events.others
+    rows = zip(*(column.tolist() for column in columns), strict=True)
     for row, (kind, first, last, car, other) in enumerate(rows):
         risky[row] = has(car, first, last) or (kind in PAIR_KINDS and has(other, first, last))
     did: Int[Array, " k"] = np.array([row for each in around for row in each.values()], np.int64)

@@ -114,9 +114,16 @@ class KittiTask:
         """A hash of everything that decides the findings."""
         drive = self.drive
         about = [
-            drive.name, drive.camera, drive.log, drive.frame_indices, drive.Ts_world_cam,
-            drive.motion_cov, drive.frame_rate, drive.truth, self.tracker_spec.description(),
-        ]  # fmt: skip
+            drive.name,
+            drive.camera,
+            drive.log,
+            drive.frame_indices,
+            drive.Ts_world_cam,
+            drive.motion_cov,
+            drive.frame_rate,
+            drive.truth,
+            self.tracker_spec.description(),
+        ]
         return digest([_code(), "kitti", *about])
 
     def track(self) -> tuple[DiagnosedSequence, Tracks]:

@@ -31,14 +31,24 @@ LINE_STYLES = ("-", "--", ":", "-.")
 # What a figure needs no matter how matplotlib is set up here; the salt and the missing dates
 # make the same chart the same bytes.
 RC_SETTINGS = {
-    "font.family": "sans-serif", "font.size": 9.0, "axes.titlesize": 10.0,
-    "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True,
-    "axes.axisbelow": True, "grid.color": "#dddddd", "grid.linewidth": 0.6,
-    "legend.frameon": False, "svg.hashsalt": "mot-sim", "pdf.fonttype": 42,
-}  # fmt: skip
+    "font.family": "sans-serif",
+    "font.size": 9.0,
+    "axes.titlesize": 10.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "svg.hashsalt": "mot-sim",
+    "pdf.fonttype": 42,
+}
 METADATA = {
-    ".png": {"Software": "mot-sim"}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None},
-}  # fmt: skip
+    ".png": {"Software": "mot-sim"},
+    ".svg": {"Date": None},
+    ".pdf": {"CreationDate": None},
+}
 
 
 @dataclass(frozen=True)

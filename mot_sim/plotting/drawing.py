@@ -120,8 +120,8 @@ def plain_ground(camera: Camera, words: str) -> Image:
         _draw_plain_road(image, camera)
     size = 15
     place = ((width - text_width(words, size)) // 2, 24)
-    cv2.rectangle(image, (place[0] - 8, 6), (place[0] + text_width(words, size) + 8, 31),
-                  PANEL_COLOUR, cv2.FILLED)  # fmt: skip
+    right = place[0] + text_width(words, size) + 8
+    cv2.rectangle(image, (place[0] - 8, 6), (right, 31), PANEL_COLOUR, cv2.FILLED)
     draw_text(image, words, place, TRUE_COLOUR, size)
     return image
 

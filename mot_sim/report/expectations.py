@@ -101,9 +101,9 @@ def expectations(
 def _expected_tracks(following: Tracker, pairing: GatedPairs) -> ExpectedTracks:
     population = following.state.tracks
     seen = population.select(population.time_since_update == 0.0)
-    look = seen.beliefs.embedding
-    now = BelievedPlaces(_ids(None if look is None else look.descriptor, len(seen)),
-                 seen.beliefs.cuboids, seen.beliefs.cov[:, :2, :2])  # fmt: skip
+    embedding = seen.beliefs.embedding
+    ids = _ids(None if embedding is None else embedding.descriptor, len(seen))
+    now = BelievedPlaces(ids, seen.beliefs.cuboids, seen.beliefs.cov[:, :2, :2])
     before = pairing.expected
     known = _ids(None if before.embedding is None else before.embedding.descriptor, len(before))
     # A box outside its own search area began its track anew, in a later row: the older belief is

@@ -110,8 +110,8 @@ class _FrameLogger:
     def _boxes(self, index: int) -> None:
         film = self.film
         rows = film.tracks.select(film.tracks.frames == index)
-        self._log_boxes("tracks", rows.boxes, [colour_of_id(each) for each in rows.ids.tolist()],
-                        rows.ids)  # fmt: skip
+        colours = [colour_of_id(each) for each in rows.ids.tolist()]
+        self._log_boxes("tracks", rows.boxes, colours, rows.ids)
         boxes = film.drive.log.at(index).boxes
         self._log_boxes("detections", boxes, [DETECTION_COLOUR] * len(boxes))
         if film.truth is not None:
@@ -127,8 +127,8 @@ class _FrameLogger:
     ) -> None:
         rr = self.rr
         labels = None if ids is None else [str(each) for each in ids.tolist()]
-        found = rr.Boxes2D(array=boxes, array_format=rr.Box2DFormat.XYXY, colors=colours,
-                           labels=labels)  # fmt: skip
+        corners = rr.Box2DFormat.XYXY
+        found = rr.Boxes2D(array=boxes, array_format=corners, colors=colours, labels=labels)
         self.stream.log(f"map/camera/image/{name}", found)
 
     def _cuboids(self, index: int, standing: ExpectedTracks) -> None:
@@ -150,9 +150,13 @@ class _FrameLogger:
             self._log_cuboids("map/truth", rows.cuboids, index, white, rows.ids)
 
     def _log_cuboids(
-        self, place: str, cuboids: Cuboids, index: int, colours: list[tuple[int, int, int]],
+        self,
+        place: str,
+        cuboids: Cuboids,
+        index: int,
+        colours: list[tuple[int, int, int]],
         ids: Int[Array, " n"],
-    ) -> None:  # fmt: skip
+    ) -> None:
         rr, ground = self.rr, self.ground
         on_ground = ground.on_map(cuboids.base[:, ::2], index)
         height = cuboids.base[:, 1] - 0.5 * cuboids.size[:, 1]

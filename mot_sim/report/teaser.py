@@ -171,9 +171,12 @@ def draw_teaser(two: TwoFrames) -> "matplotlib.figure.Figure":
     lifted = f"frame {two.index} from above: lifted to the road, 1 and 2 sigma"
     _draw_map(parts["map t"], two.before, None, lifted, reach)
     _draw_map(
-        parts["map next"], two.carried, two,
-        f"frame {two.index + 1}: carried on, search areas dashed, new boxes lifted: black", reach,
-    )  # fmt: skip
+        parts["map next"],
+        two.carried,
+        two,
+        f"frame {two.index + 1}: carried on, search areas dashed, new boxes lifted: black",
+        reach,
+    )
     return figure
 
 
@@ -214,10 +217,11 @@ def _draw_after(axes: Any, two: TwoFrames) -> None:
 
     compared, every = int(two.compared.sum()), two.compared.size
     _show(
-        axes, two.images[1],
+        axes,
+        two.images[1],
         f"frame {two.index + 1}: where each is expected, and the new boxes; "
         f"{compared} of {every} pairs are compared",
-    )  # fmt: skip
+    )
     areas = two.outlines
     for row in np.argsort([-len(area) and -_size(area) for area in areas]).tolist():
         if len(areas[row]):
@@ -250,11 +254,16 @@ def _draw_map(
             _patch(axes, regions[row], edgecolor=colour, linestyle="--", linewidth=1.0)
         filled = (*colour, 0.40)
         _patch(axes, outlines[row], facecolor=filled, edgecolor=colour, linewidth=1.2)
-        axes.text(*_ahead(centre), str(track_id), ha="center", va="center", fontsize=TEXT_POINTS - 1.5,
-                  color=INK_COLOUR, clip_on=True)  # fmt: skip
+        style = {"ha": "center", "va": "center", "fontsize": TEXT_POINTS - 1.5, "clip_on": True}
+        axes.text(*_ahead(centre), str(track_id), color=INK_COLOUR, **style)
     for corners in () if two is None else two.seen.cuboids.footprint():
         _patch(axes, corners, edgecolor="black", linewidth=0.9, zorder=4)
     _patch(axes, OUR_CAR_OUTLINE, facecolor="#555555", linewidth=0)
+    _set_map_axes(axes, title, reach)
+
+
+def _set_map_axes(axes: Any, title: str, reach: tuple[float, float]) -> None:
+    """Limits, grid and title of a map. reach: metres ahead and to either side."""
     far, side = reach
     axes.set_xlim(-METRES_BEHIND, far)
     axes.set_ylim(-side, side)
@@ -316,9 +325,9 @@ def _number(axes: Any, track_id: int, place: tuple[float, float]) -> None:
     colour = _colour(track_id)
     light = 0.299 * colour[0] + 0.587 * colour[1] + 0.114 * colour[2] > 0.55
     box = {"facecolor": colour, "edgecolor": "none", "pad": 1.2}
-    axes.text(max(place[0], 2.0), max(place[1], 12.0) - 2.0, str(track_id), fontsize=TEXT_POINTS - 1.0,
-              color="black" if light else "white", va="bottom", ha="left", bbox=box,
-              clip_on=True)  # fmt: skip
+    style = {"va": "bottom", "ha": "left", "fontsize": TEXT_POINTS - 1.0, "clip_on": True}
+    u, v = max(place[0], 2.0), max(place[1], 12.0) - 2.0
+    axes.text(u, v, str(track_id), color="black" if light else "white", bbox=box, **style)
 
 
 def _ahead(points: Float[Array, "*n 2"]) -> Float[Array, "*n 2"]:

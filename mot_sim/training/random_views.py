@@ -133,9 +133,16 @@ def cars_before(
     road = ego[2] + np.pi * rng.integers(0, 2, n) + rng.normal(0.0, 0.1, n)
     heading = np.where(rng.uniform(size=n) < ALIGNED_SHARE, road, heading)
     crowd = TrafficState(
-        0.0, np.arange(n), ego[0] + c * z - s * x, ego[1] + s * z + c * x, heading, np.zeros(n),
-        size, ego, np.array([4.4, 1.45, 1.8]),
-    )  # fmt: skip
+        0.0,
+        np.arange(n),
+        ego[0] + c * z - s * x,
+        ego[1] + s * z + c * x,
+        heading,
+        np.zeros(n),
+        size,
+        ego,
+        np.array([4.4, 1.45, 1.8]),
+    )
     stays = np.ones(n, bool)
     poses = np.stack((crowd.x, crowd.y, heading), axis=1)
     for first, second in colliding_pairs(poses, size).tolist():
@@ -144,9 +151,14 @@ def cars_before(
     rows = np.flatnonzero(stays)
     ids = np.arange(len(rows))
     world = replace(
-        crowd, ids=ids, x=crowd.x[rows], y=crowd.y[rows], heading=heading[rows],
-        speed=np.zeros(len(rows)), size=size[rows],
-    )  # fmt: skip
+        crowd,
+        ids=ids,
+        x=crowd.x[rows],
+        y=crowd.y[rows],
+        heading=heading[rows],
+        speed=np.zeros(len(rows)),
+        size=size[rows],
+    )
     names = np.array(list(BODIES))[cars.bodies[rows]]
     paints = np.array(cars.paints)[rows]
     kinds = np.where(names == "van", "Van", "Car")

@@ -98,11 +98,14 @@ def _whole(
         "body",
         element("a", "Skip to the results", href="#results", class_="skip"),
         element(
-            "div", _top(sources, title), element("main", *parts, id="results"), _foot(),
+            "div",
+            _top(sources, title),
+            element("main", *parts, id="results"),
+            _foot(),
             class_="wrap",
         ),
         _scripts(panels) if any(panels) else None,
-    )  # fmt: skip
+    )
     return f"<!doctype html>\n{element('html', _head(title), body, lang='en')}\n"
 
 

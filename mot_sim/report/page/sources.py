@@ -27,9 +27,12 @@ from tracker.errors import BadConfig, BadFile
 RESULT_FILES = (RESULT_FILE, SWEEP_FILE, RUN_FILE)  # any of them makes a folder one of ours
 SHOWN_FILES = (".mp4", ".png")
 MEDIA_TYPES = {
-    ".mp4": "video/mp4", ".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg",
+    ".mp4": "video/mp4",
+    ".png": "image/png",
+    ".jpg": "image/jpeg",
+    ".jpeg": "image/jpeg",
     ".gif": "image/gif",
-}  # fmt: skip
+}
 # The codecs in an MP4 that browsers play; mp4v, OpenCV's own, is none of them.
 PLAYABLE_CODECS = (b"avc1", b"avc3", b"av01", b"vp09")
 
@@ -55,9 +58,9 @@ def find_sources(folders: Sequence[Path]) -> list[ResultSource]:
         places = list(_places(folder))
         if not places:
             raise BadFile(
-                f"{folder}: nothing of ours: no {', '.join(RESULT_FILES)} there or one folder below; name "
-                "folders that sweep, stress, breaking-point, compare, tables, tune, diagnose or track got "
-                "as --out"
+                f"{folder}: nothing of ours: no {', '.join(RESULT_FILES)} there or one folder "
+                "below; name folders that sweep, stress, breaking-point, compare, tables, tune, "
+                "diagnose or track got as --out"
             )
         for place in places:
             found.setdefault(place.resolve(), read_source(place))
@@ -129,18 +132,18 @@ def _run(folder: Path) -> Result:
         finished = bool(described["complete"])
     except FAULTS as error:
         raise BadFile(f"{file}: no run of ours: {error!r:.120}") from None
-    files = tuple(
-        path.name for path in sorted(folder.iterdir())
-        if path.suffix.lower() in SHOWN_FILES and path.is_file() and not path.is_symlink()
-    )  # fmt: skip
+    shown = [path for path in sorted(folder.iterdir()) if path.suffix.lower() in SHOWN_FILES]
+    files = tuple(path.name for path in shown if path.is_file() and not path.is_symlink())
     return Result(
-        "run", f"{folder.name}: results of a tracker", Made("", versions, "", finished),
+        "run",
+        f"{folder.name}: results of a tracker",
+        Made("", versions, "", finished),
         (
             ResultTable("sequences", "What went through the tracker", ("sequence", *names), rows),
             ResultTable("settings", "Settings", ("setting", "value"), settings),
         ),
         files,
-    )  # fmt: skip
+    )
 
 
 def _cell(value: object) -> Cell:
