@@ -20,12 +20,12 @@ SYMBOLS = ("circle", "square", "diamond", "triangle-up", "x", "triangle-down", "
 DASHES = ("solid", "dash", "dot", "dashdot")
 
 ROW_SHARE = 0.7  # of the height of a row that its series take
-LINE_WIDTHS = (3.2, 2.4, 1.6)  # of lines, the first below: of two that are equal both are seen
-MIN_LOG_RATIO = 30.0  # the ratio of levels from which on an axis is logarithmic
+LINE_WIDTHS = (3.2, 2.4, 1.6)  # the first below: of two that are equal both are seen
+MIN_LOG_RATIO = 30.0  # of levels, for a logarithmic axis
 FIGURE_ENDINGS = (".png", ".svg", ".pdf")
-CHART_INCHES = (4.6, 3.1)  # inches of a chart
-ROW_INCHES = 0.28  # inches of a row of words and series
-DOTS_PER_INCH = 200  # an inch, of a PNG
+CHART_INCHES = (4.6, 3.1)
+ROW_INCHES = 0.28  # of a row of words and series
+DOTS_PER_INCH = 200  # of a PNG
 MARKERS = ("o", "s", "D", "^", "X", "v", "P")
 LINE_STYLES = ("-", "--", ":", "-.")
 # What a figure needs no matter how matplotlib is set up here; the salt and the missing dates

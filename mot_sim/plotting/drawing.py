@@ -33,8 +33,8 @@ from tracker.types import Camera, Detections, Tracks
 
 SWITCH_FRAMES = 6  # frames that a switch is marked for, the first one most
 AREA_TINT_SHARE = 0.16
-MIN_TAGGED_PIXELS = 28.0  # pixels; the words would hide lower cars
-MIN_TAGGED_NEUTRAL_PIXELS = 60.0  # pixels; the words would hide lower cars
+MIN_TAGGED_PIXELS = 28.0  # of height; the words would hide lower cars
+MIN_TAGGED_NEUTRAL_PIXELS = 60.0
 
 
 def draw_detections(image: Image, detections: Detections) -> None:

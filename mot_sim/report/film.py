@@ -36,14 +36,14 @@ from mot_sim.simulation.episode import SimulatedDrive
 from tracker.geometry import box_iou
 from tracker.types import Detections, Frame, Tracks
 
-TITLE_PIXELS = 32  # pixels
-LINE_PIXELS = 19  # pixels
-LEGEND_TEXT_PIXELS = 14  # pixels
-MARGIN_PIXELS = 12  # pixels
+TITLE_PIXELS = 32
+LINE_PIXELS = 19
+LEGEND_TEXT_PIXELS = 14
+MARGIN_PIXELS = 12
 TOP_VIEW_PIXELS = 313  # pixels: with KITTI's 375 and the title it makes 720
-PIXELS_PER_METRE = 7.8  # pixels a metre in the top view
-METRES_BEHIND = 14.0  # metres behind us that the top view shows
-TRAIL_FRAMES = 25  # frames
+PIXELS_PER_METRE = 7.8  # in the top view
+METRES_BEHIND = 14.0  # behind us, in the top view
+TRAIL_FRAMES = 25
 MIN_DETECTED_IOU = 0.5
 
 

@@ -23,7 +23,7 @@ from tracker.types import Cuboids
 
 RERUN_ENDING = ".rrd"
 JPEG_QUALITY = 90  # of JPEG; lossless images make recordings ten times as large
-TRAIL_FRAMES = 50  # frames
+TRAIL_FRAMES = 50
 
 
 def find_rerun() -> Any:

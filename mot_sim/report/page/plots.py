@@ -6,9 +6,9 @@ from typing import Any
 from mot_sim.plotting.charts import COLOURS, DASHES, SYMBOLS, Chart, Series
 from mot_sim.report.page.cells import with_ends
 
-CHART_PIXELS = 340  # pixels of a chart over levels
-ROW_PIXELS = 24  # pixels of a row of words and series
-BAND_OPACITY = 0.15  # opacity of intervals
+CHART_PIXELS = 340  # height of a chart over levels
+ROW_PIXELS = 24  # of a row of words and series
+BAND_OPACITY = 0.15  # of intervals
 
 
 def plot_of(chart: Chart) -> dict[str, Any]:
