@@ -44,11 +44,7 @@ class Report:
         from mot_sim.report.page import write_report
 
         report = write_report(
-            self.folders,
-            self.out,
-            title=self.title,
-            figures=self.figures,
-            overwrite=self.overwrite,
+            self.folders, self.out, title=self.title, figures=self.figures, overwrite=self.overwrite
         )
         for path in report.left_out:
             terminal.note(f"left out of the page: {path}; the page says why")

@@ -99,10 +99,7 @@ def at_risk(events: ContextEvents, cars: Tracks, around: list[dict[str, int]]) -
 
 
 def tally(
-    breaks: Breaks,
-    events: ContextEvents,
-    around: list[dict[str, int]],
-    risky: Bool[Array, " n"],
+    breaks: Breaks, events: ContextEvents, around: list[dict[str, int]], risky: Bool[Array, " n"]
 ) -> dict[str, EventCounts]:
     """The counts of one drive, by the names of kinds and of their bins. risky: see `at_risk`."""
     found: dict[str, EventCounts] = {}

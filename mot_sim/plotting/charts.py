@@ -44,11 +44,7 @@ RC_SETTINGS = {
     "svg.hashsalt": "mot-sim",
     "pdf.fonttype": 42,
 }
-METADATA = {
-    ".png": {"Software": "mot-sim"},
-    ".svg": {"Date": None},
-    ".pdf": {"CreationDate": None},
-}
+METADATA = {".png": {"Software": "mot-sim"}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 
 
 @dataclass(frozen=True)

@@ -99,9 +99,7 @@ def convert(sources: Sequence[Path], how: Sequence[str], target: Path) -> None:
     """One run of ffmpeg from files to a file. Raises BadOutput."""
     given = [word for source in sources for word in ("-i", str(source))]
     done = subprocess.run(
-        [find_ffmpeg(), *QUIET, *given, *how, str(target)],
-        capture_output=True,
-        check=False,
+        [find_ffmpeg(), *QUIET, *given, *how, str(target)], capture_output=True, check=False
     )
     if done.returncode:
         said = done.stderr.decode(errors="replace")

@@ -162,8 +162,7 @@ def draw_teaser(two: TwoFrames) -> "matplotlib.figure.Figure":
     layout = ConstrainedLayoutEngine(h_pad=0.02, w_pad=0.02, hspace=0.02)
     figure = Figure(figsize=(WIDTH_INCHES, 2 * row + MAPS_INCHES), layout=layout)
     parts = figure.subplot_mosaic(
-        [["t", "t"], ["next", "next"], ["map t", "map next"]],
-        height_ratios=[row, row, MAPS_INCHES],
+        [["t", "t"], ["next", "next"], ["map t", "map next"]], height_ratios=[row, row, MAPS_INCHES]
     )
     _draw_before(parts["t"], two)
     _draw_after(parts["next"], two)

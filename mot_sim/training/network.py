@@ -108,12 +108,7 @@ def residual(size: NetworkSize) -> Any:
 def hourglass(size: NetworkSize, depth: int) -> Any:
     """Down to maps half as large and up again, `depth` times nested."""
     inner = residual(size) if depth == 1 else hourglass(size, depth - 1)
-    parts = {
-        "across": residual(size),
-        "down": residual(size),
-        "inner": inner,
-        "up": residual(size),
-    }
+    parts = {"across": residual(size), "down": residual(size), "inner": inner, "up": residual(size)}
     return module("Hourglass", _hourglass, parts)
 
 

@@ -76,9 +76,7 @@ def _plane_turn(T_road_label: Float[Array, "4 4"]) -> Float[Array, "2 2"]:
 
 
 def read_labels(
-    path: Path,
-    T_road_label: Float[Array, "4 4"] | None = None,
-    frame_count: int | None = None,
+    path: Path, T_road_label: Float[Array, "4 4"] | None = None, frame_count: int | None = None
 ) -> Tracks:
     """The labels of a sequence, DontCare among them with id -1, in the order of frames.
 
@@ -204,9 +202,7 @@ def write_results(
 
 
 def read_results(
-    path: Path,
-    T_road_label: Float[Array, "4 4"] | None = None,
-    frame_count: int | None = None,
+    path: Path, T_road_label: Float[Array, "4 4"] | None = None, frame_count: int | None = None
 ) -> Tracks:
     """The tracks in a result file, in the order of frames.
 
