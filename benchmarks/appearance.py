@@ -36,8 +36,12 @@ from benchmarks.appearance_samples import (  # noqa: E402
 )
 from benchmarks.appearance_sheet import confusion_sheet  # noqa: E402
 from mot_sim.plotting import write_image
-from mot_sim.training.appearance import unit_of_descriptor  # noqa: E402
-from mot_sim.training.identities import Sight, lessons, sights_of  # noqa: E402
+from mot_sim.training.appearance import (  # noqa: E402
+    CarPicture,
+    car_pictures,
+    training_drives,
+    unit_of_descriptor,
+)
 from tracker.descriptors import Classical, Learned, pool_maps  # noqa: E402
 from tracker.shape import Hourglass  # noqa: E402
 
@@ -49,13 +53,13 @@ class Maps:
 
     def __init__(self) -> None:
         self.hourglass = Hourglass.load()
-        self.latest: tuple[Sight, Array] | None = None
+        self.latest: tuple[CarPicture, Array] | None = None
 
-    def __call__(self, sight: Sight) -> Array:
+    def __call__(self, picture: CarPicture) -> Array:
         """The activations of a picture's boxes."""
-        if self.latest is None or self.latest[0] is not sight:
-            bgr = np.ascontiguousarray(sight.image[:, :, ::-1])
-            self.latest = sight, self.hourglass(bgr, sight.boxes).activations
+        if self.latest is None or self.latest[0] is not picture:
+            bgr = np.ascontiguousarray(picture.image[:, :, ::-1])
+            self.latest = picture, self.hourglass(bgr, picture.boxes).activations
         return self.latest[1]
 
 
@@ -64,16 +68,16 @@ def contenders() -> dict[str, Look]:
     maps, learned, classical = Maps(), Learned.load(), Classical()
     rng = np.random.default_rng(0)
 
-    def correlated(sight: Sight) -> Array:
-        features = pool_maps(maps(sight), sight.boxes, learned.grid)
+    def correlated(picture: CarPicture) -> Array:
+        features = pool_maps(maps(picture), picture.boxes, learned.grid)
         features = features - learned.mean[: features.shape[1]]
         return features / np.linalg.norm(features, axis=1, keepdims=True)
 
     return {
-        "learned": lambda sight: learned(sight.image, sight.boxes, maps(sight)),
+        "learned": lambda picture: learned(picture.image, picture.boxes, maps(picture)),
         "maps": correlated,
-        "classical": lambda sight: classical(sight.image, sight.boxes),
-        "random": lambda sight: rng.normal(size=(len(sight.ids), 16)),
+        "classical": lambda picture: classical(picture.image, picture.boxes),
+        "random": lambda picture: rng.normal(size=(len(picture.ids), 16)),
     }
 
 
@@ -110,7 +114,7 @@ def main() -> None:
     parser.add_argument("--unit", action="store_true", help="of the classical descriptor")
     given = parser.parse_args()
     if given.unit:
-        pictures = (sight for drive in lessons() for sight in sights_of(drive))
+        pictures = (picture for drive in training_drives() for picture in car_pictures(drive))
         unit = unit_of_descriptor(pictures, Classical(unit=1.0))
         print(f"unit of the classical descriptor: {unit:.4f}")
         return

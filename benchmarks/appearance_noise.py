@@ -49,9 +49,9 @@ def fit_noise(root: Path, seen: list[Seen], name: str) -> None:
 
 def figures(seen: list[Seen], name: str) -> tuple[Array, float]:
     """Rank-1 for each of GAPS, the share of pairs that the unit takes wrongly, and the unit."""
-    lesson = _lesson(seen, name)
-    unit = unit_of(lesson)
-    wrong = float((pair_distances(lesson)[0] > unit).mean())
+    dataset = _dataset(seen, name)
+    unit = unit_of(dataset)
+    wrong = float((pair_distances(dataset)[0] > unit).mean())
     return np.array([*(matches(seen, name, gap).rank1 for gap in GAPS), wrong]), unit
 
 
@@ -81,7 +81,7 @@ def _rows(one: Seen, labels: dict[str, Sightings]) -> list[int]:
     return [int(here[np.flatnonzero(some.ids[here] == each)[0]]) for each in one.ids]
 
 
-def _lesson(seen: list[Seen], name: str) -> DescriptorDataset:
+def _dataset(seen: list[Seen], name: str) -> DescriptorDataset:
     """All cars of all pictures, those without a descriptor left out."""
     drives = sorted({one.drive for one in seen})
     parts = []

@@ -13,12 +13,12 @@ import numpy as np
 from numpy import ndarray as Array
 
 from mot_sim.datasets import kitti_sequence
-from mot_sim.training.identities import LEAST_HEIGHT, RenderedDrive, Sight, sights_of
+from mot_sim.training.appearance import MIN_HEIGHT_PIXELS, CarPicture, RenderedDrive, car_pictures
 
 GAPS = (1, 5, 10)  # frames
 STARTS = range(0, 120, 10)
 FRAMES = tuple(sorted({start + gap for start in STARTS for gap in (0, *GAPS)}))
-# Other seeds than those of `mot_sim.training.identities.lessons`; the T-junction is not in it.
+# Other seeds than those of `training_drives`, which has no T-junction.
 ORDINARY = (
     RenderedDrive("t_junction", 900, ("noon",), FRAMES),
     RenderedDrive("intersection", 901, ("overcast",), FRAMES),
@@ -33,7 +33,7 @@ LOOK_ALIKES = (
 CLIPS = {"0000": range(154), "0005": range(16), "0009": range(47, 63)}
 CROP = 64  # pixels of the pictures that are kept for the sheet
 
-Look = Callable[[Sight], Array]
+Look = Callable[[CarPicture], Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,13 +47,13 @@ class Seen:
     crops: list[Array]
 
 
-def synthetic(drives: Iterable[RenderedDrive]) -> Iterator[Sight]:
+def synthetic(drives: Iterable[RenderedDrive]) -> Iterator[CarPicture]:
     """The pictures of drives."""
     for drive in drives:
-        yield from sights_of(drive)
+        yield from car_pictures(drive)
 
 
-def real(root: Path) -> Iterator[Sight]:
+def real(root: Path) -> Iterator[CarPicture]:
     """The labelled cars and vans of the clips, as high and as little hidden as the synthetic."""
     for name, frames in CLIPS.items():
         sequence = kitti_sequence(root, name, None, "none", images=True).subset(frames)
@@ -62,25 +62,25 @@ def real(root: Path) -> Iterator[Sight]:
         assert truth.kinds is not None
         assert truth.occlusion is not None
         cars = np.isin(truth.kinds, ["Car", "Van"]) & (truth.ids >= 0) & (truth.occlusion <= 2)
-        cars &= truth.boxes[:, 3] - truth.boxes[:, 1] >= LEAST_HEIGHT
+        cars &= truth.boxes[:, 3] - truth.boxes[:, 1] >= MIN_HEIGHT_PIXELS
         for frame in sequence:
             assert frame.image is not None
             some = truth.select(cars & (truth.frames == frame.index))
             visible = np.ones(len(some))
-            yield Sight(name, frame.index, frame.image, some.boxes, some.ids, visible)
+            yield CarPicture(name, frame.index, frame.image, some.boxes, some.ids, visible)
 
 
-def seen_by(sights: Iterable[Sight], looks: dict[str, Look]) -> list[Seen]:
+def seen_by(pictures: Iterable[CarPicture], looks: dict[str, Look]) -> list[Seen]:
     """The pictures with the descriptors of all contenders."""
     return [
         Seen(
-            sight.drive,
-            sight.frame,
-            sight.ids,
-            {name: look(sight) for name, look in looks.items()},
-            [crop_of(sight.image, box) for box in sight.boxes],
+            picture.drive,
+            picture.frame,
+            picture.ids,
+            {name: look(picture) for name, look in looks.items()},
+            [crop_of(picture.image, box) for box in picture.boxes],
         )
-        for sight in sights
+        for picture in pictures
     ]
 
 

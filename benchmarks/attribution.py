@@ -20,11 +20,9 @@ from typing import Any
 import numpy as np
 from numpy import ndarray as Array
 
-from mot_sim.diagnosis.attribution import VERDICTS, Attributor, Cause, shares
-from mot_sim.diagnosis.loading import suite_tasks
-from mot_sim.diagnosis.replay import Replays
-from mot_sim.diagnosis.sources import SourceAblation, active_sources, without
-from mot_sim.diagnosis.streams import DetectionStream
+from mot_sim.diagnosis.attribution import VERDICTS, Attributor, Cause, Replays, shares
+from mot_sim.diagnosis.sources import DetectionStream, SourceAblation, active_sources, without
+from mot_sim.diagnosis.tasks import suite_tasks
 from mot_sim.diagnosis.work import diagnose
 from mot_sim.experiments.stress.suites import read_suites
 from mot_sim.experiments.sweep.conditions import Conditions
@@ -265,8 +263,8 @@ class Ground:
 
     def judged(self, conditions: Conditions, switches: Breaks) -> list[Cause]:
         """What the switches are said to hang on."""
-        bench = SourceAblation.of(conditions, self.recorded, self.seed)
-        return Attributor(bench, self.every, Replays(TRACKER)).attribute(switches)
+        ablation = SourceAblation.of(conditions, self.recorded, self.seed)
+        return Attributor(ablation, self.every, Replays(TRACKER)).attribute(switches)
 
 
 Plant = Callable[[Ground, Spot, np.random.Generator], Conditions]

@@ -18,7 +18,7 @@ from scipy.optimize import minimize
 
 from benchmarks.kitti_tables import GIVEN
 from mot_sim.datasets import DETECTORS, KittiSequence, kitti_sequence
-from mot_sim.metrics.overlaps import EPSILON
+from mot_sim.metrics.matching import EPSILON
 from mot_sim.metrics.preprocessing import ignored_if_unmatched, match_cars, prepare_sequence
 from tracker import Tracks
 

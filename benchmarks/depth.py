@@ -15,7 +15,7 @@ from numpy import ndarray as Array
 
 from benchmarks.kitti_tables import GIVEN
 from mot_sim.datasets import KittiSequence, kitti_sequence
-from mot_sim.metrics.overlaps import Overlaps
+from mot_sim.metrics.matching import Overlaps
 from tracker.beliefs import Lift
 
 LIFTS = {"road contact (eq. 2)": Lift(), "with the box's height": Lift(use_box_height=True)}

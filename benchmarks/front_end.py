@@ -20,23 +20,23 @@ import cv2  # noqa: E402
 import numpy as np  # noqa: E402
 
 from mot_sim.simulation.registry import find_scene  # noqa: E402
-from mot_sim.training.identities import RenderedDrive, Sight, sights_of  # noqa: E402
+from mot_sim.training.appearance import CarPicture, RenderedDrive, car_pictures  # noqa: E402
 from tracker import Detections, Frame, Tracker  # noqa: E402
 from tracker.front_end import FrontEnd  # noqa: E402
 
 GOAL_MS, GOAL_CARS = 60.0, 10
 
 
-def frames_of(sight: Sight, cars: int, rounds: int) -> list[Frame]:
+def frames_of(picture: CarPicture, cars: int, rounds: int) -> list[Frame]:
     """The picture with so many boxes, which tremble from frame to frame."""
     rng = np.random.default_rng(0)
-    first = np.resize(sight.boxes, (cars, 4))
-    first[len(sight.boxes) :, [0, 2]] += 3.0
+    first = np.resize(picture.boxes, (cars, 4))
+    first[len(picture.boxes) :, [0, 2]] += 3.0
     frames = []
     for index in range(rounds):
         boxes = first + rng.normal(0.0, 1.0, first.shape)
         seen = Detections.of(boxes.clip(0.0, [1241.0, 374.0, 1241.0, 374.0]), np.full(cars, 0.9))
-        frames.append(Frame(index, 0.1 * index, seen, image=sight.image))
+        frames.append(Frame(index, 0.1 * index, seen, image=picture.image))
     return frames
 
 
@@ -60,8 +60,8 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=30)
     given = parser.parse_args()
     cv2.setNumThreads(1)
-    sight = next(sights_of(RenderedDrive("street", 902, ("noon",), (40,))))
-    frames = frames_of(sight, given.cars, given.rounds)
+    picture = next(car_pictures(RenderedDrive("street", 902, ("noon",), (40,))))
+    frames = frames_of(picture, given.cars, given.rounds)
     print(f"{given.cars} cars, {given.rounds} frames, CPU ms a frame: median (90th percentile)")
     for cues in ("pose", "appearance", "classical", "pose,classical", "all"):
         parts = stage_ms(frames, cues)

@@ -9,7 +9,7 @@ from numpy import ndarray as Array
 from benchmarks.keypoint_real import CLIPS, NEAR, bgr_of, pictures
 from mot_sim.datasets import kitti_sequence
 from mot_sim.simulation.truth import KeypointVisibility
-from mot_sim.training.augment import AugmentedCrops
+from mot_sim.training.augmentation import AugmentedCrops
 from tracker.shape import (
     KEYPOINTS_36,
     Hourglass,

@@ -25,10 +25,9 @@ from numpy import ndarray as Array
 from benchmarks.keypoint_real import annotated_pck, published_beside_ours, yaw_on_clips
 from benchmarks.keypoint_sheet import real_tiles, rendered_tiles, sheet
 from mot_sim.plotting import write_image
-from mot_sim.training.augment import AugmentedCrops, as_detected
-from mot_sim.training.crops import Crops
-from mot_sim.training.scores import Judged, judge
-from mot_sim.training.shards import HELD_OUT, gather
+from mot_sim.training.augmentation import AugmentedCrops, detected_crops
+from mot_sim.training.keypoint_crops import FIRST_HELD_OUT_SEED, Crops, gather_crops
+from mot_sim.training.learning import KeypointScores, score_keypoints
 from tracker.shape import CROP_MARGIN, Hourglass, decode
 
 SEED = 0
@@ -43,21 +42,21 @@ def maps_of(hourglass: Hourglass, shown: AugmentedCrops) -> Array:
     return np.concatenate(maps)
 
 
-def judged(shown: AugmentedCrops, found: Array, share: float = 0.1) -> Judged:
+def judged(shown: AugmentedCrops, found: Array, share: float = 0.1) -> KeypointScores:
     """Predictions beside the truth; share: of the box's longer side, how near is right."""
     longer = np.full(len(found), 1.0 / CROP_MARGIN)
-    return judge(found, shown.keypoints, shown.states, longer, share)
+    return score_keypoints(found, shown.keypoints, shown.states, longer, share)
 
 
-def rows_of(result: Judged, rows: Array) -> str:
+def rows_of(result: KeypointScores, rows: Array) -> str:
     """PCK and count of some crops."""
-    some = Judged(result.right[rows], result.seen[rows], result.confidence[rows])
+    some = KeypointScores(result.right[rows], result.seen[rows], result.confidence[rows])
     return f"{some.pck:.3f} ({rows.sum()} cars)"
 
 
 def synthetic(hourglass: Hourglass, crops: Crops) -> None:
     """PCK, split; whether confidences are probabilities; other ways to find a map's peak."""
-    shown = as_detected(crops, SEED)
+    shown = detected_crops(crops, SEED)
     maps = maps_of(hourglass, shown)
     result = judged(shown, decode(maps))
     print(f"PCK@0.1 of visible keypoints, {len(crops)} held-out crops: {result.pck:.3f}")
@@ -67,10 +66,11 @@ def synthetic(hourglass: Hourglass, crops: Crops) -> None:
         for low, high in pairwise(edges):
             rows = (column >= low) & (column < high)
             print(f"  {what} {low:g} to {high:g}: {rows_of(result, rows)}")
-    whole = (crops.visible > VISIBLE[2]) & (crops.cut < 0.01)
+    whole = (crops.visible > VISIBLE[2]) & (crops.truncation < 0.01)
     print(f"  four fifths visible, not cut: {rows_of(result, whole)}")
-    print(f"confidence against share seen and right (off by {result.doubt:.3f} on average):")
-    print("  " + "  ".join(f"{a:.2f}:{b:.2f}" for a, b, n in result.claimed if n))
+    off = f"(off by {result.calibration_error:.3f} on average)"
+    print(f"confidence against share seen and right {off}:")
+    print("  " + "  ".join(f"{a:.2f}:{b:.2f}" for a, b, n in result.reliability if n))
     for reach in (0, 1, 2, 3):
         near, nearer = (judged(shown, decode(maps, reach), share).pck for share in (0.1, 0.05))
         print(f"mean over {reach} cells around the peak: PCK@0.1 {near:.3f}, PCK@0.05 {nearer:.3f}")
@@ -109,13 +109,15 @@ def main() -> None:
     root = None if given.root is None else Path(given.root)
     with TemporaryDirectory() as own:
         if given.synthetic or given.sheet:
-            crops = gather(
-                given.crops or Path(own), HELD_OUT, given.count if given.synthetic else 60
+            crops = gather_crops(
+                given.crops or Path(own),
+                FIRST_HELD_OUT_SEED,
+                given.count if given.synthetic else 60,
             )
         if given.synthetic:
             synthetic(hourglass, crops)
         if given.sheet:
-            tiles = rendered_tiles(hourglass, as_detected(crops.select(slice(0, 40)), SEED))
+            tiles = rendered_tiles(hourglass, detected_crops(crops.select(slice(0, 40)), SEED))
             tiles += real_tiles(hourglass, root) if root else []
             write_image(given.sheet, sheet(tiles))
     if given.real and root is not None:

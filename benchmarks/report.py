@@ -28,7 +28,7 @@ from mot_sim.experiments.results.result_file import (
 )
 from mot_sim.experiments.sweep.summary import METRICS
 from mot_sim.plotting import write_video
-from mot_sim.report.page import MOST_BYTES, write_report
+from mot_sim.report.page import MAX_PAGE_BYTES, write_report
 
 AXES, LEVELS, TRACKERS = 7, 5, ("default", "paper", "greedy", "window")
 CLIP = (375, 1242)  # height and width of KITTI's images
@@ -141,7 +141,7 @@ def main() -> None:
         clips = sum(name.endswith(".mp4") for each in report.sources for name in each.result.files)
         print(
             f"{len(report.sources)} results, {clips} clips: {report.size / 1e6:.2f} MB of "
-            f"{MOST_BYTES / 1e6:.0f}, {len(report.left_out)} files left out"
+            f"{MAX_PAGE_BYTES / 1e6:.0f}, {len(report.left_out)} files left out"
         )
         print(f"written in {wall:.1f} s of wall time, {cpu:.1f} CPU s")
         seconds = open_page(report.path, given.runs)

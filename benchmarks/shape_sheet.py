@@ -32,7 +32,7 @@ from benchmarks.shape_samples import (
 from mot_sim.datasets import kitti_sequence
 from mot_sim.datasets.images import ImageFolder
 from mot_sim.plotting import write_image
-from mot_sim.report.wireframes import ACROSS, SIDE
+from mot_sim.report.wireframes import MIRRORED_KEYPOINTS, SIDE_KEYPOINTS
 from mot_sim.simulation.cars import load_fleet, topology
 from mot_sim.simulation.renderers import Mesh, MeshInstances, Semantic, View, find_renderer
 from tracker.geometry import homogeneous, rotation_y
@@ -52,8 +52,8 @@ COLUMNS = 5
 FITTED, DOUBTED, BEHIND, GIVEN = (60, 255, 90), (255, 70, 60), (30, 120, 60), (255, 225, 40)
 EDGES = [
     *((f"{side}_{a}", f"{side}_{b}") for side in ("left", "right")
-      for a, b in pairwise(SIDE)),
-    *((f"left_{name}", f"right_{name}") for name in ACROSS),
+      for a, b in pairwise(SIDE_KEYPOINTS)),
+    *((f"left_{name}", f"right_{name}") for name in MIRRORED_KEYPOINTS),
 ]  # fmt: skip
 HUB_RADIUS = 3
 

@@ -22,10 +22,11 @@ from tracker import Tracker
 from tracker.errors import BadOutput, OutputExists
 from tracker.types import Camera, Tracks
 
-SCENE, FRAMES = "intersection", 140
-STILLS = (0.15, 0.65)  # of the film's length
-PICTURE_AT = 0.54  # the README's picture, named after the scene
-OURS = frozenset(
+DEMO_SCENE = "intersection"
+DEMO_FRAMES = 140
+STILL_SHARES = (0.15, 0.65)  # of the film's length
+PICTURE_SHARE = 0.54  # of its length: the README's picture, named after the scene
+DEMO_FILES = frozenset(
     {"tracks.txt", "truth.txt", "scores.json", "scores.md", "demo.mp4"}
     | {f"{scene}.jpg" for scene in SCENES}
 )
@@ -35,7 +36,7 @@ MakeTracker = Callable[[Camera], Tracker]
 
 @dataclass(frozen=True, eq=False)
 class DemoResult:
-    """What the demo gives: scores by tracker (the shown one first), and where it wrote what."""
+    """Result of the demo: scores by tracker (the shown one first), and the written files."""
 
     folder: Path
     still_names: tuple[str, ...]
@@ -54,7 +55,7 @@ class DemoResult:
 
     @property
     def tracks(self) -> Path:
-        """The shown tracker's rows, as the KITTI server wants them."""
+        """The shown tracker's rows, in the format of the KITTI server."""
         return self.folder / "tracks.txt"
 
     @property
@@ -64,7 +65,7 @@ class DemoResult:
 
     @property
     def scores_json(self) -> Path:
-        """All scores."""
+        """All scores as JSON."""
         return self.folder / "scores.json"
 
     @property
@@ -98,7 +99,7 @@ def run_demo(
             seed,
             progress or _silence,
             make_tracker,
-            scene or find_scene(SCENE, frames=FRAMES),
+            scene or find_scene(DEMO_SCENE, frames=DEMO_FRAMES),
         )
         put_in_place(half, out)
     except OSError as error:
@@ -126,7 +127,7 @@ def require_free(out: Path, overwrite: bool) -> None:
             f"{out}: exists and is not empty; name another folder, or give --overwrite"
         )
     foreign = sorted(
-        path.name for path in there if path.name not in OURS and not path.match("frame_*.jpg")
+        path.name for path in there if path.name not in DEMO_FILES and not path.match("frame_*.jpg")
     )
     if foreign:
         raise OutputExists(
@@ -141,7 +142,7 @@ def _make(
     make_tracker: MakeTracker,
     scene: Scene,
 ) -> DemoResult:
-    """Everything, in a folder that is there."""
+    """Write everything into an existing folder."""
     episode = record(scene, seed, renderer="raster")
     name = getattr(make_tracker, "__name__", "given")
     outputs = {
@@ -167,7 +168,7 @@ def _make(
 def _frames(
     film: Film, stills: dict[int, Path], progress: Callable[[int, int], None]
 ) -> Iterator[Image]:
-    """The film's frames; some are kept as stills on the way."""
+    """The film's frames; some are also written as stills."""
     total = len(film.drive)
     for done, (index, image) in enumerate(film.frames(), 1):
         if index in stills:
@@ -177,10 +178,10 @@ def _frames(
 
 
 def _still_names(episode: Episode) -> dict[int, str]:
-    """Which frames are kept, and as what."""
-    frames = [int(share * episode.frame_count) for share in STILLS]
+    """The file names of the stills, by frame."""
+    frames = [int(share * episode.frame_count) for share in STILL_SHARES]
     names = {frame: f"frame_{frame:03d}.jpg" for frame in frames}
-    picture = int(PICTURE_AT * episode.frame_count)
+    picture = int(PICTURE_SHARE * episode.frame_count)
     return {frame: name for frame, name in names.items() if frame != picture} | {
         picture: f"{episode.name}.jpg"
     }
@@ -196,4 +197,4 @@ def _as_json(episode: Episode, scores: dict[str, Scores]) -> dict[str, Any]:
 
 
 def _silence(done: int, total: int) -> None:
-    """The progress of those who do not ask for it."""
+    """No progress."""

@@ -20,8 +20,7 @@ from mot_sim.cli.demo import Demo
 from mot_sim.cli.diagnose import Diagnose
 from mot_sim.cli.doctor import Doctor
 from mot_sim.cli.evaluate import Evaluate
-from mot_sim.cli.export import Export
-from mot_sim.cli.export_car import ExportCar
+from mot_sim.cli.export import Export, ExportCar
 from mot_sim.cli.kitti import Kitti
 from mot_sim.cli.listing import List
 from mot_sim.cli.record import Record
@@ -34,8 +33,7 @@ from mot_sim.cli.tables import Tables
 from mot_sim.cli.teaser import Teaser
 from mot_sim.cli.terminal import INTERRUPTED, OK, WRONG, Terminal
 from mot_sim.cli.track import Track
-from mot_sim.cli.train_appearance import TrainAppearance
-from mot_sim.cli.train_keypoints import TrainKeypoints
+from mot_sim.cli.train import TrainAppearance, TrainKeypoints
 from mot_sim.cli.tune import Tune
 from mot_sim.cli.verify import Verify
 

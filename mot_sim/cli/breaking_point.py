@@ -1,4 +1,4 @@
-"""`mot-sim breaking-point`: the level of an axis at which trackers have lost so much of a score."""
+"""`mot-sim breaking-point`: the level of an axis at which a score has fallen by a given drop."""
 
 import json as jsonlib
 from collections.abc import Sequence
@@ -20,16 +20,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BreakingPointCommand:
-    """Find the level of an axis at which HOTA or IDF1 has fallen by so much.
+    """Find the level of an axis at which HOTA or IDF1 has fallen by a given drop.
 
-    mot-sim breaking-point --axis detector.jitter --drop 0.05 --costs volume,reprojection,image_overlap
+    mot-sim breaking-point --axis detector.jitter --drop 0.05 --costs volume,image_overlap
 
     mot-sim breaking-point --axis rig.frame_rate --levels 10,5,3.333,2.5,2,1 --metric IDF1
 
-    From the level where nothing is wrong the level is doubled until the score has fallen, then
-    the last two are halved. A level's fall is measured seed by seed, with the same traffic and
-    draws; the level's interval is where the fall's 95 % interval holds the drop. The score is
-    taken to fall on the way. Trackers that fail have their error told, and the exit code is 1.
+    Starting from the level without noise, the level is doubled until the score has fallen; then
+    the bracket is halved. The fall is measured seed by seed, with the same traffic and draws; the
+    interval of the level is where the fall's 95 % interval contains the drop. The search assumes
+    that the score falls monotonically with the level. The error of a tracker that fails is shown,
+    and the exit code is 1.
     """
 
     axis: Annotated[str, option("NAME")]
@@ -37,19 +38,19 @@ class BreakingPointCommand:
     metric: str = "HOTA"
     """A rate: HOTA, DetA, AssA, MOTA, IDF1, ..."""
     drop: float = 0.05
-    """By how much it must have fallen; 0.05 = 5 points."""
+    """By how much the score must fall; 0.05 = 5 points."""
     start: Annotated[float, option("LEVEL", "0", name="from")] = 0.0
-    """Where nothing is wrong."""
+    """The level without noise."""
     end: Annotated[float | None, option("LEVEL", "as far as it goes", name="to")] = None
     """The farthest level."""
     levels: Annotated[str | None, option("LEVELS", "any between")] = None
-    """With commas, the best first: for axes that take only some levels."""
+    """Separated by commas, the best first: for axes that take only some levels."""
     trackers: Annotated[str | None, option("NAMES", "default,paper; none with --costs")] = None
-    """With commas, as for mot-sim sweep."""
+    """Separated by commas, as for mot-sim sweep."""
     costs: Annotated[str | None, option("COSTS")] = None
-    """Cue sets, with commas: each a cost, or some with weights (volume=0.6+reprojection=0.4)."""
+    """Cue sets, separated by commas: a cost, or several (volume=0.6+reprojection=0.4)."""
     base_tracker: Annotated[str, option("TRACKER", "paper")] = "paper"
-    """The tracker that the cue sets are for."""
+    """The tracker that uses the cue sets."""
     scene: Annotated[str, option("NAME", "intersection")] = "intersection"
     """mot-sim scenes."""
     profile: Annotated[str, option("NAME|FILE", "rrc")] = "rrc"
@@ -57,19 +58,19 @@ class BreakingPointCommand:
     settings: Annotated[Many, option("NAME=LEVEL", name="set")] = ()
     """Any other axis, set to one level; repeatable."""
     seeds: int = 8
-    """How many runs of each."""
+    """Number of runs of each."""
     first_seed: int = 0
-    """The next ones follow."""
+    """First seed; the runs use consecutive seeds."""
     frames: int = 80
-    """Of each run, at 10 Hz."""
+    """Frames per run, at 10 Hz."""
     precision: float = 0.1
-    """Of the level, relative."""
+    """Relative precision of the level."""
     out: Annotated[Path | None, option("DIR", "nothing is kept")] = None
-    """Keep finished trials here: the same command goes on after Ctrl-C and repeats nothing."""
+    """Keep finished trials here; after Ctrl-C the same command continues and repeats nothing."""
     jobs: int = 1
-    """Processes on this machine; -1: one a core."""
+    """Processes on this machine; -1: one per core."""
     plot: Annotated[Path | None, option("FILE", "no picture")] = None
-    """The score over the levels that were tried, as PNG, SVG or PDF, a line a tracker."""
+    """The score over the tested levels, as PNG, SVG or PDF, one line per tracker."""
     json: File = None
     """The points and curves as JSON into a file; - prints it instead of the table."""
     verbose: Verbose = 0
@@ -85,40 +86,49 @@ class BreakingPointCommand:
             from mot_sim.plotting.charts import require_figure
 
             require_figure(self.plot)
-        question = self.question()
-        keep(self.out, "breaking-point", self._title(question), finished=False)
+        spec = self.spec()
+        keep(self.out, "breaking-point", self._title(spec), finished=False)
 
         def tell(tracker: str, level: Any) -> None:
             if self.verbose:
                 terminal.note(f"{tracker}: {self.axis} = {level}")
 
         try:
-            points = breaking_points(question, self.out, jobs=self.jobs, tell=tell)
+            points = breaking_points(spec, self.out, jobs=self.jobs, tell=tell)
         except KeyboardInterrupt:
             kept = "" if self.out is None else f"; finished trials stand in {self.out}"
             terminal.note(f"interrupted{kept}")
             return INTERRUPTED
-        return self._show(terminal, question, points)
+        return self._show(terminal, spec, points)
 
-    def _title(self, question: "BreakingPointSpec") -> str:
-        return f"{question.scene}: where {question.metric} breaks over {question.axis}"
+    def _title(self, spec: "BreakingPointSpec") -> str:
+        return f"{spec.scene}: where {spec.metric} breaks over {spec.axis}"
 
-    def question(self) -> "BreakingPointSpec":
-        """What the options ask."""
+    def spec(self) -> "BreakingPointSpec":
+        """The search that the options describe."""
         from mot_sim.experiments.stress.breaking_point_spec import BreakingPointSpec
         from mot_sim.experiments.sweep.paths import parse_level
 
-        levels = () if self.levels is None else tuple(
-            parse_level(word.strip()) for word in self.levels.split(",")
-        )  # fmt: skip
+        words = () if self.levels is None else self.levels.split(",")
+        levels = tuple(parse_level(word.strip()) for word in words)
         return BreakingPointSpec(
-            self.axis, self.metric, self.drop, self.start, self.end, levels, self.precision,
-            self.contenders(), self.scene, self.seeds, self.first_seed, self.frames,
+            self.axis,
+            self.metric,
+            self.drop,
+            self.start,
+            self.end,
+            levels,
+            self.precision,
+            self.tracker_specs(),
+            self.scene,
+            self.seeds,
+            self.first_seed,
+            self.frames,
             {"scene.profile": parse_level(self.profile), **dict(map(setting_of, self.settings))},
-        )  # fmt: skip
+        )
 
-    def contenders(self) -> "tuple[str | TrackerSpec, ...]":
-        """The trackers, then one a cue set."""
+    def tracker_specs(self) -> "tuple[str | TrackerSpec, ...]":
+        """The trackers, then one per cue set."""
         from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 
         names = self.trackers or ("default,paper" if self.costs is None else "")
@@ -129,7 +139,7 @@ class BreakingPointCommand:
         )
 
     def _show(
-        self, terminal: Terminal, question: "BreakingPointSpec", points: "Sequence[BreakingPoint]"
+        self, terminal: Terminal, spec: "BreakingPointSpec", points: "Sequence[BreakingPoint]"
     ) -> int:
         """The table, the JSON, the picture, what failed; the exit code."""
         from mot_sim.experiments.results.result_tables import breaking_tables
@@ -137,12 +147,12 @@ class BreakingPointCommand:
         from mot_sim.experiments.sweep.curves import save_curves
 
         tables = breaking_tables(self.axis, self.metric, self.drop, points)
-        keep(self.out, "breaking-point", self._title(question), tables)
+        keep(self.out, "breaking-point", self._title(spec), tables)
         if self.json is not None:
-            content = breaking_content(question, points)
+            content = breaking_content(spec, points)
             terminal.save(jsonlib.dumps(content, indent=2) + "\n", self.json)
         if self.json != STDOUT:
-            terminal.show(breaking_table(question, points))
+            terminal.show(breaking_table(spec, points))
         if self.plot is not None:
             save_curves(tables[1], self.plot, (self.metric,))
             terminal.note(f"written: {self.plot}")

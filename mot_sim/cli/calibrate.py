@@ -1,4 +1,4 @@
-"""`mot-sim calibrate`: a noise profile from detections with labels."""
+"""`mot-sim calibrate`: a noise profile fitted to detections with labels."""
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -14,18 +14,19 @@ if TYPE_CHECKING:
     import mot_sim.simulation.sensors.fitting.measure
     import mot_sim.tables.grid
 
-SEEDS = 5  # simulations that stand beside the real detections
+SIMULATIONS = 5  # compared with the real detections
 
 
 @dataclass(frozen=True)
 class Calibrate:
     """Fit a noise profile to detections with labels.
 
-    Shows how well it fits: recall, gaps, box errors, scores, false positives, real beside made.
+    Shows how well it fits: recall, gaps, box errors, scores and false positives, real beside
+    simulated.
 
     mot-sim calibrate --root KITTI --detections rrc --out rrc.toml --plot rrc.png
 
-    Sequences without labels are left out. The profile goes wherever a profile's name goes:
+    Sequences without labels are left out. The file can be given wherever a profile is named:
     Detector("rrc.toml"). At least 500 detections must match labelled cars.
     """
 
@@ -33,7 +34,7 @@ class Calibrate:
     out: Annotated[Path | None, option("FILE", "the profile is not kept")] = None
     """The profile as TOML."""
     plot: Annotated[Path | None, option("FILE", "no picture")] = None
-    """Curves of the real and the made detections, as PNG."""
+    """Curves of the real and the simulated detections, as PNG."""
     json: File = None
     """The figures as JSON into a file; - prints them instead of the table."""
     csv: File = None
@@ -61,7 +62,7 @@ class Calibrate:
             profile = fit_profile(drives, name, tell=lambda what: advance(what, None))
             real = measure(drives)
             made = measure(
-                [drive for seed in range(SEEDS) for drive in simulate(profile, drives, seed)]
+                [drive for seed in range(SIMULATIONS) for drive in simulate(profile, drives, seed)]
             )
         profile = replace(profile, source=f"mot-sim calibrate: {name}, {profile.source}")
         if self.out is not None:
@@ -95,7 +96,7 @@ class Calibrate:
 
         columns = Column("figure"), Column("real"), Column("made")
         rows = tuple((line.what, f"{line.real:.4f}", f"{line.made:.4f}") for line in lines)
-        table = Table(columns, rows, f"{name}: real beside made, {SEEDS} simulations")
+        table = Table(columns, rows, f"{name}: real beside made, {SIMULATIONS} simulations")
         content = {line.what: {"real": line.real, "made": line.made} for line in lines}
         deliver(terminal, table, content, self.json, self.csv)
 

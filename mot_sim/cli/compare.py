@@ -1,4 +1,4 @@
-"""`mot-sim compare`: ours and other people's trackers side by side."""
+"""`mot-sim compare`: our trackers and external ones side by side."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -24,7 +24,9 @@ if TYPE_CHECKING:
     import mot_sim.experiments.guests
     import tracker
 
-TRACKERS, SECONDS, SEEDS = "default,paper,iou", 600.0, "0-4"
+DEFAULT_TRACKERS = "default,paper,iou"
+DEFAULT_TIMEOUT_SECONDS = 600.0
+DEFAULT_SEEDS = "0-4"
 
 
 @dataclass(frozen=True)
@@ -32,9 +34,9 @@ class SceneOptions:
     """A scene instead of a KITTI tree."""
 
     scene: Annotated[str | None, option("NAME")] = None
-    """Compare on runs of this scene (mot-sim list), recorded on the spot, without images."""
-    seeds: Annotated[str | None, option("SEEDS", SEEDS)] = None
-    """Of the runs: 0-4, or 3,7,11."""
+    """Compare on runs of this scene (mot-sim list), recorded now, without images."""
+    seeds: Annotated[str | None, option("DEFAULT_SEEDS", DEFAULT_SEEDS)] = None
+    """Seeds of the runs: 0-4, or 3,7,11."""
     knobs: Annotated[str | None, option("NAME=VALUE,...", "the scene's own")] = None
     """What is changed in the scene."""
 
@@ -45,7 +47,7 @@ class SceneOptions:
 
 @dataclass(frozen=True)
 class Compare:
-    """Score ours and other people's trackers side by side.
+    """Score our trackers and external ones side by side.
 
     mot-sim compare --setup sort
 
@@ -54,23 +56,25 @@ class Compare:
     mot-sim compare --scene intersection --seeds 0-9 --trackers default,mine \\
     --guest "mine=python mine.py {detections} {results}"
 
-    A row a tracker over all drives: quality, and frames per CPU second of the tracker's calls
-    alone, measured one after the other on one core. Guests run through files, in environments of
-    their own (docs/guests.md). One that fails is named, with its stderr; the others go on, and
-    the exit code is 1.
+    One row per tracker over all drives: quality, and frames per CPU second of the tracker's calls
+    alone, measured one after the other on one core. External trackers (guests) exchange files and
+    run in environments of their own (docs/guests.md). If one fails, its stderr is shown, the
+    others continue, and the exit code is 1.
     """
 
-    trackers: Annotated[str, option("NAMES", TRACKERS)] = TRACKERS
+    trackers: Annotated[str, option("NAMES", DEFAULT_TRACKERS)] = DEFAULT_TRACKERS
     """Ours: default, paper. Baselines over two frames: iou, iou-greedy. Guests: sort, bytetrack,
     oc-sort, c-biou, and those of --guest."""
     setup: Annotated[str | None, option("NAMES")] = None
-    """Do nothing but make the environments of these guests (all: every one), once; this needs a
-    package index. They lie in $MOT_SIM_GUESTS, else in your cache folder."""
+    """Only create the environments of these guests (or: all), once; this needs a package index.
+    They are put into $MOT_SIM_GUESTS, else into your cache folder."""
     guest: Annotated[tuple[str, ...], option("NAME=COMMAND...")] = ()
     """Guests of your own; the command's {detections} and {results} become folders."""
     guest_score: Annotated[str | None, option("NUMBER|NAME=NUMBER,...", "each guest's own")] = None
-    """Guests are not shown boxes with a lower score (a probability)."""
-    timeout: Annotated[float, option("SECONDS", f"{SECONDS:g}")] = SECONDS
+    """Guests get only boxes with at least this score (a probability)."""
+    timeout: Annotated[float, option("DEFAULT_TIMEOUT_SECONDS", f"{DEFAULT_TIMEOUT_SECONDS:g}")] = (
+        DEFAULT_TIMEOUT_SECONDS
+    )
     """How long a guest may take, all drives together."""
     kitti: KittiOptions = field(default_factory=KittiOptions)
     scenes: SceneOptions = field(default_factory=SceneOptions)
@@ -97,17 +101,17 @@ class Compare:
         require_targets(self.json, self.csv)
         if self.out is not None:
             require_empty(self.out)
-        contestants = self._contestants()
+        trackers = self._named_trackers()
         drives, truths, what = self._drives()
         unlabelled = tuple(drive.name for drive in drives if drive.name not in truths)
         drives = [drive for drive in drives if drive.name in truths]
-        contest = run_comparison(contestants, drives, truths, self.rules, self._keep(drives))
+        comparison = run_comparison(trackers, drives, truths, self.rules, self._keep(drives))
         title = f"{what}, rules {self.rules}, rates and scores in %"
-        deliver(terminal, contest.table(title), contest.as_dict(), self.json, self.csv)
-        self._keep_result(contest, f"{what}, rules {self.rules}")
+        deliver(terminal, comparison.table(title), comparison.as_dict(), self.json, self.csv)
+        self._keep_result(comparison, f"{what}, rules {self.rules}")
         say_unlabelled(terminal, unlabelled)
-        say_failures(terminal, contest.failures)
-        return BROKEN if contest.failures else OK
+        say_failures(terminal, comparison.failures)
+        return BROKEN if comparison.failures else OK
 
     def _set_up(self, terminal: Terminal) -> int:
         """Make the environments that were asked for."""
@@ -129,13 +133,13 @@ class Compare:
                 terminal.write(f"{name}: ready in {environment.path}\n")
         return OK
 
-    def _keep_result(self, contest: "mot_sim.experiments.guests.Comparison", title: str) -> None:
+    def _keep_result(self, comparison: "mot_sim.experiments.guests.Comparison", title: str) -> None:
         """What the report reads."""
         from mot_sim.experiments.results.result_tables import contest_tables
 
-        keep(self.out, "compare", title, tuple(contest_tables(contest)))
+        keep(self.out, "compare", title, tuple(contest_tables(comparison)))
 
-    def _contestants(self) -> "list[mot_sim.experiments.guests.SequenceTracker]":
+    def _named_trackers(self) -> "list[mot_sim.experiments.guests.SequenceTracker]":
         """The trackers that were named, the guests among them as the options say."""
         from mot_sim.experiments.guests import (
             BASELINES,
@@ -189,7 +193,7 @@ class Compare:
         from mot_sim.simulation.registry import find_scene
 
         made = find_scene(scene, **parse_knobs(scene, self.scenes.knobs))
-        spelled = self.scenes.seeds or SEEDS
+        spelled = self.scenes.seeds or DEFAULT_SEEDS
         episodes = [
             replace(record(made, seed), name=f"{scene}-{seed}") for seed in parse_seeds(spelled)
         ]

@@ -24,7 +24,7 @@ class Demo:
     knobs: Annotated[str | None, option("NAME=VALUE,...", "the scene's own")] = None
     """What is changed in the scene, for example weather=night,cars=12; mot-sim scenes NAME."""
     seed: int = 0
-    """Of everything that is drawn by chance; the same seed gives the same files."""
+    """Seed of all random numbers; the same seed gives the same files."""
     overwrite: Flag = False
     """Replace the demo in the output folder."""
     json: Flag = False
@@ -33,13 +33,13 @@ class Demo:
     """Say more: -v, -vv."""
 
     def __call__(self, terminal: Terminal) -> int:
-        """Run the demo and show what came of it."""
-        from mot_sim.demo import FRAMES, run_demo
+        """Run the demo and show the result."""
+        from mot_sim.demo import DEMO_FRAMES, run_demo
         from mot_sim.simulation.registry import find_scene
         from mot_sim.tables.grid import score_grid
 
         knobs = parse_knobs(self.scene, self.knobs)
-        scene = find_scene(self.scene, **({"frames": FRAMES} | knobs))
+        scene = find_scene(self.scene, **({"frames": DEMO_FRAMES} | knobs))
         with terminal.progress(None) as advance:
             result = run_demo(
                 self.out,

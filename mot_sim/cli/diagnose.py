@@ -1,4 +1,4 @@
-"""`mot-sim diagnose`: what happened around each switch, and which noise it hangs on."""
+"""`mot-sim diagnose`: what happened around each switch, and which noise source caused it."""
 
 import json as jsonlib
 from collections.abc import Sequence
@@ -16,24 +16,25 @@ if TYPE_CHECKING:
     import mot_sim.diagnosis.tasks
     import mot_sim.experiments.results.result_file
 
-SEEDS, FRAMES = 8, 100
+DEFAULT_SEEDS = 8
+DEFAULT_FRAMES = 100
 Many = tyro.conf.UseAppendAction[tuple[str, ...]]
 
 
 @dataclass(frozen=True)
 class Diagnose:
-    """Say why a tracker broke: switches by event, and by the noise that they hang on.
+    """Say why a tracker broke: switches by event, and by the noise source that causes them.
 
     mot-sim diagnose intersection --seeds 8 --profile rrc --tracker default --attribute
 
-    mot-sim diagnose --suite long-occlusions --attribute --contact-sheet out/moments --out out/why
+    mot-sim diagnose --suite long-occlusions --attribute --contact-sheet out/sheet --out out/why
 
     mot-sim diagnose --root KITTI --sequences labelled --detections rrc
 
-    A row a kind of event (occlusion by length and depth, crossing, turn, look-alike, gap of the
-    detector): how often it came, and how many switches and fragments there were at it.
-    --attribute runs every drive again with one source of noise off around each switch, all other
-    draws equal. docs/diagnosis.md says how that is decided.
+    One row per kind of event (occlusion by length and depth, crossing, turn, look-alike, gap of
+    the detector): how often it occurred, and how many switches and fragments were around it.
+    --attribute tracks every drive again with one noise source off around each switch, and all
+    other random draws equal; docs/diagnosis.md explains it.
     """
 
     scene: tyro.conf.Positional[Annotated[str | None, option("SCENE", "see --suite, --root")]] = (
@@ -48,25 +49,25 @@ class Diagnose:
     """The detector's noise."""
     settings: Annotated[Many, option("NAME=LEVEL", name="set")] = ()
     """Any axis of mot-sim sweep, set to one level; repeatable."""
-    seeds: Annotated[int | None, option("N", f"{SEEDS}")] = None
-    """How many runs."""
+    seeds: Annotated[int | None, option("N", f"{DEFAULT_SEEDS}")] = None
+    """Number of runs."""
     first_seed: Annotated[int | None, option("N", "0")] = None
-    """The next ones follow."""
-    frames: Annotated[int | None, option("N", f"{FRAMES}, or the suite's")] = None
-    """Of each run, at 10 Hz."""
+    """First seed; the runs use consecutive seeds."""
+    frames: Annotated[int | None, option("N", f"{DEFAULT_FRAMES}, or the suite's")] = None
+    """Frames per run, at 10 Hz."""
     kitti: KittiOptions = field(default_factory=KittiOptions)
     attribute: Flag = False
-    """Say which source of noise each switch hangs on; not for KITTI, whose noise is as it is."""
+    """Find the noise source that causes each switch; not for KITTI, whose noise is real."""
     contact_sheet: Annotated[Path | None, option("DIR", "no pictures")] = None
     """Draw the worst switches into this folder: a picture each, and sheet.png."""
     max_switches: Annotated[int, option("N", "12")] = 12
     """How many switches are drawn."""
     renderer: Annotated[str, option("NAME|none", "raster")] = "raster"
-    """What draws the images of a scene; none: boxes on a plain ground, which is faster."""
+    """Renderer of a scene's images; none: boxes on plain ground, which is faster."""
     out: Annotated[Path | None, option("DIR", "nothing is kept")] = None
-    """Tables (Parquet, CSV), result.json, and finished drives: the same command goes on."""
+    """Tables (Parquet, CSV), result.json, and finished drives, so that the command can continue."""
     jobs: int = 1
-    """Processes on this machine; -1: one a core."""
+    """Processes on this machine; -1: one per core."""
     json: File = None
     """The tables as JSON into a file; - prints it instead of the tables."""
     csv: File = None
@@ -130,23 +131,23 @@ class Diagnose:
 
     def _tasks(self) -> "list[mot_sim.diagnosis.tasks.Task]":
         """The drives, checked."""
-        from mot_sim.diagnosis.replay import require_tracker
+        from mot_sim.diagnosis.attribution import require_tracker
 
-        contender = require_tracker(self.tracker)
+        tracker_spec = require_tracker(self.tracker)
         if self.scene is None and self.suite is None:
-            from mot_sim.diagnosis.loading import kitti_tasks
+            from mot_sim.diagnosis.tasks import kitti_tasks
 
-            return list(kitti_tasks(self.kitti.open("labelled"), contender))
-        from mot_sim.diagnosis.loading import scene_tasks, suite_tasks
+            return list(kitti_tasks(self.kitti.open("labelled"), tracker_spec))
+        from mot_sim.diagnosis.tasks import scene_tasks, suite_tasks
 
-        count = SEEDS if self.seeds is None else self.seeds
+        count = DEFAULT_SEEDS if self.seeds is None else self.seeds
         seeds = range(self.first_seed or 0, (self.first_seed or 0) + count)
         settings = self._settings()
         if self.suite is not None:
-            return list(suite_tasks(self.suite, settings, seeds, contender, self.attribute))
+            return list(suite_tasks(self.suite, settings, seeds, tracker_spec, self.attribute))
         assert self.scene is not None
-        settings = {"scene.frames": FRAMES, **settings}
-        return list(scene_tasks(self.scene, settings, seeds, contender, self.attribute))
+        settings = {"scene.frames": DEFAULT_FRAMES, **settings}
+        return list(scene_tasks(self.scene, settings, seeds, tracker_spec, self.attribute))
 
     def _settings(self) -> "dict[str, float | int | str | bool]":
         """The axes that were set."""
@@ -168,13 +169,17 @@ class Diagnose:
         """The pictures, if they were asked for."""
         if self.contact_sheet is None:
             return []
-        from mot_sim.diagnosis.contact_sheet import draw_sheet
+        from mot_sim.diagnosis.contact_sheet import draw_contact_sheet
 
         renderer = None if self.renderer == "none" else self.renderer
-        return draw_sheet(
-            self.contact_sheet, found, tasks, most=self.max_switches, renderer=renderer,
+        return draw_contact_sheet(
+            self.contact_sheet,
+            found,
+            tasks,
+            max_switches=self.max_switches,
+            renderer=renderer,
             progress=advance,  # type: ignore[arg-type]
-        )  # fmt: skip
+        )
 
     def _keep(
         self,
@@ -200,12 +205,13 @@ class Diagnose:
         tables: "Sequence[mot_sim.experiments.results.result_file.ResultTable]",
         found: "Sequence[mot_sim.diagnosis.findings.Findings]",
     ) -> None:
-        """The tables, and a word where there is nothing in them."""
+        """The tables, and a note if they are empty."""
         from mot_sim.diagnosis.tables import csv_of, shown
 
         if self.json is not None:
-            content = {t.name: [dict(zip(t.columns, row, strict=True)) for row in t.rows]
-                       for t in tables}  # fmt: skip
+            content = {
+                t.name: [dict(zip(t.columns, row, strict=True)) for row in t.rows] for t in tables
+            }
             terminal.save(jsonlib.dumps(content, indent=2) + "\n", self.json)
         if self.csv is not None:
             terminal.save(csv_of(tables[0]), self.csv)

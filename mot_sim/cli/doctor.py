@@ -12,8 +12,8 @@ from pathlib import Path
 from mot_sim.cli.options import Flag, Root, Verbose
 from mot_sim.cli.terminal import BROKEN, OK, Terminal
 
-CORE = ("numpy", "scipy", "cv2", "shapely", "filterpy", "jaxtyping", "tyro", "rich")
-OPENGL = ("EGL", "OSMesa", "GL")
+CORE_PACKAGES = ("numpy", "scipy", "cv2", "shapely", "filterpy", "jaxtyping", "tyro", "rich")
+OPENGL_LIBRARIES = ("EGL", "OSMesa", "GL")
 OLDEST_PYTHON = (3, 11)
 
 
@@ -44,15 +44,15 @@ class Doctor:
     """Say more: -v, -vv."""
 
     def __call__(self, terminal: Terminal) -> int:
-        """Look everywhere, and never fail."""
+        """Check everything; never fails."""
         from mot_sim.tables.grid import Column, Table
 
         findings = [
             find_python(),
-            *(find_package(name) for name in CORE),
+            *(find_package(name) for name in CORE_PACKAGES),
             find_opencv(),
             *find_kitti(self.root),
-            *(find_library(name) for name in OPENGL),
+            *(find_library(name) for name in OPENGL_LIBRARIES),
             find_film(),
         ]
         if self.json:
@@ -139,7 +139,7 @@ def find_library(name: str) -> Check:
 
 def find_film() -> Check:
     """Whether ffmpeg writes H.264 here."""
-    from mot_sim.plotting.encoder import find_ffmpeg
+    from mot_sim.plotting.video import find_ffmpeg
     from tracker.errors import BadConfig
 
     with tempfile.TemporaryDirectory() as folder:

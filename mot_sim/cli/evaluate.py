@@ -21,8 +21,8 @@ class Evaluate:
 
     mot-sim evaluate out/rrc --root KITTI --csv scores.csv
 
-    A row a sequence and one for all together (counts added up, as in TrackEval). Rates are shown
-    in percent; JSON and CSV hold fractions. Sequences without labels are named and left out.
+    One row per sequence and one for all together (counts added up, as in TrackEval). Rates are
+    in percent, in JSON and CSV fractions. Sequences without labels are named and left out.
     """
 
     results: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RESULTS")]

@@ -34,8 +34,8 @@ class Kitti:
 
     mot-sim kitti --trackers default,paper --rules devkit2018
 
-    One tracker: a row a sequence and one for all together. Several: a row a tracker, over all
-    sequences. Rates are in percent, in JSON and CSV fractions.
+    One tracker: one row per sequence and one for all together. Several: one row per tracker, over
+    all sequences. Rates are in percent, in JSON and CSV fractions.
     """
 
     trackers: Annotated[str, option("NAMES", "default")] = "default"
@@ -97,7 +97,7 @@ class Kitti:
     def _table(
         self, evaluations: "dict[str, mot_sim.metrics.Evaluation]"
     ) -> "mot_sim.tables.grid.Table":
-        """A row a sequence for one tracker, a row a tracker for several."""
+        """One row per sequence for one tracker, one row per tracker for several."""
         from mot_sim.tables.grid import score_grid
 
         drive = f"{self.kitti.detections or DETECTIONS} boxes, ego {self.kitti.ego or EGO}"

@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RecordedFolderOptions:
-    """What happens to episodes that are there already."""
+    """What happens to episodes that are already there."""
 
     resume: Flag = False
-    """Go on with an interrupted recording: whole episodes stay, the rest is recorded."""
+    """Continue an interrupted recording: complete episodes stay, the rest is recorded."""
     overwrite: Flag = False
     """Replace the episodes in the output folder."""
 
@@ -44,13 +44,13 @@ class Record:
     out: Annotated[Path, option("DIR", "none: it must be given")]
     """A new or empty folder, unless --resume or --overwrite is given."""
     knobs: Annotated[str | None, option("NAME=VALUE,...", "the scene's own")] = None
-    """What is changed in the scene; a wrong name is answered with the right ones."""
+    """Changes to the scene; a wrong name is answered with the valid ones."""
     seed: int = 0
-    """Of the first episode; the next one has the next number."""
+    """Seed of the first episode; the next ones use consecutive seeds."""
     episodes: int = 1
-    """How many; they are named 0000, 0001, ..."""
+    """Number of episodes; they are named 0000, 0001, ..."""
     frames: Annotated[int | None, option("N", "as long as the scene is")] = None
-    """How many frames an episode has."""
+    """Frames per episode."""
     renderer: Annotated[str, option("NAME", "raster")] = "raster"
     """raster; mesh (needs OpenGL); auto: mesh where that works."""
     no_images: Flag = False
@@ -66,7 +66,7 @@ class Record:
     """Say more: -v, -vv."""
 
     def __call__(self, terminal: Terminal) -> int:
-        """Record, and say what came of it."""
+        """Record, and show a summary."""
         from mot_sim.simulation.episodes import EpisodeFolder, record_episodes
         from mot_sim.simulation.registry import find_scene
 
@@ -76,9 +76,13 @@ class Record:
         scene = find_scene(self.scene, **knobs)
         pictures = self._pictures()
         folder = EpisodeFolder.open(
-            self.out, self._settings(scene, pictures), self.episodes, scene.frame_count,
-            resume=self.folder.resume, overwrite=self.folder.overwrite,
-        )  # fmt: skip
+            self.out,
+            self._settings(scene, pictures),
+            self.episodes,
+            scene.frame_count,
+            resume=self.folder.resume,
+            overwrite=self.folder.overwrite,
+        )
         kept = len(folder.finished)
         total = len(folder.missing) * scene.frame_count
         try:
@@ -91,15 +95,17 @@ class Record:
         return OK
 
     def _pictures(self) -> "mot_sim.simulation.episodes.PictureOptions":
-        """What is drawn, by what; `auto` becomes what it comes to."""
+        """What is drawn by which renderer; `auto` is resolved."""
         from mot_sim.simulation.episodes import PictureOptions
         from mot_sim.simulation.imaging import renderer_name
         from mot_sim.simulation.renderers import find_renderer
 
         chosen = {
-            "images": not self.no_images, "depth": self.depth,
-            "instances": self.masks, "semantics": self.masks,
-        }  # fmt: skip
+            "images": not self.no_images,
+            "depth": self.depth,
+            "instances": self.masks,
+            "semantics": self.masks,
+        }
         parts = tuple(part for part, wanted in chosen.items() if wanted)
         return PictureOptions(parts, renderer_name(find_renderer(self.renderer)))
 
@@ -120,7 +126,7 @@ class Record:
         }
 
     def _say_interrupted(self, terminal: Terminal) -> None:
-        """What stands now, and how to go on."""
+        """Say what is there now, and how to continue."""
         from mot_sim.simulation.episodes import read_episode, stored_episodes
 
         there = stored_episodes(self.out)
@@ -134,9 +140,12 @@ class Record:
         )
 
     def _report(
-        self, terminal: Terminal, frames: int, kept: int,
+        self,
+        terminal: Terminal,
+        frames: int,
+        kept: int,
         pictures: "mot_sim.simulation.episodes.PictureOptions",
-    ) -> None:  # fmt: skip
+    ) -> None:
         if self.json:
             summary = {"out": str(self.out), "episodes": self.episodes, "kept": kept}
             drawn = {"pictures": list(pictures.parts), "renderer": pictures.renderer}

@@ -1,4 +1,4 @@
-"""`mot-sim report`: results of other commands as one HTML page."""
+"""`mot-sim report`: the results of other commands as one HTML page."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +9,7 @@ import tyro
 from mot_sim.cli.options import Flag, Verbose, option
 from mot_sim.cli.terminal import OK, Terminal
 
-TITLE = "mot-sim report"
+DEFAULT_TITLE = "mot-sim report"
 
 
 @dataclass(frozen=True)
@@ -20,22 +20,22 @@ class Report:
 
     mot-sim report out --out report.html --figures out/figures
 
-    FOLDER is what another command got as --out (sweep, stress, breaking-point, compare, tables, tune,
-    diagnose, track), or a folder of such folders; a sweep that is half finished is shown as far
-    as it is. The page opens from disk, without a network; clips and pictures are in it as long
+    FOLDER is what another command got as --out (sweep, stress, breaking-point, compare, tables,
+    tune, diagnose, track), or a folder of such folders; an unfinished sweep is shown as far as
+    it is. The page opens from disk, without a network; clips and pictures are included as long
     as it stays below 10 MB.
     """
 
     folders: tyro.conf.Positional[Annotated[tuple[Path, ...], option("FOLDER")]] = ()
-    """Folders of results, in the order in which they are shown."""
+    """Folders of results, in the order of the page."""
     out: Annotated[Path, option("FILE", "report.html")] = Path("report.html")
     """The page."""
-    title: Annotated[str, option("TEXT", TITLE)] = TITLE
-    """Of the page."""
+    title: Annotated[str, option("TEXT", DEFAULT_TITLE)] = DEFAULT_TITLE
+    """Title of the page."""
     figures: Annotated[Path | None, option("DIR", "none")] = None
     """Every chart as PNG, SVG and PDF too, for papers."""
     overwrite: Flag = False
-    """Replace a page, and figures, that are there already."""
+    """Replace an existing page and figures."""
     verbose: Verbose = 0
     """Say more: -v, -vv."""
 
@@ -44,9 +44,8 @@ class Report:
         from mot_sim.report.page import write_report
 
         report = write_report(
-            self.folders, self.out, title=self.title, figures=self.figures,
-            overwrite=self.overwrite,
-        )  # fmt: skip
+            self.folders, self.out, title=self.title, figures=self.figures, overwrite=self.overwrite
+        )
         for path in report.left_out:
             terminal.note(f"left out of the page: {path}; the page says why")
         if report.figures:

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     import mot_sim.plotting
     import mot_sim.report.opening
 
-SMALLEST, LARGEST = 0.1, 4.0  # of --scale
+MIN_SCALE = 0.1
+MAX_SCALE = 4.0
 
 
 @dataclass(frozen=True)
@@ -22,7 +23,7 @@ class LayerOptions:
     """What is drawn."""
 
     search_areas: Flag = False
-    """Where each track is expected, before it is seen: its uncertainty, projected."""
+    """Where each track is predicted: its uncertainty, projected."""
     wireframes: Flag = False
     """The shape that is fitted to every detected track; needs images."""
     true_wireframes: Flag = False
@@ -45,8 +46,8 @@ class Show:
 
     mot-sim show intersection --seed 3 --out frames --true-wireframes
 
-    Without --tracks the drive is tracked on the way. Frames without an image are drawn on plain
-    ground. Ctrl-C keeps a shorter film.
+    Without --tracks the drive is tracked now. Frames without an image are drawn on plain ground.
+    Ctrl-C keeps a shorter film.
     """
 
     episode: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="EPISODE")]
@@ -57,23 +58,23 @@ class Show:
     """A recording for the rerun viewer: images, boxes, cuboids, trails, poses (extra `view`)."""
     sequence: Annotated[str | None, option("NAME", "the only one")] = None
     """Which one of a folder that holds several, for example 0000."""
-    tracks: Annotated[Path | None, option("DIR|FILE", "tracked on the way")] = None
+    tracks: Annotated[Path | None, option("DIR|FILE", "tracked now")] = None
     """A run of mot-sim track, or one file of results."""
     detections: Annotated[str | None, option("NAME", "rrc; simulated")] = None
     """A detector of the tree (mot-sim list)."""
     ego: Annotated[str, option("NAME", "oxts")] = "oxts"
     """How the camera moved, for a KITTI root: oxts, orbslam3, none."""
     knobs: Annotated[str | None, option("NAME=VALUE,...", "the scene's own")] = None
-    """What is changed in a scene."""
+    """Changes to a scene."""
     seed: int = 0
-    """Of a scene."""
+    """Seed of a scene."""
     frames: Annotated[str | None, option("A:B", "all")] = None
     """Frames A to B - 1; A: or :B leave one end open."""
     scale: Annotated[float, option("FACTOR", "1")] = 1.0
-    """Of the pictures: 0.5 halves them."""
+    """Scale of the pictures: 0.5 halves them."""
     layers: LayerOptions = field(default_factory=LayerOptions)
     tracker: Annotated[str, option("NAME", "default")] = "default"
-    """What tracks on the way: default or paper."""
+    """The tracker without --tracks: default or paper."""
     method: TrackerOptions = field(default_factory=TrackerOptions)
     overwrite: Flag = False
     """Replace an older film."""
@@ -89,7 +90,7 @@ class Show:
 
         span = parse_frames(self.frames)
         self._check()
-        drive = self._wanted(span).open()
+        drive = self._request(span).open()
         first, end = clip_frames(span, drive)
         self._check_layers(drive)
         tracks = None if self.tracks is None else open_tracks(self.tracks, drive)
@@ -127,8 +128,10 @@ class Show:
 
         if self.out is None and self.rerun is None:
             raise BadConfig("give --out FILE.mp4, FILE.gif or a folder, or --rerun FILE.rrd")
-        if not SMALLEST <= self.scale <= LARGEST:
-            raise BadConfig(f"--scale {self.scale:g}: give a factor from {SMALLEST} to {LARGEST}")
+        if not MIN_SCALE <= self.scale <= MAX_SCALE:
+            raise BadConfig(
+                f"--scale {self.scale:g}: give a factor from {MIN_SCALE} to {MAX_SCALE}"
+            )
         if self.out is not None:
             require_target(self.out, self.overwrite)
         if self.rerun is not None:
@@ -136,7 +139,7 @@ class Show:
         self.method.recipe(self.tracker)
 
     def _check_layers(self, drive: "mot_sim.datasets.RecordedSequence") -> None:
-        """Wireframes need images, or a drive of which everything is known."""
+        """Fitted wireframes need images, true ones a simulated drive."""
         from mot_sim.simulation.episode import SimulatedDrive
         from tracker.errors import BadConfig, DatasetNotFound
 
@@ -148,9 +151,9 @@ class Show:
         if drive.images is None and (self.layers.wireframes or self.method.wants_images):
             raise DatasetNotFound(f"{needs} needs images, and '{drive.name}' has none")
 
-    def _wanted(self, span: tuple[int, int | None]) -> "mot_sim.report.opening.Wanted":
-        """The drive that is meant."""
-        from mot_sim.report.opening import Wanted
+    def _request(self, span: tuple[int, int | None]) -> "mot_sim.report.opening.DriveRequest":
+        """The drive that the options name."""
+        from mot_sim.report.opening import DriveRequest
         from mot_sim.simulation.registry import SCENES
         from tracker.errors import BadConfig
 
@@ -158,7 +161,7 @@ class Show:
         if self.knobs and not is_scene:
             raise BadConfig(f"--knobs {self.knobs}: '{self.episode}' is no scene")
         knobs = parse_knobs(self.episode, self.knobs) if is_scene else {}
-        return Wanted(
+        return DriveRequest(
             self.episode, self.sequence, self.detections, self.ego, self.seed, knobs, span[1]
         )
 
@@ -179,7 +182,7 @@ class Show:
     def _say_interrupted(
         self, terminal: Terminal, film: "mot_sim.plotting.FilmWriter | None"
     ) -> int:
-        """What stands now."""
+        """Say what is there now."""
         if film is not None and film.frames:
             terminal.note(f"interrupted: {self.out} stands with {film.frames} frames")
         else:

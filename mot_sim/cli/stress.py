@@ -1,4 +1,4 @@
-"""`mot-sim stress`: hard situations, each with the scores that a tracker must reach in it."""
+"""`mot-sim stress`: hard situations, each with the scores that a tracker must reach."""
 
 import json as jsonlib
 from collections.abc import Sequence
@@ -22,9 +22,9 @@ class Stress:
 
     mot-sim stress intersection night --trackers mine=my_module:MyTracker
 
-    A line a bound: the mean over the seeds, its 95 % interval, and the bound that the mean must
-    keep. The exit code is 1 when one does not, or when a tracker fails. The bounds are those that
-    `default` keeps with a margin; mot-sim stress --list shows them, --measure what they come from.
+    One line per bound: the mean over the seeds, its 95 % interval, and the bound that the mean
+    must keep. The exit code is 1 if a bound is broken or a tracker fails. `default` keeps the
+    bounds with a margin; mot-sim stress --list shows them, --measure how they are derived.
     """
 
     suites: tyro.conf.Positional[Annotated[tuple[str, ...], option("SUITE", "all of them")]] = ()
@@ -32,26 +32,26 @@ class Stress:
     list_suites: Annotated[bool, tyro.conf.arg(name="list", help_behavior_hint="")] = False
     """Show the suites and their bounds."""
     trackers: Annotated[str, option("NAMES", "default")] = "default"
-    """With commas, as for mot-sim sweep: default, paper, or your own (mine=MODULE:CALLABLE)."""
+    """Separated by commas, as for mot-sim sweep: default, paper, or mine=MODULE:CALLABLE."""
     seeds: int = 8
-    """How many runs of each; the bounds are of 8."""
+    """Number of runs of each; the bounds are for 8."""
     first_seed: int = 0
-    """The next ones follow."""
+    """First seed; the runs use consecutive seeds."""
     file: Annotated[Path | None, option("FILE", "the suites of mot-sim")] = None
     """Suites of your own: a TOML file, see docs/testing.md."""
     out: Annotated[Path | None, option("DIR", "nothing is kept")] = None
-    """Keep finished trials here: the same command goes on after Ctrl-C and repeats nothing."""
+    """Keep finished trials here; after Ctrl-C the same command continues and repeats nothing."""
     jobs: int = 1
-    """Processes on this machine; -1: one a core."""
+    """Processes on this machine; -1: one per core."""
     measure: Flag = False
-    """Show what the trackers reach, and the bounds that follow from it; nothing fails."""
+    """Show what the trackers reach and the bounds that follow; nothing fails."""
     json: File = None
     """The verdicts as JSON into a file; - prints it instead of the lines."""
     verbose: Verbose = 0
     """Say more: -v, -vv."""
 
     def __call__(self, terminal: Terminal) -> int:
-        """Run the suites and say what came of them."""
+        """Run the suites and show the verdicts."""
         from mot_sim.cli.evaluate import require_targets
         from mot_sim.experiments.stress.suites import SUITES, find_suites, measured, read_suites
 
@@ -80,9 +80,14 @@ class Stress:
         for number, suite in enumerate(suites, 1):
             with progress(terminal) as advance:
                 verdicts = stress(
-                    suite, names, self.out, seeds=self.seeds, first_seed=self.first_seed,
-                    jobs=self.jobs, progress=advance,
-                )  # fmt: skip
+                    suite,
+                    names,
+                    self.out,
+                    seeds=self.seeds,
+                    first_seed=self.first_seed,
+                    jobs=self.jobs,
+                    progress=advance,
+                )
             found += verdicts
             self._keep(suites, found, number)
             if self.json != STDOUT:
@@ -93,15 +98,19 @@ class Stress:
         return found
 
     def _keep(self, suites: "Sequence[Suite]", found: "Sequence[Verdict]", done: int) -> None:
-        """What there is so far, for the report; done: suites."""
+        """Keep the verdicts so far, for the report. done: number of suites."""
         from mot_sim.experiments.results.result_tables import suite_table, verdicts
 
         trials = len(self.trackers.split(",")) * self.seeds
         title = ", ".join(suite.name for suite in suites[:3]) + ", ..." * (len(suites) > 3)
         keep(
-            self.out, "stress", f"stress: {title}", (verdicts(found), suite_table(suites)),
-            finished=done == len(suites), trials=(done * trials, len(suites) * trials),
-        )  # fmt: skip
+            self.out,
+            "stress",
+            f"stress: {title}",
+            (verdicts(found), suite_table(suites)),
+            finished=done == len(suites),
+            trials=(done * trials, len(suites) * trials),
+        )
 
     def _conclude(self, terminal: Terminal, verdicts: "Sequence[Verdict]") -> int:
         """The errors, the JSON, the sum; the exit code."""
@@ -165,12 +174,13 @@ def show_suites(terminal: Terminal, suites: "Sequence[Suite]") -> None:
 
     rows = tuple(
         (
-            suite.name, suite.about,
+            suite.name,
+            suite.about,
             "\n".join(
                 f"{each.metric} {each.word} {_number(each.metric, each.value)}"
                 for each in suite.bounds
             ),
         )
         for suite in suites
-    )  # fmt: skip
+    )
     terminal.show(Table((Column("suite"), Column("what is hard"), Column("bounds")), rows))

@@ -29,11 +29,11 @@ class Sweep:
 
     mot-sim sweep --design noise --jobs -1 --plot out/noise.png --out out/noise
 
-    Every point and tracker gets the same traffic and the same draws, seed by seed. DIR/trials has
-    a file a finished trial: the same command goes on after Ctrl-C, a kill or a crash, and repeats
-    nothing. DIR/table.parquet has a row a trial; a tracker that fails has its error there, and
-    the exit code is 1. mot-sim report DIR shows it as a page. --list-axes shows what can be an
-    axis.
+    Every point and tracker gets the same traffic and the same random draws, seed by seed.
+    DIR/trials contains one file per finished trial: after Ctrl-C, a kill or a crash the same
+    command continues and repeats nothing. DIR/table.parquet has one row per trial, with the error
+    of a tracker that failed; the exit code is then 1. mot-sim report DIR shows it as a page.
+    --list-axes shows what can be an axis.
     """
 
     out: Annotated[Path | None, option("DIR", "none: it must be given")] = None
@@ -45,7 +45,7 @@ class Sweep:
     settings: Annotated[Many, option("NAME=LEVEL", name="set")] = ()
     """Any axis, set to one level everywhere; repeatable."""
     trackers: Annotated[str | None, option("NAMES", "default,paper")] = None
-    """With commas: default, paper, one with settings (slow=default:lifecycle.max_gap=1,
+    """Separated by commas: default, paper, one with settings (slow=default:lifecycle.max_gap=1,
     p=paper:costs=volume=0.6+reprojection=0.4), or your own (mine=MODULE:CALLABLE). Differences
     are to the first."""
     scene: Annotated[str | None, option("NAME", "intersection")] = None
@@ -53,27 +53,27 @@ class Sweep:
     profile: Annotated[str | None, option("NAME|FILE", "rrc")] = None
     """The detector's noise."""
     seeds: Annotated[int | None, option("N", "20")] = None
-    """How many runs of each."""
+    """Number of runs of each."""
     first_seed: Annotated[int | None, option("N", "0")] = None
-    """The next ones follow."""
+    """First seed; the runs use consecutive seeds."""
     frames: Annotated[int | None, option("N", "100")] = None
-    """Of each run, at 10 Hz."""
+    """Frames per run, at 10 Hz."""
     one_at_a_time: Flag = False
-    """Vary one axis at a time, the others as they are, instead of all combinations."""
+    """Vary one axis at a time, the others at their own values, instead of all combinations."""
     random: Annotated[int | None, option("N", "no")] = None
-    """Draw so many points (a Latin hypercube) instead of all combinations."""
+    """Draw N points (a Latin hypercube) instead of all combinations."""
     jobs: int = 1
-    """Processes on this machine; -1: one a core."""
+    """Processes on this machine; -1: one per core."""
     scheduler: Annotated[str | None, option("tcp://HOST:PORT")] = None
     """Use the workers of this Dask scheduler instead (pip install 'mot-sim[scale]')."""
     extend: Flag = False
-    """Take over the folder of another design: trials that are the same are kept."""
+    """Use the folder of another design: trials that are the same are kept."""
     overwrite: Flag = False
     """Remove the sweep in the folder first."""
     retry: Flag = False
-    """Do failed trials again."""
+    """Run failed trials again."""
     plot: Annotated[Path | None, option("FILE", "no picture")] = None
-    """Curves as PNG, SVG or PDF: HOTA and IDF1 over each axis, a line a tracker."""
+    """Curves as PNG, SVG or PDF: HOTA and IDF1 over each axis, one line per tracker."""
     json: File = None
     """The summary as JSON into a file; - prints it instead of the tables."""
     list_axes: Flag = False
@@ -137,7 +137,7 @@ class Sweep:
         return Design(**{"axes": {}, **changes})
 
     def _fixed(self) -> "dict[str, float | int | str | bool]":
-        """What is the same everywhere."""
+        """The axes that are set to one level everywhere."""
         from mot_sim.experiments.sweep.paths import parse_level, parse_setting
 
         found = {} if self.profile is None else {"scene.profile": parse_level(self.profile)}

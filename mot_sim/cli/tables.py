@@ -15,8 +15,12 @@ if TYPE_CHECKING:
     import mot_sim.experiments.results.result_file
     import mot_sim.experiments.tuning.measuring
 
-SEEDS, FRAMES, TUNING = 50, 100, 4
-QUICK_SEEDS, QUICK_FRAMES, QUICK_SCENES = 2, 20, ("intersection",)
+DEFAULT_SEEDS = 50
+DEFAULT_FRAMES = 100
+TUNING_SEEDS = 4
+QUICK_SEEDS = 2
+QUICK_FRAMES = 20
+QUICK_SCENES = ("intersection",)
 
 
 @dataclass(frozen=True)
@@ -27,8 +31,8 @@ class Tables:
 
     I overall; II result files for the test server (DIR/server); III cues x detectors; IV shape and
     pose at intersections; V the same costs in four frameworks. Synthetic rows are means over seeds
-    with 95 % intervals. DIR keeps every result: the same command goes on after Ctrl-C, and repeats
-    nothing. DIR/tables has a Markdown file a table.
+    with 95 % intervals. DIR keeps every result: after Ctrl-C the same command continues and
+    repeats nothing. DIR/tables has one Markdown file per table.
     """
 
     out: Annotated[Path, option("DIR", "none: it must be given")]
@@ -36,17 +40,17 @@ class Tables:
     table: Annotated[tuple[str, ...], option("NAME...", "all")] = ("I", "II", "III", "IV", "V")
     """I, II, III, IV, V."""
     root: Root = None
-    """The KITTI tree; without it only what is synthetic is measured."""
+    """The KITTI tree; without it only synthetic rows are measured."""
     quick: Flag = False
-    """Few and short synthetic drives: to try it out."""
-    seeds: Annotated[int | None, option("N", f"{SEEDS}; {QUICK_SEEDS} with --quick")] = None
+    """Few and short synthetic drives, to try it out."""
+    seeds: Annotated[int | None, option("N", f"{DEFAULT_SEEDS}; {QUICK_SEEDS} with --quick")] = None
     """Synthetic drives of each scene."""
     scenes: Annotated[str | None, option("NAMES", "intersection,roundabout")] = None
-    """Of Table IV, with commas."""
+    """Scenes of Table IV, separated by commas."""
     split: Annotated[str, option("NAME", SPLIT)] = SPLIT
-    """Of Table II: training or testing."""
+    """Split of Table II: training or testing."""
     jobs: int = 1
-    """Processes on this machine; -1: one a core."""
+    """Processes on this machine; -1: one per core."""
     verbose: Verbose = 0
     """Say more: -v, -vv."""
 
@@ -93,7 +97,9 @@ class Tables:
         from mot_sim.simulation.scene_names import SCENES
         from tracker.errors import BadConfig, UnknownName
 
-        seeds = self.seeds if self.seeds is not None else QUICK_SEEDS if self.quick else SEEDS
+        seeds = (
+            self.seeds if self.seeds is not None else QUICK_SEEDS if self.quick else DEFAULT_SEEDS
+        )
         if seeds < 1:
             raise BadConfig(f"--seeds {seeds}: give 1 or more")
         named = self.scenes.split(",") if self.scenes else None
@@ -107,9 +113,9 @@ class Tables:
             find_root(self.root) if has_kitti else None,
             has_kitti,
             seeds,
-            QUICK_FRAMES if self.quick else FRAMES,
+            QUICK_FRAMES if self.quick else DEFAULT_FRAMES,
             QUICK_SCENES if self.quick and not named else scenes,
-            tuning=QUICK_SEEDS if self.quick else TUNING,
+            tuning=QUICK_SEEDS if self.quick else TUNING_SEEDS,
             jobs=self.jobs,
             tell=advance,
         )

@@ -38,9 +38,9 @@ class Teaser:
     scene: Annotated[str | None, option("NAME")] = None
     """A scene instead of a folder (mot-sim list)."""
     knobs: Annotated[str | None, option("NAME=VALUE,...", "the scene's own")] = None
-    """What is changed in the scene."""
+    """Changes to the scene."""
     seed: int = 0
-    """Of the scene."""
+    """Seed of the scene."""
     cues: Annotated[str, option("NAMES", "pose")] = "pose"
     """What is measured in the images: pose (yaw, size and shape of each car), or none."""
     overwrite: Flag = False
@@ -51,13 +51,12 @@ class Teaser:
     def __call__(self, terminal: Terminal) -> int:
         """Track two frames and draw them."""
         from mot_sim.evaluation.runs import Recipe
-        from mot_sim.report.teaser import draw_teaser, save_teaser
-        from mot_sim.report.two_frames import look_at
+        from mot_sim.report.teaser import draw_teaser, save_teaser, track_two_frames
 
         self._check()
         front_end = Recipe(cues=self.cues).front_end
         with terminal.progress(None):
-            two = look_at(self._wanted().open(), self.frame, front_end)
+            two = track_two_frames(self._request().open(), self.frame, front_end)
             save_teaser(draw_teaser(two), self.out)
         compared, every = int(two.compared.sum()), two.compared.size
         terminal.write(
@@ -81,15 +80,15 @@ class Teaser:
         if self.scene is None and self.knobs:
             raise BadConfig("--knobs belong to a scene: give --scene too")
 
-    def _wanted(self) -> "mot_sim.report.opening.Wanted":
-        """The drive that is meant; of a scene no more frames than needed."""
+    def _request(self) -> "mot_sim.report.opening.DriveRequest":
+        """The drive that the options name; of a scene no more frames than needed."""
         from mot_sim.datasets import find_root
-        from mot_sim.report.opening import Wanted
+        from mot_sim.report.opening import DriveRequest
 
         if self.scene is None:
             root = str(find_root(self.root))
-            return Wanted(root, self.sequence, self.detections, self.ego)
+            return DriveRequest(root, self.sequence, self.detections, self.ego)
         knobs = parse_knobs(self.scene, self.knobs)
-        return Wanted(
+        return DriveRequest(
             self.scene, self.sequence, self.detections, self.ego, self.seed, knobs, self.frame + 2
         )

@@ -46,10 +46,10 @@ class Track:
     json: Flag = False
     """Print a summary as JSON instead of one line."""
     verbose: Verbose = 0
-    """Say more: -v a line a sequence, -vv details."""
+    """Say more: -v one line per sequence, -vv details."""
 
     def __call__(self, terminal: Terminal) -> int:
-        """Track, and say what came of it."""
+        """Track, and show a summary."""
         recipe = self.method.recipe(self.tracker)
         drives, settings = self._input()
         folder = self.folder.open(
@@ -142,7 +142,7 @@ def run_tracker(
     drives: "Sequence[mot_sim.datasets.RecordedSequence]",
     folder: "mot_sim.evaluation.run_folder.RunFolder | None",
 ) -> "mot_sim.evaluation.runs.TrackingRun | None":
-    """Track under a progress bar; None after Ctrl-C, when it has said how to go on."""
+    """Track under a progress bar; None after Ctrl-C, with a note on how to continue."""
     from mot_sim.evaluation.runs import track_sequences
 
     finished = folder.finished if folder is not None else {}

@@ -26,17 +26,17 @@ class Tune:
     --profile cues --out out/made
 
     The drives are divided into folds that are alike in cars, occlusion, truncation and motion. For
-    each fold the weights are sought on the others (at random, then step by step) and scored on it.
-    DIR/weights has a file for every weight vector that was tried: the same command goes on after
-    Ctrl-C, and repeats nothing.
+    each fold the weights are optimised on the others (random, then local search) and scored on it.
+    DIR/weights has one file per tested weight vector: after Ctrl-C the same command continues and
+    repeats nothing.
     """
 
     costs: Annotated[str, option("NAME[=WEIGHT],...", "none: it must be given")]
-    """The costs to weigh, with the weights to begin with; a name alone begins with 1."""
+    """The costs, with their initial weights; 1 for a name alone."""
     out: Annotated[Path, option("DIR", "none: it must be given")]
-    """Where the log goes (and, for made drives, what was recorded)."""
+    """Where the log goes, and the recordings of simulated drives."""
     tracker: Annotated[str, option("NAME[:SETTING=VALUE]...", "default")] = "default"
-    """default or paper, with settings as in mot-sim sweep; associate=window and others too."""
+    """default or paper, with settings as in mot-sim sweep, associate=window for example."""
     root: Root = None
     """The KITTI tree."""
     sequences: Annotated[str, option("NAMES", "given")] = "given"
@@ -46,17 +46,17 @@ class Tune:
     ego: Annotated[str, option("NAME", EGO)] = EGO
     """Where the camera's motion comes from: oxts, orbslam3, none."""
     scene: Annotated[str | None, option("NAMES", "KITTI")] = None
-    """Made drives instead of KITTI: scenes of mot-sim scenes, with commas."""
+    """Simulated drives instead of KITTI: names of mot-sim scenes, separated by commas."""
     profile: Annotated[str, option("NAME|FILE", "cues")] = "cues"
-    """The detector's noise in made drives."""
+    """The detector's noise in simulated drives."""
     seeds: Annotated[int, option("N", "12")] = 12
-    """How many made drives of each scene."""
+    """Number of simulated drives of each scene."""
     first_seed: Annotated[int, option("N", "1000")] = 1000
-    """Of made drives; what is reported elsewhere uses seeds below 1000."""
+    """First seed of simulated drives; results reported elsewhere use seeds below 1000."""
     frames: Annotated[int, option("N", "100")] = 100
-    """Of each made drive."""
+    """Frames per simulated drive."""
     folds: Annotated[int, option("N", "4")] = 4
-    """How many."""
+    """Number of folds."""
     objective: Annotated[str, option("NAME", "HOTA")] = "HOTA"
     """HOTA or MOTA."""
     rules: Rules = "trackeval"
@@ -64,9 +64,9 @@ class Tune:
     samples: Annotated[int, option("N", "60")] = 60
     """Weight vectors drawn at random before the local search."""
     seed: Annotated[int, option("N", "0")] = 0
-    """Of those draws."""
+    """Seed of those draws."""
     jobs: int = 1
-    """Processes on this machine; -1: one a core."""
+    """Processes on this machine; -1: one per core."""
     json: File = None
     """The outcome as JSON into a file; - prints it instead of the table."""
     verbose: Verbose = 0
@@ -141,21 +141,27 @@ class Tune:
 def fold_table(
     tuned: "mot_sim.experiments.tuning.cross_validation.Tuned", objective: str
 ) -> "mot_sim.tables.grid.Table":
-    """A row a fold: who is held out, both scores, the weights; then their mean and spread."""
+    """One row per fold: drives held out, both scores, the weights; then mean and spread."""
     from mot_sim.experiments.tuning.weighing import WHOLE
     from mot_sim.tables.grid import Column, Table
 
     columns = (
-        Column("held out"), Column(f"{objective} train", "rate"), Column("held out", "rate"),
-        Column("IDSW", "count"), *(Column(name) for name in tuned.names),
-    )  # fmt: skip
+        Column("held out"),
+        Column(f"{objective} train", "rate"),
+        Column("held out", "rate"),
+        Column("IDSW", "count"),
+        *(Column(name) for name in tuned.names),
+    )
     rows: list[tuple[str | float | int | None, ...]] = [
         (
-            " ".join(fold.held), fold.train, fold.held_out, fold.switches,
+            " ".join(fold.held),
+            fold.train,
+            fold.held_out,
+            fold.switches,
             *(f"{weight / WHOLE:.3f}" for weight in fold.weights),
         )
         for fold in tuned.folds
-    ]  # fmt: skip
+    ]
     switches = sum(fold.switches for fold in tuned.folds)
     pairs = zip(tuned.weights, tuned.spread.tolist(), strict=True)
     chosen = [f"{weight / WHOLE:.3f} ±{spread:.3f}" for weight, spread in pairs]
@@ -166,7 +172,7 @@ def fold_table(
 def tuned_summary(
     tuned: "mot_sim.experiments.tuning.cross_validation.Tuned", objective: str
 ) -> str:
-    """What came of it, in two lines."""
+    """The result in two lines."""
     return (
         f"{objective} of all drives: {100 * tuned.start:.2f} by the first weights, "
         f"{100 * tuned.overall:.2f} by the mean ones, {100 * tuned.held_out:.2f} each by weights "

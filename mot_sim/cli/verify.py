@@ -1,4 +1,4 @@
-"""`mot-sim verify`: whether episodes are what they say."""
+"""`mot-sim verify`: whether recorded episodes match their hashes and a new run."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -51,7 +51,7 @@ class Verify:
     def _show(
         self, terminal: Terminal, found: "list[mot_sim.simulation.episodes.EpisodeVerification]"
     ) -> None:
-        """A row an episode."""
+        """One row per episode."""
         from mot_sim.simulation.episodes.verification import GROUPS
         from mot_sim.tables.grid import Column, Table
 
@@ -59,9 +59,11 @@ class Verify:
         columns = [Column(name) for name in ("episode", "frames", *shown, "verdict")]
         rows = tuple(
             (
-                each.name, str(each.frames), *(each.verdict(group) for group in shown),
+                each.name,
+                str(each.frames),
+                *(each.verdict(group) for group in shown),
                 "same" if each.is_same else "trouble" if each.trouble else "differs",
             )
             for each in found
-        )  # fmt: skip
+        )
         terminal.show(Table(tuple(columns), rows))

@@ -1,8 +1,8 @@
 """Readers and writers: recorded drives become `Sequence`s, tracks become files."""
 
 from mot_sim.datasets.boxes import box_sequence
-from mot_sim.datasets.camera_files import CameraFile, read_camera
-from mot_sim.datasets.detection_files import DetectionFormat, read_detections
+from mot_sim.datasets.camera_files import CameraFile, read_camera, read_poses, write_poses
+from mot_sim.datasets.detection_files import DetectionFormat, ScoreMap, read_detections
 from mot_sim.datasets.export import export_motchallenge, export_trackeval
 from mot_sim.datasets.images import ImageFolder, ImageSource
 from mot_sim.datasets.kitti import (
@@ -21,9 +21,7 @@ from mot_sim.datasets.kitti import (
     write_labels,
     write_results,
 )
-from mot_sim.datasets.poses import read_poses, write_poses
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
-from mot_sim.datasets.score_maps import ScoreMap
 from mot_sim.files.text import TextTable, read_table
 from mot_sim.files.writing import write_lines
 

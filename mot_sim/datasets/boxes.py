@@ -1,4 +1,4 @@
-"""The door for everybody else: a drive given as boxes.csv and camera.toml."""
+"""A drive of your own: given as boxes.csv and camera.toml."""
 
 from pathlib import Path
 
@@ -6,20 +6,17 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.datasets.camera_files import read_camera
-from mot_sim.datasets.detection_files import BadBoxes, DetectionFormat, check_detections
+from mot_sim.datasets.camera_files import read_camera, read_poses
+from mot_sim.datasets.detection_files import BadBoxes, DetectionFormat, ScoreMap, check_detections
 from mot_sim.datasets.images import ImageFolder
-from mot_sim.datasets.kitti.ego import ORBSLAM3_MOTION_STD
-from mot_sim.datasets.kitti.ego.visual import ImageMotion
-from mot_sim.datasets.poses import read_poses
+from mot_sim.datasets.kitti.ego import ORBSLAM3_MOTION_STD, ImageMotion
 from mot_sim.datasets.recorded import RecordedSequence
-from mot_sim.datasets.score_maps import ScoreMap
 from mot_sim.files.text import TextTable, read_table
 from tracker.errors import BadConfig, BadFile, DatasetNotFound, UnknownName
 
-REQUIRED = ("frame", "x_min", "y_min", "x_max", "y_max")
-OPTIONAL = ("score",)
-HEADER = ",".join((*REQUIRED, *OPTIONAL))
+REQUIRED_COLUMNS = ("frame", "x_min", "y_min", "x_max", "y_max")
+OPTIONAL_COLUMNS = ("score",)
+HEADER = ",".join((*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS))
 
 
 def box_sequence(
@@ -39,9 +36,9 @@ def box_sequence(
     boxes: a csv file whose header names its columns, `frame,x_min,y_min,x_max,y_max,score` in
     any order, score optional (1 then); frames count from 0, pixel centres are integers; boxes
     are clipped to the image. camera: see `read_camera`. images: a folder of 000000.png, ... .
-    poses: a 3x4 camera-to-world matrix a line, one a frame, in metres; without it nobody knows
-    how the camera moved. motion_cov: of the motion that the poses give over one frame; taken as
-    good as ORB-SLAM3's on KITTI unless given. visual: the motion is seen in the images. name: the
+    poses: a 3x4 camera-to-world matrix per line, one per frame, in metres; without it the
+    camera's motion is unknown. motion_cov: of the motion that the poses give over one frame; by
+    default that of ORB-SLAM3 on KITTI. visual: the motion is seen in the images. name: the
     csv file's, unless given. score_map: from the scores to probabilities; None: they are ones.
     There are as many frames as poses, else as images, else up to the last box.
     """
@@ -86,14 +83,14 @@ def read_boxes_table(path: Path) -> TextTable:
     """The rows of a boxes.csv; BadFile without a header, for missing and unknown columns."""
 
     def columns(fields: list[str]) -> list[str]:
-        if not set(fields) & {*REQUIRED, *OPTIONAL}:
+        if not set(fields) & {*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS}:
             first = ",".join(fields) or "an empty file"
             raise BadFile(f"{path}:1: no header but {first[:80]!r}; the first line names: {HEADER}")
         for field in fields:
-            if field not in REQUIRED + OPTIONAL:
-                error = UnknownName.of("column", field, REQUIRED + OPTIONAL)
+            if field not in REQUIRED_COLUMNS + OPTIONAL_COLUMNS:
+                error = UnknownName.of("column", field, REQUIRED_COLUMNS + OPTIONAL_COLUMNS)
                 raise BadFile(f"{path}:1: {error}")
-        missing = [column for column in REQUIRED if column not in fields]
+        missing = [column for column in REQUIRED_COLUMNS if column not in fields]
         if missing or len(set(fields)) < len(fields):
             what = f"no column {missing[0]}" if missing else "a column stands twice"
             raise BadFile(f"{path}:1: {what}: {','.join(fields)}; the header is {HEADER}")

@@ -7,8 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.datasets.kitti.labels import write_labels
-from mot_sim.datasets.kitti.results import write_results
+from mot_sim.datasets.kitti.labels import write_labels, write_results
 from mot_sim.files.writing import write_lines
 from tracker.errors import BadConfig, BadTracks
 from tracker.types import Detections, Sequence, Tracks

@@ -1,4 +1,4 @@
-"""Folders of numbered images: found once, decoded one at a time when somebody asks."""
+"""Folders of numbered images: found once, decoded one at a time when asked for."""
 
 import logging
 from dataclasses import dataclass
@@ -13,18 +13,18 @@ from numpy import ndarray as Array
 from mot_sim.files.text import MOST_FRAMES
 from tracker.errors import BadFile, DatasetNotFound
 
-SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
+IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
 
-PNG = b"\x89PNG\r\n\x1a\n"
-DEFLATED = 1032  # bytes that one byte of a PNG can hold at most
-CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}  # of a PNG, by its type of colour
+PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+MAX_DEFLATE_RATIO = 1032  # decoded bytes per byte of a PNG
+PNG_CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}  # by colour type
 
 log = logging.getLogger(__name__)
 
 
 @runtime_checkable
 class ImageSource(Protocol):
-    """What has the images of a drive: a folder, or something that draws them."""
+    """Gives the images of a drive: a folder of files, or a renderer."""
 
     def load(self, frame: int) -> UInt8[Array, "h w 3"] | None:
         """The RGB image of a frame; None when there is none for it."""
@@ -49,7 +49,7 @@ class ImageFolder:
         paths = {
             int(path.stem) - first_frame: path
             for path in sorted(folder.iterdir())
-            if path.suffix.lower() in SUFFIXES and path.stem.isdecimal()
+            if path.suffix.lower() in IMAGE_SUFFIXES and path.stem.isdecimal()
         }
         if not paths:
             return None
@@ -99,7 +99,7 @@ def decoded(path: Path, flags: int) -> Shaped[Array, "h w *c"] | None:
     """The pixels of an image file; None for what OpenCV cannot decode. Raises BadFile."""
     try:
         raw = path.read_bytes()
-        if raw.startswith(PNG) and not _is_whole(raw):
+        if raw.startswith(PNG_SIGNATURE) and not _is_whole(raw):
             return None
         encoded = np.frombuffer(raw, dtype=np.uint8)
         return cv2.imdecode(encoded, flags) if len(encoded) else None
@@ -116,9 +116,9 @@ def _is_whole(raw: bytes) -> bool:
     """
     width, height = (int.from_bytes(raw[at : at + 4], "big") for at in (16, 20))
     depth, colour = (*raw[24:26], 0, 0)[:2]
-    if height * width * depth * CHANNELS.get(colour, 1) > 8 * DEFLATED * len(raw):
+    if height * width * depth * PNG_CHANNELS.get(colour, 1) > 8 * MAX_DEFLATE_RATIO * len(raw):
         return False
-    at = len(PNG)
+    at = len(PNG_SIGNATURE)
     while at + 12 <= len(raw):
         piece, at = raw[at + 4 : at + 8], at + 12 + int.from_bytes(raw[at : at + 4], "big")
         if piece == b"IEND":

@@ -40,13 +40,13 @@ class DetectionLog:
         return self.detections.select(slice(int(first), int(last)))
 
 
-# T_now_before and its covariance, see `Frame`; None where nobody knows.
+# T_now_before and its covariance, see `Frame`; None where unknown.
 Motion = tuple[Float[Array, "4 4"] | None, Float[Array, "6 6"] | None]
 
 
 @runtime_checkable
 class MotionSource(Protocol):
-    """What tells the camera's motion while a drive is played, not beforehand: visual odometry."""
+    """Gives the camera's motion while a drive is played, not beforehand: visual odometry."""
 
     def motions(
         self, camera: Camera, log: DetectionLog, frame_count: int, frame_rate: float
@@ -62,7 +62,7 @@ class RecordedSequence:
     frame_indices: the frames that are delivered, increasing; all of them unless `subset` chose.
     Ts_world_cam: one pose for every frame of the recording, in any fixed world; or None.
     motion_cov: covariance of the left perturbation of the motion over ONE frame, see `Frame`.
-    motion: tells the motion while the drive is played, in place of both.
+    motion: gives the motion while the drive is played, instead of both.
     """
 
     name: str
@@ -111,7 +111,7 @@ class RecordedSequence:
         return replace(self, frame_indices=chosen)
 
     def _known_motions(self) -> Iterator[Motion]:
-        """Of the delivered frames, from the poses."""
+        """The motions of the delivered frames, from the poses."""
         before: int | None = None
         for index in self.frame_indices.tolist():
             if before is None:
@@ -121,7 +121,7 @@ class RecordedSequence:
             before = index
 
     def _seen_motions(self, source: MotionSource) -> Iterator[Motion]:
-        """Of the delivered frames, composed over the others, which are seen too."""
+        """The motions of the delivered frames, composed over the frames in between."""
         every = source.motions(self.camera, self.log, self.frame_count, self.frame_rate)
         numbered = enumerate(every)
         for position, index in enumerate(self.frame_indices.tolist()):
@@ -150,7 +150,7 @@ class RecordedSequence:
         return invert(self.Ts_world_cam[now]) @ self.Ts_world_cam[before]
 
     def _motion_cov(self, now: int, before: int) -> Float[Array, "6 6"] | None:
-        """The covariances of the single motions, each carried into the camera frame of now."""
+        """The covariances of the single motions, each in the camera frame of `now`, summed."""
         if self._motions is None or self.motion_cov is None:
             return None
         covariance = self.motion_cov.copy()

@@ -1,4 +1,4 @@
-"""Why a tracker broke: what happened around each switch, and which noise it hangs on."""
+"""Why a tracker broke: what happened around each switch, and which noise caused it."""
 
 from mot_sim.diagnosis.context_events import KINDS, ContextEvents
 from mot_sim.metrics.breaks import Breaks, Matches

@@ -1,38 +1,143 @@
-"""Which noise each switch hangs on: the drive again with one source off around the switch.
+"""Which noise source causes each switch: the drive is tracked again with one source off.
 
-A source is off from WINDOW before the car's last frame under the old name to WINDOW after its
-first under the new one; before and after that, and in all other draws, nothing changes. Whether
-the switch is gone is seen on the true car: it must be matched on both sides, under one name, and
-stay so for WINDOW more. A switch that only comes a little earlier or later is not gone.
+A source is off from WINDOW_SECONDS before the car's last frame under the old track id to
+WINDOW_SECONDS after its first frame under the new one. Outside that window, and in all other
+random draws, nothing changes. The switch is gone when the true car is matched on both sides of
+it under one track id, and keeps that id for another WINDOW_SECONDS: a switch that only comes a
+little earlier or later is not gone.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from copy import deepcopy
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
-from mot_sim.diagnosis.replay import BEGINNING, Replays
-from mot_sim.diagnosis.runs_of_frames import by_id
-from mot_sim.diagnosis.sources import SourceAblation
-from mot_sim.diagnosis.streams import DetectionStream
+from mot_sim.diagnosis.context_events import by_id
+from mot_sim.diagnosis.sources import DetectionStream, SourceAblation
+from mot_sim.experiments.sweep.following import TrackerFailed
+from mot_sim.experiments.sweep.tracker_specs import BadRows, Steps, TrackerSpec, tracker_specs_of
+from mot_sim.experiments.sweep.trial import require_rows
 from mot_sim.metrics.breaks import Breaks, Matches
+from tracker.errors import BadConfig
 from tracker.types import Tracks
 
-WINDOW = 1.0  # seconds
-# What may come of it. The first two are explained; the others no single source explains.
-ONE, EITHER = "one source", "either of several"
-TOGETHER, EARLIER, NO_NOISE = "several together", "noise long before", "scene or tracker"
-VERDICTS = (ONE, EITHER, TOGETHER, EARLIER, NO_NOISE)
+BEFORE_FIRST_FRAME = -1
+WINDOW_SECONDS = 1.0
+# The verdicts. The first two name sources; the others say that no single source explains it.
+ONE_SOURCE = "one source"
+EITHER_SOURCE = "either of several"
+SEVERAL_TOGETHER = "several together"
+EARLIER_NOISE = "noise long before"
+NO_NOISE = "scene or tracker"
+VERDICTS = (ONE_SOURCE, EITHER_SOURCE, SEVERAL_TOGETHER, EARLIER_NOISE, NO_NOISE)
+
+
+@dataclass(frozen=True, eq=False)
+class TrackerSnapshot:
+    """A tracker after some frames (`frames`), and the rows that it has returned so far."""
+
+    tracker: Steps
+    frames: tuple[int, ...] = ()
+    rows: tuple[Tracks, ...] = ()
+
+
+@dataclass(eq=False)
+class Replays:
+    """Runs of one tracker. Our own trackers continue from copies; others start anew each time.
+
+    kept: snapshots by the frame after which they were taken. is_late: whether the tracker has a
+    `finish`, and so must see a drive to its end; known after the first run.
+    """
+
+    tracker_spec: TrackerSpec
+    kept: dict[int, TrackerSnapshot] = field(default_factory=dict)
+    is_late: bool = False
+
+    def run(self, stream: DetectionStream, last: int, keep: Iterable[int] = ()) -> Tracks:
+        """All rows up to the frame `last`. keep: frames after which a snapshot is kept.
+
+        Raises TrackerFailed when the tracker raises or returns rows that cannot be scored, and
+        BadConfig when it cannot be built.
+        """
+        start = TrackerSnapshot(self.tracker_spec.build(stream.camera))
+        wanted = set(keep) if self.tracker_spec.is_ours else set()
+        return self._continue(start, BEFORE_FIRST_FRAME, stream, last, wanted)
+
+    def run_from(self, before: int, stream: DetectionStream, last: int) -> Tracks:
+        """The same, from the snapshot after the frame `before` if there is one.
+
+        Up to that frame the stream must equal the one that the snapshot was taken from.
+        """
+        if before not in self.kept:
+            return self.run(stream, last)
+        kept = self.kept[before]
+        start = TrackerSnapshot(deepcopy(kept.tracker), kept.frames, kept.rows)
+        return self._continue(start, before, stream, last, set())
+
+    def _continue(
+        self,
+        start: TrackerSnapshot,
+        before: int,
+        stream: DetectionStream,
+        last: int,
+        wanted: set[int],
+    ) -> Tracks:
+        """The frames after `before`, up to `last`."""
+        tracker, frames, rows = start.tracker, list(start.frames), list(start.rows)
+        is_late = self.is_late = callable(getattr(tracker, "finish", None))
+        now: int | None = None
+        try:
+            for frame in stream.until(last):
+                if frame.index <= before:
+                    continue
+                now = frame.index
+                for earlier in sorted(each for each in wanted if each < now):
+                    snapshot = TrackerSnapshot(deepcopy(tracker), tuple(frames), tuple(rows))
+                    self.kept[earlier] = snapshot
+                    wanted.discard(earlier)
+                frames.append(now)
+                rows.append(tracker.step(frame))
+                require_rows(rows[-1], frames if is_late else frames[-1:])
+            if is_late:
+                now = None
+                rows.append(tracker.finish())  # type: ignore[attr-defined]
+            found = Tracks.concatenate(rows) if rows else Tracks.empty()
+            require_rows(found, frames)
+        except (Exception, SystemExit) as error:
+            where = "in the end" if now is None else f"in frame {now} of {stream.recorded.name}"
+            kind = "" if isinstance(error, BadRows) else f"{type(error).__name__}: "
+            reason = " ".join(f"{kind}{error}".split())
+            raise TrackerFailed(self.tracker_spec.name, where, reason, now) from error
+        return found
+
+
+def require_tracker(word: str) -> TrackerSpec:
+    """The tracker of a word, as `mot-sim sweep` takes it. Raises UnknownName and BadConfig."""
+    found = tracker_specs_of([name for name in word.split(",") if name])
+    if len(found) != 1:
+        raise BadConfig(f"--tracker {word}: give one tracker; run the command again for another")
+    found[0].check()
+    return found[0]
+
+
+class Attribution(NamedTuple):
+    """A verdict; the sources each of which, switched off alone, removes the switch.
+
+    by_control: whether it also vanishes when the one source is off only in a window of the same
+    length just before, so that its history alone suffices. None: not tested, because there is
+    not one source, or no frame before.
+    """
+
+    verdict: str
+    sources: tuple[str, ...] = ()
+    by_control: bool | None = None
 
 
 @dataclass(frozen=True)
 class Cause:
-    """Of one switch: of a car, between two frames (see `Breaks`).
-
-    sources: each of which, switched off alone, removes it. by_control: whether it also vanishes
-    when the one source is off in a window as long that ends before this one: then its history
-    alone sufficed. None: not asked, since there is not one source, or no frame before.
-    """
+    """Of one switch of a car, between two frames (see `Breaks`): an `Attribution`."""
 
     before: int
     frame: int
@@ -44,7 +149,11 @@ class Cause:
 
 @dataclass(frozen=True)
 class Incident:
-    """Switches of one car that follow so closely that they are judged as one."""
+    """Switches of one car that follow one another so closely that they get one verdict.
+
+    before: last frame under the first track id. frame: first frame under the last one. rows: of
+    the table of switches.
+    """
 
     car: int
     before: int
@@ -52,25 +161,25 @@ class Incident:
     rows: tuple[int, ...]
 
 
+class Window(NamedTuple):
+    """Frames in which a source is off, both included, and the last frame that is tracked."""
+
+    first: int
+    last: int
+    until: int
+
+
 def incidents(switches: Breaks, window: int) -> Iterator[Incident]:
-    """The switches in groups, so that no window holds a switch of another group of that car."""
+    """The switches of each car, grouped where their windows (in frames) touch."""
     for car, rows in by_id(switches.cars):
-        group: list[int] = []
-        for row in [*rows.tolist(), None]:
-            is_near = bool(
-                group and row is not None
-                and switches.before[row] <= switches.frames[group[-1]] + 2 * window
-            )  # fmt: skip
-            if group and not is_near:
-                first, last = int(switches.before[group[0]]), int(switches.frames[group[-1]])
-                yield Incident(car, first, last, tuple(group))
-                group = []
-            if row is not None:
-                group.append(row)
+        apart = switches.before[rows[1:]] - switches.frames[rows[:-1]]
+        for group in np.split(rows, np.flatnonzero(apart > 2 * window) + 1):
+            first, last = int(switches.before[group[0]]), int(switches.frames[group[-1]])
+            yield Incident(car, first, last, tuple(group.tolist()))
 
 
 def is_kept(matches: Matches, incident: Incident, window: int) -> bool:
-    """Whether a car has one name over the frames of an incident, and was matched at both ends."""
+    """Whether the car has one track id around an incident, and was matched at both ends."""
     own = matches.of_car(incident.car)
     first, last = incident.before - window, incident.frame + 2 * window
     own = own.select((own.frames >= first) & (own.frames <= last))
@@ -81,115 +190,101 @@ def is_kept(matches: Matches, incident: Incident, window: int) -> bool:
 
 @dataclass(eq=False)
 class Attributor:
-    """Judges the switches of one drive. labels: of all frames of the recording.
+    """Attributes the switches of one drive to noise sources.
 
-    replays: of the tracker that made them; asked: replays that were needed, by what was off.
+    labels: of all frames of the recording. replays: of the tracker that made the switches.
+    replayed: the matches of the replays so far, by what was off when.
     """
 
-    bench: SourceAblation
+    ablation: SourceAblation
     labels: Tracks
     replays: Replays
-    asked: dict[tuple[str, int, int, int], Matches] = field(default_factory=dict)
-
-    @property
-    def window(self) -> int:
-        """WINDOW in frames."""
-        return round(WINDOW * self.bench.stream.frame_rate)
+    replayed: dict[tuple[str, Window], Matches] = field(default_factory=dict)
 
     def attribute(self, switches: Breaks) -> list[Cause]:
-        """A cause for every switch, in their order."""
-        groups = list(incidents(switches, self.window))
-        starts = {self._bounds(each)[0] - 1 for each in groups}
-        self.replays.run(self.bench.stream, self.bench.stream.frame_count, starts - {BEGINNING})
+        """The cause of every switch, in their order."""
+        stream = self.ablation.stream
+        groups = list(incidents(switches, self._margin))
+        starts = {self.window_of(each).first - 1 for each in groups} - {BEFORE_FIRST_FRAME}
+        self.replays.run(stream, stream.frame_count, starts)
         found: dict[int, Cause] = {}
         for incident in groups:
-            verdict, sources, control = self._verdict(incident)
+            attribution = self._attribution(incident)
             for row in incident.rows:
-                found[row] = Cause(
-                    int(switches.before[row]), int(switches.frames[row]), incident.car,
-                    verdict, sources, control,
-                )  # fmt: skip
+                before, frame = int(switches.before[row]), int(switches.frames[row])
+                found[row] = Cause(before, frame, incident.car, *attribution)
         return [found[row] for row in range(len(switches))]
 
-    def _bounds(self, incident: Incident) -> tuple[int, int, int]:
-        """First and last frame of the window, and the last that is looked at."""
-        end = self.bench.stream.frame_count - 1
-        first, last = incident.before - self.window, incident.frame + self.window
-        until = end if self.replays.is_late else min(last + self.window, end)
-        return max(first, 0), min(last, end), until
+    def window_of(self, incident: Incident) -> Window:
+        """The frames around an incident, inside the recording."""
+        end = self._last_frame
+        first, last = incident.before - self._margin, incident.frame + self._margin
+        until = end if self.replays.is_late else min(last + self._margin, end)
+        return Window(max(first, 0), min(last, end), until)
 
-    def _verdict(self, incident: Incident) -> tuple[str, tuple[str, ...], bool | None]:
-        """What an incident hangs on."""
-        sources = tuple(name for name in self.bench.off if self._vanishes(incident, name))
+    @property
+    def _margin(self) -> int:
+        """WINDOW_SECONDS in frames."""
+        return round(WINDOW_SECONDS * self.ablation.stream.frame_rate)
+
+    @property
+    def _last_frame(self) -> int:
+        return self.ablation.stream.frame_count - 1
+
+    def _attribution(self, incident: Incident) -> Attribution:
+        """First each source alone, then all of them in the window, then all in the whole drive."""
+        window = self.window_of(incident)
+        sources = tuple(
+            source for source in self.ablation.off if self._vanishes(incident, source, window)
+        )
         if len(sources) == 1:
-            return ONE, sources, self._control(incident, sources[0])
+            return Attribution(ONE_SOURCE, sources, self._control(incident, sources[0], window))
         if sources:
-            return EITHER, sources, None
-        first, last, until = self._bounds(incident)
-        calm = self._matches("all", first, last, until, self.bench.without_any(first, last))
-        if is_kept(calm, incident, self.window):
-            return TOGETHER, (), None
-        end = self.bench.stream.frame_count - 1
-        silent = self._matches("all", 0, end, until, self.bench.silent)
-        return (EARLIER if is_kept(silent, incident, self.window) else NO_NOISE), (), None
+            return Attribution(EITHER_SOURCE, sources)
+        calm = self.ablation.without_any(window.first, window.last)
+        if self._is_kept(incident, "all", window, calm):
+            return Attribution(SEVERAL_TOGETHER)
+        everywhere = Window(0, self._last_frame, window.until)
+        if self._is_kept(incident, "all", everywhere, self.ablation.silent):
+            return Attribution(EARLIER_NOISE)
+        return Attribution(NO_NOISE)
 
-    def _vanishes(self, incident: Incident, source: str) -> bool:
-        """Whether an incident is gone when a source is off around it."""
-        first, last, until = self._bounds(incident)
-        stream = self.bench.without(source, first, last)
-        if stream is None:
-            return False
-        matches = self._matches(source, first, last, until, stream)
-        return is_kept(matches, incident, self.window)
+    def _vanishes(self, incident: Incident, source: str, window: Window) -> bool:
+        """Whether an incident is gone when a source is off in a window."""
+        stream = self.ablation.without(source, window.first, window.last)
+        return stream is not None and self._is_kept(incident, source, window, stream)
 
-    def _control(self, incident: Incident, source: str) -> bool | None:
-        """Whether it is gone, too, when the source is off only before its window."""
-        first, last, until = self._bounds(incident)
-        earlier = max(first - (last - first + 1), 0)
-        if earlier >= first or source in self.bench.whole:
+    def _control(self, incident: Incident, source: str, window: Window) -> bool | None:
+        """Whether it is also gone when the source is off only just before its window."""
+        earlier = max(window.first - (window.last - window.first + 1), 0)
+        if earlier >= window.first or source in self.ablation.whole:
             return None
-        stream = self.bench.without(source, earlier, first - 1)
-        if stream is None:
-            return False
-        matches = self._matches(source, earlier, first - 1, until, stream)
-        return is_kept(matches, incident, self.window)
+        return self._vanishes(incident, source, Window(earlier, window.first - 1, window.until))
 
-    def _matches(
-        self, what: str, first: int, last: int, until: int, stream: DetectionStream
-    ) -> Matches:
-        """What the tracker makes of a changed stream, up to a frame."""
-        key = what, first, last, until
-        if key not in self.asked:
-            mine = stream.camera is self.bench.stream.camera
-            run = self.replays.run_from if mine else lambda _, *rest: self.replays.run(*rest)
-            output = run(first - 1, stream, until)
-            came = np.isin(self.labels.frames, stream.frames) & (self.labels.frames <= until)
-            truth = self.labels.select(came)
-            self.asked[key] = Matches.of(truth, output, until + 1)
-        return self.asked[key]
+    def _is_kept(
+        self, incident: Incident, what: str, window: Window, stream: DetectionStream
+    ) -> bool:
+        """Whether the car keeps its track id over a changed stream. what: is off in the window."""
+        key = what, window
+        if key not in self.replayed:
+            self.replayed[key] = self._matches(window, stream)
+        return is_kept(self.replayed[key], incident, self._margin)
+
+    def _matches(self, window: Window, stream: DetectionStream) -> Matches:
+        """The matches of the tracker over a stream that is changed in a window."""
+        if stream.camera is self.ablation.stream.camera:
+            output = self.replays.run_from(window.first - 1, stream, window.until)
+        else:  # another calibration: the tracker must be built anew
+            output = self.replays.run(stream, window.until)
+        frames = self.labels.frames
+        truth = self.labels.select(np.isin(frames, stream.frames) & (frames <= window.until))
+        return Matches.of(truth, output, window.until + 1)
 
 
 def shares(causes: list[Cause]) -> dict[str, float]:
-    """How many switches hang on each source; of several that suffice each gets an equal part."""
+    """How many switches each source causes; several that suffice alone get equal parts of one."""
     found: dict[str, float] = {}
     for cause in causes:
         for source in cause.sources:
             found[source] = found.get(source, 0.0) + 1.0 / len(cause.sources)
     return found
-
-
-__all__ = [
-    "EARLIER",
-    "EITHER",
-    "NO_NOISE",
-    "ONE",
-    "TOGETHER",
-    "VERDICTS",
-    "WINDOW",
-    "Attributor",
-    "Cause",
-    "Incident",
-    "incidents",
-    "is_kept",
-    "shares",
-]  # fmt: skip

@@ -1,7 +1,8 @@
-"""What happens to cars that may cost them their names: a table of spans of frames."""
+"""Events that may cost a car its track id: a table with one row per event, and its bins."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float, Int, Shaped
@@ -9,38 +10,47 @@ from numpy import ndarray as Array
 
 from tracker.types import Rows
 
-KINDS = (
-    "occlusion", "crossing", "car turns", "camera turns", "look-alike", "detector gap",
-)  # fmt: skip
-NO_PARTNER, SCENERY = -2, -1  # others: no second car; not a car
-# Upper ends of the bins, and how they are called. Seconds of an occlusion or a gap; metres that
-# the occluder is nearer than the car. At 10 Hz a gap of one frame lasts 0.1 s.
-BINS: dict[str, tuple[tuple[float, str], ...]] = {
+KINDS = ("occlusion", "crossing", "car turns", "camera turns", "look-alike", "detector gap")
+# In the column `others`: no second car; the occluder is not a car.
+NO_PARTNER = -2
+SCENERY = -1
+# Upper ends of the bins and their names: seconds of an occlusion or a gap, metres by which the
+# occluder is nearer than the car. At 10 Hz a gap of one frame lasts 0.1 s.
+DURATION_BINS: dict[str, tuple[tuple[float, str], ...]] = {
     "occlusion": (
-        (0.5, "up to 0.5 s"), (1.0, "0.6 to 1 s"), (2.0, "1.1 to 2 s"), (np.inf, "longer than 2 s"),
+        (0.5, "up to 0.5 s"),
+        (1.0, "0.6 to 1 s"),
+        (2.0, "1.1 to 2 s"),
+        (np.inf, "longer than 2 s"),
     ),
     "detector gap": (
-        (0.1, "1 frame"), (0.3, "0.2 to 0.3 s"), (1.0, "0.4 to 1 s"), (np.inf, "longer than 1 s"),
+        (0.1, "1 frame"),
+        (0.3, "0.2 to 0.3 s"),
+        (1.0, "0.4 to 1 s"),
+        (np.inf, "longer than 1 s"),
     ),
-}  # fmt: skip
-DEPTHS = (
-    (2.0, "occluder up to 2 m nearer"), (5.0, "2 to 5 m nearer"), (10.0, "5 to 10 m nearer"),
+}
+DEPTH_BINS = (
+    (2.0, "occluder up to 2 m nearer"),
+    (5.0, "2 to 5 m nearer"),
+    (10.0, "5 to 10 m nearer"),
     (np.inf, "more than 10 m nearer"),
-)  # fmt: skip
-BY_SCENERY, BY_UNKNOWN = "behind no car", "behind something unknown"
-SLACK = 1e-6  # seconds: lengths are sums of steps
+)
+BEHIND_SCENERY = "behind no car"
+BEHIND_UNKNOWN = "behind something unknown"
+ROUNDING_SECONDS = 1e-6  # durations are sums of steps
 
 # Kind, first frame, last frame, car, other, metres.
-Row = tuple[str, int, int, int, int, float]
+EventRow = tuple[str, int, int, int, int, float]
 
 
 @dataclass(frozen=True, eq=False)
 class ContextEvents(Rows):
-    """A row a happening, by first frame. kinds: of KINDS.
+    """One row per event, sorted by first frame. kinds: of KINDS.
 
-    firsts, lasts: the frames that it lasts. ids: whose it is; others: the second car of a
-    crossing or of two look-alikes, the occluder of an occlusion (-1: no car), else -2. depths:
-    metres that the occluder is nearer, NaN where nobody knows. seconds: how long it lasts.
+    firsts, lasts: its first and last frame. ids: its car. others: the second car of a crossing
+    or of two look-alikes, the occluder of an occlusion (or SCENERY), else NO_PARTNER. depths:
+    metres by which the occluder is nearer, NaN where unknown. seconds: its duration.
     """
 
     kinds: Shaped[Array, " n"]
@@ -52,33 +62,40 @@ class ContextEvents(Rows):
     seconds: Float[Array, " n"]
 
     @classmethod
-    def of(cls, rows: Iterable[Row], frame_rate: float = 10.0) -> "ContextEvents":
-        """The table of rows in any order."""
+    def of(cls, rows: Iterable[EventRow], frame_rate: float = 10.0) -> "ContextEvents":
+        """The table of rows in any order. frame_rate: Hz."""
         ordered = sorted(rows, key=lambda row: (row[1], row[0], row[3], row[4]))
         kinds, firsts, lasts, ids, others, depths = (
             zip(*ordered, strict=True) if ordered else ((),) * 6
         )
         begin, end = np.array(firsts, np.int64), np.array(lasts, np.int64)
         return cls(
-            np.array(kinds, "<U12"), begin, end, np.array(ids, np.int64),
-            np.array(others, np.int64), np.array(depths, float), (end - begin + 1) / frame_rate,
-        )  # fmt: skip
+            np.array(kinds, "<U12"),
+            begin,
+            end,
+            np.array(ids, np.int64),
+            np.array(others, np.int64),
+            np.array(depths, float),
+            (end - begin + 1) / frame_rate,
+        )
 
     def bins_of(self, row: int) -> tuple[str, ...]:
-        """The names of a happening: its kind, and the kind's bins that it lies in."""
+        """The names of an event: its kind, and the bins of the kind that it lies in."""
         kind = str(self.kinds[row])
         found = [kind]
-        if kind in BINS:
-            found.append(f"{kind}, {_bin(BINS[kind], float(self.seconds[row]) - SLACK)}")
+        if kind in DURATION_BINS:
+            found.append(
+                f"{kind}, {_bin(DURATION_BINS[kind], float(self.seconds[row]) - ROUNDING_SECONDS)}"
+            )
         if kind == "occlusion":
             found.append(f"{kind}, {self._depth_bin(row)}")
         return tuple(found)
 
     def _depth_bin(self, row: int) -> str:
         if self.others[row] == SCENERY:
-            return BY_SCENERY
+            return BEHIND_SCENERY
         depth = float(self.depths[row])
-        return BY_UNKNOWN if np.isnan(depth) else _bin(DEPTHS, depth)
+        return BEHIND_UNKNOWN if np.isnan(depth) else _bin(DEPTH_BINS, depth)
 
 
 def _bin(ends: tuple[tuple[float, str], ...], value: float) -> str:
@@ -86,12 +103,27 @@ def _bin(ends: tuple[tuple[float, str], ...], value: float) -> str:
 
 
 def bin_names(kind: str) -> list[str]:
-    """All that a happening of a kind may be called, the kind first."""
-    found = [kind, *(f"{kind}, {name}" for _, name in BINS.get(kind, ()))]
+    """All names that an event of a kind may have, the kind first."""
+    found = [kind, *(f"{kind}, {name}" for _, name in DURATION_BINS.get(kind, ()))]
     if kind == "occlusion":
-        depths = [*(name for _, name in DEPTHS), BY_SCENERY, BY_UNKNOWN]
+        depths = [*(name for _, name in DEPTH_BINS), BEHIND_SCENERY, BEHIND_UNKNOWN]
         found += [f"{kind}, {name}" for name in depths]
     return found
 
 
-__all__ = ["KINDS", "NO_PARTNER", "SCENERY", "ContextEvents", "Row", "bin_names"]
+def runs_of_frames(frames: Int[Array, " n"], max_step: int = 1) -> Iterator[slice]:
+    """The parts of increasing frames in which neighbours are at most `max_step` apart."""
+    cuts = np.flatnonzero(np.diff(frames) > max_step) + 1
+    ends = [0, *cuts.tolist(), len(frames)]
+    for first, last in pairwise(ends):
+        if last > first:
+            yield slice(first, last)
+
+
+def by_id(ids: Int[Array, " n"]) -> Iterator[tuple[int, Int[Array, " k"]]]:
+    """Every id with its rows, in the order of ids; rows keep their order."""
+    if not len(ids):
+        return
+    order = np.argsort(ids, kind="stable")
+    every, starts = np.unique(ids[order], return_index=True)
+    yield from zip(every.tolist(), np.split(order, starts[1:]), strict=True)

@@ -1,4 +1,4 @@
-"""A drive with all that is known of what happens in it: of a scene, or of KITTI's labels."""
+"""A drive with the events in it: of a scene, from exact truth, or of KITTI, from its labels."""
 
 from dataclasses import dataclass, replace
 
@@ -8,12 +8,18 @@ from numpy import ndarray as Array
 
 from mot_sim.datasets import KittiSequence
 from mot_sim.datasets.recorded import DetectionLog
-from mot_sim.diagnosis.context_events import KINDS, ContextEvents, Row
-from mot_sim.diagnosis.gaps import detector_gaps
-from mot_sim.diagnosis.occlusions import exact_occlusions, labelled_occlusions
-from mot_sim.diagnosis.pair_events import box_crossings, look_alike_meetings
-from mot_sim.diagnosis.streams import DetectionStream
-from mot_sim.diagnosis.turns import camera_turns, car_turns, headings_of
+from mot_sim.diagnosis.context_events import KINDS, ContextEvents, EventRow
+from mot_sim.diagnosis.event_finders import (
+    box_crossings,
+    camera_turns,
+    car_turns,
+    detector_gaps,
+    exact_occlusions,
+    headings_of,
+    labelled_occlusions,
+    look_alike_pairs,
+)
+from mot_sim.diagnosis.sources import DetectionStream
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import drive_of
 from mot_sim.simulation.episodes.extra import Extra
@@ -25,15 +31,15 @@ VEHICLES = ("Car", "Van")
 
 @dataclass(frozen=True, eq=False)
 class DiagnosedSequence:
-    """What a tracker is given, what it is scored against, and what happens meanwhile.
+    """What a tracker is given, what it is scored against, and the events meanwhile.
 
-    truth: labels of the frames that come. known: the kinds of happenings that the data tell of.
+    truth: labels of the delivered frames. known: the kinds of events that can be found in them.
     """
 
     name: str
     stream: DetectionStream
     truth: Tracks
-    happenings: ContextEvents
+    events: ContextEvents
     known: tuple[str, ...]
 
 
@@ -47,11 +53,11 @@ def diagnosed_scene(conditions: Conditions, recorded: Extra, seed: int) -> Diagn
     annotated = recorded.annotations
     rows = [
         *exact_occlusions(annotated.truth, annotated.occlusions),
-        *look_alike_meetings(cars, recorded.vehicles.ids, _looks(recorded)),
-        *_seen(cars, stream, headings_of(poses)),
+        *look_alike_pairs(cars, recorded.vehicles.ids, _looks(recorded)),
+        *_events_in(cars, stream, headings_of(poses)),
     ]
-    happenings = ContextEvents.of(rows, stream.frame_rate)
-    return DiagnosedSequence(f"{conditions.scene}/{seed}", stream, drive.truth, happenings, KINDS)
+    events = ContextEvents.of(rows, stream.frame_rate)
+    return DiagnosedSequence(f"{conditions.scene}/{seed}", stream, drive.truth, events, KINDS)
 
 
 def diagnosed_kitti(drive: KittiSequence) -> DiagnosedSequence:
@@ -65,15 +71,14 @@ def diagnosed_kitti(drive: KittiSequence) -> DiagnosedSequence:
     stream = DetectionStream.of(replace(drive, images=None))
     poses = drive.Ts_world_cam
     headings = None if poses is None else headings_of(poses)
-    rows = [*labelled_occlusions(truth), *_seen(vehicles(truth), stream, headings)]
+    rows = [*labelled_occlusions(truth), *_events_in(vehicles(truth), stream, headings)]
     known = [kind for kind in KINDS if kind != "look-alike"]
     if headings is None:
         known = [kind for kind in known if not kind.endswith("turns")]
     if truth.occlusion is None:
         known.remove("occlusion")
-    return DiagnosedSequence(
-        drive.name, stream, truth, ContextEvents.of(rows, stream.frame_rate), tuple(known)
-    )
+    events = ContextEvents.of(rows, stream.frame_rate)
+    return DiagnosedSequence(drive.name, stream, truth, events, tuple(known))
 
 
 def vehicles(truth: Tracks) -> Tracks:
@@ -84,8 +89,10 @@ def vehicles(truth: Tracks) -> Tracks:
     return truth.select(is_one)
 
 
-def _seen(cars: Tracks, stream: DetectionStream, headings: Float[Array, " m"] | None) -> list[Row]:
-    """What boxes, detections and headings tell; the same for every kind of drive."""
+def _events_in(
+    cars: Tracks, stream: DetectionStream, headings: Float[Array, " m"] | None
+) -> list[EventRow]:
+    """The events that boxes, detections and headings show, in every kind of drive."""
     log = DetectionLog(stream.log.frames, stream.log.detections)
     found = [*box_crossings(cars), *detector_gaps(cars, log, stream.frames)]
     if headings is not None:
@@ -95,13 +102,10 @@ def _seen(cars: Tracks, stream: DetectionStream, headings: Float[Array, " m"] | 
 
 
 def _looks(recorded: Extra) -> Int[Array, " n"]:
-    """A number for each shape and paint; cars of one number cannot be told apart."""
+    """A number for each shape and paint; cars with one number look the same."""
     cast = recorded.vehicles
     if not len(cast):
         return np.zeros(0, np.int64)
     paints = np.unique(cast.paints, return_inverse=True)[1]
-    about = np.column_stack((np.round(cast.coefficients, 9), paints))
-    return np.unique(about, axis=0, return_inverse=True)[1].ravel().astype(np.int64)
-
-
-__all__ = ["DiagnosedSequence", "diagnosed_kitti", "diagnosed_scene", "vehicles"]
+    appearance = np.column_stack((np.round(cast.coefficients, 9), paints))
+    return np.unique(appearance, axis=0, return_inverse=True)[1].ravel().astype(np.int64)

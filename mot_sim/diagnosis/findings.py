@@ -1,37 +1,140 @@
-"""What was found in one drive: every break with what was around it and what it hangs on."""
+"""What was found in one drive: every break with the events around it and its cause.
+
+A break is a switch or a fragment, see `Breaks`. How often an event is followed by a break is
+counted over the events at risk: those at which the car's track id could have been lost.
+"""
 
 import json
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Bool, Int
+from numpy import ndarray as Array
 
 from mot_sim.diagnosis.attribution import Cause
+from mot_sim.diagnosis.context_events import ContextEvents, by_id
 from mot_sim.diagnosis.diagnosed_sequence import DiagnosedSequence
-from mot_sim.diagnosis.event_matching import EventCounts, at_risk, events_around, tally
 from mot_sim.files.writing import write_lines
 from mot_sim.metrics.breaks import Breaks, Matches, counted_cars
 from tracker.types import Tracks
 
-FORMAT = 1  # of the files of finished drives
+# An event is around a break if at most so much time lies between them.
+CONTEXT_SECONDS = 0.5
+PAIR_KINDS = ("crossing", "look-alike")
+NO_EVENT = "none of these"
+FILE_FORMAT = 2  # of finished drives
+
+
+@dataclass(frozen=True)
+class EventCounts:
+    """Counts for one kind of event in one drive. events: those at risk.
+
+    switches, fragments: those around which such an event was. Each may be near events of several
+    kinds; the shares divide it equally among those kinds, and so add up to IDSW and Frag.
+    """
+
+    events: int = 0
+    switches: int = 0
+    switch_share: float = 0.0
+    fragments: int = 0
+    fragment_share: float = 0.0
+
+    def __add__(self, other: "EventCounts") -> "EventCounts":
+        mine, theirs = vars(self), vars(other)
+        return EventCounts(**{name: mine[name] + theirs[name] for name in mine})
+
+
+Tally = Mapping[str, EventCounts]  # by `bin_names`, and NOTHING
+
+
+def events_around(breaks: Breaks, events: ContextEvents, frame_rate: float) -> list[dict[str, int]]:
+    """For each break the event of each kind that was around it: kind, row of `events`.
+
+    Of several of one kind it is the one that shares most frames with the break, then the latest.
+    """
+    margin = round(CONTEXT_SECONDS * frame_rate)
+    pairs = np.isin(events.kinds, PAIR_KINDS)
+    found = []
+    for before, now, car in zip(
+        breaks.before.tolist(), breaks.frames.tolist(), breaks.cars.tolist(), strict=True
+    ):
+        mine = (events.ids == car) | (pairs & (events.others == car))
+        near = (events.firsts - margin <= now) & (events.lasts + margin >= before)
+        best: dict[str, tuple[int, int, int]] = {}
+        for row in np.flatnonzero(mine & near).tolist():
+            first, last = int(events.firsts[row]), int(events.lasts[row])
+            shared = min(last, now) - max(first, before)
+            kind = str(events.kinds[row])
+            best[kind] = max(best.get(kind, (shared, first, row)), (shared, first, row))
+        found.append({kind: row for kind, (_, _, row) in best.items()})
+    return found
+
+
+def at_risk(events: ContextEvents, cars: Tracks, around: list[dict[str, int]]) -> Bool[Array, " n"]:
+    """Which events are at risk: the car counts in their first and last frame, or they did break.
+
+    cars: the labels that count. around: see `events_around`.
+    """
+    spans = {
+        car: (int(cars.frames[rows[0]]), int(cars.frames[rows[-1]]))
+        for car, rows in by_id(cars.ids)
+    }
+
+    def has(car: int, first: int, last: int) -> bool:
+        begins, ends = spans.get(car, (last + 1, last))
+        return begins <= first and ends >= last
+
+    risky = np.zeros(len(events), bool)
+    columns = events.kinds, events.firsts, events.lasts, events.ids, events.others
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    for row, (kind, first, last, car, other) in enumerate(rows):
+        risky[row] = has(car, first, last) or (kind in PAIR_KINDS and has(other, first, last))
+    did: Int[Array, " k"] = np.array([row for each in around for row in each.values()], np.int64)
+    risky[did] = True
+    return risky
+
+
+def tally(
+    breaks: Breaks, events: ContextEvents, around: list[dict[str, int]], risky: Bool[Array, " n"]
+) -> dict[str, EventCounts]:
+    """The counts of one drive, by the names of kinds and of their bins. risky: see `at_risk`."""
+    found: dict[str, EventCounts] = {}
+
+    def add(name: str, counts: EventCounts) -> None:
+        found[name] = found.get(name, EventCounts()) + counts
+
+    for row in np.flatnonzero(risky).tolist():
+        for name in events.bins_of(row):
+            add(name, EventCounts(events=1))
+    for row, at in enumerate(around):
+        switch, fragment = int(breaks.switched[row]), int(breaks.broken[row])
+        share = 1.0 / max(len(at), 1)
+        counts = EventCounts(0, switch, switch * share, fragment, fragment * share)
+        for kind in at:
+            for name in events.bins_of(at[kind]):
+                add(name, counts)
+        if not at:
+            add(NO_EVENT, counts)
+    return found
 
 
 @dataclass(frozen=True)
 class Case:
     """One break, see `Breaks`. around: names of kinds and bins, see `ContextEvents.bins_of`.
 
-    verdict, sources, by_control: of a switch that was attributed, see `Cause`; else "" and none.
+    verdict, sources, by_control: of an attributed switch, see `Attribution`; else empty.
     """
 
     drive: str
     before: int
     frame: int
     car: int
-    old_name: int
-    name: int
+    old_track_id: int
+    track_id: int
     switched: bool
     broken: bool
     weight: int
@@ -43,9 +146,9 @@ class Case:
 
 @dataclass(frozen=True)
 class Findings:
-    """Of one drive. cars: that count, as ids; none: nothing can break. known: kinds, see `DiagnosedSequence`.
+    """Of one drive. cars: how many ids count. known: kinds, see `DiagnosedSequence`.
 
-    counts: by name of `bin_names` and NOTHING.
+    counts: by the names of `bin_names`, and NO_EVENT.
     """
 
     drive: str
@@ -67,55 +170,61 @@ class Findings:
 
 
 def findings_of(
-    watched: DiagnosedSequence, output: Tracks, judge: Callable[[Breaks], list[Cause]] | None = None
+    diagnosed: DiagnosedSequence,
+    output: Tracks,
+    attribute: Callable[[Breaks], list[Cause]] | None = None,
 ) -> Findings:
-    """What an output broke. judge: says what the switches hang on; None: nobody does."""
-    count = watched.stream.frame_count
-    breaks = Breaks.of(Matches.of(watched.truth, output, count))
-    cars = counted_cars(watched.truth, count)
-    around = events_around(breaks, watched.happenings, watched.stream.frame_rate)
-    could = at_risk(watched.happenings, cars, around)
+    """What broke in a tracker's output. attribute: finds the causes of switches, if given."""
+    count = diagnosed.stream.frame_count
+    breaks = Breaks.of(Matches.of(diagnosed.truth, output, count))
+    cars = counted_cars(diagnosed.truth, count)
+    around = events_around(breaks, diagnosed.events, diagnosed.stream.frame_rate)
+    risky = at_risk(diagnosed.events, cars, around)
     rows = np.flatnonzero(breaks.switched).tolist()
-    causes = judge(breaks.switches) if judge is not None and rows else []
+    causes = attribute(breaks.switches) if attribute is not None and rows else []
     found = dict(zip(rows, causes, strict=True)) if causes else {}
     cases = tuple(
-        _case(watched, breaks, row, around[row], found.get(row)) for row in range(len(breaks))
+        _case(diagnosed, breaks, row, around[row], found.get(row)) for row in range(len(breaks))
     )
-    counts = tally(breaks, watched.happenings, around, could)
-    return Findings(
-        watched.name, len(watched.stream.frames), len(np.unique(cars.ids)), watched.known, counts,
-        cases,
-    )  # fmt: skip
+    counts = tally(breaks, diagnosed.events, around, risky)
+    frames, car_count = len(diagnosed.stream.frames), len(np.unique(cars.ids))
+    return Findings(diagnosed.name, frames, car_count, diagnosed.known, counts, cases)
 
 
 def _case(
-    watched: DiagnosedSequence, breaks: Breaks, row: int, at: dict[str, int], cause: Cause | None
+    diagnosed: DiagnosedSequence, breaks: Breaks, row: int, at: dict[str, int], cause: Cause | None
 ) -> Case:
     """A row of the breaks in plain values."""
-    names = tuple(name for kind in at for name in watched.happenings.bins_of(at[kind]))
-    plain = Case(
-        watched.name, int(breaks.before[row]), int(breaks.frames[row]), int(breaks.cars[row]),
-        int(breaks.old_track_ids[row]), int(breaks.track_ids[row]), bool(breaks.switched[row]),
-        bool(breaks.broken[row]), int(breaks.weight[row]), names,
-    )  # fmt: skip
-    if cause is None:
-        return plain
-    return replace(plain, verdict=cause.verdict, sources=cause.sources, by_control=cause.by_control)
+    return Case(
+        drive=diagnosed.name,
+        before=int(breaks.before[row]),
+        frame=int(breaks.frames[row]),
+        car=int(breaks.cars[row]),
+        old_track_id=int(breaks.old_track_ids[row]),
+        track_id=int(breaks.track_ids[row]),
+        switched=bool(breaks.switched[row]),
+        broken=bool(breaks.broken[row]),
+        weight=int(breaks.weight[row]),
+        around=tuple(name for kind in at for name in diagnosed.events.bins_of(at[kind])),
+        verdict="" if cause is None else cause.verdict,
+        sources=() if cause is None else cause.sources,
+        by_control=None if cause is None else cause.by_control,
+    )
 
 
 def write_findings(path: Path, findings: Findings) -> None:
-    """Keep the findings of a drive in a file, as a whole or not at all."""
+    """Write the findings of a drive to a file, as a whole or not at all."""
     content = asdict(findings)
-    whole = {"format": FORMAT, "sha256": _hash(content), "findings": content}
+    whole = {"format": FILE_FORMAT, "sha256": _hash(content), "findings": content}
     write_lines(path, [json.dumps(whole)])
 
 
 def read_findings(path: Path) -> Findings | None:
-    """The findings in a file; None where there is none that is whole."""
+    """The findings in a file; None if it is missing, damaged or of another format."""
     try:
         whole = json.loads(path.read_text(encoding="utf-8"))
         content = whole["findings"]
-        if whole["format"] != FORMAT or whole["sha256"] != _hash(content):
+        if whole["format"] != FILE_FORMAT or whole["sha256"] != _hash(content):
             return None
         cases = tuple(_read_case(each) for each in content.pop("cases"))
         counts = {name: EventCounts(**each) for name, each in content.pop("counts").items()}
@@ -132,6 +241,3 @@ def _read_case(content: dict[str, Any]) -> Case:
 
 def _hash(content: dict[str, Any]) -> str:
     return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
-__all__ = ["Case", "Findings", "findings_of", "read_findings", "write_findings"]

@@ -4,10 +4,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from mot_sim.diagnosis.attribution import EITHER, ONE, VERDICTS
+from mot_sim.diagnosis.attribution import EITHER_SOURCE, ONE_SOURCE, VERDICTS
 from mot_sim.diagnosis.context_events import KINDS, bin_names
-from mot_sim.diagnosis.event_matching import NOTHING, EventCounts
-from mot_sim.diagnosis.findings import Case, Findings
+from mot_sim.diagnosis.findings import NO_EVENT, Case, EventCounts, Findings
 from mot_sim.diagnosis.rates import mean_count, rate
 from mot_sim.experiments.results.result_file import Cell, ResultTable
 from mot_sim.experiments.sweep.summary import Interval
@@ -39,7 +38,7 @@ def event_table(found: Sequence[Findings]) -> ResultTable:
     known = [kind for kind in KINDS if any(kind in each.known for each in found)]
     rows = [_event_row(found, name) for kind in known for name in bin_names(kind)]
     rows = [row for row in rows if row[1] or row[0] in known]
-    rows.append(_event_row(found, NOTHING))
+    rows.append(_event_row(found, NO_EVENT))
     switches = sum(each.switches for each in found)
     fragments = sum(each.fragments for each in found)
     nothing = (None, None, None)
@@ -66,7 +65,7 @@ def _event_row(found: Sequence[Findings], name: str) -> tuple[Cell, ...]:
 
     return (
         name,
-        None if name == NOTHING else int(events.sum()),
+        None if name == NO_EVENT else int(events.sum()),
         sum(each.switches for each in counts),
         *per_event(lambda each: each.switches),
         sum(each.fragments for each in counts),
@@ -90,10 +89,10 @@ def cause_table(found: Sequence[Findings]) -> ResultTable:
     for source in sorted(set(named), key=lambda name: -_parts(switched, name).sum()):
         parts = _parts(switched, source)
         mine = [case for cases in switched for case in cases if source in case.sources]
-        alone = sum(case.verdict == ONE for case in mine)
-        some = sum(case.verdict == EITHER for case in mine)
+        alone = sum(case.verdict == ONE_SOURCE for case in mine)
+        some = sum(case.verdict == EITHER_SOURCE for case in mine)
         rows.append((source, alone, some, float(parts.sum()), *_cells(rate(parts, whole, 1.0))))
-    for verdict in (verdict for verdict in VERDICTS if verdict not in (ONE, EITHER)):
+    for verdict in (verdict for verdict in VERDICTS if verdict not in (ONE_SOURCE, EITHER_SOURCE)):
         counts = [sum(case.verdict == verdict for case in cases) for cases in switched]
         parts = np.array(counts, float)
         row = (f"unexplained: {verdict}", None, None, float(parts.sum()))
@@ -147,7 +146,7 @@ def case_table(found: Sequence[Findings]) -> ResultTable:
     )  # fmt: skip
     rows = tuple(
         (
-            case.drive, case.before, case.frame, case.car, case.old_name, case.name,
+            case.drive, case.before, case.frame, case.car, case.old_track_id, case.track_id,
             int(case.switched), int(case.broken), case.weight, "; ".join(case.around), case.verdict,
             " or ".join(case.sources),
         )

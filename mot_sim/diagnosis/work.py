@@ -14,7 +14,7 @@ from mot_sim.diagnosis.tasks import Task
 from mot_sim.experiments.sweep.executor import Executor, WorkersLost
 from mot_sim.experiments.sweep.work import one_thread
 
-DRIVES = "drives"  # the folder of finished drives
+DRIVES_FOLDER = "drives"  # the folder of finished drives
 # Called with what is under way, how much of it is done, and how much there is.
 Progress = Callable[[str, int, int], None]
 
@@ -34,7 +34,9 @@ def diagnose(
     """
     crew = Executor(jobs)
     tell = progress or (lambda what, done, total: None)
-    paths = [None if folder is None else folder / DRIVES / f"{task.key}.json" for task in tasks]
+    paths = [
+        None if folder is None else folder / DRIVES_FOLDER / f"{task.key}.json" for task in tasks
+    ]
     found: dict[int, Findings] = {}
     for number, path in enumerate(paths):
         before = None if path is None else read_findings(path)

@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mot_sim.metrics.clear import CONTINUING_BONUS
-from mot_sim.metrics.matching import solve_frame
-from mot_sim.metrics.overlaps import EPSILON, Overlaps
+from mot_sim.metrics.matching import EPSILON, Overlaps, solve_frame
 from mot_sim.metrics.preprocessing import MIN_OVERLAP, counted_output, prepare_sequence
 from tracker.types import Tracks
 

@@ -11,7 +11,7 @@ from typing import Any
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.datasets.kitti.results import write_results
+from mot_sim.datasets.kitti.labels import write_results
 from mot_sim.files.documents import read_json
 from mot_sim.files.settings import (
     Settings,

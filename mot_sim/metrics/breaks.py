@@ -1,4 +1,4 @@
-"""Where a car loses its name or its box for a while: CLEAR's switches and fragments, one by one."""
+"""CLEAR row by row: each switch and fragment, and whether labels and boxes are right or wrong."""
 
 from dataclasses import dataclass
 
@@ -15,8 +15,8 @@ from tracker.types import Rows, Tracks
 class Matches(Rows):
     """CLEAR's matched pairs, by car, then by frame.
 
-    cars, track_ids: ids of the labels and of the output. steps: which of the frames that hold labels
-    and output it is, counted from 0: neighbours in this count are no fragment.
+    cars, track_ids: ids of the labels and of the output. steps: number of the frame among those
+    with labels and output; between neighbours in this count there is no fragment.
     """
 
     frames: Int[Array, " n"]
@@ -26,20 +26,18 @@ class Matches(Rows):
 
     @classmethod
     def of(cls, truth: Tracks, output: Tracks, frame_count: int) -> "Matches":
-        """By TrackEval's rules, as `mot_sim.metrics` scores them. Raises as its `prepare_sequence`."""
-        contest = prepare_sequence(truth, output, frame_count)
-        overlaps = scored_rows(contest)
+        """By TrackEval's rules, see `scored_rows`. Raises as `prepare_sequence`."""
+        prepared = prepare_sequence(truth, output, frame_count)
+        overlaps = scored_rows(prepared)
         if not len(overlaps.truth) or not len(overlaps.output):
             return cls(*(np.zeros(0, np.int64) for _ in range(4)))
-        cars = contest.overlaps.truth.ids[~contest.neutral]
-        names = contest.overlaps.output.ids[counted_output(contest)]
+        cars = prepared.overlaps.truth.ids[~prepared.neutral]
+        track_ids = prepared.overlaps.output.ids[counted_output(prepared)]
         busy = np.intersect1d(overlaps.truth.frames, overlaps.output.frames)
         pairs = match_in_time(overlaps, busy)
         frames = overlaps.frames[pairs]
-        found = cls(
-            frames, cars[overlaps.rows[pairs]], names[overlaps.columns[pairs]],
-            np.searchsorted(busy, frames),
-        )  # fmt: skip
+        steps = np.searchsorted(busy, frames)
+        found = cls(frames, cars[overlaps.rows[pairs]], track_ids[overlaps.columns[pairs]], steps)
         return found.select(np.lexsort((found.frames, found.cars)))
 
     def of_car(self, car: int) -> "Matches":
@@ -50,12 +48,12 @@ class Matches(Rows):
 
 @dataclass(frozen=True, eq=False)
 class Breaks(Rows):
-    """A row each time a car is matched anew, by frame, then by car.
+    """One row per switch or fragment of a car, by frame, then by car.
 
-    before, frames: the last frame under the old name and the first under the new one. cars: the
-    labels' ids. old_track_ids, track_ids: of the output. switched: it counts in IDSW; broken: in Frag; a
-    row has one of both at least. weight: frames that the car was matched for since its last
-    switch or until its next, whichever are fewer: how much of its identity is torn off.
+    before, frames: the last matched frame before it and the first one after it. cars: ids of the
+    labels. old_track_ids, track_ids: of the output. switched: counts in IDSW; broken: counts in
+    Frag; each row is at least one of both. weight: matched frames since the car's last switch or
+    until its next one, whichever are fewer: how much of its identity is torn off.
     """
 
     before: Int[Array, " n"]
@@ -77,9 +75,15 @@ class Breaks(Rows):
         rows = np.flatnonzero(switched | broken)
         runs = _run_lengths(switched, same, len(matches))
         found = cls(
-            a.frames[rows], b.frames[rows], b.cars[rows], a.track_ids[rows], b.track_ids[rows],
-            switched[rows], broken[rows], np.minimum(runs[rows], runs[rows + 1]),
-        )  # fmt: skip
+            a.frames[rows],
+            b.frames[rows],
+            b.cars[rows],
+            a.track_ids[rows],
+            b.track_ids[rows],
+            switched[rows],
+            broken[rows],
+            np.minimum(runs[rows], runs[rows + 1]),
+        )
         return found.select(np.lexsort((found.cars, found.frames)))
 
     @property
@@ -91,7 +95,7 @@ class Breaks(Rows):
 def _run_lengths(
     switched: Bool[Array, " m"], same: Bool[Array, " m"], count: int
 ) -> Int[Array, " n"]:
-    """How many matches in a row have the name of each one."""
+    """For each match, how many in a row have its track id."""
     if not count:
         return np.zeros(0, np.int64)
     run = np.concatenate(([0], np.cumsum(switched | ~same)))
@@ -100,8 +104,8 @@ def _run_lengths(
 
 def counted_cars(truth: Tracks, frame_count: int) -> Tracks:
     """The labels that a tracker is scored on: cars that are neither neutral nor DontCare."""
-    contest = prepare_sequence(truth, Tracks.empty(), frame_count)
-    return contest.overlaps.truth.select(~contest.neutral)
+    prepared = prepare_sequence(truth, Tracks.empty(), frame_count)
+    return prepared.overlaps.truth.select(~prepared.neutral)
 
 
 def box_of(tracks: Tracks, car: int, frame: int) -> Float[Array, "4"] | None:
@@ -110,4 +114,40 @@ def box_of(tracks: Tracks, car: int, frame: int) -> Float[Array, "4"] | None:
     return tracks.boxes[rows[0]] if len(rows) else None
 
 
-__all__ = ["Breaks", "Matches", "box_of", "counted_cars"]
+@dataclass(frozen=True, eq=False)
+class Verdicts:
+    """Which labels and tracks of a drive TrackEval's rules count as what.
+
+    found, missed: labels that must be found. neutral: labels that need not be (vans, strongly
+    hidden or cut cars). false: rows of tracks that are false positives. switches: a row each.
+    All in the order of frames; ids and boxes are those of the given tables.
+    """
+
+    found: Tracks
+    missed: Tracks
+    neutral: Tracks
+    false: Tracks
+    switches: Breaks
+
+    @classmethod
+    def of(cls, truth: Tracks, output: Tracks, frame_count: int) -> "Verdicts":
+        """Raises BadTracks for rows that cannot be scored."""
+        prepared = prepare_sequence(truth, output, frame_count)
+        matches = Matches.of(truth, output, frame_count)
+        labels, rows = prepared.overlaps.truth, prepared.overlaps.output
+        hit = _among(labels, matches.frames, matches.cars)
+        right = _among(rows, matches.frames, matches.track_ids)
+        return cls(
+            labels.select(hit & ~prepared.neutral),
+            labels.select(~hit & ~prepared.neutral),
+            labels.select(prepared.neutral),
+            rows.select(counted_output(prepared) & ~right),
+            Breaks.of(matches).switches,
+        )
+
+
+def _among(tracks: Tracks, frames: Int[Array, " k"], ids: Int[Array, " k"]) -> Bool[Array, " n"]:
+    """Which rows stand in a list of (frame, id)."""
+    listed = set(zip(frames.tolist(), ids.tolist(), strict=True))
+    rows = zip(tracks.frames.tolist(), tracks.ids.tolist(), strict=True)
+    return np.array([row in listed for row in rows], bool)

@@ -1,30 +1,133 @@
-"""CLEAR scores: how many boxes are found, invented, and given a new name.
+"""CLEAR scores: how many boxes are found, invented, and given a new track id.
 
 Bernardin & Stiefelhagen, Evaluating multiple object tracking performance: the CLEAR MOT metrics,
 EURASIP 2008; names and numbers as in TrackEval 1.3.0, with its conventions where the paper is open.
+`ClearCounts` has what every version of the rules shares.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import MISSING, dataclass, fields
+from math import log10
 from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Int
 from numpy import ndarray as Array
 
-from mot_sim.metrics.counts import MOSTLY_LOST, MOSTLY_TRACKED, ClearCounts, Number
-from mot_sim.metrics.matching import solve_frame
-from mot_sim.metrics.overlaps import EPSILON, Overlaps
+from mot_sim.metrics.matching import EPSILON, Overlaps, solve_frame
 from mot_sim.metrics.preprocessing import MIN_OVERLAP
 
-CONTINUING_BONUS = 1000.0  # more than all overlaps of a frame: a kept name goes first
+MOSTLY_TRACKED = 0.8  # of a label's frames
+MOSTLY_LOST = 0.2
+
+Number = int | float  # a count or a rate
+CONTINUING_BONUS = 1000.0  # more than all overlaps of a frame: kept track ids go first
+
+
+@dataclass(frozen=True, eq=False)
+class ClearCounts:
+    """CLEAR counts, and their rates under the names that TrackEval gives them.
+
+    MT, PT, ML: labels' tracks that are mostly (> 80 %), partly and less than 20 % tracked.
+    The rules decide which boxes and tracks are counted.
+    """
+
+    RATES: ClassVar[tuple[str, ...]] = (
+        "MOTA",
+        "MOTP",
+        "MODA",
+        "MOTAL",
+        "CLR_Re",
+        "CLR_Pr",
+        "MTR",
+        "PTR",
+        "MLR",
+    )
+
+    CLR_TP: int
+    CLR_FN: int
+    CLR_FP: int
+    IDSW: int
+    MT: int
+    PT: int
+    ML: int
+    Frag: int
+    MOTP_sum: float
+
+    def accuracy(self, switches: Number) -> float:
+        """1 less the misses, false positives and the given switches per label."""
+        raise NotImplementedError
+
+    def rate(self, part: Number, whole: Number) -> float:
+        """A part of a whole; of nothing it is 0."""
+        return part / max(1.0, whole)
+
+    @property
+    def MOTA(self) -> float:
+        """1 less the misses, false positives and id switches per label."""
+        return self.accuracy(self.IDSW)
+
+    @property
+    def MODA(self) -> float:
+        """MOTA without the id switches."""
+        return self.accuracy(0.0)
+
+    @property
+    def MOTAL(self) -> float:
+        """MOTA with the logarithm of the id switches."""
+        return self.accuracy(log10(self.IDSW) if self.IDSW else 0.0)
+
+    @property
+    def MOTP(self) -> float:
+        """The mean overlap of the matches (intersection over union; more is better)."""
+        return self.rate(self.MOTP_sum, self.CLR_TP)
+
+    @property
+    def CLR_Re(self) -> float:
+        """Recall."""
+        return self.rate(self.CLR_TP, self.CLR_TP + self.CLR_FN)
+
+    @property
+    def CLR_Pr(self) -> float:
+        """Precision."""
+        return self.rate(self.CLR_TP, self.CLR_TP + self.CLR_FP)
+
+    @property
+    def MTR(self) -> float:
+        """The share of the labels' tracks that are mostly tracked."""
+        return self.rate(self.MT, self.MT + self.PT + self.ML)
+
+    @property
+    def PTR(self) -> float:
+        """The share of the labels' tracks that are partly tracked."""
+        return self.rate(self.PT, self.MT + self.PT + self.ML)
+
+    @property
+    def MLR(self) -> float:
+        """The share of the labels' tracks that are mostly lost."""
+        return self.rate(self.ML, self.MT + self.PT + self.ML)
+
+    @classmethod
+    def counted(cls) -> list[str]:
+        """The names of the counts, which add up over sequences."""
+        return [field.name for field in fields(cls) if field.default is MISSING]
+
+    @classmethod
+    def combine(cls, parts: Sequence["ClearCounts"]) -> "ClearCounts":
+        """The scores of all sequences together: counts add up."""
+        return cls(**{name: sum(getattr(part, name) for part in parts) for name in cls.counted()})
+
+    def numbers(self) -> dict[str, Number]:
+        """Every score by its name."""
+        return {name: getattr(self, name) for name in (*self.RATES, *self.counted())}
 
 
 @dataclass(frozen=True, eq=False)
 class Clear(ClearCounts):
-    """CLEAR as TrackEval counts it, where neutral labels and what matches them are gone.
+    """CLEAR as TrackEval counts it, without neutral labels and what matches them.
 
     CLR_Frames: frames of the sequence. one_sided: a single sequence without labels or without
-    output, of which TrackEval says 0 for every rate and 1 for MLR, and counts no frame; in the
+    output, for which TrackEval gives 0 for every rate and 1 for MLR, and counts no frame; in the
     sum over sequences its boxes count like all others.
     """
 
@@ -53,12 +156,12 @@ class Clear(ClearCounts):
 
     @property
     def FP_per_frame(self) -> float:
-        """False positives a frame."""
+        """False positives per frame."""
         return self.rate(self.CLR_FP, self.CLR_Frames)
 
     @property
     def MLR(self) -> float:
-        """The part of the labels' tracks that are mostly lost; 1 for a one-sided sequence."""
+        """The share of the labels' tracks that are mostly lost; 1 for a one-sided sequence."""
         return 1.0 if self.one_sided else super().MLR
 
 
@@ -100,10 +203,10 @@ def clear_scores(overlaps: Overlaps, frame_count: int) -> Clear:
 
 
 def match_in_time(overlaps: Overlaps, busy: Int[Array, " b"]) -> Int[Array, " j"]:
-    """The matched pairs of every frame: first those that keep a name, then the most overlap.
+    """The matched pairs of every frame: first those that keep a track id, then by overlap.
 
-    busy: the frames that hold labels and output, ascending. A frame in which no box has two
-    candidates needs no choice, so the past matters only in the others, which come in turn.
+    busy: the frames with labels and output, ascending. A frame in which no box has two candidates
+    needs no choice; only in the others, taken in order, does the frame before matter.
     """
     near = np.flatnonzero(overlaps.iou >= MIN_OVERLAP - EPSILON)
     frames, id_pairs = overlaps.frames[near], overlaps.id_pairs[near]

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Int
 from numpy import ndarray as Array
 
-from mot_sim.metrics.counts import MOSTLY_LOST, MOSTLY_TRACKED, ClearCounts, Number
+from mot_sim.metrics.clear import MOSTLY_LOST, MOSTLY_TRACKED, ClearCounts, Number
 from mot_sim.metrics.matching import match
 from mot_sim.metrics.preprocessing import MIN_OVERLAP, PreparedSequence, ignored_if_unmatched
 
@@ -35,14 +35,14 @@ class Devkit2018(ClearCounts):
         return 1.0 - errors / self.GT_Dets if self.GT_Dets else 0.0
 
 
-def devkit2018_clear(contest: PreparedSequence) -> Devkit2018:
+def devkit2018_clear(prepared: PreparedSequence) -> Devkit2018:
     """The development kit's CLEAR scores of one sequence."""
-    overlaps, neutral = contest.overlaps, contest.neutral
+    overlaps, neutral = prepared.overlaps, prepared.neutral
     near = np.flatnonzero(1.0 - overlaps.iou <= MIN_OVERLAP)
     matched = match(overlaps, near, PAIR_BONUS + overlaps.iou[near])
     names = np.full(len(neutral), -1)
     names[overlaps.rows[matched]] = overlaps.output_ids[matched]
-    invented = ~ignored_if_unmatched(contest, slack=0.0)
+    invented = ~ignored_if_unmatched(prepared, slack=0.0)
     invented[overlaps.columns[matched]] = False
     order = np.lexsort((overlaps.truth.frames, overlaps.truth.ids))
     switches, fragments, mostly, partly, lost = judge_tracks(

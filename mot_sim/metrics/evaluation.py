@@ -1,22 +1,80 @@
-"""From truth and output to scores, by named rules, for one sequence or many."""
+"""From truth and output to scores, by named rules, for one sequence or many together."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from mot_sim.metrics.clear import clear_scores
+from mot_sim.metrics.clear import ClearCounts, Number, clear_scores
 from mot_sim.metrics.devkit2018 import devkit2018_clear
-from mot_sim.metrics.hota import hota_scores
-from mot_sim.metrics.identity import identity_scores
+from mot_sim.metrics.hota import ALPHAS, Hota, hota_scores
+from mot_sim.metrics.identity import Identity, identity_scores
 from mot_sim.metrics.preprocessing import PreparedSequence, prepare_sequence, scored_rows
-from mot_sim.metrics.scores import Scores, combine
-from tracker.errors import UnknownName
+from tracker.errors import BadConfig, UnknownName
 from tracker.types import Tracks
 
 
-def by_trackeval(contest: PreparedSequence, frame_count: int) -> Scores:
+@dataclass(frozen=True, eq=False)
+class Scores:
+    """All scores of one sequence, or of several together; `scores["HOTA"]` is one plain number.
+
+    clear: `Clear` or `Devkit2018`. hota, identity: None if the rules do not have them. Names
+    are TrackEval's.
+    """
+
+    clear: ClearCounts
+    hota: Hota | None = None
+    identity: Identity | None = None
+
+    def __getitem__(self, name: str) -> Number:
+        """One score by its name; of those that vary with alpha, the mean."""
+        numbers = self.numbers()
+        if name not in numbers:
+            raise UnknownName.of("score", name, numbers)
+        return numbers[name]
+
+    def numbers(self) -> dict[str, Number]:
+        """Every score by its name; of those that vary with alpha, the mean."""
+        families = (self.hota, self.clear, self.identity)
+        return {
+            name: number
+            for family in families
+            if family is not None
+            for name, number in family.numbers().items()
+        }
+
+    def as_dict(self) -> dict[str, Any]:
+        """Every score as a plain number, and under `by_alpha` lists over HOTA's alphas."""
+        if self.hota is None:
+            return dict(self.numbers())
+        return self.numbers() | {"by_alpha": {"alpha": ALPHAS.tolist()} | self.hota.by_alpha()}
+
+
+def combine(parts: Sequence[Scores]) -> Scores:
+    """The scores of several sequences together, as TrackEval's COMBINED_SEQ.
+
+    Counts add up; rates are taken of the sums. One sequence without labels or output may
+    score other rates combined than alone, as in TrackEval (see `Clear`). Raises BadConfig
+    for nothing, and for scores of different rules.
+    """
+    families = {(type(part.clear), part.hota is None, part.identity is None) for part in parts}
+    if len(families) != 1:
+        raise BadConfig(
+            f"{len(parts)} scores of {len(families)} kinds cannot be combined: "
+            "give at least one sequence, and score all by the same rules"
+        )
+    clears = [part.clear for part in parts]
+    hotas = [part.hota for part in parts if part.hota is not None]
+    identities = [part.identity for part in parts if part.identity is not None]
+    return Scores(
+        clear=type(clears[0]).combine(clears),
+        hota=Hota.combine(hotas) if hotas else None,
+        identity=Identity.combine(identities) if identities else None,
+    )
+
+
+def by_trackeval(prepared: PreparedSequence, frame_count: int) -> Scores:
     """CLEAR, HOTA and Identity as TrackEval 1.3.0 scores KITTI's cars."""
-    overlaps = scored_rows(contest)
+    overlaps = scored_rows(prepared)
     return Scores(
         clear=clear_scores(overlaps, frame_count),
         hota=hota_scores(overlaps),
@@ -24,9 +82,9 @@ def by_trackeval(contest: PreparedSequence, frame_count: int) -> Scores:
     )
 
 
-def by_devkit2018(contest: PreparedSequence, frame_count: int) -> Scores:
+def by_devkit2018(prepared: PreparedSequence, frame_count: int) -> Scores:
     """CLEAR as KITTI's development kit of 2018 counts it; no HOTA, no Identity."""
-    return Scores(clear=devkit2018_clear(contest))
+    return Scores(clear=devkit2018_clear(prepared))
 
 
 RULES: dict[str, Callable[[PreparedSequence, int], Scores]] = {

@@ -12,15 +12,12 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.metrics.counts import Number
-from mot_sim.metrics.matching import match
-from mot_sim.metrics.overlaps import EPSILON, Overlaps
+from mot_sim.metrics.clear import Number
+from mot_sim.metrics.matching import EPSILON, Overlaps, match
 
 ALPHAS = np.arange(0.05, 0.99, 0.05)  # the overlap that a match needs: 0.05, 0.10, ..., 0.95
-BY_ALPHA = (
-    "HOTA", "DetA", "AssA", "DetRe", "DetPr", "AssRe", "AssPr", "LocA", "OWTA",
-    "HOTA_TP", "HOTA_FN", "HOTA_FP",
-)  # fmt: skip
+HOTA_RATES = ("HOTA", "DetA", "AssA", "DetRe", "DetPr", "AssRe", "AssPr", "LocA", "OWTA")
+HOTA_SCORES = (*HOTA_RATES, "HOTA_TP", "HOTA_FN", "HOTA_FP")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,12 +38,12 @@ class Hota:
 
     @cached_property
     def DetRe(self) -> Float[Array, " a"]:
-        """The part of the labels that are matched."""
+        """The share of the labels that are matched."""
         return self.HOTA_TP / np.maximum(1, self.HOTA_TP + self.HOTA_FN)
 
     @cached_property
     def DetPr(self) -> Float[Array, " a"]:
-        """The part of the output that is matched."""
+        """The share of the output that is matched."""
         return self.HOTA_TP / np.maximum(1, self.HOTA_TP + self.HOTA_FP)
 
     @cached_property
@@ -84,12 +81,12 @@ class Hota:
 
     def by_alpha(self) -> dict[str, list[float]]:
         """The values at every alpha, by name."""
-        return {name: getattr(self, name).tolist() for name in BY_ALPHA}
+        return {name: getattr(self, name).tolist() for name in HOTA_SCORES}
 
     def numbers(self) -> dict[str, Number]:
         """Every score by its name: means over alpha, and the values at the least alpha."""
         numbers: dict[str, Number] = {
-            name: float(np.mean(getattr(self, name))) for name in BY_ALPHA
+            name: float(np.mean(getattr(self, name))) for name in HOTA_SCORES
         }
         hota, overlap = float(self.HOTA[0]), float(self.LocA[0])
         return numbers | {"HOTA(0)": hota, "LocA(0)": overlap, "HOTALocA(0)": hota * overlap}

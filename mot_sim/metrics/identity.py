@@ -1,4 +1,4 @@
-"""Identity scores: how long each car keeps the one name that suits it best.
+"""Identity scores: how long each car keeps the one track id that fits it best.
 
 Ristani et al., Performance measures and a data set for multi-target, multi-camera tracking,
 ECCV workshops 2016; names and numbers as in TrackEval 1.3.0.
@@ -10,16 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from mot_sim.metrics.counts import Number
-from mot_sim.metrics.overlaps import Overlaps
+from mot_sim.metrics.clear import Number
+from mot_sim.metrics.matching import Overlaps
 from mot_sim.metrics.preprocessing import MIN_OVERLAP
 
-NAMES = ("IDF1", "IDR", "IDP", "IDTP", "IDFN", "IDFP")
+IDENTITY_SCORES = ("IDF1", "IDR", "IDP", "IDTP", "IDFN", "IDFP")
 
 
 @dataclass(frozen=True, eq=False)
 class Identity:
-    """Boxes with the right name (IDTP), labels without (IDFN), output without (IDFP)."""
+    """Boxes with the right track id (IDTP), labels without (IDFN), output without (IDFP)."""
 
     IDTP: int
     IDFN: int
@@ -27,12 +27,12 @@ class Identity:
 
     @property
     def IDR(self) -> float:
-        """The part of the labels that bear their right name."""
+        """The share of the labels that have their right track id."""
         return self.IDTP / max(1.0, self.IDTP + self.IDFN)
 
     @property
     def IDP(self) -> float:
-        """The part of the output that bears the right name."""
+        """The share of the output that has the right track id."""
         return self.IDTP / max(1.0, self.IDTP + self.IDFP)
 
     @property
@@ -51,7 +51,7 @@ class Identity:
 
     def numbers(self) -> dict[str, Number]:
         """Every score by its name."""
-        return {name: getattr(self, name) for name in NAMES}
+        return {name: getattr(self, name) for name in IDENTITY_SCORES}
 
 
 def identity_scores(overlaps: Overlaps) -> Identity:

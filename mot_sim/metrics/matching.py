@@ -1,4 +1,4 @@
-"""The best one-to-one matching of every frame, solved only where it is not obvious.
+"""Which boxes share a frame and how much they overlap, and the best matching of every frame.
 
 Frames are independent, and most hold no real choice. A pair that outweighs its best rival in
 the row plus its best rival in the column is in every best matching: putting it in place of at
@@ -7,15 +7,127 @@ over all frames at once. What is left, ties above all, goes to the Hungarian alg
 frame's whole matrix, so that ties fall as they do in the reference evaluators.
 """
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 from scipy.optimize import linear_sum_assignment
 
-from mot_sim.metrics.overlaps import Overlaps
+from tracker.errors import BadTracks
+from tracker.geometry import box_iou
+from tracker.types import Tracks
 
+# The slack that TrackEval gives its comparisons of overlaps; here for the same verdict at ties.
+EPSILON = float(np.finfo(float).eps)
 # A lead below this may be rounding of the solver: such frames are left to the solver.
-LEAD = 1e-9
+MIN_LEAD = 1e-9
+
+
+def same_frame_pairs(
+    a_frames: Int[Array, " n"], b_frames: Int[Array, " m"]
+) -> tuple[Int[Array, " p"], Int[Array, " p"]]:
+    """Every (row of a, row of b) that stand in one frame, in the order of a, then of b.
+
+    The frames of b must ascend.
+    """
+    first = np.searchsorted(b_frames, a_frames, side="left")
+    counts = np.searchsorted(b_frames, a_frames, side="right") - first
+    rows = np.repeat(np.arange(len(a_frames)), counts)
+    before = np.cumsum(counts) - counts
+    return rows, np.arange(len(rows)) + np.repeat(first - before, counts)
+
+
+@dataclass(frozen=True, eq=False)
+class Overlaps:
+    """Labels and output of one sequence, and every pair of one frame that overlaps at all.
+
+    truth, output: only frames, ids and boxes, in the order of frames. Pair k is row `rows[k]` of
+    the truth and row `columns[k]` of the output, with intersection over union `iou[k]` > 0;
+    pairs stand in the order of rows, then columns, so also in the order of frames.
+    """
+
+    truth: Tracks
+    output: Tracks
+    rows: Int[Array, " p"]
+    columns: Int[Array, " p"]
+    iou: Float[Array, " p"]
+
+    @classmethod
+    def between(cls, truth: Tracks, output: Tracks) -> "Overlaps":
+        """The overlaps of two tables whose rows are in the order of frames."""
+        rows, columns = same_frame_pairs(truth.frames, output.frames)
+        iou = box_iou(truth.boxes[rows], output.boxes[columns])
+        touching = iou > 0.0
+        return cls(truth, output, rows[touching], columns[touching], iou[touching])
+
+    @cached_property
+    def frames(self) -> Int[Array, " p"]:
+        """The frame of every pair; ascending."""
+        return self.truth.frames[self.rows]
+
+    @cached_property
+    def truth_ids(self) -> Int[Array, " p"]:
+        """The label's id in every pair."""
+        return self.truth.ids[self.rows]
+
+    @cached_property
+    def output_ids(self) -> Int[Array, " p"]:
+        """The output's id in every pair."""
+        return self.output.ids[self.columns]
+
+    @cached_property
+    def id_counts(self) -> tuple[int, int]:
+        """How many ids the truth and the output hold, when they are numbered from 0."""
+        return int(self.truth.ids.max(initial=-1)) + 1, int(self.output.ids.max(initial=-1)) + 1
+
+    @cached_property
+    def id_pairs(self) -> Int[Array, " p"]:
+        """One number for the two ids of every pair, when they are numbered from 0."""
+        return self.truth_ids * self.id_counts[1] + self.output_ids
+
+    def keep(self, truth: Bool[Array, " n"], output: Bool[Array, " m"]) -> "Overlaps":
+        """What is left with only the rows where the masks hold; ids are numbered from 0."""
+        pairs = truth[self.rows] & output[self.columns]
+        return Overlaps(
+            numbered(self.truth.select(truth)),
+            numbered(self.output.select(output)),
+            (np.cumsum(truth) - 1)[self.rows[pairs]],
+            (np.cumsum(output) - 1)[self.columns[pairs]],
+            self.iou[pairs],
+        )
+
+
+def numbered(tracks: Tracks) -> Tracks:
+    """The same rows with ids 0, 1, 2, ..., in the order of the old ids."""
+    return Tracks(tracks.frames, np.unique(tracks.ids, return_inverse=True)[1], tracks.boxes)
+
+
+def bare_rows(tracks: Tracks, rows: Bool[Array, " n"], frame_count: int, where: str) -> Tracks:
+    """Frames, ids and boxes of the given rows, in the order of frames.
+
+    Raises BadTracks for frames outside [0, frame_count), for boxes that are not finite and for
+    an id that stands twice in a frame.
+    """
+    picked = Tracks(tracks.frames[rows], tracks.ids[rows], tracks.boxes[rows])
+    outside = (picked.frames < 0) | (picked.frames >= frame_count)
+    if outside.any():
+        raise BadTracks(
+            f"{where}: frame {picked.frames[outside][0]} is outside the sequence; its "
+            f"{frame_count} frames count from 0 to {frame_count - 1}"
+        )
+    broken = ~np.isfinite(picked.boxes).all(axis=1)
+    if broken.any():
+        row = int(np.flatnonzero(broken)[0])
+        raise BadTracks(
+            f"{where}: box {picked.boxes[row].tolist()} of id {picked.ids[row]} in frame "
+            f"{picked.frames[row]} is not finite; leave the row out"
+        )
+    picked.require_unique_ids(where)
+    if (np.diff(picked.frames) < 0).any():
+        return picked.select(np.argsort(picked.frames, kind="stable"))
+    return picked
 
 
 def match(
@@ -42,7 +154,7 @@ def peel(
     left = np.arange(len(rows))
     while len(left):
         row, column, weight = rows[left], columns[left], weights[left]
-        certain = weight > best_rival(row, weight) + best_rival(column, weight) + LEAD
+        certain = weight > best_rival(row, weight) + best_rival(column, weight) + MIN_LEAD
         if not certain.any():
             break
         chosen[left[certain]] = True

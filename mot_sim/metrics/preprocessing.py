@@ -1,4 +1,4 @@
-"""What KITTI counts, and what it neither rewards nor punishes: neutral labels, ignored boxes.
+"""Which rows KITTI counts, and which it neither rewards nor punishes.
 
 The rules are those of KITTI's 2D tracking benchmark for the class Car (Geiger et al., CVPR
 2012), as TrackEval 1.3.0 (Luiten et al., IJCV 2021) applies them; label height plays no part.
@@ -10,16 +10,15 @@ import numpy as np
 from jaxtyping import Bool, Int
 from numpy import ndarray as Array
 
-from mot_sim.metrics.matching import match
-from mot_sim.metrics.overlaps import EPSILON, Overlaps, bare_rows, same_frame_pairs
+from mot_sim.metrics.matching import EPSILON, Overlaps, bare_rows, match, same_frame_pairs
 from tracker.geometry import box_area, box_intersection
 from tracker.types import Tracks
 
 MIN_OVERLAP = 0.5  # intersection over union of a match
-MAX_OCCLUSION = 2  # KITTI's levels: 0 visible, 1 partly, 2 largely occluded, 3 unknown
-MAX_TRUNCATION = 0
-MIN_HEIGHT = 25.0  # pixels; an unmatched box this high or lower is ignored
-MAX_DONT_CARE = 0.5  # part of an unmatched box inside one DontCare region
+MAX_OCCLUSION_LEVEL = 2  # KITTI's levels: 0 visible, 1 partly, 2 largely occluded, 3 unknown
+MAX_TRUNCATION_LEVEL = 0
+MIN_HEIGHT_PIXELS = 25.0  # pixels; an unmatched box this high or lower is ignored
+MAX_DONT_CARE_SHARE = 0.5  # part of an unmatched box inside one DontCare region
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +39,7 @@ def prepare_sequence(truth: Tracks, output: Tracks, frame_count: int) -> Prepare
 
     Of the truth: Car and Van; without a column `kinds` all are cars; without `truncation` or
     `occlusion` nothing is truncated or occluded. Of the output: all but other kinds than Car.
-    Rows with a negative id name no object and are left out, as in both reference evaluators.
+    Rows with a negative id belong to no object and are left out, as in both reference evaluators.
     Raises BadTracks: see `bare_rows`.
     """
     is_car, is_van = kind_is(truth, "Car", True), kind_is(truth, "Van", False)
@@ -48,9 +47,9 @@ def prepare_sequence(truth: Tracks, output: Tracks, frame_count: int) -> Prepare
     cars = kind_is(output, "Car", True) & (output.ids >= 0)
     neutral = is_van
     if truth.occlusion is not None:
-        neutral = neutral | (truth.occlusion > MAX_OCCLUSION)
+        neutral = neutral | (truth.occlusion > MAX_OCCLUSION_LEVEL)
     if truth.truncation is not None:
-        neutral = neutral | (truth.truncation > MAX_TRUNCATION)
+        neutral = neutral | (truth.truncation > MAX_TRUNCATION_LEVEL)
     in_order = np.argsort(truth.frames[labels], kind="stable")
     return PreparedSequence(
         Overlaps.between(
@@ -69,37 +68,37 @@ def kind_is(tracks: Tracks, kind: str, without_kinds: bool) -> Bool[Array, " n"]
     return np.asarray(tracks.kinds == kind, dtype=bool).reshape(len(tracks))
 
 
-def ignored_if_unmatched(contest: PreparedSequence, slack: float) -> Bool[Array, " m"]:
+def ignored_if_unmatched(prepared: PreparedSequence, slack: float) -> Bool[Array, " m"]:
     """Output boxes that are no false positives when nothing matches them.
 
     They are too low, or lie in a DontCare region by more than the allowed part plus `slack`.
     """
-    boxes = contest.overlaps.output.boxes
-    ignored = boxes[:, 3] - boxes[:, 1] <= MIN_HEIGHT
-    rows, regions = same_frame_pairs(contest.overlaps.output.frames, contest.dont_care.frames)
-    shared = box_intersection(boxes[rows], contest.dont_care.boxes[regions])
+    boxes = prepared.overlaps.output.boxes
+    ignored = boxes[:, 3] - boxes[:, 1] <= MIN_HEIGHT_PIXELS
+    rows, regions = same_frame_pairs(prepared.overlaps.output.frames, prepared.dont_care.frames)
+    shared = box_intersection(boxes[rows], prepared.dont_care.boxes[regions])
     area = box_area(boxes[rows])
     covered = (area > EPSILON) & (shared > 0.0)
-    inside = shared[covered] / area[covered] > MAX_DONT_CARE + slack
+    inside = shared[covered] / area[covered] > MAX_DONT_CARE_SHARE + slack
     ignored[rows[covered][inside]] = True
     return ignored
 
 
-def scored_rows(contest: PreparedSequence) -> Overlaps:
+def scored_rows(prepared: PreparedSequence) -> Overlaps:
     """What TrackEval scores: neutral labels, what matches them and what is ignored are gone.
 
     Labels and output are matched first (most overlap, at least MIN_OVERLAP a pair). Output that
     matches a neutral label leaves with it; unmatched output may be ignored.
     """
-    return contest.overlaps.keep(~contest.neutral, counted_output(contest))
+    return prepared.overlaps.keep(~prepared.neutral, counted_output(prepared))
 
 
-def counted_output(contest: PreparedSequence) -> Bool[Array, " m"]:
+def counted_output(prepared: PreparedSequence) -> Bool[Array, " m"]:
     """Which rows of the output `scored_rows` keeps."""
-    overlaps = contest.overlaps
+    overlaps = prepared.overlaps
     matched = match_cars(overlaps)
-    leaves = ignored_if_unmatched(contest, EPSILON)
-    leaves[overlaps.columns[matched]] = contest.neutral[overlaps.rows[matched]]
+    leaves = ignored_if_unmatched(prepared, EPSILON)
+    leaves[overlaps.columns[matched]] = prepared.neutral[overlaps.rows[matched]]
     return ~leaves
 
 

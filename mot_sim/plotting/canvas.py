@@ -10,22 +10,24 @@ from numpy import ndarray as Array
 
 from mot_sim.plotting.colours import Colour
 
-SHIFT = 4  # fractional bits: corners are placed to a sixteenth of a pixel
-FAR_OUT = 8000.0  # pixels; OpenCV's fixed-point corners overflow beyond 16 bits
-BOLD = 600
+FRACTION_BITS = 4  # fractional bits: corners are placed to a sixteenth of a pixel
+MAX_COORDINATE = 8000.0  # pixels; OpenCV's fixed-point corners overflow beyond 16 bits
+FONT_WEIGHT = 600
 
 Image = UInt8[Array, "h w 3"]
 
 
 def fixed_point(points: Float[Array, "n 2"]) -> Array:
     """The points as OpenCV's fixed-point integers."""
-    return np.round(points.clip(-FAR_OUT, FAR_OUT) * (1 << SHIFT)).astype(np.int32)
+    return np.round(points.clip(-MAX_COORDINATE, MAX_COORDINATE) * (1 << FRACTION_BITS)).astype(
+        np.int32
+    )
 
 
 def fill_polygon(image: Image, corners: Float[Array, "n 2"], colour: Colour) -> None:
     """Fill a convex polygon; nothing for fewer than three corners."""
     if len(corners) >= 3:
-        cv2.fillConvexPoly(image, fixed_point(corners), colour, cv2.LINE_AA, SHIFT)
+        cv2.fillConvexPoly(image, fixed_point(corners), colour, cv2.LINE_AA, FRACTION_BITS)
 
 
 def draw_line(
@@ -33,7 +35,9 @@ def draw_line(
 ) -> None:
     """A line through the points."""
     if len(points) >= 2:
-        cv2.polylines(image, [fixed_point(points)], closed, colour, width, cv2.LINE_AA, SHIFT)
+        cv2.polylines(
+            image, [fixed_point(points)], closed, colour, width, cv2.LINE_AA, FRACTION_BITS
+        )
 
 
 def draw_box(image: Image, corners: Float[Array, "4"], colour: Colour, width: int = 1) -> None:
@@ -45,7 +49,7 @@ def draw_box(image: Image, corners: Float[Array, "4"], colour: Colour, width: in
 def draw_dashed_box(
     image: Image, corners: Float[Array, "4"], colour: Colour, width: int = 1, dash: float = 7.0
 ) -> None:
-    """The outline of a box x_min, y_min, x_max, y_max in dashes of so many pixels."""
+    """The outline of a box x_min, y_min, x_max, y_max in dashes. dash: their length, pixels."""
     left, top, right, bottom = corners.tolist()
     ring = np.array([(left, top), (right, top), (right, bottom), (left, bottom), (left, top)])
     for start, end in pairwise(ring):
@@ -66,13 +70,13 @@ def draw_text(
     image: Image, words: str, place: tuple[int, int], colour: Colour, size: int = 16
 ) -> int:
     """Write words with their base line at place; gives the x where they end."""
-    end, _ = cv2.putText(image, words, place, colour, _font(), size, BOLD)
+    end, _ = cv2.putText(image, words, place, colour, _font(), size, FONT_WEIGHT)
     return int(end[0])
 
 
 def text_width(words: str, size: int = 16) -> int:
     """How many pixels wide the words will be."""
-    _, _, width, _ = cv2.getTextSize((4096, 4096), words, (0, 2048), _font(), size, BOLD)
+    _, _, width, _ = cv2.getTextSize((4096, 4096), words, (0, 2048), _font(), size, FONT_WEIGHT)
     return int(width)
 
 

@@ -1,7 +1,7 @@
 """Where tracks are believed to be, and where each is expected next: the search areas.
 
-The tracks may come from anywhere: their boxes are lifted to the road and carried on, as the
-tracker does with its own (Sharma et al., ICRA 2018, eqs. 2-4), only that who is who is given.
+The tracks may come from any tracker: their boxes are lifted to the road and predicted as ours
+are (Sharma et al., ICRA 2018, eqs. 2-4), but the association is given by their ids.
 """
 
 from collections.abc import Iterator
@@ -19,8 +19,8 @@ from tracker.lifecycle import Lifecycle
 from tracker.suppression import Suppression
 from tracker.types import Camera, Cuboids, Detections, Rows, Tracks
 
-MEMORY = 1.0  # seconds that a track without a box is expected on
-SAME = 1e-6
+MEMORY_SECONDS = 1.0  # for which a track without a box is still expected
+MAX_ID_DIFFERENCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,9 @@ class SameTrack:
         before, now = pairing.expected.embedding, pairing.detections.descriptor
         if before is None or now is None:
             return np.ones(len(rows))
-        return (np.abs(before.descriptor[rows, 0] - now[columns, 0]) > SAME).astype(float)
+        return (np.abs(before.descriptor[rows, 0] - now[columns, 0]) > MAX_ID_DIFFERENCE).astype(
+            float
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,12 +51,12 @@ class BelievedPlaces(Rows):
 
 
 @dataclass(frozen=True, eq=False)
-class Standing:
-    """One frame. now: the tracks that have a box in it, where they are believed to be.
+class ExpectedTracks:
+    """Tracks of one frame. now: those with a box in it, where they are believed to be.
 
-    expected: the tracks of before, where they were expected in it; regions: their cuboids
-    stretched by the uncertainty, and areas: upright boxes around those in the image, pixels: what
-    is compared with a track lies in there.
+    expected: earlier tracks, where they were predicted in it. regions: their cuboids stretched by
+    the uncertainty. areas: boxes around those in the image, pixels, inside which detections are
+    compared with a track.
     """
 
     now: BelievedPlaces
@@ -63,8 +65,8 @@ class Standing:
     areas: Float[Array, "k 4"]
 
 
-def follower(camera: Camera, tracker: Tracker | None = None) -> Tracker:
-    """A tracker whose detections carry their ids as descriptors, and that believes them.
+def following_tracker(camera: Camera, tracker: Tracker | None = None) -> Tracker:
+    """A tracker that associates by ids, which its detections carry as descriptors.
 
     Beliefs, motion and search areas are those of `tracker`, by default our default one.
     """
@@ -73,7 +75,7 @@ def follower(camera: Camera, tracker: Tracker | None = None) -> Tracker:
         costs=((1.0, SameTrack()),),
         associate=Hungarian(max_cost=0.5),
         suppress=Suppression(max_iou=1.0),
-        lifecycle=Lifecycle(max_gap=MEMORY),
+        lifecycle=Lifecycle(max_gap=MEMORY_SECONDS),
         strong_score=0.0,
         tie_break=0.0,
         existence=None,
@@ -84,24 +86,24 @@ def follower(camera: Camera, tracker: Tracker | None = None) -> Tracker:
 
 def expectations(
     drive: RecordedSequence, tracks: Tracks, tracker: Tracker | None = None
-) -> Iterator[tuple[int, Standing]]:
+) -> Iterator[tuple[int, ExpectedTracks]]:
     """Frame by frame of the drive: its index, and where its tracks are and were expected."""
-    following = follower(drive.camera, tracker)
+    following = following_tracker(drive.camera, tracker)
     for frame in replace(drive, images=None):
         rows = tracks.select(tracks.frames == frame.index)
         ids = rows.ids.astype(float)[:, None]
         seen = Detections(rows.boxes, np.ones(len(rows)), descriptor=ids)
         following.step(replace(frame, detections=seen))
         assert following.explanation is not None
-        yield frame.index, _standing(following, following.explanation.pairing)
+        yield frame.index, _expected_tracks(following, following.explanation.pairing)
 
 
-def _standing(following: Tracker, pairing: GatedPairs) -> Standing:
+def _expected_tracks(following: Tracker, pairing: GatedPairs) -> ExpectedTracks:
     population = following.state.tracks
     seen = population.select(population.time_since_update == 0.0)
-    look = seen.beliefs.embedding
-    now = BelievedPlaces(_ids(None if look is None else look.descriptor, len(seen)),
-                 seen.beliefs.cuboids, seen.beliefs.cov[:, :2, :2])  # fmt: skip
+    embedding = seen.beliefs.embedding
+    ids = _ids(None if embedding is None else embedding.descriptor, len(seen))
+    now = BelievedPlaces(ids, seen.beliefs.cuboids, seen.beliefs.cov[:, :2, :2])
     before = pairing.expected
     known = _ids(None if before.embedding is None else before.embedding.descriptor, len(before))
     # A box outside its own search area began its track anew, in a later row: the older belief is
@@ -110,7 +112,7 @@ def _standing(following: Tracker, pairing: GatedPairs) -> Standing:
     latest = len(known) - 1 - from_the_end
     expected = BelievedPlaces(known, before.cuboids, before.cov[:, :2, :2]).select(latest)
     regions = pairing.expected_regions.select(latest)
-    return Standing(now, expected, regions, pairing.search_areas[latest])
+    return ExpectedTracks(now, expected, regions, pairing.search_areas[latest])
 
 
 def _ids(descriptor: Float[Array, "n d"] | None, count: int) -> Int[Array, " n"]:

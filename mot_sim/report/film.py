@@ -1,7 +1,7 @@
-"""The frames of a drive as people see them: title, camera view with marks, top view, legend."""
+"""The frames of a drive as a film: title, camera view with marks, top view, legend."""
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -9,11 +9,17 @@ import cv2
 import numpy as np
 
 from mot_sim.datasets.recorded import RecordedSequence
-from mot_sim.metrics.verdicts import Verdicts
-from mot_sim.plotting.canvas import Image
-from mot_sim.plotting.colours import TRUE, colour_of_id
+from mot_sim.metrics.breaks import Verdicts
+from mot_sim.plotting.canvas import Image, draw_text, text_width
+from mot_sim.plotting.colours import (
+    FAINT_COLOUR,
+    PANEL_COLOUR,
+    TEXT_COLOUR,
+    TRUE_COLOUR,
+    colour_of_id,
+)
 from mot_sim.plotting.drawing import (
-    FLASH,
+    SWITCH_FRAMES,
     draw_areas,
     draw_detections,
     draw_false,
@@ -22,8 +28,7 @@ from mot_sim.plotting.drawing import (
     draw_true_boxes,
     plain_ground,
 )
-from mot_sim.report.captions import Layers, legend, marks, title, title_words
-from mot_sim.report.expectations import Standing, expectations
+from mot_sim.report.expectations import ExpectedTracks, expectations
 from mot_sim.report.ground import GroundMap
 from mot_sim.report.topview import TopView
 from mot_sim.report.wireframes import Fitting, Wireframes, draw_wireframes
@@ -31,11 +36,110 @@ from mot_sim.simulation.episode import SimulatedDrive
 from tracker.geometry import box_iou
 from tracker.types import Detections, Frame, Tracks
 
-TOP_VIEW = 313  # pixels: with KITTI's 375 and the title it makes 720
-SCALE = 7.8  # pixels a metre in the top view
-BEHIND = 14.0  # metres behind us that the top view shows
-TRAIL = 25  # frames
-HALF = 0.5
+TITLE_PIXELS = 32
+LINE_PIXELS = 19
+LEGEND_TEXT_PIXELS = 14
+MARGIN_PIXELS = 12
+TOP_VIEW_PIXELS = 313  # pixels: with KITTI's 375 and the title it makes 720
+PIXELS_PER_METRE = 7.8  # in the top view
+METRES_BEHIND = 14.0  # behind us, in the top view
+TRAIL_FRAMES = 25
+MIN_DETECTED_IOU = 0.5
+
+
+@dataclass(frozen=True)
+class Layers:
+    """What is drawn. truth: true boxes, missed cars, false boxes, switches, true outlines.
+
+    wireframes: as fitted to the image; true_wireframes: as they are, of a simulated drive.
+    follow: the top view moves and turns with us; else it stays where the film begins.
+    """
+
+    detections: bool = True
+    truth: bool = False
+    search_areas: bool = False
+    wireframes: bool = False
+    true_wireframes: bool = False
+    top_view: bool = True
+    follow: bool = True
+
+
+def title_words(name: str, index: int, seconds: float, switches: int | None) -> str:
+    """Which frame it is, and how many switches there were so far, if that is known."""
+    words = f"{name}   frame {index:03d}   {seconds:4.1f} s"
+    if switches is not None:
+        words += f"   {switches} switch{'es' * (switches != 1)} so far"
+    return words
+
+
+def title(width: int, left: str, tracker: str, detections: bool) -> Image:
+    """The bar above a frame; who tracked stands on the right where there is room."""
+    bar = plain_bar(width, TITLE_PIXELS)
+    draw_text(bar, left, (MARGIN_PIXELS, 22), TEXT_COLOUR, 18)
+    right = f"colour and number: tracks of '{tracker}'"
+    if detections:
+        right = f"thin grey: detections (without: predicted)   {right}"
+    start = width - text_width(right, 15) - MARGIN_PIXELS
+    if start > MARGIN_PIXELS + text_width(left, 18):
+        draw_text(bar, right, (start, 22), FAINT_COLOUR, 15)
+    return bar
+
+
+def marks(layers: Layers, outlines: bool) -> list[str]:
+    """What each kind of mark means. outlines: whether true outlines are drawn from above."""
+    parts = []
+    if layers.search_areas:
+        parts.append("tinted: where a track is expected (1 sigma)")
+    if layers.truth:
+        parts += [
+            "dashed white: true box",
+            "grey: one that need not be found (van, hidden, cut)",
+            "red: missed",
+            "red cross: false box",
+            "yellow: new id",
+        ]
+    if layers.wireframes:
+        parts.append("wires: fitted shape")
+    if layers.true_wireframes:
+        parts.append("white wires: true shape")
+    if layers.top_view:
+        true = "true outlines white, " if outlines else ""
+        parts.append(f"from above: {true}tracks with their doubt (1 sigma) and trails")
+    return parts
+
+
+def legend(width: int, parts: Sequence[str]) -> Image:
+    """A bar with as many lines as the parts need."""
+    lines = wrap(parts, width - 2 * MARGIN_PIXELS)
+    bar = plain_bar(width, LINE_PIXELS * len(lines) + 6)
+    for number, words in enumerate(lines):
+        draw_text(
+            bar,
+            words,
+            (MARGIN_PIXELS, LINE_PIXELS * (number + 1) - 2),
+            TEXT_COLOUR,
+            LEGEND_TEXT_PIXELS,
+        )
+    return bar
+
+
+def wrap(parts: Sequence[str], width: int) -> list[str]:
+    """The parts on lines of at most `width` pixels, if each part fits on a line."""
+    lines: list[str] = []
+    for part in parts:
+        longer = f"{lines[-1]}    {part}" if lines else part
+        if lines and text_width(longer, LEGEND_TEXT_PIXELS) <= width:
+            lines[-1] = longer
+        else:
+            lines.append(part)
+    return lines
+
+
+def plain_bar(width: int, height: int) -> Image:
+    """A bar with nothing on it."""
+    bar = np.empty((height, width, 3), np.uint8)
+    bar[:] = PANEL_COLOUR
+    return bar
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +167,7 @@ class Film:
             if first <= index:
                 yield index, self._frame(index, standing, trails)
 
-    def _frame(self, index: int, standing: Standing, trails: dict) -> Image:
+    def _frame(self, index: int, standing: ExpectedTracks, trails: dict) -> Image:
         parts = [self._title(index), self._view(index, standing)]
         if self.layers.top_view:
             above = self._above(index, standing, trails)
@@ -77,7 +181,7 @@ class Film:
         how = cv2.INTER_AREA if self.scale < 1.0 else cv2.INTER_CUBIC
         return np.asarray(cv2.resize(frame, None, fx=self.scale, fy=self.scale, interpolation=how))
 
-    def _view(self, index: int, standing: Standing) -> Image:
+    def _view(self, index: int, standing: ExpectedTracks) -> Image:
         """The camera's image, or plain ground, with all marks."""
         image = None if self.drive.images is None else self.drive.images.load(index)
         layers, rows = self.layers, self.tracks.select(self.tracks.frames == index)
@@ -98,7 +202,7 @@ class Film:
             draw_wireframes(view, seen, [colour_of_id(each) for each in seen.ids.tolist()])
         if layers.true_wireframes and isinstance(self.drive, SimulatedDrive):
             true = Wireframes.true(self.drive.exact, index)
-            draw_wireframes(view, true, [TRUE] * len(true))
+            draw_wireframes(view, true, [TRUE_COLOUR] * len(true))
         if self._verdicts is not None:
             self._draw_verdicts(view, index, self._verdicts)
         return view
@@ -110,7 +214,7 @@ class Film:
         draw_true_boxes(view, now(verdicts.found), now(verdicts.missed), now(verdicts.neutral))
         draw_false(view, now(verdicts.false))
         ages = index - verdicts.switches.frames
-        for row in np.flatnonzero((ages >= 0) & (ages < FLASH)).tolist():
+        for row in np.flatnonzero((ages >= 0) & (ages < SWITCH_FRAMES)).tolist():
             name = int(verdicts.switches.track_ids[row])
             here = self.tracks.select((self.tracks.frames == index) & (self.tracks.ids == name))
             if len(here):
@@ -134,7 +238,7 @@ class Film:
     def _width(self) -> int:
         return self.drive.camera.image_size[0]
 
-    def _above(self, index: int, standing: Standing, trails: dict) -> Image:
+    def _above(self, index: int, standing: ExpectedTracks, trails: dict) -> Image:
         """The top view."""
         ground, camera = self._ground, self.drive.camera
         pose = ground.pose(index)
@@ -153,11 +257,11 @@ class Film:
         view.draw_trails(panel, ways)
         return panel
 
-    def _remember(self, trails: dict, index: int, standing: Standing) -> None:
+    def _remember(self, trails: dict, index: int, standing: ExpectedTracks) -> None:
         """Add where the tracks are now to their trails; without poses a trail is one point."""
         bases = self._ground.on_map(standing.now.cuboids.base[:, ::2], index)
         for name, base in zip(standing.now.ids.tolist(), bases, strict=True):
-            length = 1 if self._ground.poses is None else TRAIL
+            length = 1 if self._ground.poses is None else TRAIL_FRAMES
             trails.setdefault(name, deque(maxlen=length)).append((index, base))
 
     @cached_property
@@ -176,15 +280,15 @@ class Film:
         return replace(self._turned(pose), heading=0.0)
 
     def _turned(self, pose: np.ndarray) -> TopView:
-        size = (self.drive.camera.image_size[0], TOP_VIEW)
-        anchor = (BEHIND * SCALE, 0.5 * TOP_VIEW)
+        size = (self.drive.camera.image_size[0], TOP_VIEW_PIXELS)
+        anchor = (METRES_BEHIND * PIXELS_PER_METRE, 0.5 * TOP_VIEW_PIXELS)
         origin = (float(pose[0]), float(pose[1]))
-        return TopView(self._ground.roads, origin, SCALE, size, anchor, float(pose[2]))
+        return TopView(self._ground.roads, origin, PIXELS_PER_METRE, size, anchor, float(pose[2]))
 
 
 def detected(tracks: Tracks, detections: Detections) -> Tracks:
-    """Those whose box overlaps a detection by half: the others are predicted."""
+    """The tracks whose box overlaps a detection by half; the others are predicted."""
     if not len(detections):
         return tracks.select(slice(0, 0))
     overlap = box_iou(tracks.boxes[:, None], detections.boxes[None])
-    return tracks.select((overlap >= HALF).any(axis=1))
+    return tracks.select((overlap >= MIN_DETECTED_IOU).any(axis=1))

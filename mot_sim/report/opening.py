@@ -1,4 +1,4 @@
-"""What a user names, opened: a recorded episode, a KITTI sequence or a scene; and its tracks."""
+"""Opens what a user names: a recorded episode, a KITTI sequence or a scene, and its tracks."""
 
 import json
 import logging
@@ -20,7 +20,7 @@ from mot_sim.datasets import (
 )
 from mot_sim.evaluation.run_folder import RUN_FILE
 from mot_sim.evaluation.runs import Recipe, track_sequence
-from mot_sim.metrics.overlaps import same_frame_pairs
+from mot_sim.metrics.matching import same_frame_pairs
 from mot_sim.simulation.episode import SimulatedDrive, record
 from mot_sim.simulation.episodes import EpisodeFiles, read_episode, stored_episodes
 from mot_sim.simulation.registry import SCENES, find_scene
@@ -32,13 +32,15 @@ from tracker.types import Tracks
 log = logging.getLogger(__name__)
 
 SIMULATED = "simulated"
-# Of the tracks of six KITTI drives 0.96 to 0.99 overlap a detection of theirs, at most 0.41 one
-# of another drive.
-FEWEST, ON_IT, LEAST_SHARE = 20, 0.3, 0.6
+# On six KITTI drives .96 to .99 of the tracks' boxes overlap a detection of their own drive, and
+# at most .41 overlap one of another drive.
+MIN_CHECKED_BOXES = 20
+MIN_DETECTION_IOU = 0.3
+MIN_DETECTED_SHARE = 0.6
 
 
 @dataclass(frozen=True)
-class Wanted:
+class DriveRequest:
     """Which drive. episode: a folder of `mot-sim record`, a KITTI root, or a scene's name.
 
     sequence: of a folder that holds several. detections: a detector of the tree; None: RRC of a
@@ -163,7 +165,7 @@ def open_tracks(path: Path, drive: RecordedSequence) -> Tracks:
 
 
 def require_in_view(tracks: Tracks, drive: RecordedSequence, where: str) -> None:
-    """BadTracks for a box wholly outside the image: it was seen by another camera."""
+    """Raise BadTracks for a box wholly outside the image: it is of another camera."""
     width, height = drive.camera.image_size
     low, high = tracks.boxes[:, :2], tracks.boxes[:, 2:]
     outside = (low > (width, height)).any(axis=1) | (high < 0.0).any(axis=1)
@@ -177,13 +179,13 @@ def require_in_view(tracks: Tracks, drive: RecordedSequence, where: str) -> None
 
 
 def require_detected(tracks: Tracks, drive: RecordedSequence, where: str) -> None:
-    """BadTracks where almost no box lies on a detection: the tracks follow something else."""
+    """Raise BadTracks if almost no box lies on a detection: the tracks are of another drive."""
     rows, columns = same_frame_pairs(tracks.frames, drive.log.frames)
-    if len(tracks) < FEWEST or not len(drive.log.frames):
+    if len(tracks) < MIN_CHECKED_BOXES or not len(drive.log.frames):
         return
     overlap = box_iou(tracks.boxes[rows], drive.log.detections.boxes[columns])
-    share = len(np.unique(rows[overlap >= ON_IT])) / len(tracks)
-    if share < LEAST_SHARE:
+    share = len(np.unique(rows[overlap >= MIN_DETECTION_IOU])) / len(tracks)
+    if share < MIN_DETECTED_SHARE:
         raise BadTracks(
             f"{where}: {100 * share:.0f} % of its {len(tracks)} boxes lie on a detection of "
             f"'{drive.name}': these are tracks of another drive, or of other detections; give "
@@ -196,12 +198,13 @@ def _T_road_label(drive: RecordedSequence) -> Float[Array, "4 4"]:
 
 
 def _warn_of_another_root(folder: Path, drive: RecordedSequence) -> None:
-    """Log when the run was made from another tree: same names, other drives."""
-    folder_of = drive.images.paths[min(drive.images.paths)] if isinstance(
-        drive.images, ImageFolder) else None  # fmt: skip
+    """Warn if the run was made from another tree, with other drives of the same names."""
+    image = None
+    if isinstance(drive.images, ImageFolder):
+        image = drive.images.paths[min(drive.images.paths)]
     try:
         made_of = json.loads((folder / RUN_FILE).read_text())["settings"]["root"]
     except (OSError, ValueError, KeyError, TypeError):
         return
-    if folder_of is not None and not folder_of.resolve().is_relative_to(str(made_of)):
+    if image is not None and not image.resolve().is_relative_to(str(made_of)):
         log.warning("%s was made from %s, which is not what is shown", folder, made_of)

@@ -14,16 +14,16 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from mot_sim.files.writing import require_writable, whole_file
-from mot_sim.plotting.colours import DETECTION, TRUE, colour_of_id
-from mot_sim.report.expectations import Standing, expectations
+from mot_sim.plotting.colours import DETECTION_COLOUR, TRUE_COLOUR, colour_of_id
+from mot_sim.report.expectations import ExpectedTracks, expectations
 from mot_sim.report.film import Film
 from mot_sim.report.ground import GroundMap
 from tracker.errors import BadConfig, OutputExists
 from tracker.types import Cuboids
 
-ENDING = ".rrd"
-QUALITY = 90  # of JPEG; lossless images make recordings ten times as large
-TRAIL = 50  # frames
+RERUN_ENDING = ".rrd"
+JPEG_QUALITY = 90  # of JPEG; lossless images make recordings ten times as large
+TRAIL_FRAMES = 50
 
 
 def find_rerun() -> Any:
@@ -37,8 +37,8 @@ def find_rerun() -> Any:
 
 def require_rerun(path: Path, overwrite: bool = False) -> None:
     """Check the ending, the place and the package before any work is done."""
-    if path.suffix.lower() != ENDING:
-        raise BadConfig(f"{path}: a recording for rerun ends in {ENDING}")
+    if path.suffix.lower() != RERUN_ENDING:
+        raise BadConfig(f"{path}: a recording for rerun ends in {RERUN_ENDING}")
     require_writable(path)
     if path.exists() and not overwrite:
         raise OutputExists(f"{path}: exists; give --overwrite, or another name")
@@ -55,21 +55,21 @@ def write_rerun(path: Path, film: Film, first: int, end: int, progress: Callable
         name = f"{film.drive.name}-{film.tracker_name}"
         stream = rr.RecordingStream("mot-sim", recording_id=name)
         stream.save(str(half))
-        logged = _Logged(rr, stream, film)
+        logger = _FrameLogger(rr, stream, film)
         try:
-            logged.begin()
+            logger.begin()
             for index, standing in expectations(film.drive, film.tracks):
                 if index >= end:
                     break
                 if index >= first:
-                    logged.frame(index, standing)
+                    logger.frame(index, standing)
                     progress()
         finally:
             stream.disconnect()
 
 
-class _Logged:
-    """What was told to rerun so far."""
+class _FrameLogger:
+    """Writes frames to a rerun stream, and keeps the trails."""
 
     def __init__(self, rr: Any, stream: Any, film: Film) -> None:
         self.rr, self.stream, self.film = rr, stream, film
@@ -77,7 +77,7 @@ class _Logged:
         self.trails: dict[int, list[list[float]]] = {}
 
     def begin(self) -> None:
-        """What holds for all frames: the axes and the lens."""
+        """Log what holds for all frames: the axes and the lens."""
         rr, camera = self.rr, self.film.drive.camera
         self.stream.log("map", rr.ViewCoordinates.FRD, static=True)
         lens = rr.Pinhole(
@@ -87,8 +87,8 @@ class _Logged:
         )
         self.stream.log("map/camera/image", lens, static=True)
 
-    def frame(self, index: int, standing: Standing) -> None:
-        """Everything of one frame."""
+    def frame(self, index: int, standing: ExpectedTracks) -> None:
+        """Log one frame."""
         rr, stream, drive = self.rr, self.stream, self.film.drive
         stream.set_time("frame", sequence=index)
         stream.set_time("time", duration=index / drive.frame_rate)
@@ -97,7 +97,9 @@ class _Logged:
         image = None if drive.images is None else drive.images.load(index)
         if image is not None:
             done, jpeg = cv2.imencode(
-                ".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, QUALITY]
+                ".jpg",
+                cv2.cvtColor(image, cv2.COLOR_RGB2BGR),
+                [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY],
             )
             assert done
             picture = rr.EncodedImage(contents=jpeg.tobytes(), media_type="image/jpeg")
@@ -108,13 +110,13 @@ class _Logged:
     def _boxes(self, index: int) -> None:
         film = self.film
         rows = film.tracks.select(film.tracks.frames == index)
-        self._log_boxes("tracks", rows.boxes, [colour_of_id(each) for each in rows.ids.tolist()],
-                        rows.ids)  # fmt: skip
+        colours = [colour_of_id(each) for each in rows.ids.tolist()]
+        self._log_boxes("tracks", rows.boxes, colours, rows.ids)
         boxes = film.drive.log.at(index).boxes
-        self._log_boxes("detections", boxes, [DETECTION] * len(boxes))
+        self._log_boxes("detections", boxes, [DETECTION_COLOUR] * len(boxes))
         if film.truth is not None:
             now = film.truth.select((film.truth.frames == index) & (film.truth.ids >= 0))
-            self._log_boxes("truth", now.boxes, [TRUE] * len(now), now.ids)
+            self._log_boxes("truth", now.boxes, [TRUE_COLOUR] * len(now), now.ids)
 
     def _log_boxes(
         self,
@@ -125,11 +127,11 @@ class _Logged:
     ) -> None:
         rr = self.rr
         labels = None if ids is None else [str(each) for each in ids.tolist()]
-        found = rr.Boxes2D(array=boxes, array_format=rr.Box2DFormat.XYXY, colors=colours,
-                           labels=labels)  # fmt: skip
+        corners = rr.Box2DFormat.XYXY
+        found = rr.Boxes2D(array=boxes, array_format=corners, colors=colours, labels=labels)
         self.stream.log(f"map/camera/image/{name}", found)
 
-    def _cuboids(self, index: int, standing: Standing) -> None:
+    def _cuboids(self, index: int, standing: ExpectedTracks) -> None:
         """Cuboids and trails on the map."""
         rr, now = self.rr, standing.now
         colours = [colour_of_id(each) for each in now.ids.tolist()]
@@ -137,20 +139,24 @@ class _Logged:
         bases = self.ground.on_map(now.cuboids.base[:, ::2], index)
         for name, base in zip(now.ids.tolist(), bases.tolist(), strict=True):
             way = self.trails.setdefault(name, [])
-            way[:] = [*way, [*base, 0.0]][-TRAIL if self.ground.poses is not None else -1 :]
+            way[:] = [*way, [*base, 0.0]][-TRAIL_FRAMES if self.ground.poses is not None else -1 :]
         ways = [self.trails[name] for name in now.ids.tolist()]
         self.stream.log("map/trails", rr.LineStrips3D(ways, colors=colours))
         truth = self.film.truth
         if truth is not None and truth.cuboids is not None:
             rows = truth.select((truth.frames == index) & np.isfinite(truth.cuboids.yaw))
             assert rows.cuboids is not None
-            white = [TRUE] * len(rows)
+            white = [TRUE_COLOUR] * len(rows)
             self._log_cuboids("map/truth", rows.cuboids, index, white, rows.ids)
 
     def _log_cuboids(
-        self, place: str, cuboids: Cuboids, index: int, colours: list[tuple[int, int, int]],
+        self,
+        place: str,
+        cuboids: Cuboids,
+        index: int,
+        colours: list[tuple[int, int, int]],
         ids: Int[Array, " n"],
-    ) -> None:  # fmt: skip
+    ) -> None:
         rr, ground = self.rr, self.ground
         on_ground = ground.on_map(cuboids.base[:, ::2], index)
         height = cuboids.base[:, 1] - 0.5 * cuboids.size[:, 1]

@@ -1,36 +1,155 @@
 """The first figure of the paper: search areas of frame t, carried into frame t + 1.
 
-Sharma et al., ICRA 2018. Drawn by matplotlib, for print.
+Sharma et al., ICRA 2018. `TwoFrames` is what the figure shows; matplotlib draws it, for print.
 """
 
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int, UInt8
 from numpy import ndarray as Array
+from scipy.spatial import ConvexHull
 
+from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.files.writing import require_writable, whole_file
 from mot_sim.plotting.charts import FIGURE_ENDINGS, require_figure, save_figure
 from mot_sim.plotting.colours import colour_of_id, mix
 from mot_sim.report.expectations import BelievedPlaces
 from mot_sim.report.topview import ellipse
-from mot_sim.report.two_frames import TwoFrames
 from mot_sim.simulation.truth import project_edges
-from tracker.errors import BadConfig
-from tracker.types import Cuboids
+from tracker import Tracker
+from tracker.errors import BadConfig, BadDetections, DatasetNotFound
+from tracker.front_end import FrontEnd
+from tracker.types import Camera, Cuboids, Frame
+
+PHOTO_ENDINGS = (".jpg", ".jpeg")  # a sixth of a PNG's size
+WIDTH_INCHES = 10.0
+DOTS_PER_INCH = 200
+MAPS_INCHES = 3.1  # height of the two maps
+TITLE_INCHES = 0.2  # height of a line of words
+METRES_BEHIND = 6.0  # behind the camera, on the maps
+MIN_METRES_AHEAD = 25.0  # ahead of it
+MAX_METRES_AHEAD = 60.0
+OUR_CAR_OUTLINE = np.array(
+    [(0.9, -4.2), (0.9, -0.3), (0.0, 0.2), (-0.9, -0.3), (-0.9, -4.2)]
+)  # x, z
+TEXT_POINTS = 8.0
+INK_COLOUR = "#222222"
+
+
+@dataclass(frozen=True, eq=False)
+class TwoFrames:
+    """Frame t and frame t + 1.
+
+    images: of both. before, boxes_before: the cars of frame t, in its road frame and image.
+    carried: where they are expected at t + 1, in its road frame; regions: those cuboids stretched
+    by the uncertainty. seen, boxes_seen, ids_seen: the cars of t + 1; new ones have ids of their
+    own. compared: which pairs (of before, of seen) lie in a search area, the only ones whose costs
+    are computed.
+    """
+
+    name: str
+    index: int
+    camera: Camera
+    images: tuple[UInt8[Array, "h w 3"], UInt8[Array, "h w 3"]]
+    before: BelievedPlaces
+    boxes_before: Float[Array, "n 4"]
+    carried: BelievedPlaces
+    regions: Cuboids
+    seen: BelievedPlaces
+    boxes_seen: Float[Array, "m 4"]
+    compared: Bool[Array, "n m"]
+
+    @property
+    def outlines(self) -> list[Float[Array, "_ 2"]]:
+        """The search areas as convex outlines in the image of t + 1, pixels, not clipped."""
+        return cuboid_outlines(self.regions, self.camera)
+
+
+def track_two_frames(
+    drive: RecordedSequence, index: int, front_end: FrontEnd | None = None
+) -> TwoFrames:
+    """Frames `index` and `index` + 1 of a drive, tracked by the paper's two-frame scheme.
+
+    front_end: measures yaw, size and shape in the images. Raises BadConfig for a frame that is
+    not there, DatasetNotFound where one has no image, BadDetections where nothing is detected.
+    """
+    first, second = _frames(drive, index, front_end)
+    tracker = replace(Tracker.paper(drive.camera), explain=True)
+    tracker.step(replace(first, T_now_before=None, motion_cov=None))
+    population = tracker.state.tracks
+    if not len(population):
+        raise BadDetections(
+            f"'{drive.name}' frame {index}: no box with a score of "
+            f"{tracker.suppress.min_score:g} or more; choose another frame"
+        )
+    beliefs = population.beliefs
+    before = BelievedPlaces(population.ids, beliefs.cuboids, beliefs.cov[:, :2, :2])
+    tracker.step(second)
+    assert tracker.explanation is not None
+    pairing, matched = tracker.explanation.pairing, tracker.explanation.matched
+    expected, observed = pairing.expected, pairing.observed
+    compared = np.zeros(pairing.shape, bool)
+    compared[pairing.pairs] = True
+    assert first.image is not None
+    assert second.image is not None
+    return TwoFrames(
+        drive.name,
+        index,
+        drive.camera,
+        (first.image, second.image),
+        before,
+        beliefs.boxes,
+        BelievedPlaces(population.ids, expected.cuboids, expected.cov[:, :2, :2]),
+        pairing.expected_regions,
+        BelievedPlaces(_names(matched, population.ids), observed.cuboids, observed.cov[:, :2, :2]),
+        observed.boxes,
+        compared,
+    )
+
+
+def cuboid_outlines(cuboids: Cuboids, camera: Camera) -> list[Float[Array, "_ 2"]]:
+    """The convex outlines of cuboids in the image, pixels; no points for one behind the camera."""
+    found = []
+    for points in project_edges(cuboids, camera):
+        known = points[np.isfinite(points).all(axis=1)]
+        hull = known[ConvexHull(known).vertices] if len(known) > 2 else known[:0]
+        found.append(hull)
+    return found
+
+
+def _frames(drive: RecordedSequence, index: int, front_end: FrontEnd | None) -> Iterator[Frame]:
+    """The two frames with their images, and with cues if there is something to measure them."""
+    if not 0 <= index < drive.frame_count - 1:
+        raise BadConfig(
+            f"frame {index} and the next one: '{drive.name}' has the frames 0 to "
+            f"{drive.frame_count - 1}"
+        )
+    for frame in drive.subset([index, index + 1]):
+        if frame.image is None:
+            raise DatasetNotFound(
+                f"'{drive.name}' has no image of frame {frame.index}, and the figure shows it; "
+                "choose another --frame"
+            )
+        yield frame if front_end is None else front_end(frame, drive.camera)
+
+
+def _names(matched: Bool[Array, "n m"], ids: Int[Array, " n"]) -> Int[Array, " m"]:
+    """The ids of the new detections: of the track they continue, else new ones."""
+    columns = matched.shape[1]
+    names = np.full(columns, -1)
+    rows, found = np.nonzero(matched)
+    names[found] = ids[rows]
+    new = np.flatnonzero(names < 0)
+    names[new] = ids.max(initial=-1) + 1 + np.arange(len(new))
+    return names
+
 
 if TYPE_CHECKING:
     import matplotlib.figure
-
-PHOTOS = (".jpg", ".jpeg")  # a sixth of a PNG's size, for pages
-WIDTH, DOTS = 10.0, 200  # inches, and pixels an inch
-FROM_ABOVE, TITLE = 3.1, 0.2  # inches: the height of the two maps, and of a line of words
-BEHIND = 6.0  # metres behind the camera that the maps show
-NEAREST, FARTHEST = 25.0, 60.0  # metres ahead that the maps show, at least and at most
-OUR_CAR = np.array([(0.9, -4.2), (0.9, -0.3), (0.0, 0.2), (-0.9, -0.3), (-0.9, -4.2)])  # x, z
-SMALL = 8.0
-INK = "#222222"
 
 
 def draw_teaser(two: TwoFrames) -> "matplotlib.figure.Figure":
@@ -39,12 +158,11 @@ def draw_teaser(two: TwoFrames) -> "matplotlib.figure.Figure":
     from matplotlib.layout_engine import ConstrainedLayoutEngine  # noqa: PLC0415
 
     width, height = two.camera.image_size
-    row = WIDTH * height / width + TITLE
+    row = WIDTH_INCHES * height / width + TITLE_INCHES
     layout = ConstrainedLayoutEngine(h_pad=0.02, w_pad=0.02, hspace=0.02)
-    figure = Figure(figsize=(WIDTH, 2 * row + FROM_ABOVE), layout=layout)
+    figure = Figure(figsize=(WIDTH_INCHES, 2 * row + MAPS_INCHES), layout=layout)
     parts = figure.subplot_mosaic(
-        [["t", "t"], ["next", "next"], ["map t", "map next"]],
-        height_ratios=[row, row, FROM_ABOVE],
+        [["t", "t"], ["next", "next"], ["map t", "map next"]], height_ratios=[row, row, MAPS_INCHES]
     )
     _draw_before(parts["t"], two)
     _draw_after(parts["next"], two)
@@ -52,30 +170,33 @@ def draw_teaser(two: TwoFrames) -> "matplotlib.figure.Figure":
     lifted = f"frame {two.index} from above: lifted to the road, 1 and 2 sigma"
     _draw_map(parts["map t"], two.before, None, lifted, reach)
     _draw_map(
-        parts["map next"], two.carried, two,
-        f"frame {two.index + 1}: carried on, search areas dashed, new boxes lifted: black", reach,
-    )  # fmt: skip
+        parts["map next"],
+        two.carried,
+        two,
+        f"frame {two.index + 1}: carried on, search areas dashed, new boxes lifted: black",
+        reach,
+    )
     return figure
 
 
 def require_picture(path: Path) -> None:
     """Raise BadConfig for another ending than PNG, JPG, SVG, PDF, BadOutput for no such place."""
-    if path.suffix.lower() in PHOTOS:
+    if path.suffix.lower() in PHOTO_ENDINGS:
         require_writable(path)
     elif path.suffix.lower() in FIGURE_ENDINGS:
         require_figure(path)
     else:
-        endings = ", ".join((*FIGURE_ENDINGS, *PHOTOS))
+        endings = ", ".join((*FIGURE_ENDINGS, *PHOTO_ENDINGS))
         raise BadConfig(f"{path}: give a file that ends in {endings}")
 
 
 def save_teaser(figure: "matplotlib.figure.Figure", path: Path) -> Path:
     """Write the figure by the file's ending, as a whole or not at all; see `require_picture`."""
     require_picture(path)
-    if path.suffix.lower() not in PHOTOS:
+    if path.suffix.lower() not in PHOTO_ENDINGS:
         return save_figure(figure, path)
     with whole_file(path) as half:
-        figure.savefig(half, format="jpg", dpi=DOTS, pil_kwargs={"quality": 85})
+        figure.savefig(half, format="jpg", dpi=DOTS_PER_INCH, pil_kwargs={"quality": 85})
     return path
 
 
@@ -95,10 +216,11 @@ def _draw_after(axes: Any, two: TwoFrames) -> None:
 
     compared, every = int(two.compared.sum()), two.compared.size
     _show(
-        axes, two.images[1],
+        axes,
+        two.images[1],
         f"frame {two.index + 1}: where each is expected, and the new boxes; "
         f"{compared} of {every} pairs are compared",
-    )  # fmt: skip
+    )
     areas = two.outlines
     for row in np.argsort([-len(area) and -_size(area) for area in areas]).tolist():
         if len(areas[row]):
@@ -131,20 +253,25 @@ def _draw_map(
             _patch(axes, regions[row], edgecolor=colour, linestyle="--", linewidth=1.0)
         filled = (*colour, 0.40)
         _patch(axes, outlines[row], facecolor=filled, edgecolor=colour, linewidth=1.2)
-        axes.text(*_ahead(centre), str(track_id), ha="center", va="center", fontsize=SMALL - 1.5,
-                  color=INK, clip_on=True)  # fmt: skip
+        style = {"ha": "center", "va": "center", "fontsize": TEXT_POINTS - 1.5, "clip_on": True}
+        axes.text(*_ahead(centre), str(track_id), color=INK_COLOUR, **style)
     for corners in () if two is None else two.seen.cuboids.footprint():
         _patch(axes, corners, edgecolor="black", linewidth=0.9, zorder=4)
-    _patch(axes, OUR_CAR, facecolor="#555555", linewidth=0)
+    _patch(axes, OUR_CAR_OUTLINE, facecolor="#555555", linewidth=0)
+    _set_map_axes(axes, title, reach)
+
+
+def _set_map_axes(axes: Any, title: str, reach: tuple[float, float]) -> None:
+    """Limits, grid and title of a map. reach: metres ahead and to either side."""
     far, side = reach
-    axes.set_xlim(-BEHIND, far)
+    axes.set_xlim(-METRES_BEHIND, far)
     axes.set_ylim(-side, side)
     axes.set_aspect("equal")
     axes.grid(color="#e4e4e4", linewidth=0.5)
     axes.set_axisbelow(True)
-    axes.set_xlabel("metres ahead", fontsize=SMALL)
-    axes.tick_params(labelsize=SMALL - 1, length=2)
-    axes.set_title(title, loc="left", fontsize=SMALL + 0.5)
+    axes.set_xlabel("metres ahead", fontsize=TEXT_POINTS)
+    axes.tick_params(labelsize=TEXT_POINTS - 1, length=2)
+    axes.set_title(title, loc="left", fontsize=TEXT_POINTS + 0.5)
 
 
 def _patch(axes: Any, points: Float[Array, "n 2"], **look: Any) -> None:
@@ -157,12 +284,12 @@ def _patch(axes: Any, points: Float[Array, "n 2"], **look: Any) -> None:
 def _reach(two: TwoFrames) -> tuple[float, float]:
     """How far ahead, and to either side, the maps must show."""
     bases = np.concatenate((two.before.cuboids.base, two.carried.cuboids.base))
-    shape = (FROM_ABOVE - 0.9) / (0.5 * WIDTH - 0.6)  # of a map, without its words
-    far = float(np.clip(bases[:, 2].max(initial=0.0) + 8.0, NEAREST, FARTHEST))
+    shape = (MAPS_INCHES - 0.9) / (0.5 * WIDTH_INCHES - 0.6)  # of a map, without its words
+    far = float(np.clip(bases[:, 2].max(initial=0.0) + 8.0, MIN_METRES_AHEAD, MAX_METRES_AHEAD))
     near = bases[bases[:, 2] < far]
     side = float(np.abs(near[:, 0]).max(initial=0.0)) + 3.0
-    far = float(np.clip(2.0 * side / shape - BEHIND, far, FARTHEST))
-    return far, 0.5 * (far + BEHIND) * shape
+    far = float(np.clip(2.0 * side / shape - METRES_BEHIND, far, MAX_METRES_AHEAD))
+    return far, 0.5 * (far + METRES_BEHIND) * shape
 
 
 def _cuboids(axes: Any, cuboids: Cuboids, two: TwoFrames, colours: list) -> None:
@@ -182,7 +309,7 @@ def _show(axes: Any, image: Array, title: str) -> None:
     axes.set_xlim(-0.5, width - 0.5)
     axes.set_ylim(height - 0.5, -0.5)
     axes.set_axis_off()
-    axes.set_title(title, loc="left", fontsize=SMALL + 0.5)
+    axes.set_title(title, loc="left", fontsize=TEXT_POINTS + 0.5)
 
 
 def _rectangle(axes: Any, box: Float[Array, "4"], **look: Any) -> None:
@@ -197,9 +324,9 @@ def _number(axes: Any, track_id: int, place: tuple[float, float]) -> None:
     colour = _colour(track_id)
     light = 0.299 * colour[0] + 0.587 * colour[1] + 0.114 * colour[2] > 0.55
     box = {"facecolor": colour, "edgecolor": "none", "pad": 1.2}
-    axes.text(max(place[0], 2.0), max(place[1], 12.0) - 2.0, str(track_id), fontsize=SMALL - 1.0,
-              color="black" if light else "white", va="bottom", ha="left", bbox=box,
-              clip_on=True)  # fmt: skip
+    style = {"va": "bottom", "ha": "left", "fontsize": TEXT_POINTS - 1.0, "clip_on": True}
+    u, v = max(place[0], 2.0), max(place[1], 12.0) - 2.0
+    axes.text(u, v, str(track_id), color="black" if light else "white", bbox=box, **style)
 
 
 def _ahead(points: Float[Array, "*n 2"]) -> Float[Array, "*n 2"]:
@@ -220,6 +347,3 @@ def _colour(track_id: int) -> tuple[float, float, float]:
     """The colour of an id, a little darker than on the screen."""
     red, green, blue = mix(colour_of_id(track_id), (0, 0, 0), 0.08)
     return red / 255, green / 255, blue / 255
-
-
-__all__ = ["draw_teaser", "require_picture", "save_teaser"]

@@ -10,11 +10,11 @@ from numpy import ndarray as Array
 
 from mot_sim.plotting.canvas import Image, draw_line, draw_text, fill_polygon, text_width
 from mot_sim.plotting.colours import (
-    EGO,
-    GRASS,
-    PAINT,
-    PANEL,
-    PANEL_FAINT,
+    EGO_COLOUR,
+    FAINT_COLOUR,
+    GRASS_COLOUR,
+    PAINT_COLOURS,
+    PANEL_COLOUR,
     Colour,
     colour_of_id,
     ink_on,
@@ -23,12 +23,12 @@ from mot_sim.plotting.colours import (
 from mot_sim.simulation.traffic.roads import Roads
 from tracker.types import Camera
 
-DIM = 0.45  # how far the ground's colours go towards the dark panel's
-TRUTH: Colour = (245, 245, 245)
-FAR = 90.0  # metres; how far the edges of the view are drawn
-RING = 20.0  # metres between the rings of a map without roads
-TURN = np.linspace(0.0, 2.0 * np.pi, 97)[:-1]
-CIRCLE = np.stack((np.cos(TURN), np.sin(TURN)), axis=1)
+GROUND_DIMMING = 0.45  # share of the panel's dark colour in those of the ground
+TRUTH_COLOUR: Colour = (245, 245, 245)
+VIEW_EDGE_METRES = 90.0  # length of the drawn edges of the camera's view
+RING_METRES = 20.0  # between the rings of a map without roads
+CIRCLE_ANGLES = np.linspace(0.0, 2.0 * np.pi, 97)[:-1]
+UNIT_CIRCLE = np.stack((np.cos(CIRCLE_ANGLES), np.sin(CIRCLE_ANGLES)), axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,40 +60,49 @@ class TopView:
     def ground(self) -> Image:
         """The roads alone, or rings every 20 m around the origin where there are none."""
         image = np.empty((self.size[1], self.size[0], 3), np.uint8)
-        image[:] = mix(GRASS, PANEL, DIM) if self.roads.surfaces else mix(PANEL, TRUTH, 0.04)
+        image[:] = (
+            mix(GRASS_COLOUR, PANEL_COLOUR, GROUND_DIMMING)
+            if self.roads.surfaces
+            else mix(PANEL_COLOUR, TRUTH_COLOUR, 0.04)
+        )
         for surface in self.roads.surfaces:
-            fill_polygon(image, self.pixels(surface.corners), mix(PAINT[surface.paint], PANEL, DIM))
+            fill_polygon(
+                image,
+                self.pixels(surface.corners),
+                mix(PAINT_COLOURS[surface.paint], PANEL_COLOUR, GROUND_DIMMING),
+            )
         if not self.roads.surfaces:
             self._draw_rings(image)
         return image
 
     def _draw_rings(self, image: Image) -> None:
-        faint = mix(PANEL, TRUTH, 0.17)
-        for radius in np.arange(RING, 6 * RING, RING):
-            ring = radius * self.scale * CIRCLE + self.anchor
+        faint = mix(PANEL_COLOUR, TRUTH_COLOUR, 0.17)
+        for radius in np.arange(RING_METRES, 6 * RING_METRES, RING_METRES):
+            ring = radius * self.scale * UNIT_CIRCLE + self.anchor
             draw_line(image, ring, faint, closed=True)
             u, v = self.anchor[0] + radius * self.scale, self.anchor[1]
             place = (round(u) + 4, round(v) + 14)
-            draw_text(image, f"{radius:.0f} m", place, mix(PANEL, PANEL_FAINT, 0.8), 12)
+            draw_text(image, f"{radius:.0f} m", place, mix(PANEL_COLOUR, FAINT_COLOUR, 0.8), 12)
 
-    def draw_us(self, image: Image, outline: Float[Array, "4 2"], camera: Camera,
-                pose: Float[Array, "3"]) -> None:  # fmt: skip
+    def draw_us(
+        self, image: Image, outline: Float[Array, "4 2"], camera: Camera, pose: Float[Array, "3"]
+    ) -> None:
         """Our own car, and the two edges of what the camera sees."""
         width, _ = camera.image_size
         row = camera.K[1, 2]
         rays = camera.rays_road(np.array([(0.0, row), (width - 1.0, row)]))
         c, s = np.cos(pose[2]), np.sin(pose[2])
-        for right, ahead in rays[:, ::2] * FAR:
+        for right, ahead in rays[:, ::2] * VIEW_EDGE_METRES:
             tip = pose[:2] + np.array([c * ahead - s * right, s * ahead + c * right])
-            draw_line(image, self.pixels(np.stack((pose[:2], tip))), EGO)
-        fill_polygon(image, self.pixels(outline), EGO)
+            draw_line(image, self.pixels(np.stack((pose[:2], tip))), EGO_COLOUR)
+        fill_polygon(image, self.pixels(outline), EGO_COLOUR)
 
     def draw_truth(self, image: Image, outlines: Float[Array, "n 4 2"]) -> None:
         """Outlines of cars; the nose is thick."""
         for corners in outlines:
-            draw_line(image, self.pixels(corners), TRUTH, closed=True)
+            draw_line(image, self.pixels(corners), TRUTH_COLOUR, closed=True)
             nose = 0.5 * (corners[[0, 1]] + corners[[0, 1]].mean(axis=0))
-            draw_line(image, self.pixels(nose), TRUTH, 2)
+            draw_line(image, self.pixels(nose), TRUTH_COLOUR, 2)
 
     def draw_places(
         self,
@@ -111,12 +120,12 @@ class TopView:
             draw_line(image, self.pixels(corners), colour, 2, closed=True)
 
     def draw_trails(self, image: Image, trails: Mapping[int, Float[Array, "_ 2"]]) -> None:
-        """The ways of tracks, with their ids where they end."""
+        """The past positions of tracks, with their ids at the last one."""
         for track_id, points in trails.items():
             pixels = self.pixels(points)
             colour = colour_of_id(track_id)
             draw_line(image, pixels, colour, 2)
-            fill_polygon(image, pixels[-1] + 8.0 * CIRCLE, colour)
+            fill_polygon(image, pixels[-1] + 8.0 * UNIT_CIRCLE, colour)
             words, (u, v) = str(track_id), np.round(pixels[-1]).astype(int).tolist()
             draw_text(image, words, (u - text_width(words, 13) // 2, v + 5), ink_on(colour), 13)
 
@@ -124,6 +133,6 @@ class TopView:
 def ellipse(
     centre: Float[Array, "2"], cov: Float[Array, "2 2"], sigmas: float = 1.0
 ) -> Float[Array, "p 2"]:
-    """Points of the ellipse of so many standard deviations around a place."""
+    """Points of the ellipse of `sigmas` standard deviations around a place."""
     values, vectors = np.linalg.eigh(cov)
-    return centre + sigmas * CIRCLE * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
+    return centre + sigmas * UNIT_CIRCLE * np.sqrt(np.maximum(values, 0.0)) @ vectors.T

@@ -17,18 +17,19 @@ from tracker.shape import KEYPOINTS_36, FittedCars, Hourglass, ShapeFit
 from tracker.types import Camera, Detections, Frame, Rows, Tracks
 
 # Along one side of a car: over the roof, then back along the sill and over both arches.
-SIDE = (
+SIDE_KEYPOINTS = (
     "front_bumper", "headlight", "windscreen_foot", "roof_front", "roof_rear", "rear_window_foot",
     "taillight", "rear_bumper", "rear_arch_behind", "rear_arch_top_behind", "rear_arch_top_ahead",
     "rear_arch_ahead", "front_arch_behind", "front_arch_top_behind", "front_arch_top_ahead",
     "front_arch_ahead", "front_bumper",
 )  # fmt: skip
-ACROSS = (
+MIRRORED_KEYPOINTS = (
     "front_bumper", "headlight", "windscreen_foot", "roof_front", "roof_rear", "rear_window_foot",
     "taillight", "rear_bumper",
 )  # fmt: skip
-DARK: Colour = (16, 18, 22)
-WIRES_FROM, RIM_FROM = 14.0, 60.0  # pixels; lower cars would drown in wires, or their rims
+DARK_COLOUR: Colour = (16, 18, 22)
+MIN_WIRED_PIXELS = 14.0  # height of the lowest car that gets wires
+MIN_RIMMED_PIXELS = 60.0  # height of the lowest car whose wires get a dark rim
 
 
 @cache
@@ -38,16 +39,16 @@ def wires() -> tuple[tuple[int, int], ...]:
     along = [
         (row[f"{side}_{a}"], row[f"{side}_{b}"])
         for side in ("left", "right")
-        for a, b in pairwise(SIDE)
+        for a, b in pairwise(SIDE_KEYPOINTS)
     ]
-    return (*along, *((row[f"left_{name}"], row[f"right_{name}"]) for name in ACROSS))
+    return (*along, *((row[f"left_{name}"], row[f"right_{name}"]) for name in MIRRORED_KEYPOINTS))
 
 
 @dataclass(frozen=True, eq=False)
 class Wireframes(Rows):
     """Cars in one image: the 36 keypoints in pixels (NaN: behind the camera), and who they are.
 
-    shown: points that the camera sees; all where nobody knows.
+    shown: the points that the camera sees; all if that is unknown.
     """
 
     ids: Int[Array, " n"]
@@ -56,7 +57,7 @@ class Wireframes(Rows):
 
     @classmethod
     def true(cls, truth: Truth, frame: int) -> "Wireframes":
-        """The cars of a frame as they are, those of which a pixel is seen."""
+        """The true cars of a frame that have a visible pixel."""
         rows = truth.select((truth.tracks.frames == frame) & (truth.pixels > 0))
         seen = rows.keypoint_states == KeypointVisibility.VISIBLE
         return cls(rows.tracks.ids, rows.keypoints, np.asarray(seen, bool))
@@ -95,16 +96,16 @@ class Fitting:
 
 
 def draw_wireframes(image: Image, frames: Wireframes, colours: list[Colour]) -> None:
-    """The wires, a colour a car, large ones on a dark rim; those to a hidden point are dim."""
+    """The wires, one colour per car, of large cars on a dark rim; dim to hidden points."""
     for points, shown, colour in zip(frames.points, frames.shown, colours, strict=True):
         known = np.isfinite(points).all(axis=1)
         drawn = [(a, b) for a, b in wires() if known[a] and known[b]]
         height = float(np.ptp(points[known, 1])) if drawn else 0.0
-        if height < WIRES_FROM:
+        if height < MIN_WIRED_PIXELS:
             continue
-        if height > RIM_FROM:
+        if height > MIN_RIMMED_PIXELS:
             for a, b in drawn:
-                draw_line(image, points[[a, b]], DARK, 3)
+                draw_line(image, points[[a, b]], DARK_COLOUR, 3)
         for a, b in drawn:
             whole = shown[a] and shown[b]
-            draw_line(image, points[[a, b]], colour if whole else mix(colour, DARK, 0.55))
+            draw_line(image, points[[a, b]], colour if whole else mix(colour, DARK_COLOUR, 0.55))

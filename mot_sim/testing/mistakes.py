@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.metrics.clear import match_in_time
-from mot_sim.metrics.overlaps import Overlaps
+from mot_sim.metrics.matching import Overlaps
 from mot_sim.metrics.preprocessing import counted_output, prepare_sequence, scored_rows
 from tracker import Tracks
 

@@ -1,1 +1,1 @@
-"""Training on renders: crops of cars with their keypoints, the keypoint network, its export."""
+"""Training on rendered images: the keypoint network, and the weights of the descriptor."""

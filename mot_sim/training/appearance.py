@@ -1,29 +1,140 @@
-"""Learning the weights of eq. 5 in closed form, from pictures of cars whose identity is known.
+"""Learning the weights of eq. 5 in closed form, from rendered cars whose identity is known.
 
-Two sightings of one car differ by what time, view, light and occlusion change; two cars differ
-by more. With Gaussians for both, the log-likelihood ratio of "one car" against "two cars" is a
+Two pictures of one car differ by what time, view, light and occlusion change; two cars differ by
+more. With Gaussians for both, the log-likelihood ratio of "one car" against "two cars" is a
 squared distance after one linear map (Koestinger et al., CVPR 2012); that map is the weights.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, UInt8
 from numpy import ndarray as Array
 from scipy.linalg import eigh
 
 from mot_sim.files.settings import versions
-from mot_sim.training.identities import EDGE_STD, RenderedDrive, Sight
+from mot_sim.simulation import random_numbers
+from mot_sim.simulation.imaging import RenderedImages
+from mot_sim.simulation.registry import find_scene
+from mot_sim.simulation.scene import Knob, Rollout
+from mot_sim.simulation.scenery import find_weather
+from mot_sim.simulation.truth.annotate import annotate_frame
 from tracker.descriptors import Descriptor, Learned, Weights, features_of
 from tracker.errors import BadConfig
 from tracker.shape import Hourglass
 
-FEWEST_CARS = 8  # with more than one sighting each: fewer teach nothing
-# Pairs of sightings in one drive at most so many frames apart tell the unit of distance.
-APART = 12
-# Features are brought to one spread first, but for those with less than this share of the median.
-LEAST_SPREAD = 0.05
+# Cars that are less visible (KITTI's occlusion 2) or lower are left out.
+MIN_VISIBLE_SHARE = 0.2
+MIN_HEIGHT_PIXELS = 25.0
+# Error of a detector's edges, as a share of the box's sides: RRC's (docs/detector.md).
+EDGE_STD = 0.03
+# What the shipped weights are learned from: every sixth frame of 35 drives, each in two weathers.
+TRAINING_SCENES = (
+    "intersection",
+    "street",
+    "roundabout",
+    "merge",
+    "gauntlet",
+    "highway",
+    "stop_and_go",
+)
+TRAINING_WEATHERS = (
+    ("noon", "overcast"),
+    ("clear", "dusk"),
+    ("low_sun", "noon"),
+    ("overcast", "rain"),
+    ("noon", "low_sun"),
+    ("fog", "clear"),
+)
+TRAINING_SEEDS = tuple(range(100, 105))
+TRAINING_FRAMES = tuple(range(0, 120, 6))
+MIN_CARS = 8  # with more than one picture each
+# The unit of distance is set by pairs of pictures of one drive at most so many frames apart.
+MAX_PAIR_FRAMES = 12
+# Features are scaled to equal spread first; spreads below this share of the median are raised.
+MIN_SPREAD_SHARE = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class CarPicture:
+    """One image (RGB) and the cars in it. ids: of one drive. visible: visible share of each."""
+
+    drive: str
+    frame: int
+    image: UInt8[Array, "h w 3"]
+    boxes: Float[Array, "n 4"]
+    ids: Int[Array, " n"]
+    visible: Float[Array, " n"]
+
+
+@dataclass(frozen=True)
+class RenderedDrive:
+    """A run of a scene, drawn in one or more weathers with the same cars.
+
+    frames: those that are drawn in each weather. beside: density of houses, trees and furniture
+    beside the roads, 1 as usual.
+    """
+
+    scene: str
+    seed: int
+    weathers: tuple[str, ...]
+    frames: tuple[int, ...]
+    beside: float = 1.0
+
+    @property
+    def name(self) -> str:
+        """Scene and seed: car ids are unique within one drive."""
+        return f"{self.scene}/{self.seed}"
+
+    @property
+    def pictures(self) -> int:
+        """How many pictures there are."""
+        return len(self.weathers) * len(self.frames)
+
+
+def training_drives(seeds: Sequence[int] = TRAINING_SEEDS) -> list[RenderedDrive]:
+    """The drives that weights are learned from: every scene with every seed."""
+    pairs = [(scene, seed) for seed in seeds for scene in TRAINING_SCENES]
+    return [
+        RenderedDrive(
+            scene, seed, TRAINING_WEATHERS[number % len(TRAINING_WEATHERS)], TRAINING_FRAMES
+        )
+        for number, (scene, seed) in enumerate(pairs)
+    ]
+
+
+def car_pictures(drive: RenderedDrive, edge_std: float = EDGE_STD) -> Iterator[CarPicture]:
+    """The pictures of a drive, all frames of one weather and then of the next.
+
+    edge_std: of the boxes' edges, as a share of their sides; drawn by (seed, id, frame).
+    """
+    beside = dict.fromkeys(("houses", "trees", "furniture"), drive.beside)
+    knobs: dict[str, Knob] = {"weather": drive.weathers[0], **beside}
+    first = find_scene(drive.scene, frames=max(drive.frames) + 1, **knobs)
+    take = Rollout.of(first, drive.seed)
+    truths = {}
+    for frame in drive.frames:
+        world = take.traffic_states[frame]
+        scenery = take.scenery_in(world)
+        truths[frame] = annotate_frame(world, take.scene_meshes, frame, None, scenery).truth
+    for number, weather in enumerate(drive.weathers):
+        scene = replace(first, weather=find_weather(weather))
+        drawn = RenderedImages(Rollout(scene, drive.seed, take.traffic))
+        for frame in drive.frames:
+            truth = truths[frame]
+            boxes, ids = truth.tracks.boxes, truth.tracks.ids
+            key = np.full(len(ids), frame + 100_000 * number)
+            sides = np.tile(boxes[:, 2:] - boxes[:, :2], 2)
+            off = random_numbers.normal(drive.seed, "identities/boxes", ids, key, 4)
+            jittered = take.scene.rig.camera.clip_boxes(boxes + edge_std * sides * off)
+            heights = jittered[:, 3] - jittered[:, 1]
+            kept = (truth.visible >= MIN_VISIBLE_SHARE) & (heights >= MIN_HEIGHT_PIXELS)
+            kept &= jittered[:, 2] - jittered[:, 0] >= 0.5 * MIN_HEIGHT_PIXELS
+            image = drawn.render(frame).image
+            yield CarPicture(
+                drive.name, frame, image, jittered[kept], ids[kept], truth.visible[kept]
+            )
 
 
 @dataclass(frozen=True)
@@ -46,7 +157,7 @@ class LearningOptions:
 
 @dataclass(frozen=True, eq=False)
 class DescriptorDataset:
-    """Vectors of sightings of cars. cars: which car each is. drives, frames: where it was seen."""
+    """Feature vectors of cars. cars: the identity of each. drives, frames: where it was seen."""
 
     vectors: Float[Array, "n f"]
     cars: Int[Array, " n"]
@@ -55,33 +166,33 @@ class DescriptorDataset:
 
     @classmethod
     def of(
-        cls, sights: Iterable[Sight], look: Callable[[Sight], Float[Array, "m f"]]
+        cls, pictures: Iterable[CarPicture], look: Callable[[CarPicture], Float[Array, "m f"]]
     ) -> "DescriptorDataset":
         """The vectors of all boxes of all pictures; boxes without one are left out.
 
-        Raises BadConfig when fewer than FEWEST_CARS cars are seen more than once.
+        Raises BadConfig if fewer than MIN_CARS cars are seen more than once.
         """
         parts: list[tuple[Array, ...]] = []
         names: dict[str, int] = {}
-        for sight in sights:
-            vectors = look(sight)
+        for picture in pictures:
+            vectors = look(picture)
             known = np.flatnonzero(np.isfinite(vectors).all(axis=1))
-            drive = names.setdefault(sight.drive, len(names))
-            where = np.full(len(known), drive), np.full(len(known), sight.frame)
-            parts.append((vectors[known], sight.ids[known] + (drive << 32), *where))
+            drive = names.setdefault(picture.drive, len(names))
+            where = np.full(len(known), drive), np.full(len(known), picture.frame)
+            parts.append((vectors[known], picture.ids[known] + (drive << 32), *where))
         if not parts:
             raise BadConfig("no pictures to learn from: give some drives")
         whole = cls(*(np.concatenate(column) for column in zip(*parts, strict=True)))
         _, car, count = np.unique(whole.cars, return_inverse=True, return_counts=True)
-        if np.count_nonzero(count > 1) < FEWEST_CARS:
+        if np.count_nonzero(count > 1) < MIN_CARS:
             raise BadConfig(
                 f"{np.count_nonzero(count > 1)} cars are seen more than once: at least "
-                f"{FEWEST_CARS} are needed, give more drives or more frames"
+                f"{MIN_CARS} are needed, give more drives or more frames"
             )
         return whole.select(count[car] > 1)
 
     def select(self, rows: Bool[Array, " n"]) -> "DescriptorDataset":
-        """Some of the sightings."""
+        """Some of the rows."""
         return DescriptorDataset(
             self.vectors[rows], self.cars[rows], self.drives[rows], self.frames[rows]
         )
@@ -89,30 +200,30 @@ class DescriptorDataset:
 
 @dataclass(frozen=True, eq=False)
 class LearnedDescriptor:
-    """Learned weights, and the descriptors that they give the cars which they come from."""
+    """Learned weights, and the descriptors that they give the cars they were learned from."""
 
     weights: Weights
     described: DescriptorDataset
 
     @property
     def equal_error(self) -> float:
-        """The share of pairs that the unit of distance takes wrongly, of both kinds alike."""
+        """The share of pairs on the wrong side of the unit of distance, equal for both kinds."""
         same, _ = pair_distances(self.described)
         return float((same > self.weights.unit).mean())
 
     @property
     def summary(self) -> str:
-        """What was learned from, and how well one car is told from two, in one line."""
+        """How much was learned from, and how well one car is told from two, in one line."""
         cars, sightings = len(np.unique(self.described.cars)), len(self.described.cars)
         return (
             f"{cars} cars, {sightings} sightings; one car or two: "
             f"{100 * self.equal_error:.1f} % wrong of either, at distance {self.weights.unit:.4f}"
         )
 
-    def training(
+    def provenance(
         self, drives: Sequence[RenderedDrive], options: LearningOptions
     ) -> dict[str, object]:
-        """How they came about, to be kept with the weights."""
+        """How the weights were made, to be stored with them."""
         return {
             "drives": [asdict(drive) for drive in drives],
             "options": asdict(options),
@@ -124,47 +235,47 @@ class LearnedDescriptor:
         }
 
 
-def learn(
-    sights: Iterable[Sight], hourglass: Hourglass, options: LearningOptions | None = None
+def learn_descriptor(
+    pictures: Iterable[CarPicture], hourglass: Hourglass, options: LearningOptions | None = None
 ) -> LearnedDescriptor:
     """The weights for a network's activations. Raises BadConfig for too few cars."""
     options = options or LearningOptions()
 
-    def look(sight: Sight) -> Float[Array, "m f"]:
-        maps = hourglass(np.ascontiguousarray(sight.image[:, :, ::-1]), sight.boxes).activations
-        return features_of(sight.image, sight.boxes, maps, options.grid).astype(float)
+    def look(picture: CarPicture) -> Float[Array, "m f"]:
+        maps = hourglass(np.ascontiguousarray(picture.image[:, :, ::-1]), picture.boxes).activations
+        return features_of(picture.image, picture.boxes, maps, options.grid).astype(float)
 
-    lesson = DescriptorDataset.of(sights, look)
-    spread = lesson.vectors.std(axis=0)
-    spread = np.maximum(spread, LEAST_SPREAD * np.median(spread)) + 1e-9
-    even = replace(lesson, vectors=lesson.vectors / spread)
+    dataset = DescriptorDataset.of(pictures, look)
+    spread = dataset.vectors.std(axis=0)
+    spread = np.maximum(spread, MIN_SPREAD_SHARE * np.median(spread)) + 1e-9
+    even = replace(dataset, vectors=dataset.vectors / spread)
     mean, axes = likelihood_map(even, options.length, options.shrink)
     mean, axes = mean * spread, axes / spread[:, None]
     arrays = axes.astype(np.float32), mean.astype(np.float32)
     content = Weights(*arrays, options.grid, hourglass.sha256, 1.0)
-    described = replace(lesson, vectors=Learned(*content).project(lesson.vectors.astype("f4")))
+    described = replace(dataset, vectors=Learned(*content).project(dataset.vectors.astype("f4")))
     return LearnedDescriptor(content._replace(unit=unit_of(described)), described)
 
 
 def likelihood_map(
-    lesson: DescriptorDataset, length: int, shrink: float
+    dataset: DescriptorDataset, length: int, shrink: float
 ) -> tuple[Float[Array, " f"], Float[Array, "f d"]]:
     """The mean of the vectors, and the map after which a squared distance tells one car from two.
 
-    Cars are compared with those of their own drive: what all of a drive have in common, its light
-    for example, tells nothing.
+    Cars are compared with those of their own drive: what all cars of a drive have in common, its
+    light for example, does not distinguish them.
     """
-    x, car = lesson.vectors, np.unique(lesson.cars, return_inverse=True)[1]
+    x, car = dataset.vectors, np.unique(dataset.cars, return_inverse=True)[1]
     count = np.bincount(car)
     means = np.zeros((len(count), x.shape[1]))
     np.add.at(means, car, x)
     means /= count[:, None]
     off = x - means[car]
     within = off.T @ off / (len(x) - len(count))
-    blur = (1.0 / count).mean() * within  # how far the means of so few sightings are off
+    blur = (1.0 / count).mean() * within  # the error of means of so few pictures
     within = (1.0 - shrink) * within + shrink * np.trace(within) / len(within) * np.eye(len(within))
     drive = np.zeros(len(count), np.int64)
-    drive[car] = lesson.drives
+    drive[car] = dataset.drives
     for number in np.unique(drive):
         means[drive == number] -= means[drive == number].mean(axis=0)
     between = means.T @ means / max(len(count) - len(np.unique(drive)), 1) - blur
@@ -175,27 +286,27 @@ def likelihood_map(
     return x.mean(axis=0), axes * np.sqrt(ratio / (1.0 + ratio))
 
 
-def unit_of(lesson: DescriptorDataset) -> float:
-    """The distance at which as many pairs of one car are farther apart as pairs of two are nearer.
+def unit_of(dataset: DescriptorDataset) -> float:
+    """The distance with equal errors: pairs of one car beyond it, pairs of two cars within it.
 
-    Pairs are of one drive and at most APART frames apart, in two pictures: what a tracker compares.
+    Pairs are of one drive, in two frames at most MAX_PAIR_FRAMES apart: what a tracker compares.
     """
-    same, other = pair_distances(lesson)
+    same, other = pair_distances(dataset)
     edges = np.sort(np.concatenate((same, other)))
     missed = 1.0 - np.searchsorted(np.sort(same), edges, side="right") / len(same)
     taken = np.searchsorted(np.sort(other), edges, side="right") / len(other)
     return float(edges[np.argmax(taken >= missed)])
 
 
-def pair_distances(lesson: DescriptorDataset) -> tuple[Float[Array, " s"], Float[Array, " o"]]:
+def pair_distances(dataset: DescriptorDataset) -> tuple[Float[Array, " s"], Float[Array, " o"]]:
     """Distances of pairs of one car, and of pairs of two cars."""
     same, other = [], []
-    for drive in np.unique(lesson.drives):
-        some = lesson.select(lesson.drives == drive)
+    for drive in np.unique(dataset.drives):
+        some = dataset.select(dataset.drives == drive)
         square = (some.vectors**2).sum(axis=1)
         distance = square[:, None] + square - 2.0 * some.vectors @ some.vectors.T
         apart = np.abs(some.frames[:, None] - some.frames)
-        rows, columns = np.nonzero(np.triu((apart > 0) & (apart <= APART)))
+        rows, columns = np.nonzero(np.triu((apart > 0) & (apart <= MAX_PAIR_FRAMES)))
         one = some.cars[rows] == some.cars[columns]
         found = np.sqrt(np.maximum(distance[rows, columns], 0.0))
         same.append(found[one])
@@ -203,6 +314,6 @@ def pair_distances(lesson: DescriptorDataset) -> tuple[Float[Array, " s"], Float
     return np.concatenate(same), np.concatenate(other)
 
 
-def unit_of_descriptor(sights: Iterable[Sight], descriptor: Descriptor) -> float:
+def unit_of_descriptor(pictures: Iterable[CarPicture], descriptor: Descriptor) -> float:
     """The unit of a descriptor that needs no network, in its own lengths."""
-    return unit_of(DescriptorDataset.of(sights, lambda sight: descriptor(sight.image, sight.boxes)))
+    return unit_of(DescriptorDataset.of(pictures, lambda each: descriptor(each.image, each.boxes)))

@@ -1,4 +1,4 @@
-"""Moments to look at: cars anywhere before a camera, place, light and weather at random."""
+"""Random views for training: cars anywhere before a camera, any place, light and weather."""
 
 from dataclasses import dataclass, replace
 
@@ -16,22 +16,23 @@ from mot_sim.simulation.scenery import Knobs, Light, Neighbourhood, Weather
 from mot_sim.simulation.traffic import Roads, TrafficState, colliding_pairs
 from tracker.types import Camera
 
-PLACES = ("street", "intersection", "roundabout", "t_junction", "merge", "highway")
-MOMENTS = 64  # in one place: its ground and houses are made once
-STAYS = 4  # moments before the camera moves on
-COEFFICIENTS = 20
-CARS = (14, 26)  # in a moment, before those that stand in others are taken away
-# How much finer than KITTI's a camera is, and from where to where cars stand, metres: far cars
-# are drawn finer than they are seen, so that their edges are averaged as a lens does it.
-VIEWS = ((1.0, (4.5, 32.0)), (2.0, (9.0, 62.0)))
-FINE_SIZE = (1242, 440)  # pixels of the finer view: a part of the image
-DAY, FOG = 0.95, 0.12  # shares
-ALIGNED = 0.35  # share of cars that head as the road does
+PLACE_SCENES = ("street", "intersection", "roundabout", "t_junction", "merge", "highway")
+VIEWS_PER_PLACE = 64  # its ground and houses are made once
+VIEWS_PER_VIEWPOINT = 4  # before the camera moves on
+SHAPE_COEFFICIENTS = 20
+CARS_PER_VIEW = (14, 26)  # before those that overlap others are removed
+# Resolution over KITTI's camera, and nearest and farthest cars in metres: far cars are drawn finer
+# than they are shown, so that their edges are averaged as a lens does.
+RESOLUTIONS = ((1.0, (4.5, 32.0)), (2.0, (9.0, 62.0)))
+FINE_IMAGE_SIZE = (1242, 440)  # pixels; the finer view is a part of the image
+DAY_SHARE = 0.95
+FOG_SHARE = 0.12
+ALIGNED_SHARE = 0.35  # of cars that head along the road
 
 
 @dataclass(frozen=True, eq=False)
 class Place:
-    """A neighbourhood and the random numbers for what happens there."""
+    """A neighbourhood, and the random numbers of the views there."""
 
     seed: int
     roads: Roads
@@ -42,11 +43,13 @@ class Place:
     def of(cls, seed: int) -> "Place":
         """The place of a seed."""
         rng = named_stream(seed, "training place")
-        roads = find_scene(PLACES[int(rng.integers(len(PLACES)))]).roads
+        roads = find_scene(PLACE_SCENES[int(rng.integers(len(PLACE_SCENES)))]).roads
         knobs = Knobs(
-            wear=float(rng.uniform()), houses=float(rng.uniform(0.5, 2.5)),
-            trees=float(rng.uniform(0.3, 2.5)), furniture=float(rng.uniform(0.5, 3.0)),
-        )  # fmt: skip
+            wear=float(rng.uniform()),
+            houses=float(rng.uniform(0.5, 2.5)),
+            trees=float(rng.uniform(0.3, 2.5)),
+            furniture=float(rng.uniform(0.5, 3.0)),
+        )
         return cls(seed, roads, Neighbourhood.build(roads, seed, light_of(rng), knobs), rng)
 
     def somewhere(self) -> Float[Array, "3"]:
@@ -61,9 +64,9 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class Viewpoint:
-    """Where the camera is. ego: x, y, heading. depths: metres, from where to where cars stand.
+    """Where the camera is. ego: x, y, heading. depths: of the nearest and farthest car, metres.
 
-    finer: pixels for one of KITTI's.
+    finer: resolution over KITTI's camera.
     """
 
     ego: Float[Array, "3"]
@@ -74,29 +77,29 @@ class Viewpoint:
 
 @dataclass(frozen=True, eq=False)
 class RandomView:
-    """What is drawn: cars, camera, light. finer: pixels for one of KITTI's."""
+    """What is drawn: cars, camera, light. finer: resolution over KITTI's camera."""
 
-    stage: SceneMeshes
-    world: TrafficState
+    scene_meshes: SceneMeshes
+    traffic_state: TrafficState
     view: View
     weather: Weather
     finer: float
 
 
 def viewpoint(place: Place) -> Viewpoint:
-    """Somewhere in a place."""
-    finer, depths = VIEWS[int(place.rng.integers(len(VIEWS)))]
+    """A random viewpoint in a place."""
+    finer, depths = RESOLUTIONS[int(place.rng.integers(len(RESOLUTIONS)))]
     return Viewpoint(place.somewhere(), Rig(camera_of(place.rng, finer)), depths, finer)
 
 
 def random_view(place: Place, here: Viewpoint) -> RandomView:
-    """Other cars, another light, where the camera stands."""
+    """New cars and new light at a viewpoint."""
     rng, rig, ego = place.rng, here.rig, here.ego
-    world, cast = cars_before(rig, ego, here.depths, rng)
-    stage = SceneMeshes(cast, rig)
-    view = place.neighbourhood.view(rig.camera, ego, stage.instances(world))
+    traffic_state, vehicles = cars_before(rig, ego, here.depths, rng)
+    meshes = SceneMeshes(vehicles, rig)
+    view = place.neighbourhood.view(rig.camera, ego, meshes.instances(traffic_state))
     view = replace(view, sun=light_of(rng).sun(float(ego[2])))
-    return RandomView(stage, world, view, weather_of(rng), here.finer)
+    return RandomView(meshes, traffic_state, view, weather_of(rng), here.finer)
 
 
 def camera_of(rng: np.random.Generator, finer: float) -> Camera:
@@ -105,7 +108,7 @@ def camera_of(rng: np.random.Generator, finer: float) -> Camera:
     K[:2] *= finer
     size = KITTI_IMAGE_SIZE
     if finer > 1.0:
-        size = FINE_SIZE
+        size = FINE_IMAGE_SIZE
         K[0, 2] = rng.uniform(0.0, 1.0) * size[0]
         K[1, 2] = 150.0
     height = KITTI_HEIGHT_METRES + float(rng.normal(0.0, 0.06))
@@ -116,9 +119,9 @@ def camera_of(rng: np.random.Generator, finer: float) -> Camera:
 def cars_before(
     rig: Rig, ego: Float[Array, "3"], depths: tuple[float, float], rng: np.random.Generator
 ) -> tuple[TrafficState, Vehicles]:
-    """Cars of any shape in the view, near ones as often as far ones; none in another."""
-    n = int(rng.integers(*CARS))
-    fleet, camera = load_fleet(COEFFICIENTS), rig.camera
+    """Cars of any shape in the view, near ones as often as far ones; no two overlap."""
+    n = int(rng.integers(*CARS_PER_VIEW))
+    fleet, camera = load_fleet(SHAPE_COEFFICIENTS), rig.camera
     cars = fleet.sample(int(rng.integers(1 << 40)), np.arange(n))
     size = fleet.size(cars.coefficients)
     z = np.exp(rng.uniform(np.log(depths[0]), np.log(depths[1]), n))
@@ -128,11 +131,18 @@ def cars_before(
     c, s = np.cos(ego[2]), np.sin(ego[2])
     heading = rng.uniform(-np.pi, np.pi, n)
     road = ego[2] + np.pi * rng.integers(0, 2, n) + rng.normal(0.0, 0.1, n)
-    heading = np.where(rng.uniform(size=n) < ALIGNED, road, heading)
+    heading = np.where(rng.uniform(size=n) < ALIGNED_SHARE, road, heading)
     crowd = TrafficState(
-        0.0, np.arange(n), ego[0] + c * z - s * x, ego[1] + s * z + c * x, heading, np.zeros(n),
-        size, ego, np.array([4.4, 1.45, 1.8]),
-    )  # fmt: skip
+        0.0,
+        np.arange(n),
+        ego[0] + c * z - s * x,
+        ego[1] + s * z + c * x,
+        heading,
+        np.zeros(n),
+        size,
+        ego,
+        np.array([4.4, 1.45, 1.8]),
+    )
     stays = np.ones(n, bool)
     poses = np.stack((crowd.x, crowd.y, heading), axis=1)
     for first, second in colliding_pairs(poses, size).tolist():
@@ -141,9 +151,14 @@ def cars_before(
     rows = np.flatnonzero(stays)
     ids = np.arange(len(rows))
     world = replace(
-        crowd, ids=ids, x=crowd.x[rows], y=crowd.y[rows], heading=heading[rows],
-        speed=np.zeros(len(rows)), size=size[rows],
-    )  # fmt: skip
+        crowd,
+        ids=ids,
+        x=crowd.x[rows],
+        y=crowd.y[rows],
+        heading=heading[rows],
+        speed=np.zeros(len(rows)),
+        size=size[rows],
+    )
     names = np.array(list(BODIES))[cars.bodies[rows]]
     paints = np.array(cars.paints)[rows]
     kinds = np.where(names == "van", "Van", "Car")
@@ -153,16 +168,18 @@ def cars_before(
 def light_of(rng: np.random.Generator) -> Light:
     """Any sun, any clouds."""
     return Light(
-        azimuth=float(rng.uniform(0.0, 360.0)), elevation=float(rng.uniform(10.0, 80.0)),
-        ambient=float(rng.uniform(0.25, 0.95)), shade=float(rng.uniform(0.1, 0.75)),
+        azimuth=float(rng.uniform(0.0, 360.0)),
+        elevation=float(rng.uniform(10.0, 80.0)),
+        ambient=float(rng.uniform(0.25, 0.95)),
+        shade=float(rng.uniform(0.1, 0.75)),
         clouds=float(rng.uniform()),
-    )  # fmt: skip
+    )
 
 
 def weather_of(rng: np.random.Generator) -> Weather:
-    """Any weather by day; seldom dusk. Noise and the like come later, they cost nothing there."""
-    dark = rng.uniform() > DAY
-    foggy = rng.uniform() < FOG
+    """Any weather by day, seldom dusk; noise and blur are added later, by `camera_image`."""
+    dark = rng.uniform() > DAY_SHARE
+    foggy = rng.uniform() < FOG_SHARE
     grey = rng.integers(150, 240)
     air = tuple(int(one) for one in np.clip(grey + rng.integers(-12, 13, 3), 0, 255))
     return Weather(

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from mot_sim.datasets import ImageFolder, ScoreMap, box_sequence, read_calibration, read_camera
-from mot_sim.datasets.kitti.ego.oxts import read_oxts
-from mot_sim.datasets.poses import read_poses
+from mot_sim.datasets.camera_files import read_poses
+from mot_sim.datasets.kitti.ego import read_oxts
 from mot_sim.evaluation.run_folder import RunFolder
 from mot_sim.experiments.guests.exchange import read_seconds
 from mot_sim.experiments.results.result_file import read_result

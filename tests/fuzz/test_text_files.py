@@ -20,7 +20,7 @@ from mot_sim.datasets import (
     read_results,
 )
 from mot_sim.datasets.kitti.calibration import Calibration
-from mot_sim.datasets.kitti.ego.oxts import read_oxts
+from mot_sim.datasets.kitti.ego import read_oxts
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
 from mot_sim.experiments.guests.exchange import read_guest_results
 from tests.fuzz.door import Spoil, fuzz

@@ -18,15 +18,15 @@ from tracker.geometry import homogeneous
 from tracker.types import Camera
 
 # Metres from the road to the cameras of KITTI's car (Geiger et al., "Vision meets robotics").
-CAMERA_HEIGHT = 1.65
+CAMERA_HEIGHT_METRES = 1.65
 
 # The tracking devkit's names and the later ones, without the colon that only one dialect has.
-ALIASES = {
+KEY_ALIASES = {
     "R0_rect": "R_rect",
     "Tr_velo_to_cam": "Tr_velo_cam",
     "Tr_imu_to_velo": "Tr_imu_velo",
 }
-COUNTS = {"P2": 12, "R_rect": 9, "Tr_velo_cam": 12, "Tr_imu_velo": 12}
+VALUE_COUNTS = {"P2": 12, "R_rect": 9, "Tr_velo_cam": 12, "Tr_imu_velo": 12}
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class Calibration:
     def camera(
         self,
         image_size: tuple[int, int],
-        height: float = CAMERA_HEIGHT,
+        height: float = CAMERA_HEIGHT_METRES,
         pitch: float = 0.0,
         roll: float = 0.0,
     ) -> Camera:
@@ -79,7 +79,7 @@ def read_calibration(path: Path) -> Calibration:
 def write_calibration(calibration: Calibration, path: Path) -> None:
     """Write a calibration file in the tracking devkit's dialect; reading gives the same back.
 
-    T_cam_imu goes into Tr_velo_cam: the laser scanner that nobody has is where the OXTS unit is.
+    T_cam_imu goes into Tr_velo_cam: as there is no laser scanner, it is put at the OXTS unit.
     """
     P2 = np.hstack([calibration.K, calibration.K @ calibration.T_cam_label[:3, 3:]])
     rows = {f"P{camera}:": P2 for camera in range(4)} | {"R_rect": np.eye(3)}
@@ -97,18 +97,18 @@ def _rows(path: Path) -> dict[str, Float[Array, " k"]]:
     rows = {}
     for number, line in enumerate(read_text(path).split("\n"), 1):
         key, *values = line.split() or [""]
-        name = ALIASES.get(key.rstrip(":"), key.rstrip(":"))
-        if name not in COUNTS:
+        name = KEY_ALIASES.get(key.rstrip(":"), key.rstrip(":"))
+        if name not in VALUE_COUNTS:
             continue
         try:
             row = np.array([float(value) for value in values])
         except ValueError as error:
             raise BadFile(f"{path}:{number}: {key}: {error}; mend the number") from None
         finite = np.abs(row) <= LARGEST
-        if len(row) != COUNTS[name] or not finite.all():
+        if len(row) != VALUE_COUNTS[name] or not finite.all():
             raise BadFile(
                 f"{path}:{number}: {key} has {len(row)} values, {finite.sum()} of them finite; "
-                f"{COUNTS[name]} finite ones belong here, below 1e18"
+                f"{VALUE_COUNTS[name]} finite ones belong here, below 1e18"
             )
         rows[name] = row
     return rows

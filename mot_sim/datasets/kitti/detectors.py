@@ -2,8 +2,7 @@
 
 from dataclasses import replace
 
-from mot_sim.datasets.detection_files import DetectionFormat
-from mot_sim.datasets.score_maps import ScoreMap
+from mot_sim.datasets.detection_files import DetectionFormat, ScoreMap
 
 CORNERS = DetectionFormat(("frame", "x1", "y1", "x2", "y2", "score"), delimiter=",")
 RRC = replace(CORNERS, score_map=ScoreMap(0.22, 0.134))

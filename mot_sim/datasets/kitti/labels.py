@@ -1,36 +1,82 @@
-"""KITTI's label rows, `frame id type truncated occluded alpha x1 ... rotation_y`, as `Tracks`."""
+"""KITTI's rows of labels and results, as `Tracks`, and their cuboids in the road frame.
+
+The frame of the labels is camera 0. T_road_label carries its points to the road frame. In a
+pitched or rolled camera KITTI's rotation_y is the yaw projected on the camera's +y.
+"""
 
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
-from mot_sim.datasets.kitti.cuboid_rows import (
-    NO_ALPHA,
-    NO_CUBOID,
-    NO_CUBOID_DONT_CARE,
-    alpha_of,
-    cuboids_of_rows,
-    rows_of_cuboids,
-)
 from mot_sim.files.text import TextTable, read_table
 from mot_sim.files.writing import write_lines
 from tracker.errors import BadTracks
-from tracker.types import Tracks
+from tracker.geometry import invert, transform, wrap_angle
+from tracker.types import Cuboids, Tracks
 
+# What KITTI writes where there is no cuboid: in results, and in DontCare labels.
+NO_CUBOID = (-1.0, -1.0, -1.0, -1000.0, -1000.0, -1000.0, -10.0)
+NO_CUBOID_DONT_CARE = (-1000.0, -1000.0, -1000.0, -10.0, -1.0, -1.0, -1.0)
+NO_ALPHA = -10.0
 LABEL_COLUMNS = (
     "frame", "id", "type", "truncated", "occluded", "alpha", "x1", "y1", "x2", "y2",
     "h", "w", "l", "x", "y", "z", "rotation_y",
 )  # fmt: skip
-BOX_COLUMNS = LABEL_COLUMNS[6:10]
+LABEL_BOX_COLUMNS = LABEL_COLUMNS[6:10]
 CUBOID_COLUMNS = LABEL_COLUMNS[10:]
+RESULT_COLUMNS = (*LABEL_COLUMNS, "score")
+AUTHORS_COLUMNS = ("frame", "id", *LABEL_BOX_COLUMNS, "score")
+COLUMNS_BY_COUNT = {
+    len(columns): columns for columns in (AUTHORS_COLUMNS, LABEL_COLUMNS, RESULT_COLUMNS)
+}
+
+
+def cuboids_of_rows(
+    rows: Float[Array, "n 7"], T_road_label: Float[Array, "4 4"]
+) -> tuple[Cuboids, Bool[Array, " n"]]:
+    """The cuboids of `h w l x y z rotation_y`, and which rows have one.
+
+    Rows without a positive size have none; their cuboids are NaN.
+    """
+    known = np.asarray((rows[:, :3] > 0.0).all(axis=1))
+    base = transform(T_road_label, rows[:, 3:6])
+    rotation_y = rows[:, 6]
+    facing = np.linalg.solve(_plane_turn(T_road_label), _facing(rotation_y)).T
+    yaw = rotation_y + wrap_angle(np.arctan2(-facing[:, 1], facing[:, 0]) - rotation_y)
+    size = rows[:, [2, 0, 1]]
+    absent = ~known
+    base[absent], size[absent], yaw[absent] = np.nan, np.nan, np.nan
+    return Cuboids(base, yaw, size), known
+
+
+def rows_of_cuboids(cuboids: Cuboids, T_road_label: Float[Array, "4 4"]) -> Float[Array, "n 7"]:
+    """`h w l x y z rotation_y` of cuboids: the inverse of `cuboids_of_rows`. NaN stays NaN."""
+    facing = (_plane_turn(T_road_label) @ _facing(cuboids.yaw)).T
+    rotation_y = cuboids.yaw + wrap_angle(np.arctan2(-facing[:, 1], facing[:, 0]) - cuboids.yaw)
+    base_label = transform(invert(T_road_label), cuboids.base)
+    return np.column_stack([cuboids.size[:, [1, 2, 0]], base_label, rotation_y])
+
+
+def alpha_of(rows: Float[Array, "n 7"]) -> Float[Array, " n"]:
+    """The observation angle of `h w l x y z rotation_y`: rotation_y less the viewing azimuth."""
+    return np.asarray(wrap_angle(rows[:, 6] - np.arctan2(rows[:, 3], rows[:, 5])))
+
+
+def _facing(yaw: Float[Array, " n"]) -> Float[Array, "2 n"]:
+    """x and z of where a car of this yaw faces."""
+    return np.stack([np.cos(yaw), -np.sin(yaw)])
+
+
+def _plane_turn(T_road_label: Float[Array, "4 4"]) -> Float[Array, "2 2"]:
+    """x and z of a road direction, seen in the labels' frame."""
+    R_label_road = T_road_label[:3, :3].T
+    return R_label_road[np.ix_([0, 2], [0, 2])]
 
 
 def read_labels(
-    path: Path,
-    T_road_label: Float[Array, "4 4"] | None = None,
-    frame_count: int | None = None,
+    path: Path, T_road_label: Float[Array, "4 4"] | None = None, frame_count: int | None = None
 ) -> Tracks:
     """The labels of a sequence, DontCare among them with id -1, in the order of frames.
 
@@ -76,9 +122,9 @@ def tracks_of_table(
 
 def require_boxes(table: TextTable) -> Float[Array, "n 4"]:
     """The boxes x1 y1 x2 y2 of a table; BadFile for NaN, infinity and inverted ones."""
-    boxes = table.finite(BOX_COLUMNS)
+    boxes = table.finite(LABEL_BOX_COLUMNS)
     inverted = np.asarray((boxes[:, 2:] < boxes[:, :2]).any(axis=1))
-    table.reject(inverted, "inverted box", BOX_COLUMNS, "x1 <= x2 and y1 <= y2 belong here")
+    table.reject(inverted, "inverted box", LABEL_BOX_COLUMNS, "x1 <= x2 and y1 <= y2 belong here")
     return boxes
 
 
@@ -127,3 +173,51 @@ def _alpha_and_cuboids(
     rows = rows_of_cuboids(tracks.cuboids, T_road_label)
     known = np.isfinite(rows).all(axis=1)
     return np.where(known, alpha_of(rows), NO_ALPHA), np.where(known[:, None], rows, absent)
+
+
+COLUMNS_BY_COUNT[0] = RESULT_COLUMNS  # an empty file: nothing was tracked
+
+
+def write_results(
+    tracks: Tracks, path: Path, T_road_label: Float[Array, "4 4"] | None = None
+) -> None:
+    """Write rows for the KITTI server: label columns and a score, frames from 0.
+
+    The file appears as a whole or not at all. Rows are Cars unless the tracks have kinds;
+    unknown truncation and occlusion are -1, unknown scores 1. Cuboids are written in camera 0
+    when T_road_label (`KittiSequence.T_road_label`) is given; where there is none, the row says
+    alpha -10 and -1 -1 -1 -1000 -1000 -1000 -10. Raises BadTracks for an id twice in a frame
+    and for boxes and scores that are not finite.
+    """
+    scores = np.ones(len(tracks)) if tracks.scores is None else tracks.scores
+    if not np.isfinite(scores).all():
+        row = int(np.flatnonzero(~np.isfinite(scores))[0])
+        raise BadTracks(f"{path}: score of row {row} is not finite: {scores[row]}")
+    order = np.argsort(tracks.frames, kind="stable")
+    lines = label_lines(tracks, str(path), T_road_label)
+    write_lines(
+        path,
+        (f"{line} {score:.9g}" for line, score in zip(lines, scores[order].tolist(), strict=True)),
+    )
+
+
+def read_results(
+    path: Path, T_road_label: Float[Array, "4 4"] | None = None, frame_count: int | None = None
+) -> Tracks:
+    """The tracks in a result file, in the order of frames.
+
+    Reads KITTI's rows, with or without a score, and the authors' `frame id x1 y1 x2 y2 score`,
+    whose frames count from 1; the number of values on the first line tells them apart. Cuboids
+    are read when T_road_label is given and a row has one. Raises BadFile with file and line for
+    bad rows, frames outside the sequence and an id twice in a frame.
+    """
+    table = read_table(path, lambda fields: COLUMNS_BY_COUNT.get(len(fields)), words=["type"])
+    if "type" in (table.rows.dtype.names or ()):
+        return tracks_of_table(table, T_road_label, frame_count)
+    tracks = Tracks(
+        table.frames(frame_count, first=1),
+        table.integers("id", 0),
+        require_boxes(table),
+        table.finite(["score"])[:, 0],
+    )
+    return in_order(tracks, table)

@@ -8,12 +8,11 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.datasets.detection_files import BadBoxes, DetectionFormat, read_detections
+from mot_sim.datasets.detection_files import BadBoxes, DetectionFormat, ScoreMap, read_detections
 from mot_sim.datasets.images import ImageFolder
-from mot_sim.datasets.kitti.calibration import CAMERA_HEIGHT, Calibration, read_calibration
+from mot_sim.datasets.kitti.calibration import CAMERA_HEIGHT_METRES, Calibration, read_calibration
 from mot_sim.datasets.kitti.detectors import DETECTORS
-from mot_sim.datasets.kitti.ego import EGO, ImageMotion, VisualEgo
-from mot_sim.datasets.kitti.ego.oxts import oxts_path
+from mot_sim.datasets.kitti.ego import EGO, ImageMotion, VisualEgo, oxts_path
 from mot_sim.datasets.kitti.labels import read_labels
 from mot_sim.datasets.kitti.places import (
     DEFAULT_SIZE,
@@ -26,7 +25,6 @@ from mot_sim.datasets.kitti.places import (
     training_row,
 )
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
-from mot_sim.datasets.score_maps import ScoreMap
 from mot_sim.files.text import read_text
 from tracker.errors import BadConfig, DatasetNotFound, UnknownName
 from tracker.types import Detections, Tracks
@@ -67,7 +65,7 @@ def kitti_sequence(
     images: bool = False,
     *,
     split: str = "training",
-    height: float = CAMERA_HEIGHT,
+    height: float = CAMERA_HEIGHT_METRES,
     pitch: float = 0.0,
     detection_format: str | None = None,
     bad_boxes: BadBoxes | None = None,
@@ -134,11 +132,11 @@ def kitti_sequence(
 def _seen_motion(
     ego: str, images: ImageFolder | None, image_size: tuple[int, int] | None, frame_count: int
 ) -> ImageMotion | None:
-    """What sees the motion in the images, for a source of ego-motion that does."""
+    """The measured motion in the images, for a source of ego-motion that uses them."""
     source = EGO[ego]
     if images is None or not isinstance(source, VisualEgo):
         return None
-    return source.watch(images, image_size, frame_count)
+    return source.image_motion(images, image_size, frame_count)
 
 
 def _frame_count(root: Path, split: str, name: str, images: ImageFolder | None) -> int | None:

@@ -7,8 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from mot_sim.datasets.kitti.labels import BOX_COLUMNS, in_order, require_boxes, tracks_of_table
-from mot_sim.datasets.kitti.results import VARIANTS
+from mot_sim.datasets.kitti.labels import (
+    COLUMNS_BY_COUNT,
+    LABEL_BOX_COLUMNS,
+    in_order,
+    require_boxes,
+    tracks_of_table,
+)
 from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.files.documents import read_json
 from mot_sim.files.text import TextTable, read_table
@@ -17,8 +22,8 @@ from tracker.errors import BadFile
 from tracker.types import Tracks
 
 SEQUENCES, SECONDS = "sequences.json", "seconds.json"
-PLAIN = ("frame", "id", *BOX_COLUMNS, "score")
-LAYOUTS = {**VARIANTS, len(PLAIN): PLAIN}
+PLAIN = ("frame", "id", *LABEL_BOX_COLUMNS, "score")
+LAYOUTS = {**COLUMNS_BY_COUNT, len(PLAIN): PLAIN}
 
 
 def write_detections(drives: Sequence[RecordedSequence], min_score: float, folder: Path) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.metrics.preprocessing import MAX_OCCLUSION, MAX_TRUNCATION, kind_is
+from mot_sim.metrics.preprocessing import MAX_OCCLUSION_LEVEL, MAX_TRUNCATION_LEVEL, kind_is
 from tracker.errors import BadConfig
 from tracker.types import Tracks
 
@@ -26,8 +26,8 @@ def traits_of(truth: Tracks) -> Float[Array, " t"]:
     cars = truth.select(np.flatnonzero(kind_is(truth, "Car", True) & (truth.ids >= 0)))
     none = np.zeros(len(cars), np.int64)
     occluded = (none if cars.occlusion is None else cars.occlusion) > 0
-    truncated = (none if cars.truncation is None else cars.truncation) > MAX_TRUNCATION
-    hidden = (none if cars.occlusion is None else cars.occlusion) > MAX_OCCLUSION
+    truncated = (none if cars.truncation is None else cars.truncation) > MAX_TRUNCATION_LEVEL
+    hidden = (none if cars.occlusion is None else cars.occlusion) > MAX_OCCLUSION_LEVEL
     approaching, sideways = box_motion(cars)
     counted = ~hidden & ~truncated
     values = (

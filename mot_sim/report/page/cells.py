@@ -6,7 +6,7 @@ from math import floor, log10
 
 from mot_sim.experiments.results.result_file import Cell, ResultTable
 from mot_sim.experiments.sweep.curves import is_rate
-from mot_sim.plotting.charts.chart import Place
+from mot_sim.plotting.charts import Place
 from mot_sim.tables.grid import COUNTS, RATES
 
 TITLES = {name: title for title, name in (RATES | COUNTS).items()}  # by TrackEval's name

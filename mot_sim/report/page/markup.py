@@ -3,7 +3,7 @@
 import html
 import re
 
-# Characters that HTML forbids; a title of somebody's own may hold them.
+# Characters that HTML forbids; a user's title may contain them.
 FORBIDDEN = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ufdd0-\ufdef\ufffe\uffff]")
 VOID = {"br", "hr", "img", "input", "link", "meta", "source"}
 

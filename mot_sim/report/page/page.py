@@ -1,4 +1,4 @@
-"""The report: one HTML file that holds everything it shows, and asks nobody for anything."""
+"""The report: one HTML file that contains everything it shows, and loads nothing."""
 
 import json
 from base64 import b64encode
@@ -13,17 +13,16 @@ from mot_sim.files.settings import holds_something
 from mot_sim.files.writing import require_writable, write_bytes
 from mot_sim.plotting.charts import FIGURE_ENDINGS, Panel, figure_of, save_figure
 from mot_sim.report.page.markup import Markup, element, joined, raw
-from mot_sim.report.page.media import Medium, load_media
 from mot_sim.report.page.panels import panels_of
 from mot_sim.report.page.plots import plot_of
 from mot_sim.report.page.sections import anchor, card_of, charts_of, section_of
-from mot_sim.report.page.sources import ResultSource, find_sources
+from mot_sim.report.page.sources import Medium, ResultSource, find_sources, load_media
 from tracker.errors import BadConfig, OutputExists
 
-MOST_BYTES = 10_000_000  # of a page; clips and pictures that would break it are left out
-ENDINGS = (".html", ".htm")
-DRAWN = 12  # charts of one result that a page draws; the tables have the rest
-TITLE = "mot-sim report"
+MAX_PAGE_BYTES = 10_000_000  # clips and pictures that would exceed it are left out
+PAGE_ENDINGS = (".html", ".htm")
+MAX_CHARTS = 12  # of one result; the tables have the rest
+DEFAULT_TITLE = "mot-sim report"
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,7 @@ def write_report(
     folders: Sequence[Path],
     out: Path,
     *,
-    title: str = TITLE,
+    title: str = DEFAULT_TITLE,
     figures: Path | None = None,
     overwrite: bool = False,
 ) -> WrittenReport:
@@ -50,7 +49,7 @@ def write_report(
     figures: a folder that gets every chart as PNG, SVG and PDF too. Raises BadConfig, BadFile for
     folders that hold nothing of ours or what is damaged, OutputExists, BadOutput.
     """
-    if out.suffix.lower() not in ENDINGS:
+    if out.suffix.lower() not in PAGE_ENDINGS:
         raise BadConfig(f"--out {out}: give a file that ends in .html")
     require_writable(out)
     if out.exists() and not overwrite:
@@ -58,7 +57,7 @@ def write_report(
     if figures is not None and not overwrite and holds_something(figures):
         raise OutputExists(f"{figures}: not empty; choose another folder, or --overwrite")
     sources = find_sources(folders)
-    panels = [panels_of(source.result)[:DRAWN] for source in sources]
+    panels = [panels_of(source.result)[:MAX_CHARTS] for source in sources]
     text, left_out = page_of(sources, panels, title)
     content = text.encode()
     write_bytes(out, content)
@@ -72,7 +71,7 @@ def page_of(
     """The page, and the files that are left out of it. panels: of every source."""
     charts = [charts_of(held, place) for place, held in enumerate(panels)]
     bare = _whole(sources, panels, charts, title, {})
-    media = load_media(sources, MOST_BYTES - len(bare.encode()) - _captions(sources))
+    media = load_media(sources, MAX_PAGE_BYTES - len(bare.encode()) - _captions(sources))
     left_out = tuple(each.path for held in media.values() for each in held if each.uri is None)
     return _whole(sources, panels, charts, title, media), left_out
 
@@ -99,11 +98,14 @@ def _whole(
         "body",
         element("a", "Skip to the results", href="#results", class_="skip"),
         element(
-            "div", _top(sources, title), element("main", *parts, id="results"), _foot(),
+            "div",
+            _top(sources, title),
+            element("main", *parts, id="results"),
+            _foot(),
             class_="wrap",
         ),
         _scripts(panels) if any(panels) else None,
-    )  # fmt: skip
+    )
     return f"<!doctype html>\n{element('html', _head(title), body, lang='en')}\n"
 
 
@@ -206,4 +208,4 @@ def write_figures(
     return written
 
 
-__all__ = ["MOST_BYTES", "WrittenReport", "write_report"]
+__all__ = ["MAX_PAGE_BYTES", "WrittenReport", "write_report"]

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 from mot_sim.experiments.results.result_file import Cell, Result, ResultTable
 from mot_sim.experiments.sweep.curves import axes_in, curve_charts, metrics_in
-from mot_sim.plotting.charts import Chart, Panel, Series
-from mot_sim.plotting.charts.chart import Kind
+from mot_sim.plotting.charts import Chart, Kind, Panel, Series
 from mot_sim.report.page.cells import TITLES, is_fraction, shown_columns, with_ends, word
 
 MOST_WORDS = 40  # rows of a chart; longer tables are better read than drawn

@@ -3,13 +3,12 @@
 import html
 from typing import Any
 
-from mot_sim.plotting.charts import Chart, Series
-from mot_sim.plotting.charts.chart import COLOURS, DASHES, SYMBOLS
+from mot_sim.plotting.charts import COLOURS, DASHES, SYMBOLS, Chart, Series
 from mot_sim.report.page.cells import with_ends
 
-HEIGHT = 340  # pixels of a chart over levels
-ROW = 24  # pixels of a row of words and series
-BAND = 0.15  # opacity of intervals
+CHART_PIXELS = 340  # height of a chart over levels
+ROW_PIXELS = 24  # of a row of words and series
+BAND_OPACITY = 0.15  # of intervals
 
 
 def plot_of(chart: Chart) -> dict[str, Any]:
@@ -45,10 +44,13 @@ def _trace(chart: Chart, series: Series, many: bool) -> dict[str, Any]:
         trace |= {"x": places, "y": values}
     if chart.kind != "lines" and any(low != high for _, _, low, high in points):
         trace["error_x" if chart.is_sideways else "error_y"] = {
-            "type": "data", "symmetric": False, "thickness": 1.4, "width": 4,
+            "type": "data",
+            "symmetric": False,
+            "thickness": 1.4,
+            "width": 4,
             "array": [_short(max(high - y, 0.0)) for _, y, _, high in points],
             "arrayminus": [_short(max(y - low, 0.0)) for _, y, low, _ in points],
-        }  # fmt: skip
+        }
     if chart.kind == "bars":
         return trace | {"type": "bar", "marker": {"color": colour}}
     symbol = SYMBOLS[series.place % len(SYMBOLS)]
@@ -65,7 +67,7 @@ def _trace(chart: Chart, series: Series, many: bool) -> dict[str, Any]:
 
 
 def _band(series: Series) -> dict[str, Any] | None:
-    """What lies between the ends of the intervals; None where nobody has one."""
+    """The band between the ends of the intervals; None if there are none."""
     points = list(series.points())
     if all(low == high for _, _, low, high in points):
         return None
@@ -74,11 +76,17 @@ def _band(series: Series) -> dict[str, Any] | None:
     there_and_back = [*points, *reversed(points)]
     ends = [point[3] for point in points] + [point[2] for point in reversed(points)]
     return {
-        "type": "scatter", "mode": "lines", "x": [point[0] for point in there_and_back],
-        "y": [_short(end) for end in ends], "fill": "toself", "line": {"width": 0},
-        "fillcolor": f"rgba({red},{green},{blue},{BAND})", "hoverinfo": "skip",
-        "showlegend": False, "legendgroup": _text(series.name),
-    }  # fmt: skip
+        "type": "scatter",
+        "mode": "lines",
+        "x": [point[0] for point in there_and_back],
+        "y": [_short(end) for end in ends],
+        "fill": "toself",
+        "line": {"width": 0},
+        "fillcolor": f"rgba({red},{green},{blue},{BAND_OPACITY})",
+        "hoverinfo": "skip",
+        "showlegend": False,
+        "legendgroup": _text(series.name),
+    }
 
 
 def _layout(chart: Chart, many: bool) -> dict[str, Any]:
@@ -90,22 +98,27 @@ def _layout(chart: Chart, many: bool) -> dict[str, Any]:
     if chart.is_logarithmic:
         other["type"] = "log"
     layout: dict[str, Any] = {
-        "height": HEIGHT, "margin": {"l": 60, "r": 16, "t": 34 if many else 12, "b": 52},
+        "height": CHART_PIXELS,
+        "margin": {"l": 60, "r": 16, "t": 34 if many else 12, "b": 52},
         "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0},
         "hovermode": "closest" if chart.is_sideways or chart.kind == "points" else "x unified",
-    }  # fmt: skip
+    }
     if chart.is_sideways:
         words = [_text(each) for each in chart.words]
-        other |= {"categoryorder": "array", "categoryarray": words, "autorange": "reversed",
-                  "type": "category"} if chart.kind == "bars" else {
-            "tickvals": list(range(len(words))), "ticktext": words, "zeroline": False,
-            "range": [len(words) - 0.5, -0.5],
-        }  # fmt: skip
+        if chart.kind == "bars":
+            other |= {"type": "category", "categoryorder": "array", "categoryarray": words}
+            other["autorange"] = "reversed"
+        else:
+            other |= {"tickvals": list(range(len(words))), "ticktext": words, "zeroline": False}
+            other["range"] = [len(words) - 0.5, -0.5]
         beside = max(1.0, 0.6 * len(chart.series))
         layout |= {
-            "xaxis": value, "yaxis": other, "height": round(110 + ROW * len(words) * beside),
-            "barmode": "group", "bargap": 0.3,
-        }  # fmt: skip
+            "xaxis": value,
+            "yaxis": other,
+            "height": round(110 + ROW_PIXELS * len(words) * beside),
+            "barmode": "group",
+            "bargap": 0.3,
+        }
     else:
         layout |= {"xaxis": other, "yaxis": value}
     return layout

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 
 from mot_sim.plotting.charts import Panel, svg_of
 from mot_sim.report.page.markup import Markup, element, joined
-from mot_sim.report.page.media import Medium
-from mot_sim.report.page.sources import ResultSource
+from mot_sim.report.page.sources import Medium, ResultSource
 from mot_sim.report.page.tables import table_markup
 from mot_sim.report.page.verdicts import verdicts_of
 

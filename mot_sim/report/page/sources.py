@@ -1,10 +1,11 @@
-"""Folders of results: finished ones, sweeps that were left half way, runs of a tracker."""
+"""Folders of results, finished or half finished, with their clips and pictures."""
 
 import json
+from base64 import b64encode
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from mot_sim.evaluation.run_folder import RUN_FILE
 from mot_sim.experiments.results.result_file import (
@@ -23,8 +24,17 @@ from mot_sim.experiments.sweep.unfinished import read_partial
 from mot_sim.files.text import read_text
 from tracker.errors import BadConfig, BadFile
 
-FILES = (RESULT_FILE, SWEEP_FILE, RUN_FILE)  # any of them makes a folder one of ours
+RESULT_FILES = (RESULT_FILE, SWEEP_FILE, RUN_FILE)  # any of them makes a folder one of ours
 SHOWN_FILES = (".mp4", ".png")
+MEDIA_TYPES = {
+    ".mp4": "video/mp4",
+    ".png": "image/png",
+    ".jpg": "image/jpeg",
+    ".jpeg": "image/jpeg",
+    ".gif": "image/gif",
+}
+# The codecs in an MP4 that browsers play; mp4v, OpenCV's own, is none of them.
+PLAYABLE_CODECS = (b"avc1", b"avc3", b"av01", b"vp09")
 
 
 @dataclass(frozen=True)
@@ -48,9 +58,9 @@ def find_sources(folders: Sequence[Path]) -> list[ResultSource]:
         places = list(_places(folder))
         if not places:
             raise BadFile(
-                f"{folder}: nothing of ours: no {', '.join(FILES)} there or one folder below; name "
-                "folders that sweep, stress, breaking-point, compare, tables, tune, diagnose or track got "
-                "as --out"
+                f"{folder}: nothing of ours: no {', '.join(RESULT_FILES)} there or one folder "
+                "below; name folders that sweep, stress, breaking-point, compare, tables, tune, "
+                "diagnose or track got as --out"
             )
         for place in places:
             found.setdefault(place.resolve(), read_source(place))
@@ -71,7 +81,7 @@ def _places(folder: Path) -> Iterator[Path]:
 
 
 def _is_ours(folder: Path) -> bool:
-    return any((folder / name).is_file() for name in FILES)
+    return any((folder / name).is_file() for name in RESULT_FILES)
 
 
 def read_source(folder: Path) -> ResultSource:
@@ -122,18 +132,18 @@ def _run(folder: Path) -> Result:
         finished = bool(described["complete"])
     except FAULTS as error:
         raise BadFile(f"{file}: no run of ours: {error!r:.120}") from None
-    files = tuple(
-        path.name for path in sorted(folder.iterdir())
-        if path.suffix.lower() in SHOWN_FILES and path.is_file() and not path.is_symlink()
-    )  # fmt: skip
+    shown = [path for path in sorted(folder.iterdir()) if path.suffix.lower() in SHOWN_FILES]
+    files = tuple(path.name for path in shown if path.is_file() and not path.is_symlink())
     return Result(
-        "run", f"{folder.name}: results of a tracker", Made("", versions, "", finished),
+        "run",
+        f"{folder.name}: results of a tracker",
+        Made("", versions, "", finished),
         (
             ResultTable("sequences", "What went through the tracker", ("sequence", *names), rows),
             ResultTable("settings", "Settings", ("setting", "value"), settings),
         ),
         files,
-    )  # fmt: skip
+    )
 
 
 def _cell(value: object) -> Cell:
@@ -143,4 +153,53 @@ def _cell(value: object) -> Cell:
     return json.dumps(value)
 
 
-__all__ = ["ResultSource", "find_sources", "read_source"]
+@dataclass(frozen=True)
+class Medium:
+    """A file of a result. uri: its bytes, for the page; None: left out, because of `reason`."""
+
+    name: str
+    path: Path
+    uri: str | None
+    reason: str = ""
+
+    @property
+    def is_clip(self) -> bool:
+        """Whether it moves in a player."""
+        return self.path.suffix.lower() == ".mp4"
+
+    @property
+    def title(self) -> str:
+        """Its name as words."""
+        return PurePosixPath(self.name).stem.replace("-", " ").replace("_", " ")
+
+
+def load_media(sources: Sequence[ResultSource], room: int) -> dict[int, list[Medium]]:
+    """The files of every source, by its place; in turns, until `room` bytes are taken."""
+    found: dict[int, list[Medium]] = {place: [] for place in range(len(sources))}
+    most = max((len(source.result.files) for source in sources), default=0)
+    for turn in range(most):
+        for place, source in enumerate(sources):
+            if turn < len(source.result.files):
+                medium = _load(source.folder, source.result.files[turn], room)
+                room -= len(medium.uri or "")
+                found[place].append(medium)
+    return found
+
+
+def _load(folder: Path, name: str, room: int) -> Medium:
+    """One file; left out with its reason where it is missing, too large, or cannot be shown."""
+    path = folder / name
+    kind = MEDIA_TYPES.get(path.suffix.lower())
+    if kind is None:
+        return Medium(name, path, None, f"no browser shows {path.suffix or 'such files'} in a page")
+    try:
+        size = path.stat().st_size
+        if 4 * size > 3 * room:
+            told = f"{size / 1e6:.1f} MB: the page would be too large"
+            return Medium(name, path, None, told)
+        content = path.read_bytes()
+    except OSError as error:
+        return Medium(name, path, None, f"cannot be read: {error.strerror}")
+    if path.suffix.lower() == ".mp4" and not any(codec in content for codec in PLAYABLE_CODECS):
+        return Medium(name, path, None, "no H.264: browsers do not play it; write the clip again")
+    return Medium(name, path, f"data:{kind};base64,{b64encode(content).decode()}")

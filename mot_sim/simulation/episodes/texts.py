@@ -8,11 +8,10 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 from scipy.spatial.transform import Rotation
 
+from mot_sim.datasets.camera_files import write_poses
 from mot_sim.datasets.kitti.calibration import Calibration, write_calibration
-from mot_sim.datasets.kitti.ego.oxts import EARTH_RADIUS
-from mot_sim.datasets.kitti.ego.pose_files import ORBSLAM3_MOTION_STD
+from mot_sim.datasets.kitti.ego import EARTH_RADIUS, ORBSLAM3_MOTION_STD
 from mot_sim.datasets.kitti.labels import write_labels
-from mot_sim.datasets.poses import write_poses
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.files.writing import write_lines
 from mot_sim.simulation import random_numbers

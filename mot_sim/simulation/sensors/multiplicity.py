@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 from scipy.special import expit
 
-from mot_sim.metrics.overlaps import same_frame_pairs
+from mot_sim.metrics.matching import same_frame_pairs
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.sensors.boxes import move_boxes
 from mot_sim.simulation.sensors.checks import require_rates, require_sigmas, require_table

@@ -120,7 +120,7 @@ def test_doctor_without_data_is_no_failure(mot_sim: CommandLine, tmp_path: Path)
 def test_doctor_fails_when_the_core_is_broken(
     mot_sim: CommandLine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(doctor_module, "CORE", ("numpy", "no_such_package"))
+    monkeypatch.setattr(doctor_module, "CORE_PACKAGES", ("numpy", "no_such_package"))
     outcome = mot_sim("doctor")
     assert outcome.code == 1
     assert "broken" in outcome.out

@@ -14,18 +14,18 @@ from benchmarks.attribution import (
     planted,
 )
 from mot_sim.diagnosis.attribution import (
-    EITHER,
+    EITHER_SOURCE,
     NO_NOISE,
-    ONE,
+    ONE_SOURCE,
     VERDICTS,
     Attributor,
     Cause,
     Incident,
+    Replays,
     incidents,
     is_kept,
     shares,
 )
-from mot_sim.diagnosis.replay import Replays
 from mot_sim.diagnosis.sources import SourceAblation
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.following import TrackerFailed
@@ -34,7 +34,7 @@ from mot_sim.metrics.breaks import Breaks, Matches
 from mot_sim.simulation.sensors import Profile
 from mot_sim.simulation.truth import labels
 from tests.mot_sim.diagnosis.conftest import FORGETFUL, Crossing
-from tests.mot_sim.diagnosis.test_event_matching import breaks_at
+from tests.mot_sim.diagnosis.test_findings import breaks_at
 
 SPOT = Spot(car=4, first=14, last=22, shift=(2.5, 0.0))
 ON = ("misses", "jitter")  # of the profile; the fewer, the fewer replays
@@ -97,15 +97,15 @@ def spoilt(crossing: Crossing, source: str) -> Conditions:
 
 def switches_of(conditions: Conditions, crossing: Crossing) -> Breaks:
     """The switches under these conditions."""
-    watched, output = crossing.task(conditions).look()
-    return Breaks.of(Matches.of(watched.truth, output, 40)).switches
+    diagnosed, output = crossing.task(conditions).track()
+    return Breaks.of(Matches.of(diagnosed.truth, output, 40)).switches
 
 
 def judged(conditions: Conditions, crossing: Crossing, switches: Breaks) -> list[Cause]:
     """What switches hang on."""
-    bench = SourceAblation.of(conditions, crossing.recorded, 0)
+    ablation = SourceAblation.of(conditions, crossing.recorded, 0)
     every = labels(crossing.recorded.annotations.truth)
-    return Attributor(bench, every, Replays(FORGETFUL)).attribute(switches)
+    return Attributor(ablation, every, Replays(FORGETFUL)).attribute(switches)
 
 
 @pytest.mark.parametrize("source", [*ON, "odometry"])
@@ -117,12 +117,12 @@ def test_a_planted_switch_hangs_on_its_source(crossing: Crossing, source: str) -
     mine = new.select(new.cars == new.cars[0])  # of one car: the fewer, the fewer replays
     causes = judged(conditions, crossing, mine)
     assert len(causes) == len(mine)
-    assert {(cause.verdict, cause.sources) for cause in causes} == {(ONE, (source,))}
+    assert {(cause.verdict, cause.sources) for cause in causes} == {(ONE_SOURCE, (source,))}
 
 
 def test_a_switch_that_is_there_without_noise_is_the_trackers_own(crossing: Crossing) -> None:
     tracker = TrackerSpec("odd", "tests.mot_sim.diagnosis.odd:NewNameAtTen")
-    task = replace(crossing.task(quiet(crossing), attribute=True), contender=tracker)
+    task = replace(crossing.task(quiet(crossing), attribute=True), tracker_spec=tracker)
     found = task.run()
     at_ten = [case for case in found.cases if case.switched and case.frame == 10]
     assert at_ten
@@ -131,24 +131,24 @@ def test_a_switch_that_is_there_without_noise_is_the_trackers_own(crossing: Cros
 
 
 def test_a_replay_from_a_copy_is_the_run_from_the_beginning(crossing: Crossing) -> None:
-    bench = SourceAblation.of(quiet(crossing), crossing.recorded, 0)
-    changed = bench.without("jitter", 15, 25)
+    ablation = SourceAblation.of(quiet(crossing), crossing.recorded, 0)
+    changed = ablation.without("jitter", 15, 25)
     assert changed is not None
     replays = Replays(FORGETFUL)
-    whole = replays.run(bench.stream, 40, [14])
+    whole = replays.run(ablation.stream, 40, [14])
     assert 14 in replays.kept
     fresh = Replays(FORGETFUL).run(changed, 35)
     for _ in range(2):  # the copy stays as it was
         again = replays.run_from(14, changed, 35)
         assert again.boxes.tobytes() == fresh.boxes.tobytes()
         assert again.ids.tolist() == fresh.ids.tolist()
-    assert replays.run(bench.stream, 40).ids.tolist() == whole.ids.tolist()
+    assert replays.run(ablation.stream, 40).ids.tolist() == whole.ids.tolist()
 
 
 def test_shares_of_several_sources_are_equal_parts() -> None:
     causes = [
-        Cause(1, 2, 3, ONE, ("misses",)),
-        Cause(1, 2, 4, EITHER, ("misses", "jitter")),
+        Cause(1, 2, 3, ONE_SOURCE, ("misses",)),
+        Cause(1, 2, 4, EITHER_SOURCE, ("misses", "jitter")),
         Cause(1, 2, 5, NO_NOISE),
     ]
     assert shares(causes) == {"misses": 1.5, "jitter": 0.5}
@@ -158,7 +158,7 @@ def test_shares_of_several_sources_are_equal_parts() -> None:
 def test_a_tracker_that_fails_is_named_with_the_frame(crossing: Crossing) -> None:
     tracker = TrackerSpec("odd", "tests.mot_sim.diagnosis.odd:FailsAtFive")
     with pytest.raises(TrackerFailed, match=r"tracker odd failed in frame 5 of crossing/0: .*five"):
-        replace(crossing.task(), contender=tracker).run()
+        replace(crossing.task(), tracker_spec=tracker).run()
 
 
 @pytest.mark.parametrize(
@@ -167,9 +167,9 @@ def test_a_tracker_that_fails_is_named_with_the_frame(crossing: Crossing) -> Non
 def test_a_tracker_that_decides_later_sees_the_drive_to_its_end(
     crossing: Crossing, word: str, is_late: bool
 ) -> None:
-    bench = SourceAblation.of(quiet(crossing), crossing.recorded, 0)
+    ablation = SourceAblation.of(quiet(crossing), crossing.recorded, 0)
     replays = Replays(TrackerSpec.parse(word))
-    replays.run(bench.stream, 6)
+    replays.run(ablation.stream, 6)
     assert replays.is_late is is_late
-    court = Attributor(bench, labels(crossing.recorded.annotations.truth), replays)
-    assert court._bounds(Incident(4, 11, 12, (0,))) == (1, 22, 39 if is_late else 32)
+    attributor = Attributor(ablation, labels(crossing.recorded.annotations.truth), replays)
+    assert attributor.window_of(Incident(4, 11, 12, (0,))) == (1, 22, 39 if is_late else 32)

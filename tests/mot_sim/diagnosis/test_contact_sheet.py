@@ -7,9 +7,17 @@ import cv2
 import numpy as np
 import pytest
 
-from mot_sim.diagnosis.contact_sheet import SHEET, draw_sheet, worst_first
+from mot_sim.diagnosis.contact_sheet import (
+    SHEET_FILE,
+    SHEET_WIDTH_PIXELS,
+    Scenario,
+    cause_words,
+    draw_case,
+    draw_contact_sheet,
+    frames_of,
+    worst_first,
+)
 from mot_sim.diagnosis.findings import Case
-from mot_sim.diagnosis.panels import WIDTH, Scenario, cause_said, draw_moment, frames_of
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.simulation.sensors import Profile
 from tests.mot_sim.diagnosis.conftest import Crossing
@@ -30,9 +38,9 @@ class Flat:
 @pytest.fixture(scope="module")
 def renamed(short: Crossing) -> tuple[Scenario, list[Case]]:
     """A drive without noise whose cars all switch in frame 10."""
-    task = replace(short.task(replace(short.conditions, effects=Profile())), contender=RENAMED)
-    watched, output = task.look()
-    return Scenario(watched, output), [each for each in task.run().cases if each.switched]
+    task = replace(short.task(replace(short.conditions, effects=Profile())), tracker_spec=RENAMED)
+    diagnosed, output = task.track()
+    return Scenario(diagnosed, output), [each for each in task.run().cases if each.switched]
 
 
 def test_the_worst_switch_is_the_one_that_tears_off_most() -> None:
@@ -57,61 +65,67 @@ def test_a_moment_is_drawn_on_images_and_on_plain_ground(
     renamed: tuple[Scenario, list[Case]],
 ) -> None:
     plain, cases = renamed
-    lively = Scenario(plain.watched, plain.output, Flat())
-    whole, strip = draw_moment(plain, cases[0], 1)
-    assert whole.shape[1] == strip.shape[1] == WIDTH
+    lively = Scenario(plain.diagnosed, plain.output, Flat())
+    whole, strip = draw_case(plain, cases[0], 1)
+    assert whole.shape[1] == strip.shape[1] == SHEET_WIDTH_PIXELS
     assert whole.shape[0] > strip.shape[0]
-    drawn, _ = draw_moment(lively, cases[0], 1)
+    drawn, _ = draw_case(lively, cases[0], 1)
     assert drawn.shape == whole.shape
     green = (drawn == (0, 120, 0)).all(axis=2)
     assert green[100:250, :300].mean() > 0.3  # frame 8 has its image
-    assert not green[100:250, 2 * WIDTH // 4 + 10 : 3 * WIDTH // 4 - 10].any()  # frame 10 has none
+    assert not green[
+        100:250, 2 * SHEET_WIDTH_PIXELS // 4 + 10 : 3 * SHEET_WIDTH_PIXELS // 4 - 10
+    ].any()  # frame 10 has none
 
 
 def test_what_a_switch_hangs_on_is_said() -> None:
     first, second = ONE_DRIVE.cases
-    assert cause_said(first) == "hangs on misses"
-    assert cause_said(second) == "hangs on misses or jitter"
-    assert cause_said(OTHER.cases[0]) == "unexplained: scene or tracker"
-    assert cause_said(replace(first, verdict="", sources=())) == ""
+    assert cause_words(first) == "hangs on misses"
+    assert cause_words(second) == "hangs on misses or jitter"
+    assert cause_words(OTHER.cases[0]) == "unexplained: scene or tracker"
+    assert cause_words(replace(first, verdict="", sources=())) == ""
 
 
 def test_a_sheet_has_a_picture_a_switch(short: Crossing, tmp_path: Path) -> None:
     perfect = replace(short.conditions, effects=Profile())
-    task = replace(short.task(perfect), contender=RENAMED)
+    task = replace(short.task(perfect), tracker_spec=RENAMED)
     findings = [task.run()]
     told: list[tuple[str, int, int]] = []
-    files = draw_sheet(
-        tmp_path / "a" / "b", findings, [task], most=2, renderer=None,
+    files = draw_contact_sheet(
+        tmp_path / "a" / "b", findings, [task], max_switches=2, renderer=None,
         progress=lambda *each: told.append(each),
     )  # fmt: skip
-    assert files[0].name == SHEET
+    assert files[0].name == SHEET_FILE
     assert len(files) == 3
     assert told == [("pictures", 1, 2), ("pictures", 2, 2)]
     sheet = cv2.imread(str(files[0]))
     assert sheet is not None
-    assert sheet.shape[1] == WIDTH
+    assert sheet.shape[1] == SHEET_WIDTH_PIXELS
     assert files[1].name.startswith("01_crossing_0_car")
 
 
 @pytest.mark.slow
 def test_the_images_of_a_scene_are_drawn(short: Crossing, tmp_path: Path) -> None:
     perfect = replace(short.conditions, effects=Profile())
-    task = replace(short.task(perfect), contender=RENAMED)
+    task = replace(short.task(perfect), tracker_spec=RENAMED)
     plain, drawn = (
-        draw_sheet(tmp_path / str(name), [task.run()], [task], most=1, renderer=name)
+        draw_contact_sheet(
+            tmp_path / str(name), [task.run()], [task], max_switches=1, renderer=name
+        )
         for name in (None, "raster")
     )
     assert drawn[1].read_bytes() != plain[1].read_bytes()
 
 
 def test_no_switch_is_no_picture(tmp_path: Path) -> None:
-    assert draw_sheet(tmp_path / "none", [], [], most=3) == []
+    assert draw_contact_sheet(tmp_path / "none", [], [], max_switches=3) == []
     assert not (tmp_path / "none").exists()
 
 
 def test_a_folder_that_cannot_be_is_named(short: Crossing, tmp_path: Path) -> None:
-    task = replace(short.task(replace(short.conditions, effects=Profile())), contender=RENAMED)
+    task = replace(short.task(replace(short.conditions, effects=Profile())), tracker_spec=RENAMED)
     (tmp_path / "file").write_text("here")
     with pytest.raises(BadOutput, match="no folder for pictures"):
-        draw_sheet(tmp_path / "file" / "x", [task.run()], [task], most=1, renderer=None)
+        draw_contact_sheet(
+            tmp_path / "file" / "x", [task.run()], [task], max_switches=1, renderer=None
+        )

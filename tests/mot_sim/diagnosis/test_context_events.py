@@ -5,10 +5,16 @@ import pytest
 
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.diagnosis.context_events import KINDS, SCENERY, ContextEvents, bin_names
-from mot_sim.diagnosis.gaps import detector_gaps
-from mot_sim.diagnosis.occlusions import exact_occlusions, labelled_occlusions
-from mot_sim.diagnosis.pair_events import box_crossings, look_alike_meetings
-from mot_sim.diagnosis.turns import camera_turns, car_turns, headings_of
+from mot_sim.diagnosis.event_finders import (
+    box_crossings,
+    camera_turns,
+    car_turns,
+    detector_gaps,
+    exact_occlusions,
+    headings_of,
+    labelled_occlusions,
+    look_alike_pairs,
+)
 from mot_sim.simulation.truth import EVENTS
 from tests.mot_sim.diagnosis.conftest import Crossing
 from tests.mot_sim.metrics.test_breaks import tracks
@@ -58,7 +64,7 @@ def test_cars_that_change_sides_cross_once() -> None:
 def test_only_cars_of_one_look_that_are_near_are_look_alikes() -> None:
     cars = tracks([(0, 1, 0.0), (0, 2, 100.0), (0, 3, 100.0), (0, 4, 600.0)])
     ids, looks = np.array([1, 2, 3, 4]), np.array([8, 8, 5, 8])
-    found = list(look_alike_meetings(cars, ids, looks))
+    found = list(look_alike_pairs(cars, ids, looks))
     assert [row[3:5] for row in found] == [(1, 2)]
 
 

@@ -21,23 +21,23 @@ from tracker.types import Tracks
 
 
 def test_a_scene_tells_of_every_kind(crossing: Crossing) -> None:
-    watched = diagnosed_scene(crossing.conditions, crossing.recorded, 0)
-    assert watched.known == KINDS
-    kinds = Counter(watched.happenings.kinds.tolist())
+    diagnosed = diagnosed_scene(crossing.conditions, crossing.recorded, 0)
+    assert diagnosed.known == KINDS
+    kinds = Counter(diagnosed.events.kinds.tolist())
     assert kinds["occlusion"]
     assert kinds["detector gap"]
-    assert (np.diff(watched.happenings.firsts) >= 0).all()
-    assert (watched.happenings.lasts >= watched.happenings.firsts).all()
+    assert (np.diff(diagnosed.events.firsts) >= 0).all()
+    assert (diagnosed.events.lasts >= diagnosed.events.firsts).all()
 
 
 def test_a_perfect_detector_has_gaps_only_where_nothing_is_visible(crossing: Crossing) -> None:
     perfect = replace(crossing.conditions, effects=Profile())
-    happenings = diagnosed_scene(perfect, crossing.recorded, 0).happenings
+    events = diagnosed_scene(perfect, crossing.recorded, 0).events
     truth = crossing.recorded.annotations.truth
-    for row in np.flatnonzero(happenings.kinds == "detector gap").tolist():
-        own = truth.tracks.ids == happenings.ids[row]
+    for row in np.flatnonzero(events.kinds == "detector gap").tolist():
+        own = truth.tracks.ids == events.ids[row]
         frames = truth.tracks.frames[own]
-        inside = (frames >= happenings.firsts[row]) & (frames <= happenings.lasts[row])
+        inside = (frames >= events.firsts[row]) & (frames <= events.lasts[row])
         assert (truth.visible[own][inside] == 0.0).all()
 
 
@@ -52,14 +52,14 @@ def test_vehicles_are_cars_and_vans() -> None:
 @pytest.mark.kitti
 def test_the_counts_on_kitti_are_the_metrics_own(kitti_root: Path) -> None:
     drive = kitti_sequence(kitti_root, "0000", "rrc", "oxts").subset(range(100, 150))
-    watched, output = KittiTask(drive, TrackerSpec.parse("paper")).look()
-    found = findings_of(watched, output)
-    scores = evaluate_sequence(watched.truth, output, drive.frame_count)
+    diagnosed, output = KittiTask(drive, TrackerSpec.parse("paper")).track()
+    found = findings_of(diagnosed, output)
+    scores = evaluate_sequence(diagnosed.truth, output, drive.frame_count)
     assert (found.switches, found.fragments) == (scores["IDSW"], scores["Frag"])
     assert found.fragments
-    kinds = {str(kind) for kind in watched.happenings.kinds}
+    kinds = {str(kind) for kind in diagnosed.events.kinds}
     assert {"occlusion", "detector gap"} <= kinds
-    assert "look-alike" not in watched.known
+    assert "look-alike" not in diagnosed.known
 
 
 @pytest.mark.kitti

@@ -1,25 +1,120 @@
-"""Findings: kept whole or not at all, resumed, spread over processes, shown as tables."""
+"""Breaks and events: who is around whom, and sums that come out."""
 
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from mot_sim.diagnosis.attribution import EITHER, NO_NOISE, ONE
-from mot_sim.diagnosis.context_events import KINDS
+from mot_sim.diagnosis.attribution import EITHER_SOURCE, NO_NOISE, ONE_SOURCE
+from mot_sim.diagnosis.context_events import KINDS, ContextEvents, EventRow
 from mot_sim.diagnosis.diagnosed_sequence import DiagnosedSequence
-from mot_sim.diagnosis.event_matching import NOTHING, EventCounts
-from mot_sim.diagnosis.findings import Case, Findings, read_findings, write_findings
+from mot_sim.diagnosis.findings import (
+    NO_EVENT,
+    Case,
+    EventCounts,
+    Findings,
+    at_risk,
+    events_around,
+    read_findings,
+    tally,
+    write_findings,
+)
 from mot_sim.diagnosis.outputs import write_tables
 from mot_sim.diagnosis.tables import cause_table, csv_of, event_table, shown, tables_of
 from mot_sim.diagnosis.tasks import SceneTask
 from mot_sim.diagnosis.work import diagnose
 from mot_sim.experiments.results.result_file import read_result
+from mot_sim.metrics.breaks import Breaks
 from tests.mot_sim.diagnosis.conftest import Crossing
+from tests.mot_sim.metrics.test_breaks import tracks
 from tracker.errors import BadConfig
 from tracker.types import Tracks
+
+NAN = float("nan")
+
+
+def breaks_at(*rows: tuple[int, int, int, bool, bool]) -> Breaks:
+    """Rows (before, frame, car, switched, broken)."""
+    before, frames, cars, switched, broken = (np.array(c) for c in zip(*rows, strict=True))
+    ones = np.ones(len(rows), np.int64)
+    return Breaks(before, frames, cars, ones, ones + 1, switched, broken, ones)
+
+
+def test_a_break_is_around_what_touches_it_in_time() -> None:
+    rows: list[EventRow] = [
+        ("occlusion", 10, 19, 1, 2, 3.0),  # of this car, touching
+        ("occlusion", 40, 50, 1, 2, 3.0),  # too late
+        ("crossing", 18, 25, 3, 1, NAN),  # as the second car
+        ("car turns", 10, 30, 7, -2, NAN),  # another car
+    ]
+    table = ContextEvents.of(rows)
+    (found,) = events_around(breaks_at((12, 21, 1, True, False)), table, 10.0)
+    assert {kind: int(table.firsts[row]) for kind, row in found.items()} == {
+        "occlusion": 10, "crossing": 18,
+    }  # fmt: skip
+
+
+def test_of_two_of_a_kind_the_one_that_shares_most_frames_is_taken() -> None:
+    table = ContextEvents.of([("occlusion", 0, 8, 1, 2, 1.0), ("occlusion", 11, 20, 1, 2, 9.0)])
+    (found,) = events_around(breaks_at((7, 21, 1, True, True)), table, 10.0)
+    assert int(table.firsts[found["occlusion"]]) == 11
+
+
+def test_shares_add_up_to_the_switches_and_fragments() -> None:
+    rng = np.random.default_rng(3)
+    rows: list[EventRow] = [
+        (str(rng.choice(KINDS)), first, first + int(rng.integers(0, 30)), int(rng.integers(0, 4)),
+         -2, NAN)
+        for first in rng.integers(0, 90, 40).tolist()
+    ]  # fmt: skip
+    table = ContextEvents.of(rows)
+    breaks = breaks_at(
+        *(
+            (frame, frame + 3, int(rng.integers(0, 4)), bool(number % 2), bool(number % 3))
+            for number, frame in enumerate(rng.integers(0, 90, 30).tolist())
+        )
+    )
+    around = events_around(breaks, table, 10.0)
+    cars = tracks([(frame, car, 0.0) for frame in (0, 130) for car in range(4)])
+    found = tally(breaks, table, around, at_risk(table, cars, around))
+    parts = [found.get(name, EventCounts()) for name in (*KINDS, NO_EVENT)]
+    assert np.isclose(sum(each.switch_share for each in parts), breaks.switched.sum())
+    assert np.isclose(sum(each.fragment_share for each in parts), breaks.broken.sum())
+    for kind in ("occlusion", "detector gap"):
+        lengths = [
+            c for n, c in found.items() if n.startswith(f"{kind}, ") and n.endswith((" s", "frame"))
+        ]
+        assert sum(each.events for each in lengths) == found[kind].events
+        assert sum(each.switches for each in lengths) == found[kind].switches
+
+
+def test_only_a_car_with_a_name_to_lose_is_exposed() -> None:
+    rows: list[EventRow] = [
+        ("occlusion", 3, 6, 1, 2, 1.0),
+        ("occlusion", 3, 6, 9, 2, 1.0),
+        ("occlusion", 8, 12, 1, 2, 1.0),
+        ("crossing", 4, 6, 9, 1, NAN),
+    ]
+    table = ContextEvents.of(rows)
+    cars = tracks([(frame, 1, 0.0) for frame in range(10)])
+    could = at_risk(table, cars, [])
+    named = zip(table.firsts.tolist(), table.ids.tolist(), could.tolist(), strict=True)
+    assert sorted(named) == [(3, 1, True), (3, 9, False), (4, 9, True), (8, 1, False)]
+    # Where a name was lost, there was one to lose.
+    late = int(np.flatnonzero(table.firsts == 8)[0])
+    assert at_risk(table, cars, [{"occlusion": late}])[late]
+
+
+def test_nothing_is_around_nothing() -> None:
+    none = ContextEvents.of([])
+    breaks = breaks_at((1, 2, 1, True, False))
+    assert events_around(breaks, none, 10.0) == [{}]
+    assert tally(breaks, none, [{}], np.zeros(0, bool)) == {
+        NO_EVENT: EventCounts(0, 1, 1.0, 0, 0.0)
+    }
 
 
 def case(frame: int, verdict: str, *sources: str, drive: str = "a") -> Case:
@@ -31,11 +126,11 @@ def case(frame: int, verdict: str, *sources: str, drive: str = "a") -> Case:
 def found(drive: str, *cases: Case) -> Findings:
     """A drive with two occlusions, at which all its switches are."""
     n = len(cases)
-    counts = {"occlusion": EventCounts(2, n, float(n), n, float(n)), NOTHING: EventCounts()}
+    counts = {"occlusion": EventCounts(2, n, float(n), n, float(n)), NO_EVENT: EventCounts()}
     return Findings(drive, 40, 9, KINDS, counts, cases)
 
 
-ONE_DRIVE = found("a", case(9, ONE, "misses"), case(19, EITHER, "misses", "jitter"))
+ONE_DRIVE = found("a", case(9, ONE_SOURCE, "misses"), case(19, EITHER_SOURCE, "misses", "jitter"))
 OTHER = found("b", case(9, NO_NOISE, drive="b"))
 
 
@@ -60,7 +155,7 @@ class Counted:
             file.write(f"{self.name}\n")
         return found(self.name)
 
-    def look(self) -> tuple[DiagnosedSequence, Tracks]:
+    def track(self) -> tuple[DiagnosedSequence, Tracks]:
         """Nobody looks."""
         raise NotImplementedError
 
@@ -123,7 +218,7 @@ def test_the_key_of_a_task_hangs_on_what_decides_it(crossing: Crossing) -> None:
         replace(task, seed=1),
         replace(task, attribute=True),
         replace(task, conditions=crossing.conditions.with_level("detector.jitter", 2.0)),
-        replace(task, contender=replace(task.contender, settings={})),
+        replace(task, tracker_spec=replace(task.tracker_spec, settings={})),
     ]
     keys = [task.key, *(each.key for each in others)]
     assert len(set(keys)) == len(keys)
@@ -133,9 +228,9 @@ def test_the_key_of_a_task_hangs_on_what_decides_it(crossing: Crossing) -> None:
 def test_the_table_of_events_ends_with_all_switches() -> None:
     table = event_table([ONE_DRIVE, OTHER])
     names = table.column("around")
-    assert names[-2:] == (NOTHING, "all")
+    assert names[-2:] == (NO_EVENT, "all")
     assert table.column("switches")[-1] == 3
-    kinds = [row for row, name in enumerate(names) if name in (*KINDS, NOTHING)]
+    kinds = [row for row, name in enumerate(names) if name in (*KINDS, NO_EVENT)]
     shares = [table.column("switch share")[row] for row in kinds]
     assert sum(shares) == 3  # type: ignore[arg-type]
     occlusion = names.index("occlusion")
@@ -161,7 +256,9 @@ def test_the_table_of_causes_divides_what_several_sources_explain() -> None:
 
 
 def test_the_control_is_said_in_the_note() -> None:
-    cases = [replace(case(9, ONE, "misses"), by_control=told) for told in (True, False, None)]
+    cases = [
+        replace(case(9, ONE_SOURCE, "misses"), by_control=told) for told in (True, False, None)
+    ]
     assert "Control: 1 of 2 switches" in cause_table([found("a", *cases)]).note
 
 

@@ -6,7 +6,7 @@ import pytest
 from benchmarks.metrics.cases import tracks
 from mot_sim.metrics import ALPHAS, Hota, evaluate_sequence
 from mot_sim.metrics.hota import alignment
-from mot_sim.metrics.overlaps import Overlaps
+from mot_sim.metrics.matching import Overlaps
 
 BOX = (0.0, 0.0, 40.0, 30.0)
 FAR = (500.0, 0.0, 540.0, 40.0)

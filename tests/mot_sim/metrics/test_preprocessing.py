@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.metrics.cases import tracks
-from mot_sim.metrics.overlaps import Overlaps
+from mot_sim.metrics.matching import Overlaps
 from mot_sim.metrics.preprocessing import prepare_sequence, scored_rows
 from tracker.types import Tracks
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from mot_sim.plotting import canvas
-from mot_sim.plotting.colours import PAINT, colour_of_id, ink_on
+from mot_sim.plotting.colours import PAINT_COLOURS, colour_of_id, ink_on
 from mot_sim.simulation.traffic.roads import PAINTS
 
 
@@ -54,4 +54,4 @@ def test_ids_have_stable_and_different_colours() -> None:
 
 
 def test_every_paint_has_a_colour() -> None:
-    assert set(PAINT) == set(PAINTS)
+    assert set(PAINT_COLOURS) == set(PAINTS)

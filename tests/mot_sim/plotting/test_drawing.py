@@ -6,9 +6,17 @@ import numpy as np
 import pytest
 
 from mot_sim.plotting import draw_detections, draw_tracks
-from mot_sim.plotting.colours import NEUTRAL, PLAIN, SKY, SWITCH, TRUE, WRONG, colour_of_id
+from mot_sim.plotting.colours import (
+    GROUND_COLOUR,
+    NEUTRAL_COLOUR,
+    SKY_COLOUR,
+    SWITCH_COLOUR,
+    TRUE_COLOUR,
+    WRONG_COLOUR,
+    colour_of_id,
+)
 from mot_sim.plotting.drawing import (
-    FLASH,
+    SWITCH_FRAMES,
     draw_areas,
     draw_false,
     draw_switch,
@@ -61,13 +69,13 @@ def test_search_areas_are_tinted_inside_and_leave_the_rest_alone() -> None:
 
 def test_true_boxes_tell_found_missed_and_neutral_apart() -> None:
     nobody = Tracks.empty()
-    shown = {TRUE: (one(), nobody, nobody), WRONG: (nobody, one(), nobody),
-             NEUTRAL: (nobody, nobody, one())}  # fmt: skip
+    shown = {TRUE_COLOUR: (one(), nobody, nobody), WRONG_COLOUR: (nobody, one(), nobody),
+             NEUTRAL_COLOUR: (nobody, nobody, one())}  # fmt: skip
     for colour, tables in shown.items():
         image = blank()
         draw_true_boxes(image, *tables)
         assert count(image, colour) > 40
-        assert colour == WRONG or count(image, WRONG) == 0
+        assert colour == WRONG_COLOUR or count(image, WRONG_COLOUR) == 0
 
 
 def test_small_missed_cars_are_marked_without_words() -> None:
@@ -82,15 +90,15 @@ def test_small_missed_cars_are_marked_without_words() -> None:
 def test_false_boxes_are_crossed_out() -> None:
     image = blank()
     draw_false(image, one())
-    assert tuple(image[125, 150]) == WRONG  # where the diagonals meet
+    assert tuple(image[125, 150]) == WRONG_COLOUR  # where the diagonals meet
 
 
 def test_a_switch_flashes_and_fades() -> None:
     bright = []
-    for age in range(FLASH):
+    for age in range(SWITCH_FRAMES):
         image = blank()
         draw_switch(image, np.array(BOX), 3, 17, age)
-        bright.append(count(image[:150], SWITCH))
+        bright.append(count(image[:150], SWITCH_COLOUR))
     assert bright[0] > 2 * bright[-1] > 0
     assert all(a >= b for a, b in pairwise(bright))
 
@@ -98,11 +106,11 @@ def test_a_switch_flashes_and_fades() -> None:
 def test_what_has_no_image_is_sky_ground_and_a_note() -> None:
     image = plain_ground(Rig.kitti().camera, "no image of this frame")
     assert image.shape == (375, 1242, 3)
-    assert tuple(image[120, 100]) == SKY
-    assert count(image[250:], PLAIN) > 1000
-    assert count(image[:40], TRUE) > 50
+    assert tuple(image[120, 100]) == SKY_COLOUR
+    assert count(image[250:], GROUND_COLOUR) > 1000
+    assert count(image[:40], TRUE_COLOUR) > 50
     up = plain_ground(Rig.kitti(pitch=1.2).camera, "no image")
-    assert count(up[40:], SKY) > 300_000
+    assert count(up[40:], SKY_COLOUR) > 300_000
 
 
 def test_nothing_draws_nothing() -> None:

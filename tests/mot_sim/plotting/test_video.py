@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from mot_sim.plotting import FilmWriter, video, write_image, write_video
-from mot_sim.plotting.encoder import find_ffmpeg
-from mot_sim.plotting.video import count_frames, require_target
+from mot_sim.plotting.video import count_frames, find_ffmpeg, require_target
 from tracker.errors import BadConfig, BadOutput, OutputExists
 
 COLOURS = [(200, 30, 40), (20, 180, 60), (30, 50, 220), (230, 220, 30), (128, 128, 128)]
@@ -144,7 +143,7 @@ def test_an_ffmpeg_that_fails_is_one_error(tmp_path, monkeypatch) -> None:
     failing = tmp_path / "failing"
     failing.write_text("#!/bin/sh\necho the disk is full >&2\nexit 1\n")
     failing.chmod(0o755)
-    monkeypatch.setattr("mot_sim.plotting.encoder.find_ffmpeg", lambda: str(failing))
+    monkeypatch.setattr("mot_sim.plotting.video.find_ffmpeg", lambda: str(failing))
     large = [np.zeros((400, 400, 3), np.uint8)] * 9  # more than a pipe holds
     for frames in (FRAMES, large):
         with pytest.raises(BadOutput, match="the disk is full"):

@@ -1,4 +1,4 @@
-"""Whole frames: what stands where, and which layer changes what."""
+"""Titles and legends."""
 
 from dataclasses import replace
 
@@ -6,10 +6,49 @@ import cv2
 import numpy as np
 import pytest
 
-from mot_sim.plotting.colours import SKY, SWITCH, WRONG, colour_of_id
-from mot_sim.report import Film, Layers
+from mot_sim.plotting.canvas import text_width
+from mot_sim.plotting.colours import SKY_COLOUR, SWITCH_COLOUR, WRONG_COLOUR, colour_of_id
+from mot_sim.report import Film
+from mot_sim.report.film import LEGEND_TEXT_PIXELS, Layers, legend, marks, title, title_words, wrap
 from tests.mot_sim.report.small import FRAMES, SIZE, drive, exact_tracks
 from tracker.types import Tracks
+
+
+def test_the_title_names_drive_frame_time_and_switches() -> None:
+    assert title_words("0005", 7, 0.7, None) == "0005   frame 007    0.7 s"
+    assert title_words("0005", 7, 0.7, 1).endswith("1 switch so far")
+    assert title_words("0005", 7, 0.7, 2).endswith("2 switches so far")
+
+
+def test_the_trackers_name_gives_way_in_a_narrow_title() -> None:
+    wide = title(1242, "0005", "default", detections=True)
+    assert wide[:, 600:].std() > 1.0
+    narrow = title(200, "0005   frame 007", "default", detections=True)
+    alone = title(200, "0005   frame 007", "another", detections=False)
+    assert (narrow == alone).all()
+
+
+def test_lines_are_as_wide_as_allowed_and_lose_nothing() -> None:
+    parts = [f"mark number {number}" for number in range(9)]
+    lines = wrap(parts, 300)
+    assert len(lines) > 1
+    assert all(text_width(line, LEGEND_TEXT_PIXELS) <= 300 for line in lines)
+    assert [part for line in lines for part in line.split("    ")] == parts
+    assert wrap(["a mark that is longer than the line"], 10) == [
+        "a mark that is longer than the line"
+    ]
+    assert legend(300, []).shape == (6, 300, 3)
+
+
+def test_every_layer_has_its_mark() -> None:
+    bare = Layers(top_view=False)
+    assert marks(bare, outlines=False) == []
+    for name in ("truth", "search_areas", "wireframes", "true_wireframes", "top_view"):
+        named = Layers(**{"top_view": False, name: True})
+        assert marks(named, outlines=False), name
+    assert "true outlines" in marks(Layers(), outlines=True)[0]
+    assert np.array_equal(legend(200, ["a"]), legend(200, ["a"]))
+
 
 WIDTH, HEIGHT = SIZE
 TITLE, TOP_VIEW = 32, 313
@@ -58,19 +97,19 @@ def test_missed_false_and_switched_boxes_are_marked() -> None:
     later = (tracks.ids == 10) & (tracks.frames >= 3)
     anew = replace(tracks, ids=np.where(later, 77, tracks.ids))
     layers = replace(BARE, truth=True)
-    assert not (view(film(layers, anew), 2) == SWITCH).all(axis=2).any()
-    assert (view(film(layers, anew), 3) == SWITCH).all(axis=2).sum() > 50
+    assert not (view(film(layers, anew), 2) == SWITCH_COLOUR).all(axis=2).any()
+    assert (view(film(layers, anew), 3) == SWITCH_COLOUR).all(axis=2).sum() > 50
     missed = view(film(layers, tracks.select(tracks.ids != 10)), 2)
-    assert (missed == WRONG).all(axis=2).sum() > 30
+    assert (missed == WRONG_COLOUR).all(axis=2).sum() > 30
     moved = replace(tracks, boxes=tracks.boxes + np.array([70.0, 0.0, 70.0, 0.0]))
-    assert (view(film(layers, moved), 2) == WRONG).all(axis=2).sum() > 30
-    assert not (view(film(layers), 2) == WRONG).all(axis=2).any()
+    assert (view(film(layers, moved), 2) == WRONG_COLOUR).all(axis=2).sum() > 30
+    assert not (view(film(layers), 2) == WRONG_COLOUR).all(axis=2).any()
 
 
 def test_without_images_it_is_drawn_on_plain_ground() -> None:
     shown = film()
     blind = replace(shown, drive=replace(drive(), images=None))
-    assert (view(blind)[35:40] == SKY).all(axis=2).any()
+    assert (view(blind)[35:40] == SKY_COLOUR).all(axis=2).any()
 
 
 def test_the_scale_is_that_of_the_finished_frame() -> None:

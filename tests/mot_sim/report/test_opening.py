@@ -10,7 +10,7 @@ import pytest
 
 from mot_sim.datasets import write_results
 from mot_sim.evaluation.runs import Recipe
-from mot_sim.report.opening import Wanted, open_tracks, track_drive, truth_of
+from mot_sim.report.opening import DriveRequest, open_tracks, track_drive, truth_of
 from mot_sim.simulation import registry
 from mot_sim.simulation.episode import Episode
 from mot_sim.simulation.episodes import EpisodeFiles, PictureOptions, StoredEpisode, record_episode
@@ -34,32 +34,32 @@ def tree(tmp_path: Path) -> Path:
 
 @pytest.mark.kitti
 def test_a_kitti_sequence_with_images_where_there_are_some(kitti_root: Path) -> None:
-    with_images = Wanted(str(kitti_root), "0000").open()
+    with_images = DriveRequest(str(kitti_root), "0000").open()
     assert with_images.images is not None
     assert with_images.images.load(3).shape == (375, 1242, 3)
-    without = Wanted(str(kitti_root), "0002", detections="permatrack", ego="none").open()
+    without = DriveRequest(str(kitti_root), "0002", detections="permatrack", ego="none").open()
     assert without.images is None
     assert without.Ts_world_cam is None
     assert len(truth_of(without)) > 100
 
 
 def test_a_scene_is_run_for_no_longer_than_needed() -> None:
-    opened = Wanted("near", seed=0, knobs={"speed": 6.0}, end=4).open()
+    opened = DriveRequest("near", seed=0, knobs={"speed": 6.0}, end=4).open()
     assert isinstance(opened, Episode)
     assert opened.frame_count == 4
     assert opened.images.load(0).shape == (96, 320, 3)
-    longer = Wanted("near", end=400).open()
+    longer = DriveRequest("near", end=400).open()
     assert longer.frame_count == FRAMES
 
 
 def test_a_recorded_episode_comes_with_its_exact_truth_and_its_images(tree: Path) -> None:
-    first = Wanted(str(tree), "0000").open()
+    first = DriveRequest(str(tree), "0000").open()
     assert isinstance(first, StoredEpisode)
     assert first.images is not None
-    second = Wanted(str(tree), "0001").open()
+    second = DriveRequest(str(tree), "0001").open()
     assert second.images is None
     assert len(truth_of(second)) == 2 * FRAMES
-    exact = Wanted(str(tree), "0000", detections="exact").open()
+    exact = DriveRequest(str(tree), "0000", detections="exact").open()
     assert isinstance(exact, StoredEpisode)
     np.testing.assert_allclose(exact.log.detections.scores.min(), 1.0)
 
@@ -67,27 +67,31 @@ def test_a_recorded_episode_comes_with_its_exact_truth_and_its_images(tree: Path
 @pytest.mark.parametrize(
     ("wanted", "error", "told"),
     [
-        (Wanted("near", sequence="0000"), BadConfig, "--sequence 0000: near is a scene"),
-        (Wanted("near", detections="rrc"), BadConfig, "--detections rrc: near is a scene"),
-        (Wanted("neer"), UnknownName, "unknown folder or scene 'neer'.*Did you mean 'near'"),
-        (Wanted("no/such/place"), DatasetNotFound, "no such folder; give one of mot-sim record"),
+        (DriveRequest("near", sequence="0000"), BadConfig, "--sequence 0000: near is a scene"),
+        (DriveRequest("near", detections="rrc"), BadConfig, "--detections rrc: near is a scene"),
+        (DriveRequest("neer"), UnknownName, "unknown folder or scene 'neer'.*Did you mean 'near'"),
+        (
+            DriveRequest("no/such/place"),
+            DatasetNotFound,
+            "no such folder; give one of mot-sim record",
+        ),
     ],
 )
-def test_what_is_not_there_is_told(wanted: Wanted, error: type, told: str) -> None:
+def test_what_is_not_there_is_told(wanted: DriveRequest, error: type, told: str) -> None:
     with pytest.raises(error, match=told):
         wanted.open()
 
 
 def test_a_folder_of_several_asks_which_one(tree: Path, tmp_path: Path) -> None:
     with pytest.raises(BadConfig, match=r"holds 0000, 0001: choose with --sequence"):
-        Wanted(str(tree)).open()
+        DriveRequest(str(tree)).open()
     with pytest.raises(UnknownName, match="unknown sequence '0007'; known: 0000, 0001"):
-        Wanted(str(tree), "0007").open()
+        DriveRequest(str(tree), "0007").open()
     with pytest.raises(BadConfig, match="recorded already"):
-        Wanted(str(tree), "0000", knobs={"speed": 3.0}).open()
+        DriveRequest(str(tree), "0000", knobs={"speed": 3.0}).open()
     (tmp_path / "empty" / "training").mkdir(parents=True)
     with pytest.raises(DatasetNotFound, match="neither episodes of mot-sim record nor KITTI's"):
-        Wanted(str(tmp_path / "empty")).open()
+        DriveRequest(str(tmp_path / "empty")).open()
 
 
 def test_tracking_on_the_way_stops_before_the_end() -> None:
@@ -139,7 +143,7 @@ def test_missing_tracks_are_told_with_what_is_there(tmp_path: Path) -> None:
 def test_a_run_of_another_tree_is_warned_of(
     tree: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    shown = Wanted(str(tree), "0000").open()
+    shown = DriveRequest(str(tree), "0000").open()
     run = tmp_path / "run"
     write_results(exact_tracks(), run / "0000.txt")
     for root, warned in ((tree, False), (tmp_path / "elsewhere", True)):

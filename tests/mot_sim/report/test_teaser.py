@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from mot_sim.datasets import DetectionLog
-from mot_sim.report.teaser import draw_teaser, save_teaser
-from mot_sim.report.two_frames import cuboid_outlines, look_at
+from mot_sim.report.teaser import cuboid_outlines, draw_teaser, save_teaser, track_two_frames
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.truth import boxes_around, project_edges
 from tests.mot_sim.report.small import drive
@@ -17,7 +16,7 @@ from tracker.types import Cuboids, Detections
 
 
 def test_each_car_is_expected_where_it_is_seen_again() -> None:
-    two = look_at(drive(), 2)
+    two = track_two_frames(drive(), 2)
     assert len(two.before) == len(two.carried) == len(two.seen) == 2
     assert set(two.seen.ids.tolist()) == set(two.before.ids.tolist())
     for row, track_id in enumerate(two.carried.ids.tolist()):
@@ -32,7 +31,7 @@ def test_each_car_is_expected_where_it_is_seen_again() -> None:
 
 
 def test_doubt_grows_from_one_frame_to_the_next() -> None:
-    two = look_at(drive(), 2)
+    two = track_two_frames(drive(), 2)
     before, after = (np.linalg.det(places.cov) for places in (two.before, two.carried))
     assert (after > before).all()
     assert (two.regions.size[:, ::2] > two.carried.cuboids.size[:, ::2]).all()
@@ -42,7 +41,7 @@ def test_a_car_that_was_not_there_has_an_id_of_its_own() -> None:
     log = drive().log
     first_left = ~((log.frames == 2) & (log.detections.boxes[:, 0] < 150.0))
     fewer = DetectionLog(log.frames[first_left], log.detections.select(first_left))
-    two = look_at(replace(drive(), log=fewer), 2)
+    two = track_two_frames(replace(drive(), log=fewer), 2)
     assert (len(two.before), len(two.seen)) == (1, 2)
     assert len(set(two.seen.ids.tolist())) == 2
     assert two.compared.shape == (1, 2)
@@ -64,17 +63,17 @@ def test_frames_without_images_cars_or_successor_are_told() -> None:
     blind, empty = replace(drive(), images=None), DetectionLog(np.zeros(0, np.int64),
                                                               Detections.empty())  # fmt: skip
     with pytest.raises(DatasetNotFound, match="no image of frame 2"):
-        look_at(blind, 2)
+        track_two_frames(blind, 2)
     with pytest.raises(BadDetections, match=r"no box with a score of 0\.5 or more"):
-        look_at(replace(drive(), log=empty), 2)
+        track_two_frames(replace(drive(), log=empty), 2)
     for index in (-1, 5, 99):
         with pytest.raises(BadConfig, match="has the frames 0 to 5"):
-            look_at(drive(), index)
+            track_two_frames(drive(), index)
 
 
 @pytest.mark.parametrize("ending", ["jpg", "svg"])
 def test_the_figure_is_written(tmp_path, ending: str) -> None:
-    path = save_teaser(draw_teaser(look_at(drive(), 2)), tmp_path / f"teaser.{ending}")
+    path = save_teaser(draw_teaser(track_two_frames(drive(), 2)), tmp_path / f"teaser.{ending}")
     if ending == "svg":
         text = path.read_text()
         assert text.lstrip().startswith("<?xml")
@@ -86,7 +85,7 @@ def test_the_figure_is_written(tmp_path, ending: str) -> None:
 
 
 def test_the_areas_are_drawn_in_the_second_image_alone() -> None:
-    two = look_at(drive(), 2)
+    two = track_two_frames(drive(), 2)
     figure = draw_teaser(two)
     names = [axes.get_title(loc="left") for axes in figure.axes]
     assert names[0] == "near, frame 2: boxes, lifted to 3D"

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mot_sim.plotting.colours import EGO, colour_of_id
-from mot_sim.report.topview import TRUTH, TopView, ellipse
+from mot_sim.plotting.colours import EGO_COLOUR, colour_of_id
+from mot_sim.report.topview import TRUTH_COLOUR, TopView, ellipse
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.traffic import Roads
 from mot_sim.simulation.traffic.roads import rectangle
@@ -31,9 +31,9 @@ def test_the_panel_shows_us_the_truth_and_the_tracks() -> None:
     image = VIEW.ground.copy()
     before = image.copy()
     VIEW.draw_us(image, SQUARE[0] - (10.0, 0.0), CAMERA, np.zeros(3))
-    assert tuple(image[100, 50]) == EGO
+    assert tuple(image[100, 50]) == EGO_COLOUR
     VIEW.draw_truth(image, SQUARE)
-    assert tuple(image[100, 110]) == TRUTH  # the nose, x = 12
+    assert tuple(image[100, 110]) == TRUTH_COLOUR  # the nose, x = 12
     VIEW.draw_places(image, np.array([4]), SQUARE + (20.0, 0.0), np.array([np.eye(2)]))
     VIEW.draw_trails(image, {6: np.array([(40.0, 5.0), (45.0, 5.0)])})
     for track_id in (4, 6):

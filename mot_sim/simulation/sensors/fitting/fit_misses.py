@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 from scipy.special import expit, logit
 
-from mot_sim.metrics.overlaps import same_frame_pairs
+from mot_sim.metrics.matching import same_frame_pairs
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.fitting.measure import DRIVE_ID_STRIDE, FalseBoxes, Found
 from mot_sim.simulation.sensors.fitting.statistics import lagged

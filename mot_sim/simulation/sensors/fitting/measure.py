@@ -9,7 +9,7 @@ from numpy import ndarray as Array
 from scipy.special import logit
 
 from mot_sim.datasets.recorded import DetectionLog
-from mot_sim.metrics.overlaps import EPSILON, same_frame_pairs
+from mot_sim.metrics.matching import EPSILON, same_frame_pairs
 from mot_sim.metrics.preprocessing import (
     PreparedSequence,
     ignored_if_unmatched,

@@ -15,8 +15,7 @@ from mot_sim.datasets.kitti import (
     kitti_sequence,
     write_labels,
 )
-from mot_sim.datasets.kitti.cuboid_rows import alpha_of, rows_of_cuboids
-from mot_sim.datasets.kitti.labels import LABEL_COLUMNS
+from mot_sim.datasets.kitti.labels import LABEL_COLUMNS, alpha_of, rows_of_cuboids
 from mot_sim.datasets.kitti.places import TRAINING_FRAMES
 from mot_sim.files.text import read_table
 from tracker.geometry import box_iou, invert, transform, wrap_angle

@@ -256,7 +256,7 @@ def test_a_page_that_would_be_too_large_leaves_files_out(
     for name, size in zip(names, (30_000, 3_000_000, 60_000), strict=True):
         (one / name).write_bytes(b"avc1" * (size // 4))
     bare = 5_300_000
-    monkeypatch.setattr(page_module, "MOST_BYTES", bare + 300_000)
+    monkeypatch.setattr(page_module, "MAX_PAGE_BYTES", bare + 300_000)
     report = write_report([one], tmp_path / "r.html")
     assert report.size <= bare + 300_000
     assert report.left_out == (one / "b.png",)

@@ -1,6 +1,7 @@
 """Which folders are results: finished ones, half-finished sweeps, runs; and what is none."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pyarrow as pa
@@ -10,6 +11,7 @@ from mot_sim.evaluation.run_folder import RunFolder, SequenceStatistics
 from mot_sim.experiments.results.result_file import write_result
 from mot_sim.experiments.sweep.running import sweep
 from mot_sim.report.page import find_sources
+from mot_sim.report.page.sources import ResultSource, load_media
 from tests.mot_sim.experiments.small import small_design, trial_files
 from tests.mot_sim.report.page.made import EVERY, stress_result, sweep_result, write_every
 from tracker import Tracks
@@ -164,5 +166,43 @@ def test_nothing_of_ours_is_refused_with_the_cure(tmp_path: Path) -> None:
 def test_one_damaged_result_among_others_is_named(tmp_path: Path) -> None:
     folders = write_every(tmp_path)
     (folders[2] / "result.json").write_text("{")
-    with pytest.raises(BadFile, match=r"break.result\.json:1: damaged"):
+    with pytest.raises(BadFile, match=r"breaking-point.result\.json:1: damaged"):
         find_sources([tmp_path])
+
+
+def source(folder: Path, *names: str) -> ResultSource:
+    """A result with files."""
+    return ResultSource(folder, replace(stress_result(), files=names), "")
+
+
+def test_files_are_taken_in_turns_until_the_room_is_full(tmp_path: Path) -> None:
+    for place in "ab":
+        (tmp_path / place).mkdir()
+        for number in range(2):
+            (tmp_path / place / f"{number}.png").write_bytes(b"x" * 3000)
+    sources = [source(tmp_path / place, "0.png", "1.png") for place in "ab"]
+    media = load_media(sources, 13_000)  # three of them, at 4 bytes for 3
+    shown = {place: [each.uri is not None for each in held] for place, held in media.items()}
+    assert shown == {0: [True, True], 1: [True, False]}
+    assert media[1][1].reason == "0.0 MB: the page would be too large"
+
+
+def test_a_clip_that_no_browser_plays_is_left_out(tmp_path: Path) -> None:
+    (tmp_path / "old_clip.mp4").write_bytes(b"ftypisom....mp4v....")
+    (tmp_path / "new-clip.mp4").write_bytes(b"ftypisom....avc1....")
+    (old, new) = load_media([source(tmp_path, "old_clip.mp4", "new-clip.mp4")], 10_000)[0]
+    assert old.uri is None
+    assert old.reason.startswith("no H.264: browsers do not play it")
+    assert new.is_clip
+    assert new.title == "new clip"
+
+
+def test_what_is_missing_or_of_no_known_kind_is_left_out(tmp_path: Path) -> None:
+    missing, strange = load_media([source(tmp_path, "a.png", "b.exe")], 10_000)[0]
+    assert missing.reason == "cannot be read: No such file or directory"
+    assert strange.reason == "no browser shows .exe in a page"
+
+
+def test_nothing_gives_nothing(tmp_path: Path) -> None:
+    assert load_media([], 10) == {}
+    assert load_media([source(tmp_path)], 10) == {0: []}

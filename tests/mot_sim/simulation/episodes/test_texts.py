@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mot_sim.datasets import DETECTORS, EGO, DetectionLog, kitti_sequence
-from mot_sim.datasets.kitti.ego.oxts import COLUMNS, read_oxts
+from mot_sim.datasets.kitti.ego import read_oxts
+from mot_sim.experiments.paper.quoted import COLUMNS
 from mot_sim.files.writing import write_lines
 from mot_sim.simulation.episode import record
 from mot_sim.simulation.episodes import EpisodeFiles, PictureOptions, record_episode

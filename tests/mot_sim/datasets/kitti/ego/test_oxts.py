@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mot_sim.datasets.kitti.calibration import read_calibration
-from mot_sim.datasets.kitti.ego.oxts import Oxts, read_oxts
+from mot_sim.datasets.kitti.ego import Oxts, read_oxts
 from tests.mot_sim.datasets.conftest import CALIBRATION, STEP, write
 from tracker.errors import BadFile
 from tracker.geometry import invert

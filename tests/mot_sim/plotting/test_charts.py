@@ -10,13 +10,13 @@ import pytest
 from mot_sim.plotting.charts import (
     FIGURE_ENDINGS,
     Chart,
+    Kind,
     Series,
     figure_of,
     require_figure,
     save_figure,
     svg_of,
 )
-from mot_sim.plotting.charts.chart import Kind
 from tracker.errors import BadConfig, BadOutput
 
 LINE = Series("default", (0.0, 1, 2.5), (80.0, 70.0, 50.0), (79.0, None, 45.0), (81.0, None, 55.0))

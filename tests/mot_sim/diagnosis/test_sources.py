@@ -5,8 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mot_sim.diagnosis.sources import SOURCES, SourceAblation, active_sources, without, without_all
-from mot_sim.diagnosis.streams import DetectionStream
+from mot_sim.diagnosis.sources import (
+    SOURCES,
+    DetectionStream,
+    SourceAblation,
+    active_sources,
+    without,
+    without_all,
+)
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import drive_of
 from mot_sim.simulation.sensors import (
@@ -88,9 +94,9 @@ def rows(stream: DetectionStream) -> set[tuple]:
 def test_every_source_is_on_and_can_be_switched_off(
     noisy: tuple[Conditions, SourceAblation],
 ) -> None:
-    conditions, bench = noisy
+    conditions, ablation = noisy
     assert active_sources(conditions) == AT_FULL_RATE
-    assert tuple(bench.off) == AT_FULL_RATE
+    assert tuple(ablation.off) == AT_FULL_RATE
     assert set(AT_FULL_RATE) > set(EFFECTS)
 
 
@@ -98,17 +104,17 @@ def test_every_source_is_on_and_can_be_switched_off(
 def test_a_source_that_is_off_changes_only_the_frames_in_which_it_is_off(
     noisy: tuple[Conditions, SourceAblation], source: str
 ) -> None:
-    _, bench = noisy
-    found = bench.without(source, FIRST, LAST)
+    _, ablation = noisy
+    found = ablation.without(source, FIRST, LAST)
     if source in RARE:
-        assert (found is None) == bench.stream.same_as(bench.off[source], FIRST, LAST)
+        assert (found is None) == ablation.stream.same_as(ablation.off[source], FIRST, LAST)
         return
     assert found is not None
-    if source in bench.whole:
+    if source in ablation.whole:
         assert source == "rig"
-        assert found is bench.off[source]
+        assert found is ablation.off[source]
         return
-    mine, base = told(found), told(bench.stream)
+    mine, base = told(found), told(ablation.stream)
     for part in ((0, FIRST), (LAST + 1, 99)):
         here = [[row for row in rows if part[0] <= row[0] < part[1]] for rows in (mine, base)]
         assert here[0] == here[1]
@@ -119,9 +125,9 @@ def test_a_source_that_is_off_changes_only_the_frames_in_which_it_is_off(
 
 def test_at_a_low_frame_rate_the_frames_between_come_inside(short: Crossing) -> None:
     slow = replace(short.conditions, rig=replace(short.conditions.rig, frame_rate=2.5))
-    bench = SourceAblation.of(slow, short.recorded, 0)
-    assert "frame rate" in bench.off
-    found = bench.without("frame rate", FIRST, LAST)
+    ablation = SourceAblation.of(slow, short.recorded, 0)
+    assert "frame rate" in ablation.off
+    found = ablation.without("frame rate", FIRST, LAST)
     assert found is not None
     assert found.frames.tolist() == [0, 4, 8, 9, 10, 11, 12, 13, 16]
 
@@ -129,15 +135,15 @@ def test_at_a_low_frame_rate_the_frames_between_come_inside(short: Crossing) -> 
 def test_odometry_is_true_inside_and_as_wrong_as_before_outside(
     noisy: tuple[Conditions, SourceAblation],
 ) -> None:
-    _, bench = noisy
-    mixed = bench.stream.with_frames_of(bench.off["odometry"], FIRST, LAST)
+    _, ablation = noisy
+    mixed = ablation.stream.with_frames_of(ablation.off["odometry"], FIRST, LAST)
 
     def steps(stream: DetectionStream) -> np.ndarray:
         poses = stream.recorded.Ts_world_cam
         assert poses is not None
         return np.linalg.inv(poses[:-1]) @ poses[1:]
 
-    found, wrong, true = steps(mixed), steps(bench.stream), steps(bench.off["odometry"])
+    found, wrong, true = steps(mixed), steps(ablation.stream), steps(ablation.off["odometry"])
     inside = slice(FIRST - 1, LAST)  # the step into frame i is row i - 1
     np.testing.assert_allclose(found[inside], true[inside], atol=1e-9)
     outside = np.ones(len(found), bool)
@@ -174,18 +180,18 @@ def test_an_effect_at_level_0_is_the_effect_switched_off(short: Crossing, effect
 def test_without_misses_only_the_missed_boxes_come(short: Crossing) -> None:
     effects = replace(strong_profile(), merges=None)
     conditions = replace(short.conditions, effects=effects)
-    bench = SourceAblation.of(conditions, short.recorded, 0)
+    ablation = SourceAblation.of(conditions, short.recorded, 0)
 
-    more = rows(bench.off["misses"])
-    assert rows(bench.stream) < more
+    more = rows(ablation.off["misses"])
+    assert rows(ablation.stream) < more
 
 
 def test_a_stream_with_frames_of_itself_is_itself(noisy: tuple[Conditions, SourceAblation]) -> None:
-    _, bench = noisy
-    assert told(bench.stream.with_frames_of(bench.stream, 3, 9)) == told(bench.stream)
-    assert bench.stream.same_as(bench.stream, 0, 99)
-    whole = bench.stream.with_frames_of(bench.silent, 0, bench.stream.frame_count)
-    assert told(whole) == told(bench.silent)
+    _, ablation = noisy
+    assert told(ablation.stream.with_frames_of(ablation.stream, 3, 9)) == told(ablation.stream)
+    assert ablation.stream.same_as(ablation.stream, 0, 99)
+    whole = ablation.stream.with_frames_of(ablation.silent, 0, ablation.stream.frame_count)
+    assert told(whole) == told(ablation.silent)
 
 
 def test_a_stream_is_what_the_drive_delivers(short: Crossing) -> None:
