@@ -1,9 +1,7 @@
 """What was found in one drive: every break with what was around it and what it hangs on."""
 
-import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +10,9 @@ import numpy as np
 from mot_sim.diagnosis.attribution import Cause
 from mot_sim.diagnosis.diagnosed_sequence import DiagnosedSequence
 from mot_sim.diagnosis.event_matching import EventCounts, at_risk, events_around, tally
-from mot_sim.files.writing import write_lines
+from mot_sim.files.cache_folder import read_hashed, write_hashed
 from mot_sim.metrics.breaks import Breaks, Matches, counted_cars
 from tracker.types import Tracks
-
-FORMAT = 1  # of the files of finished drives
 
 
 @dataclass(frozen=True)
@@ -105,33 +101,25 @@ def _case(
 
 def write_findings(path: Path, findings: Findings) -> None:
     """Keep the findings of a drive in a file, as a whole or not at all."""
-    content = asdict(findings)
-    whole = {"format": FORMAT, "sha256": _hash(content), "findings": content}
-    write_lines(path, [json.dumps(whole)])
+    write_hashed(path, "findings", asdict(findings))
 
 
 def read_findings(path: Path) -> Findings | None:
     """The findings in a file; None where there is none that is whole."""
-    try:
-        whole = json.loads(path.read_text(encoding="utf-8"))
-        content = whole["findings"]
-        if whole["format"] != FORMAT or whole["sha256"] != _hash(content):
-            return None
-        cases = tuple(_read_case(each) for each in content.pop("cases"))
-        counts = {name: EventCounts(**each) for name, each in content.pop("counts").items()}
-        known = tuple(content.pop("known"))
-        return Findings(**content, known=known, counts=counts, cases=cases)
-    except (OSError, ValueError, TypeError, KeyError, AttributeError):
-        return None
+    return read_hashed(path, "findings", _parse)
+
+
+def _parse(content: dict[str, Any]) -> Findings:
+    """Findings of plain values. Raises KeyError, TypeError and AttributeError for what is none."""
+    cases = tuple(_read_case(each) for each in content.pop("cases"))
+    counts = {name: EventCounts(**each) for name, each in content.pop("counts").items()}
+    known = tuple(content.pop("known"))
+    return Findings(**content, known=known, counts=counts, cases=cases)
 
 
 def _read_case(content: dict[str, Any]) -> Case:
     lists = {name: tuple(content[name]) for name in ("around", "sources")}
     return Case(**{**content, **lists})
-
-
-def _hash(content: dict[str, Any]) -> str:
-    return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 __all__ = ["Case", "Findings", "findings_of", "read_findings", "write_findings"]

@@ -8,7 +8,9 @@ from typing import Any
 from mot_sim.files.text import read_text
 from tracker.errors import BadFile
 
-LARGEST_WHOLE = 2**63
+MAX_WHOLE = 2**63
+# What reading plain values of another shape than expected raises.
+FAULTS = (ValueError, TypeError, LookupError, AttributeError, RecursionError, ArithmeticError)
 DEEP = "values inside values, deeper than anything of ours"
 
 
@@ -53,7 +55,7 @@ def require_inside(named: str, where: str, *homes: Path) -> None:
 def _whole(text: str) -> int:
     """A whole number of 64 bits, which no float is too small for. Raises ValueError."""
     number = int(text)
-    if abs(number) >= LARGEST_WHOLE:
+    if abs(number) >= MAX_WHOLE:
         raise ValueError(f"{text[:20]}... is no number of 64 bits")
     return number
 
@@ -63,5 +65,5 @@ def _require_whole(value: Any) -> None:
     if isinstance(value, dict | list):
         for each in value.values() if isinstance(value, dict) else value:
             _require_whole(each)
-    elif isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
+    elif isinstance(value, int) and abs(value) >= MAX_WHOLE:
         raise ValueError(f"{str(value)[:20]}... is no number of 64 bits")

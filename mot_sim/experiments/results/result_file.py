@@ -9,6 +9,7 @@ from math import isfinite
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
+from mot_sim.files.documents import FAULTS
 from mot_sim.files.fingerprint import code_digest
 from mot_sim.files.settings import versions
 from mot_sim.files.text import read_text
@@ -19,8 +20,6 @@ RESULT_FILE = "result.json"
 FORMAT = 1  # raised when the file's layout changes
 KINDS = ("sweep", "stress", "breaking-point", "compare", "tables", "tune", "diagnosis", "run")
 LARGEST = 2**63  # whole numbers of a file are smaller
-# What the wrong values in the wrong places raise.
-FAULTS = (ValueError, TypeError, LookupError, AttributeError, RecursionError, ArithmeticError)
 
 Cell = str | float | int | None
 
@@ -216,6 +215,6 @@ def _require_inside(path: Path, result: Result) -> None:
 
 
 __all__ = [
-    "FAULTS", "KINDS", "RESULT_FILE", "Cell", "Made", "Result", "ResultTable", "made_here",
+    "KINDS", "RESULT_FILE", "Cell", "Made", "Result", "ResultTable", "made_here",
     "read_result", "write_result",
 ]  # fmt: skip

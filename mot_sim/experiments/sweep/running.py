@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,13 +12,12 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from mot_sim.experiments.executor import Executor, WorkerPool, WorkersLost
 from mot_sim.experiments.sweep.design import Design, Point
 from mot_sim.experiments.sweep.drives import Recordings, truth_key
-from mot_sim.experiments.sweep.executor import Executor, WorkerPool, WorkersLost
-from mot_sim.experiments.sweep.store import TABLE_FILE, SweepFolder
+from mot_sim.experiments.sweep.store import TABLE_FILE, SweepFolder, TrialOutcome
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
-from mot_sim.experiments.sweep.trial import TrialOutcome
-from mot_sim.experiments.sweep.work import Job
+from mot_sim.experiments.sweep.trial import Job, run_job
 from mot_sim.files.fingerprint import code_digest, digest
 from mot_sim.files.settings import versions
 from mot_sim.files.writing import whole_file
@@ -66,25 +65,24 @@ class SweepPlan:
 
     def jobs(self, done: Mapping[str, Any]) -> list[Job]:
         """What is left to do: a job a condition and seed, those of one truth together."""
-        wanted: dict[tuple[int, str], Job] = {}
+        wanted: dict[tuple[int, str], list[Trial]] = {}
         planned = set(done)
         for trial in self.trials:
-            if trial.key in planned:
-                continue
-            planned.add(trial.key)
-            place = trial.seed, repr(trial.point)
-            job = wanted.get(place) or self._job(trial)
-            wanted[place] = Job(
-                job.folder, job.code, job.rules, job.conditions, job.seed,
-                (*job.trials, (trial.key, trial.contender)),
-            )  # fmt: skip
-        return sorted(
-            wanted.values(), key=lambda job: (job.seed, truth_key(job.conditions, job.seed))
-        )
-
-    def _job(self, trial: Trial) -> Job:
-        conditions = self.design.conditions[trial.number]
-        return Job(self.folder, code_digest(), self.design.rules, conditions, trial.seed)
+            if trial.key not in planned:
+                planned.add(trial.key)
+                wanted.setdefault((trial.seed, repr(trial.point)), []).append(trial)
+        jobs = [
+            Job(
+                folder=self.folder,
+                code=code_digest(),
+                rules=self.design.rules,
+                conditions=self.design.conditions[trials[0].number],
+                seed=trials[0].seed,
+                trials=tuple((trial.key, trial.contender) for trial in trials),
+            )
+            for trials in wanted.values()
+        ]
+        return sorted(jobs, key=lambda job: (job.seed, truth_key(job.conditions, job.seed)))
 
 
 def truth_jobs(jobs: list[Job]) -> list[Job]:
@@ -93,7 +91,7 @@ def truth_jobs(jobs: list[Job]) -> list[Job]:
     for job in jobs:
         path = Recordings(job.folder).truth_path(job.conditions, job.seed)
         if path not in found and not path.is_file():
-            found[path] = Job(job.folder, job.code, job.rules, job.conditions, job.seed)
+            found[path] = replace(job, trials=())
     return list(found.values())
 
 
@@ -118,7 +116,7 @@ def sweep(
     called as trials are finished. Raises as `SweepFolder.open` and WorkersLost; all that was
     finished by then is kept.
     """
-    crew = Executor(jobs, scheduler)
+    executor = Executor(jobs, scheduler)
     if folder is None and scheduler is not None:
         raise WorkersLost("a cluster needs a folder that all its workers can write to: give one")
     place = TemporaryDirectory() if folder is None else nullcontext(str(folder))
@@ -129,8 +127,8 @@ def sweep(
         done = kept.finished(plan.keys, failed_too=not retry)
         todo = plan.jobs(done)
         if todo:
-            with crew.open() as shift:
-                _run(shift, todo, len(done), len(plan.keys), progress)
+            with executor.open() as pool:
+                _run(pool, todo, len(done), len(plan.keys), progress)
             done = kept.finished(plan.keys)
             _require_all(plan, done, path)
             kept.sweep_up()
@@ -140,16 +138,16 @@ def sweep(
 
 
 def _run(
-    shift: WorkerPool, todo: list[Job], before: int, total: int, progress: Progress | None
+    pool: WorkerPool, todo: list[Job], before: int, total: int, progress: Progress | None
 ) -> None:
     """First the truths that several jobs share, then the trials."""
     tell = progress or (lambda what, done, of: None)
     truths = truth_jobs(todo)
-    for number, _ in enumerate(shift.run(truths), 1):
+    for number, _ in enumerate(pool.run(run_job, truths), 1):
         tell("truth", number, len(truths))
     done = before
     tell("trials", done, total)
-    for count in shift.run(todo):
+    for _, count in pool.run(run_job, todo):
         done += count
         tell("trials", done, total)
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
+from mot_sim.experiments.executor import one_thread
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import Recordings, TrialSequence, drive_of
 from mot_sim.experiments.sweep.paths import Level
-from mot_sim.experiments.sweep.work import one_thread
 from mot_sim.files.fingerprint import code_digest
 from tracker import Camera, Frame, Sequence, Tracks
 from tracker.errors import BadConfig

@@ -8,12 +8,12 @@ from typing import Any
 
 import pyarrow as pa
 
-from mot_sim.experiments.results.result_file import FAULTS
 from mot_sim.experiments.sweep.design import Design
 from mot_sim.experiments.sweep.points import Range
 from mot_sim.experiments.sweep.running import SweepPlan
 from mot_sim.experiments.sweep.store import SWEEP_FILE, SweepFolder
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
+from mot_sim.files.documents import FAULTS
 from mot_sim.files.fingerprint import FORMAT, digest
 from mot_sim.files.text import read_text
 from tracker.errors import BadFile, TrackingError

@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from joblib import Parallel, delayed, parallel_config
 
 from mot_sim.evaluation.runs import track_sequence
+from mot_sim.experiments.executor import Executor
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
-from mot_sim.experiments.sweep.work import one_thread
 from mot_sim.experiments.tuning.labelled import LabelledSequence
 from mot_sim.experiments.tuning.pair_costs import Checked, PairCosts
 from mot_sim.experiments.tuning.score_cache import ScoreCache
@@ -95,15 +94,21 @@ def score(
     return evaluate_sequence(drive.truth, rows, drive.frame_count, rules)
 
 
-def _score_many(
-    method: Method,
-    drive: LabelledSequence,
-    cached: PairCosts | None,
-    batch: Sequence[Weights],
-    rules: str,
-) -> list[Scores]:
+@dataclass(frozen=True, eq=False)
+class _Batch:
     """A worker's task: several weight vectors on one drive."""
-    return [score(method, drive, cached, weights, rules) for weights in batch]
+
+    method: Method
+    drive: LabelledSequence
+    cached: PairCosts | None
+    batch: Sequence[Weights]
+    rules: str
+
+    def scores(self) -> list[Scores]:
+        return [
+            score(self.method, self.drive, self.cached, weights, self.rules)
+            for weights in self.batch
+        ]
 
 
 @dataclass(eq=False)
@@ -123,8 +128,7 @@ class Scale:
     cached: dict[str, PairCosts | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.jobs == 0 or self.jobs < -1:
-            raise BadConfig(f"--jobs {self.jobs}: give 1 or more, or -1 for all cores")
+        self.executor = Executor(self.jobs)
 
     @classmethod
     def of(
@@ -181,19 +185,14 @@ class Scale:
             return
         self._prepare()
         size = 1 if self.jobs == 1 else 8
-        with parallel_config("loky", inner_max_num_threads=1), one_thread():
-            crew = Parallel(n_jobs=self.jobs, batch_size=1)
+        with self.executor.open() as pool:
             for first in range(0, len(lacking), size):
                 batch = lacking[first : first + size]
-                yield (
-                    batch,
-                    crew(
-                        delayed(_score_many)(
-                            self.method, drive, self.cached[drive.name], batch, self.rules
-                        )
-                        for drive in self.drives
-                    ),
-                )
+                tasks = [
+                    _Batch(self.method, drive, self.cached[drive.name], batch, self.rules)
+                    for drive in self.drives
+                ]
+                yield batch, pool.run_in_order(_Batch.scores, tasks)
 
     def _prepare(self) -> None:
         """The pair costs of every drive, once."""

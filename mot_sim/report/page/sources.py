@@ -8,7 +8,6 @@ from pathlib import Path
 
 from mot_sim.evaluation.run_folder import RUN_FILE
 from mot_sim.experiments.results.result_file import (
-    FAULTS,
     RESULT_FILE,
     Cell,
     Made,
@@ -20,6 +19,7 @@ from mot_sim.experiments.results.result_tables import sweep_tables
 from mot_sim.experiments.sweep.store import SWEEP_FILE
 from mot_sim.experiments.sweep.summary import summary
 from mot_sim.experiments.sweep.unfinished import read_partial
+from mot_sim.files.documents import FAULTS
 from mot_sim.files.text import read_text
 from tracker.errors import BadConfig, BadFile
 
