@@ -26,8 +26,8 @@ from mot_sim.diagnosis.replay import Replays
 from mot_sim.diagnosis.sources import SourceAblation, active_sources, without
 from mot_sim.diagnosis.streams import DetectionStream
 from mot_sim.diagnosis.work import diagnose
-from mot_sim.experiments.stress.suites import read_suites
 from mot_sim.experiments.executor import one_thread
+from mot_sim.experiments.stress.suites import read_suites
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import Recordings, drive_of
 from mot_sim.experiments.sweep.seeded_episodes import default_cache

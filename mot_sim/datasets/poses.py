@@ -1,4 +1,4 @@
-"""Files of camera poses: a 3x4 camera-to-world matrix a frame, row by row."""
+"""Camera poses: in files, a 3x4 camera-to-world matrix a frame, row by row; and on the road."""
 
 from pathlib import Path
 
@@ -9,6 +9,7 @@ from numpy import ndarray as Array
 from mot_sim.files.text import read_table
 from mot_sim.files.writing import write_lines
 from tracker.errors import BadFile
+from tracker.geometry import invert
 
 COLUMNS = tuple(f"{name}{row}" for row in "123" for name in ("r1", "r2", "r3", "t"))
 
@@ -41,3 +42,11 @@ def write_poses(Ts_world_cam: Float[Array, "n 4 4"], path: Path) -> None:
     """Write poses as `read_poses` reads them."""
     rows = Ts_world_cam[:, :3].reshape(-1, 12)
     write_lines(path, (" ".join(f"{value:.9f}" for value in row) for row in rows.tolist()))
+
+
+def planar_poses(Ts_world_road: Float[Array, "t 4 4"]) -> Float[Array, "t 3"]:
+    """x, y, heading in the road plane of the first pose: x its forward, y its right."""
+    Ts_first_road = invert(Ts_world_road[0]) @ Ts_world_road
+    right, _, forward = Ts_first_road[:, :3, 3].T
+    heading = np.unwrap(np.arctan2(Ts_first_road[:, 0, 2], Ts_first_road[:, 2, 2]))
+    return np.stack((forward, right, heading), axis=1)

@@ -13,33 +13,18 @@ from mot_sim.experiments.sweep.paths import Level
 from mot_sim.files.fingerprint import code_digest
 from tracker import Camera, Frame, Sequence, Tracks
 from tracker.errors import BadConfig
-from tracker.types import Detections
+from tracker.types import Detections, SequenceWrapper
 
 FRAMES = 50  # of an episode, where a test does not say; 5 s
 IN_MEMORY = 16  # episodes
 
 
 @dataclass(frozen=True, eq=False)
-class Handed:
+class CopiedFrames(SequenceWrapper):
     """A sequence whose every frame is a copy, so that no tracker spoils it for the next."""
 
-    inner: Sequence
-
-    @property
-    def name(self) -> str:
-        """The sequence's own name."""
-        return self.inner.name
-
-    @property
-    def camera(self) -> Camera:
-        """The camera, as the tracker is told of it."""
-        return self.inner.camera
-
-    def __len__(self) -> int:
-        return len(self.inner)
-
     def __iter__(self) -> Iterator[Frame]:
-        for frame in self.inner:
+        for frame in self.sequence:
             seen = frame.detections
             columns = {
                 name: column.copy() for name, column in vars(seen).items() if column is not None
@@ -71,7 +56,7 @@ class SeededEpisode:
     @property
     def frames(self) -> Sequence:
         """The frames in the order of time, copied for whoever asks."""
-        return Handed(self.drive.sequence)
+        return CopiedFrames(self.drive.sequence)
 
     @property
     def truth(self) -> Tracks:
