@@ -10,7 +10,7 @@ import pytest
 
 from mot_sim.evaluation.run_folder import RUN_FILE, RunFolder
 from mot_sim.experiments.stress.suites import read_suites
-from mot_sim.experiments.sweep.design_files import read_design
+from mot_sim.experiments.sweep.design import read_design
 from mot_sim.simulation.episodes import EpisodeFiles, EpisodeFolder, record_episode, verify_episode
 from mot_sim.simulation.episodes.extra import Metadata, arrays_of, read_extra, write_extra
 from mot_sim.simulation.episodes.reading import read_episode

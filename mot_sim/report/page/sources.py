@@ -16,9 +16,9 @@ from mot_sim.experiments.results.result_file import (
     read_result,
 )
 from mot_sim.experiments.results.result_tables import sweep_tables
+from mot_sim.experiments.sweep.running import read_partial
 from mot_sim.experiments.sweep.store import SWEEP_FILE
 from mot_sim.experiments.sweep.summary import summary
-from mot_sim.experiments.sweep.unfinished import read_partial
 from mot_sim.files.documents import FAULTS
 from mot_sim.files.text import read_text
 from tracker.errors import BadConfig, BadFile
