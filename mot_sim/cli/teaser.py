@@ -56,7 +56,7 @@ class Teaser:
 
         self._check()
         front_end = Recipe(cues=self.cues).front_end
-        with terminal.progress(None):
+        with terminal.progress():
             two = look_at(self._wanted().open(), self.frame, front_end)
             save_teaser(draw_teaser(two), self.out)
         compared, every = int(two.compared.sum()), two.compared.size

@@ -55,7 +55,8 @@ class TrainAppearance:
         require_writable(self.out)
         network = Hourglass.load(self.hourglass)
         try:
-            with terminal.progress(sum(drive.pictures for drive in drives)) as advance:
+            pictures = sum(drive.pictures for drive in drives)
+            with terminal.progress(pictures, unit="frames") as advance:
                 learned = learn(_watched(drives, advance), network, options)
         except KeyboardInterrupt:
             terminal.note("interrupted: nothing is left behind")

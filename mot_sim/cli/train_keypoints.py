@@ -1,7 +1,5 @@
 """`mot-sim train-keypoints`: the keypoint network, trained on renders."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -50,7 +48,7 @@ class TrainKeypoints:
             crops=self.crops, epochs=self.epochs, seed=self.seed, size=self.size,
             held_out=self.held_out,
         )  # fmt: skip
-        with _counting(terminal) as tell:
+        with terminal.progress() as tell:
             judged = train_keypoints(plan, self.out, tell, self.resume)
         terminal.write(
             f"{self.out / 'hourglass.onnx'}: PCK@0.1 {judged.pck:.3f} of {judged.seen.sum()} "
@@ -58,31 +56,3 @@ class TrainKeypoints:
             f"{judged.doubt:.3f} on average\n"
         )
         return OK
-
-
-@contextmanager
-def _counting(terminal: Terminal) -> Iterator[Callable[[str, int, int], None]]:
-    """A bar on stderr with the time that is left; gives tell(what, done, of how many)."""
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TaskID,
-        TextColumn,
-        TimeRemainingColumn,
-    )
-
-    bar = Progress(
-        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(),
-        TimeRemainingColumn(), console=terminal.err, transient=True,
-        disable=not terminal.err.is_terminal,
-    )  # fmt: skip
-    tasks: dict[int, TaskID] = {}
-
-    def tell(what: str, done: int, total: int) -> None:
-        if total not in tasks:
-            tasks[total] = bar.add_task(what, total=total)
-        bar.update(tasks[total], completed=done, description=what)
-
-    with bar:
-        yield tell

@@ -16,7 +16,7 @@ from mot_sim.diagnosis.sources import SourceAblation
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import Recordings
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
-from mot_sim.files.fingerprint import LETTERS, code_digest, digest
+from mot_sim.files.fingerprint import DIGEST_LETTERS, code_digest, digest
 from mot_sim.simulation.episodes.extra import Extra
 from mot_sim.simulation.truth import labels
 from tracker.types import Tracks
@@ -135,7 +135,7 @@ def _code() -> str:
     total = sha256()
     for path in sorted(Path(__file__).parent.glob("*.py")):
         total.update(path.name.encode() + path.read_bytes())
-    return code_digest() + total.hexdigest()[:LETTERS]
+    return code_digest() + total.hexdigest()[:DIGEST_LETTERS]
 
 
 __all__ = ["KittiTask", "SceneTask", "Task"]

@@ -10,8 +10,15 @@ from tracker.errors import BadFile
 
 MAX_WHOLE = 2**63
 # What reading plain values of another shape than expected raises.
-FAULTS = (ValueError, TypeError, LookupError, AttributeError, RecursionError, ArithmeticError)
-DEEP = "values inside values, deeper than anything of ours"
+CONTENT_ERRORS = (
+    ValueError,
+    TypeError,
+    LookupError,
+    AttributeError,
+    RecursionError,
+    ArithmeticError,
+)
+TOO_DEEP = "values inside values, deeper than anything of ours"
 
 
 def read_json(path: Path, what: str = "not JSON") -> Any:
@@ -26,7 +33,7 @@ def parse_json(text: str, where: str, what: str = "not JSON") -> Any:
     except ValueError as error:
         raise BadFile(f"{where}: {what}: {error}") from None
     except RecursionError:
-        raise BadFile(f"{where}: {what}: {DEEP}") from None
+        raise BadFile(f"{where}: {what}: {TOO_DEEP}") from None
 
 
 def read_toml(path: Path, what: str = "not TOML") -> dict[str, Any]:
@@ -37,7 +44,7 @@ def read_toml(path: Path, what: str = "not TOML") -> dict[str, Any]:
     except ValueError as error:
         raise BadFile(f"{path}: {what}: {error}") from None
     except RecursionError:
-        raise BadFile(f"{path}: {what}: {DEEP}") from None
+        raise BadFile(f"{path}: {what}: {TOO_DEEP}") from None
     return content
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from tracker.errors import BadConfig, BadOutput, OutputExists
 
-PACKAGES = ("mot-sim", "numpy", "scipy", "shapely", "filterpy", "opencv-python-headless")
+VERSIONED_PACKAGES = ("mot-sim", "numpy", "scipy", "shapely", "filterpy", "opencv-python-headless")
 
 # What decides the results, by name; plain values, so that JSON gives back the same.
 Settings = Mapping[str, str | float | int | bool | None]
@@ -16,7 +16,9 @@ Settings = Mapping[str, str | float | int | bool | None]
 
 def versions() -> dict[str, str]:
     """Of Python and of what computes."""
-    return {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
+    return {"python": platform.python_version()} | {
+        name: _version(name) for name in VERSIONED_PACKAGES
+    }
 
 
 def _version(package: str) -> str:

@@ -9,7 +9,7 @@ from math import isfinite
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
-from mot_sim.files.documents import FAULTS
+from mot_sim.files.documents import CONTENT_ERRORS
 from mot_sim.files.fingerprint import code_digest
 from mot_sim.files.settings import versions
 from mot_sim.files.text import read_text
@@ -129,7 +129,7 @@ def read_result(folder: Path) -> Result:
         raise BadFile(
             f"{path}:{error.lineno}: damaged: {error.msg}; run the command that made it again"
         ) from None
-    except FAULTS as error:
+    except CONTENT_ERRORS as error:
         raise BadFile(f"{path}: no result of ours: {error!r:.120}") from None
     except (BadConfig, UnknownName) as error:
         raise BadFile(f"{path}: {error}") from None

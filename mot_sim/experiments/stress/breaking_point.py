@@ -20,7 +20,7 @@ from tracker.errors import BadConfig, UnknownName
 
 MIN_PLACE = 1e-4  # of the first step: a place nearer to 0 than that is 0
 MAX_FIRST_STEPS = 64.0  # first steps, where nobody says how far to go
-RUNS = "runs"  # the sweep's folder inside that of a search
+RUNS_FOLDER = "runs"  # the sweep's folder inside that of a search
 
 # Called with a tracker's name and the level that it is tried at.
 Telling = Callable[[str, Level], None]
@@ -267,7 +267,7 @@ class BreakingPointSearch:
             if self.tell is not None:
                 self.tell(self.contender.name, level)
             design = self.question.design(level)
-            table = sweep(design, self.folder / RUNS, jobs=self.jobs, extend=True)
+            table = sweep(design, self.folder / RUNS_FOLDER, jobs=self.jobs, extend=True)
             rows = table.to_pylist()
             self.errors += [row["error"] for row in rows if row["error"] is not None]
             self.scores[level] = {

@@ -9,7 +9,14 @@ from typing import Any
 
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.paths import Level, unknown
-from mot_sim.experiments.sweep.points import MODES, Levels, Point, Range, points_of, require_levels
+from mot_sim.experiments.sweep.points import (
+    DESIGN_MODES,
+    Levels,
+    Point,
+    Range,
+    points_of,
+    require_levels,
+)
 from mot_sim.experiments.sweep.tracker_specs import (
     BY_NAME,
     TrackerSpec,
@@ -24,7 +31,7 @@ from tracker.errors import BadConfig, UnknownName
 
 DESIGNS_FOLDER = Path(__file__).parent / "designs"
 DESIGNS = ("noise",)
-TRACKER = "tracker."  # what the names of the trackers' axes begin with
+TRACKER_AXIS = "tracker."  # what the names of the trackers' axes begin with
 
 
 @dataclass(frozen=True)
@@ -51,7 +58,7 @@ class Design:
 
     def __post_init__(self) -> None:
         for what, name, known in (
-            ("scene", self.scene, SCENES), ("mode", self.mode, MODES), ("rules", self.rules, RULES),
+            ("scene", self.scene, SCENES), ("mode", self.mode, DESIGN_MODES), ("rules", self.rules, RULES),
         ):  # fmt: skip
             if name not in known:
                 raise UnknownName.of(what, name, known)
@@ -106,7 +113,7 @@ class Design:
         """The trackers with the settings of a point."""
         settings = {**self.fixed, **point}
         own = {
-            axis.removeprefix(TRACKER): value
+            axis.removeprefix(TRACKER_AXIS): value
             for axis, value in settings.items()
             if is_tracker(axis)
         }
@@ -118,8 +125,8 @@ class Design:
         found = Conditions.of(self.scene, {"scene.frames": self.frames, **fixed}).axes()
         for each in (each for each in self.contenders if each.is_ours):
             built = each.build(Rig.kitti().camera)
-            found |= {TRACKER + name: value for name, value in tracker_settings(built).items()}
-        return found | {TRACKER + name: "" for name in BY_NAME}
+            found |= {TRACKER_AXIS + name: value for name, value in tracker_settings(built).items()}
+        return found | {TRACKER_AXIS + name: "" for name in BY_NAME}
 
     def description(self) -> dict[str, Any]:
         """The design in plain values, as `sweep.json` and the table keep it."""
@@ -162,7 +169,7 @@ class Design:
 
 def is_tracker(axis: str) -> bool:
     """Whether an axis is the trackers' own."""
-    return axis.startswith(TRACKER)
+    return axis.startswith(TRACKER_AXIS)
 
 
 def read_design(name: str, **changes: Any) -> Design:

@@ -18,7 +18,7 @@ from mot_sim.experiments.sweep.drives import Recordings, truth_key
 from mot_sim.experiments.sweep.store import SWEEP_FILE, TABLE_FILE, SweepFolder, TrialOutcome
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.sweep.trial import Job, run_job
-from mot_sim.files.documents import FAULTS
+from mot_sim.files.documents import CONTENT_ERRORS
 from mot_sim.files.fingerprint import FORMAT, code_digest, digest
 from mot_sim.files.settings import versions
 from mot_sim.files.text import read_text
@@ -219,13 +219,13 @@ def read_partial(folder: Path) -> PartialSweep:
         form, code = about["format"], str(about["code"])
         versions = {str(name): str(each) for name, each in about["versions"].items()}
         description = dict(about["design"])
-    except FAULTS as error:
+    except CONTENT_ERRORS as error:
         raise BadFile(f"{file}: no sweep of ours: {error!r:.120}") from None
     if form != FORMAT:
         raise BadFile(f"{file}: a sweep of format {form!r:.20}, this mot-sim reads {FORMAT}")
     try:
         plan = SweepPlan(_design(description), folder, code)
-    except (TrackingError, *FAULTS) as error:
+    except (TrackingError, *CONTENT_ERRORS) as error:
         raise BadFile(
             f"{file}: its design cannot be understood here: {str(error)[:200]}; run its command "
             "again where it was made, then report"

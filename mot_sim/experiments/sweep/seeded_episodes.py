@@ -15,8 +15,8 @@ from tracker import Camera, Frame, Sequence, Tracks
 from tracker.errors import BadConfig
 from tracker.types import Detections, SequenceWrapper
 
-FRAMES = 50  # of an episode, where a test does not say; 5 s
-IN_MEMORY = 16  # episodes
+DEFAULT_FRAMES = 50  # of an episode, where a test does not say; 5 s
+MAX_EPISODES_IN_MEMORY = 16  # episodes
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ def mot_episode(
     seed: int = 0,
     *,
     profile: str = "rrc",
-    frames: int = FRAMES,
+    frames: int = DEFAULT_FRAMES,
     cache: Path | str | None = None,
     **knobs: Level,
 ) -> SeededEpisode:
@@ -103,7 +103,7 @@ def mot_episode(
     return SeededEpisode(scene, seed, axes, _drive(scene, seed, tuple(axes.items()), place))
 
 
-@lru_cache(maxsize=IN_MEMORY)
+@lru_cache(maxsize=MAX_EPISODES_IN_MEMORY)
 def _drive(
     scene: str, seed: int, axes: tuple[tuple[str, Level], ...], cache: Path
 ) -> TrialSequence:

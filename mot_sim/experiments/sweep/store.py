@@ -16,8 +16,8 @@ from mot_sim.files.writing import write_lines
 from tracker.errors import BadConfig, BadFile
 
 SWEEP_FILE, TABLE_FILE = "sweep.json", "table.parquet"
-PARTS = ("trials", "truth", "traffic")
-STRANGE = "no sweep of ours"  # what is said of a folder or file that is none
+SWEEP_PARTS = ("trials", "truth", "traffic")
+NO_SWEEP = "no sweep of ours"  # what is said of a folder or file that is none
 MAX_NAMED_DIFFERENCES = 4  # that an error lists
 
 
@@ -61,7 +61,7 @@ class SweepFolder:
         if extend and overwrite:
             raise BadConfig("--extend keeps what is there, --overwrite removes it: keep one")
         told = json.loads(json.dumps(description))
-        if require_ours(path / SWEEP_FILE, STRANGE):
+        if require_ours(path / SWEEP_FILE, NO_SWEEP):
             if overwrite:
                 folder.clear()
             else:
@@ -72,7 +72,7 @@ class SweepFolder:
 
     def clear(self) -> None:
         """Remove all that a sweep wrote."""
-        for part in PARTS:
+        for part in SWEEP_PARTS:
             rmtree(self.path / part, ignore_errors=True)
         for name in (TABLE_FILE, SWEEP_FILE):
             (self.path / name).unlink(missing_ok=True)
@@ -81,7 +81,7 @@ class SweepFolder:
         """Raise BadFile for a folder of another format, BadConfig for another design or code."""
         file = self.path / SWEEP_FILE
         form, code, design = read_description(
-            file, STRANGE, lambda told: (told["format"], str(told["code"]), dict(told["design"]))
+            file, NO_SWEEP, lambda told: (told["format"], str(told["code"]), dict(told["design"]))
         )
         if form != FORMAT:
             raise BadFile(
@@ -125,7 +125,7 @@ class SweepFolder:
 
     def sweep_up(self) -> None:
         """Remove what killed processes left half written; for when nobody works here any more."""
-        for part in PARTS:
+        for part in SWEEP_PARTS:
             for half in (self.path / part).rglob(".*.half"):
                 with suppress(OSError):
                     half.unlink()

@@ -14,13 +14,13 @@ from numpy import ndarray as Array
 
 from mot_sim.experiments.tuning.folds import balanced_folds, traits_of
 from mot_sim.experiments.tuning.labelled import LabelledSequence
-from mot_sim.experiments.tuning.weighing import WHOLE, Scale, Weights, weights_of
+from mot_sim.experiments.tuning.weighing import WEIGHT_SUM, Scale, Weights, weights_of
 from mot_sim.metrics import Scores, combine
 from mot_sim.simulation import random_numbers
 from tracker.errors import BadConfig
 
 OBJECTIVES = ("HOTA", "MOTA")
-STEPS = (200, 100, 50, 25)  # of the local search, thousandths of the whole weight
+MOVE_STEPS = (200, 100, 50, 25)  # of the local search, thousandths of the whole weight
 # Called with what is under way, how many weight vectors are done, and of how many.
 Progress = Callable[[str, int, int], None]
 
@@ -77,7 +77,7 @@ class Tuned:
     def spelled(self) -> str:
         """The weights as `--costs` takes them."""
         pairs = zip(self.names, self.weights, strict=True)
-        return ",".join(f"{name}={weight / WHOLE:g}" for name, weight in pairs if weight)
+        return ",".join(f"{name}={weight / WEIGHT_SUM:g}" for name, weight in pairs if weight)
 
 
 def tune(
@@ -108,7 +108,7 @@ def tune(
             _fold(scale, search, placed, fold, weights) for fold, weights in enumerate(chosen)
         ),
         weights=mean,
-        spread=np.std(np.array(chosen) / WHOLE, axis=0, ddof=1),
+        spread=np.std(np.array(chosen) / WEIGHT_SUM, axis=0, ddof=1),
         overall=worth(scale, search, scale.drives, mean),
         start=worth(scale, search, scale.drives, first),
         held_out=_unseen(scale, search, placed, chosen),
@@ -140,7 +140,7 @@ def refined(
     """The best of the known weights on these drives, improved by moving weight between costs."""
     value = {each: worth(scale, search, train, each) for each in known}
     best = max(known, key=lambda each: value[each])
-    for step in STEPS:
+    for step in MOVE_STEPS:
         while True:
             near = neighbours(best, step)
             scale.weigh(near, tell)

@@ -24,7 +24,7 @@ Progress = Callable[[int, int], None]
 
 # One weight a cost, in thousandths: whole numbers, so that equal vectors are equal.
 Weights = tuple[int, ...]
-WHOLE = 1000
+WEIGHT_SUM = 1000
 
 
 def weights_of(values: Sequence[float]) -> Weights:
@@ -38,9 +38,9 @@ def weights_of(values: Sequence[float]) -> Weights:
             f"weights {[float(f'{each:g}') for each in values]}: give finite numbers, none below "
             "0 and not all of them 0"
         )
-    exact = WHOLE * given / given.sum()
+    exact = WEIGHT_SUM * given / given.sum()
     rounded = np.floor(exact).astype(np.int64)
-    most_cut = np.argsort(rounded - exact, kind="stable")[: WHOLE - int(rounded.sum())]
+    most_cut = np.argsort(rounded - exact, kind="stable")[: WEIGHT_SUM - int(rounded.sum())]
     rounded[most_cut] += 1
     return tuple(rounded.tolist())
 
@@ -67,7 +67,7 @@ class Method:
         """The tracker for a drive, its costs checked as they come."""
         made: Any = self.contender.build(drive.sequence.camera)
         costs = tuple(
-            (weight / WHOLE, Checked(name, COSTS[name]()))
+            (weight / WEIGHT_SUM, Checked(name, COSTS[name]()))
             for name, weight in zip(self.names, weights, strict=True)
             if weight > 0
         )
@@ -88,7 +88,7 @@ def score(
 ) -> Scores:
     """The scores of one drive by these weights."""
     if cached is not None:
-        rows = cached.track(tuple(each / WHOLE for each in weights))
+        rows = cached.track(tuple(each / WEIGHT_SUM for each in weights))
     else:
         rows, _ = track_sequence(method.build(drive, weights), drive.sequence)
     return evaluate_sequence(drive.truth, rows, drive.frame_count, rules)

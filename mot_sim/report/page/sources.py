@@ -19,7 +19,7 @@ from mot_sim.experiments.results.result_tables import sweep_tables
 from mot_sim.experiments.sweep.running import read_partial
 from mot_sim.experiments.sweep.store import SWEEP_FILE
 from mot_sim.experiments.sweep.summary import summary
-from mot_sim.files.documents import FAULTS
+from mot_sim.files.documents import CONTENT_ERRORS
 from mot_sim.files.text import read_text
 from tracker.errors import BadConfig, BadFile
 
@@ -120,7 +120,7 @@ def _run(folder: Path) -> Result:
         )
         versions = {str(name): str(each) for name, each in described["versions"].items()}
         finished = bool(described["complete"])
-    except FAULTS as error:
+    except CONTENT_ERRORS as error:
         raise BadFile(f"{file}: no run of ours: {error!r:.120}") from None
     files = tuple(
         path.name for path in sorted(folder.iterdir())

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy import ndarray as Array
 
-from mot_sim.files.text import LARGEST
+from mot_sim.files.text import MAX_NUMBER
 from mot_sim.simulation.episodes.places import PICTURES
 from tracker.errors import BadFile
 
@@ -61,7 +61,7 @@ def require_sound(arrays: Mapping[str, Array], frame_count: int, path: Path) -> 
         if array.dtype.kind != "f":
             continue
         numbers = array if name in NEVER_NAN or not name.startswith(WITH_GAPS) else _known(array)
-        if not (np.abs(numbers) <= LARGEST).all():
+        if not (np.abs(numbers) <= MAX_NUMBER).all():
             raise BadFile(f"{path}: {name} holds a number that is not finite; record again")
     for name in FRAMES:
         frames = arrays[name]
