@@ -1,4 +1,4 @@
-"""Folders that an interrupted command goes on with: what they hold, checked before more is added."""
+"""Folders that an interrupted command goes on with, checked before more is added to them."""
 
 import json
 from abc import ABC, abstractmethod
@@ -92,7 +92,7 @@ class ResumableFolder(ABC):
     @classmethod
     @abstractmethod
     def parse(cls, told: Any, file: Path) -> Mapping[str, Any]:
-        """The parts by name. Raises ValueError, TypeError, KeyError and BadFile for what is none."""
+        """The parts by name. Raises ValueError, TypeError, KeyError, BadFile for what is none."""
 
     @abstractmethod
     def remove(self, name: str) -> None:

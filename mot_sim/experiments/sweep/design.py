@@ -57,11 +57,9 @@ class Design:
     rules: str = "trackeval"
 
     def __post_init__(self) -> None:
-        for what, name, known in (
-            ("scene", self.scene, SCENES), ("mode", self.mode, DESIGN_MODES), ("rules", self.rules, RULES),
-        ):  # fmt: skip
-            if name not in known:
-                raise UnknownName.of(what, name, known)
+        for what, known in (("scene", SCENES), ("mode", DESIGN_MODES), ("rules", RULES)):
+            if getattr(self, what) not in known:
+                raise UnknownName.of(what, getattr(self, what), known)
         for what, count in (("seeds", self.seeds), ("frames", self.frames)):
             if count < 1:
                 raise BadConfig(f"{count} {what}: give 1 or more")
@@ -140,10 +138,8 @@ class Design:
             each.name: {"made_by": each.made_by, **each.settings} for each in self.contenders
         }
         plain = ("scene", "seeds", "first_seed", "frames", "mode", "samples", "rules")
-        return {
-            **{name: getattr(self, name) for name in plain},
-            "fixed": dict(self.fixed), "axes": axes, "trackers": trackers,
-        }  # fmt: skip
+        about = {name: getattr(self, name) for name in plain}
+        return {**about, "fixed": dict(self.fixed), "axes": axes, "trackers": trackers}
 
     def _check_names(self) -> None:
         """Raise UnknownName for axes that nobody has, BadConfig for those of foreign trackers."""

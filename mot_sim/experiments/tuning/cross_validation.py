@@ -27,7 +27,11 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class WeightSearch:
-    """How weights are sought. samples: drawn at random; objective: what counts; seed: of random_numbers."""
+    """How weights are sought.
+
+    objective: the score that counts, of OBJECTIVES. samples: weight vectors drawn at random, on
+    top of the start and each cost alone. folds: of cross-validation. seed: of the random draws.
+    """
 
     objective: str = "HOTA"
     samples: int = 60
@@ -119,7 +123,7 @@ def tune(
 
 
 def candidates(start: Weights, search: WeightSearch) -> list[Weights]:
-    """What the random search weighs: the start, each cost alone, all alike, then random_numbers.
+    """What the random search weighs: the start, each cost alone, all alike, then random ones.
 
     Draws are even over the simplex (Dirichlet's distribution with ones).
     """

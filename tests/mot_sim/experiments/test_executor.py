@@ -1,4 +1,4 @@
-"""Work that is spread: results of all tasks, whoever does them, and what is said of lost workers."""
+"""Work that is spread: all results, whoever does the work, and what is said of lost workers."""
 
 import os
 import signal
