@@ -24,12 +24,12 @@ from mot_sim.diagnosis.attribution import VERDICTS, Attributor, Cause, Replays, 
 from mot_sim.diagnosis.sources import DetectionStream, SourceAblation, active_sources, without
 from mot_sim.diagnosis.tasks import suite_tasks
 from mot_sim.diagnosis.work import diagnose
+from mot_sim.experiments.executor import one_thread
 from mot_sim.experiments.stress.suites import read_suites
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import Recordings, drive_of
 from mot_sim.experiments.sweep.seeded_episodes import default_cache
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
-from mot_sim.experiments.sweep.work import one_thread
 from mot_sim.files.fingerprint import code_digest
 from mot_sim.metrics.breaks import Breaks, Matches
 from mot_sim.simulation.episodes.extra import Extra

@@ -21,7 +21,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy import ndarray as Array
 
-from mot_sim.cli.sweep import progress
 from mot_sim.cli.terminal import Terminal
 from mot_sim.experiments.paper.cue_sets import SINGLE, in_frameworks, with_cues
 from mot_sim.experiments.paper.intersections import TUNING_SEEDS
@@ -176,7 +175,7 @@ def main() -> None:
         parser.error("nothing to measure: give --root KITTI, --made N, or both")
     logging.basicConfig(level=logging.ERROR)
     place = nullcontext(str(given.out)) if given.out else TemporaryDirectory()
-    with place as folder, progress(Terminal()) as tell:
+    with place as folder, Terminal().progress(lines=True) as tell:
         bench = KittiBenchmark(Path(folder), given.jobs, tell)
         try:
             if given.root is not None:

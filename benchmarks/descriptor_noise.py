@@ -22,7 +22,6 @@ import numpy as np
 
 from benchmarks.appearance_samples import Seen, matches
 from benchmarks.cue_weights import by_drive, show
-from mot_sim.cli.sweep import progress
 from mot_sim.cli.terminal import Terminal
 from mot_sim.experiments.paper.cue_sets import PAPER_ROWS, two_frame, with_cues
 from mot_sim.experiments.paper.intersections import TUNING_SEEDS
@@ -123,7 +122,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1)
     given = parser.parse_args()
     place = nullcontext(str(given.out)) if given.out else TemporaryDirectory()
-    with place as folder, progress(Terminal()) as tell:
+    with place as folder, Terminal().progress(lines=True) as tell:
         bench = KittiBenchmark(Path(folder), given.jobs, tell)
         seeds = range(TUNING_SEEDS, TUNING_SEEDS + given.seeds)
         try:

@@ -27,7 +27,8 @@ from unittest.mock import patch  # noqa: E402
 
 import pyarrow as pa  # noqa: E402
 
-from mot_sim.experiments.sweep import Design, trial, work
+from mot_sim.diagnosis import work
+from mot_sim.experiments.sweep import Design, trial
 from mot_sim.experiments.sweep.drives import Recordings  # noqa: E402
 from mot_sim.experiments.sweep.running import sweep
 from mot_sim.experiments.sweep.store import SweepFolder  # noqa: E402

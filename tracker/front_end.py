@@ -11,8 +11,7 @@ from numpy import ndarray as Array
 from tracker.descriptors import DESCRIPTORS, Descriptor, Learned, require_rgb
 from tracker.errors import BadConfig, BadImage, BadWeights, UnknownName
 from tracker.shape import Hourglass, ShapeFit
-from tracker.types import Camera, Frame
-from tracker.types import Sequence as Drive
+from tracker.types import Camera, Frame, SequenceWrapper
 
 POSE = "pose"
 # What can be measured in images: keypoints with shape and pose, and one of the descriptors.
@@ -112,31 +111,17 @@ class FrontEnd:
 
 
 @dataclass(frozen=True, eq=False)
-class SequenceWithCues:
+class SequenceWithCues(SequenceWrapper):
     """A drive whose detections get cues while it is played; satisfies `tracker.types.Sequence`.
 
     seconds: spent so far, by the names of STAGES.
     """
 
-    drive: Drive
     front_end: FrontEnd
     seconds: dict[str, float] = field(default_factory=dict)
 
-    @property
-    def name(self) -> str:
-        """The drive's."""
-        return self.drive.name
-
-    @property
-    def camera(self) -> Camera:
-        """The drive's."""
-        return self.drive.camera
-
-    def __len__(self) -> int:
-        return len(self.drive)
-
     def __iter__(self) -> Iterator[Frame]:
-        for frame in self.drive:
+        for frame in self.sequence:
             yield self.front_end(frame, self.camera, self.seconds)
 
 

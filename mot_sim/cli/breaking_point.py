@@ -12,8 +12,7 @@ from mot_sim.cli.sweep import Many
 from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
-    from mot_sim.experiments.stress.breaking_point import BreakingPoint
-    from mot_sim.experiments.stress.breaking_point_spec import BreakingPointSpec
+    from mot_sim.experiments.stress.breaking_point import BreakingPoint, BreakingPointSpec
     from mot_sim.experiments.sweep.paths import Level
     from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 
@@ -106,7 +105,7 @@ class BreakingPointCommand:
 
     def spec(self) -> "BreakingPointSpec":
         """The search that the options describe."""
-        from mot_sim.experiments.stress.breaking_point_spec import BreakingPointSpec
+        from mot_sim.experiments.stress.breaking_point import BreakingPointSpec
         from mot_sim.experiments.sweep.paths import parse_level
 
         words = () if self.levels is None else self.levels.split(",")

@@ -58,8 +58,8 @@ class Calibrate:
         _require_picture(self.plot)
         drives = self._drives()
         name = Path(self.kitti.detections or DETECTIONS).stem
-        with terminal.progress(None) as advance:
-            profile = fit_profile(drives, name, tell=lambda what: advance(what, None))
+        with terminal.progress() as advance:
+            profile = fit_profile(drives, name, tell=advance)
             real = measure(drives)
             made = measure(
                 [drive for seed in range(SIMULATIONS) for drive in simulate(profile, drives, seed)]

@@ -40,12 +40,12 @@ class Demo:
 
         knobs = parse_knobs(self.scene, self.knobs)
         scene = find_scene(self.scene, **({"frames": DEMO_FRAMES} | knobs))
-        with terminal.progress(None) as advance:
+        with terminal.progress(unit="frames") as advance:
             result = run_demo(
                 self.out,
                 self.seed,
                 self.overwrite,
-                lambda _, total: advance("film", total),
+                lambda _, total: advance("film", total=total),
                 scene=scene,
             )
         files = {

@@ -78,7 +78,6 @@ class Diagnose:
     def __call__(self, terminal: Terminal) -> int:
         """Diagnose, draw, keep and show."""
         from mot_sim.cli.evaluate import require_targets
-        from mot_sim.cli.sweep import progress
         from mot_sim.diagnosis.tables import tables_of
         from mot_sim.diagnosis.work import diagnose
 
@@ -86,7 +85,7 @@ class Diagnose:
         self._require_sense()
         tasks = self._tasks()
         try:
-            with progress(terminal) as advance:
+            with terminal.progress(lines=True) as advance:
                 found = diagnose(tasks, self.out, jobs=self.jobs, progress=advance)
                 pictures = self._draw(found, tasks, advance)
         except KeyboardInterrupt:

@@ -159,9 +159,9 @@ class FolderOptions:
     """What happens to results that are there already."""
 
     resume: Flag = False
-    """Go on with an interrupted run: finished sequences stay, the rest is done."""
+    """Go on with an interrupted run: what is finished stays, the rest is done."""
     overwrite: Flag = False
-    """Replace the run in the output folder."""
+    """Replace what an earlier run left in the output folder."""
 
     def open(
         self, path: Path, settings: "mot_sim.files.settings.Settings", names: list[str]

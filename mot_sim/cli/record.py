@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from mot_sim.cli.options import Flag, Verbose, option, parse_knobs
+from mot_sim.cli.options import Flag, FolderOptions, Verbose, option, parse_knobs
 from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
 
 if TYPE_CHECKING:
@@ -14,16 +14,6 @@ if TYPE_CHECKING:
     import mot_sim.files.settings
     import mot_sim.simulation.episodes
     import mot_sim.simulation.scene
-
-
-@dataclass(frozen=True)
-class RecordedFolderOptions:
-    """What happens to episodes that are already there."""
-
-    resume: Flag = False
-    """Continue an interrupted recording: complete episodes stay, the rest is recorded."""
-    overwrite: Flag = False
-    """Replace the episodes in the output folder."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +49,7 @@ class Record:
     """Write depth too: depth_02, 16-bit PNG, 256 steps a metre, 0 = nothing within 256 m."""
     masks: Flag = False
     """Write instance_02 (16-bit PNG, id + 1, 0 = no car) and semantic_02 (8-bit) too."""
-    folder: RecordedFolderOptions = field(default_factory=RecordedFolderOptions)
+    folder: FolderOptions = field(default_factory=FolderOptions)
     json: Flag = False
     """Print a summary as JSON instead of one line."""
     verbose: Verbose = 0
@@ -86,7 +76,7 @@ class Record:
         kept = len(folder.finished)
         total = len(folder.missing) * scene.frame_count
         try:
-            with terminal.progress(total) as advance:
+            with terminal.progress(total, unit="frames") as advance:
                 record_episodes(scene, self.seed, folder, pictures, advance)
         except KeyboardInterrupt:
             self._say_interrupted(terminal)

@@ -54,7 +54,7 @@ class Scenes:
             raise BadConfig(f"--seeds {self.seeds}: give 1 or more")
         scenes = {name: find_scene(name) for name in SCENES}
         total = self.seeds * sum(scene.frame_count for scene in scenes.values())
-        with terminal.progress(total) as advance:
+        with terminal.progress(total, unit="frames") as advance:
             measured = {
                 name: figures_of(scene, range(self.seeds), partial(advance, name))
                 for name, scene in scenes.items()

@@ -100,7 +100,9 @@ class Show:
         total = (end - first) * (1 + (self.rerun is not None and self.out is not None))
         film: FilmWriter | None = None
         try:
-            with terminal.progress(total + (end if tracks is None else 0)) as advance:
+            with terminal.progress(
+                total + (end if tracks is None else 0), unit="frames"
+            ) as advance:
                 if tracks is None:
                     tracks = track_drive(drive, recipe, end, lambda: advance("tracking"))
                 layers = self._layers(truth is not None)

@@ -72,13 +72,12 @@ class Stress:
 
     def _run(self, terminal: Terminal, suites: "Sequence[Suite]") -> "list[Verdict]":
         """Run them one after the other; lines come as suites are finished."""
-        from mot_sim.cli.sweep import progress
         from mot_sim.experiments.stress.suites import stress
 
         names = tuple(name.strip() for name in self.trackers.split(","))
         found: list[Verdict] = []
         for number, suite in enumerate(suites, 1):
-            with progress(terminal) as advance:
+            with terminal.progress(lines=True) as advance:
                 verdicts = stress(
                     suite,
                     names,

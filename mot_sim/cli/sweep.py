@@ -1,11 +1,8 @@
 """`mot-sim sweep`: trackers under controlled stress."""
 
 import json as jsonlib
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
@@ -17,7 +14,6 @@ from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
 if TYPE_CHECKING:
     import mot_sim.experiments.sweep
 
-SECONDS = 30.0  # between lines about the progress where no bar can be drawn
 Many = tyro.conf.UseAppendAction[tuple[str, ...]]
 
 
@@ -97,7 +93,7 @@ class Sweep:
 
             raise BadConfig("give --out DIR: where the trials and the table go")
         try:
-            with progress(terminal) as advance:
+            with terminal.progress(lines=True) as advance:
                 table = sweep(
                     design, self.out, jobs=self.jobs, scheduler=self.scheduler,
                     extend=self.extend, overwrite=self.overwrite, retry=self.retry,
@@ -188,34 +184,3 @@ def show_axes(terminal: Terminal, design: "mot_sim.experiments.sweep.Design") ->
 
     rows = tuple((axis, str(value)) for axis, value in design.known_axes().items())
     terminal.show(Table((Column("axis"), Column("own value")), rows))
-
-
-@contextmanager
-def progress(terminal: Terminal) -> "Iterator[Callable[[str, int, int], None]]":
-    """Gives advance(what, done, total): a bar with the time left, or a line now and then."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-
-    bar = Progress(
-        TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(),
-        TextColumn("{task.fields[left]}", markup=False), console=terminal.err, transient=True,
-        disable=not terminal.err.is_terminal,
-    )  # fmt: skip
-    begun: dict[str, tuple[float, int]] = {}
-    told = perf_counter()
-    with bar:
-        task = bar.add_task("", total=None, left="")
-
-        def advance(what: str, done: int, total: int) -> None:
-            nonlocal told
-            now = perf_counter()
-            start, before = begun.setdefault(what, (now, done))
-            left = ""
-            if done > before:
-                seconds = (now - start) / (done - before) * (total - done)
-                left = f"{seconds:,.0f} s left"
-            bar.update(task, completed=done, total=total, description=what, left=left)
-            if bar.disable and now - told > SECONDS:
-                told = now
-                terminal.note(f"{what}: {done:,} of {total:,}{left and ', ' + left}")
-
-        yield advance

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 
 from mot_sim.cli.keeping import keep
 from mot_sim.cli.options import SPLIT, Flag, Root, Verbose, option
-from mot_sim.cli.sweep import progress
 from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
 
 if TYPE_CHECKING:
@@ -67,7 +66,7 @@ class Tables:
             if name not in TABLES:
                 raise UnknownName.of("table", name, TABLES)
         try:
-            with progress(terminal) as advance:
+            with terminal.progress(lines=True) as advance:
                 studies = self._studies(advance)
                 if not studies.kitti:
                     terminal.note("no KITTI tree: its rows are left out; give --root DIR")

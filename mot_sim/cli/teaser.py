@@ -55,7 +55,7 @@ class Teaser:
 
         self._check()
         front_end = Recipe(cues=self.cues).front_end
-        with terminal.progress(None):
+        with terminal.progress():
             two = track_two_frames(self._request().open(), self.frame, front_end)
             save_teaser(draw_teaser(two), self.out)
         compared, every = int(two.compared.sum()), two.compared.size

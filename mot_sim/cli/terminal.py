@@ -10,13 +10,14 @@ from pathlib import Path
 from time import perf_counter
 
 from rich.console import Console, RenderableType
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
 OK, BROKEN, WRONG, INTERRUPTED = 0, 1, 2, 130
 STDOUT = "-"
 LEVELS = (logging.WARNING, logging.INFO, logging.DEBUG)
 LOGGERS = ("mot_sim", "tracker")
 REDRAW_SECONDS = 0.1  # between redraws of the bar; faster trackers must not wait for it
+NOTE_SECONDS = 30.0  # between lines about the progress where no bar can be drawn
 
 
 class PipeConsole(Console):
@@ -82,35 +83,64 @@ class Terminal:
                 logger.setLevel(old)
 
     @contextmanager
-    def progress(self, total: int | None) -> Iterator[Callable[..., None]]:
-        """A bar of frames on stderr; gives advance(what is under way), to be called once a frame.
+    def progress(
+        self, total: int | None = None, *, unit: str = "", lines: bool = False
+    ) -> "Iterator[ProgressBar]":
+        """A bar on stderr, to be called as the work goes on; see `ProgressBar`.
 
-        total: None until somebody knows: advance(what, total).
+        total: how much there is to do, where that is known. unit: what is counted; its rate is
+        shown. lines: where no bar can be drawn, a line says now and then how far it is.
         """
         bar = Progress(
             TextColumn("{task.description}", markup=False),
             BarColumn(),
             MofNCompleteColumn(),
-            TextColumn("{task.fields[speed]}", markup=False),
-            TimeRemainingColumn(),
+            TextColumn("{task.fields[words]}", markup=False),
             console=self.err,
             transient=True,
             disable=not self.err.is_terminal,
         )
-        start, done, drawn = perf_counter(), 0, 0.0
         with bar:
-            task = bar.add_task("", total=total, speed="")
+            yield ProgressBar(bar, self.note if lines and bar.disable else None, total, unit)
 
-            def advance(what: str, total: int | None = total) -> None:
-                nonlocal done, drawn
-                done += 1
-                now = perf_counter()
-                if now - drawn > REDRAW_SECONDS:
-                    drawn = now
-                    speed = f"{done / max(now - start, 1e-9):,.0f} frames/s"
-                    bar.update(task, completed=done, total=total, description=what, speed=speed)
 
-            yield advance
+class ProgressBar:
+    """What is under way, how much of it is done, and how long the rest takes."""
+
+    def __init__(
+        self, bar: Progress, note: Callable[[str], None] | None, total: int | None, unit: str
+    ) -> None:
+        self.bar, self.note, self.total, self.unit = bar, note, total, unit
+        self.task = bar.add_task("", total=total, words="")
+        self.what, self.done = "", 0
+        self.start, self.before = perf_counter(), 0  # when this work began, and with how much
+        self.drawn, self.noted = 0.0, self.start
+
+    def __call__(self, what: str, done: int | None = None, total: int | None = None) -> None:
+        """Say what is under way. done: None: one more than before; total: None: as before."""
+        now = perf_counter()
+        if done is not None and (done < self.done or total != self.total):
+            self.start, self.before = now, done  # other work begins
+        is_due = done is not None or what != self.what or now - self.drawn > REDRAW_SECONDS
+        self.what, self.done = what, self.done + 1 if done is None else done
+        self.total = self.total if total is None else total
+        if is_due:
+            self.drawn = now
+            words = ", ".join(self._words(now))
+            self.bar.update(
+                self.task, completed=self.done, total=self.total, description=what, words=words
+            )
+        if self.note is not None and now - self.noted > NOTE_SECONDS:
+            self.noted = now
+            self.note(", ".join([f"{what}: {self.done:,} of {self.total:,}", *self._words(now)]))
+
+    def _words(self, now: float) -> list[str]:
+        """The rate, and the time that is left."""
+        seconds, count = now - self.start, self.done - self.before
+        rate = [f"{count / max(seconds, 1e-9):,.0f} {self.unit}/s"] if self.unit else []
+        if self.total is None or count <= 0:
+            return rate
+        return [*rate, f"{seconds / count * (self.total - self.done):,.0f} s left"]
 
 
 class _LineHandler(logging.Handler):

@@ -148,7 +148,7 @@ def run_tracker(
     finished = folder.finished if folder is not None else {}
     frames = sum(len(drive) for drive in drives if drive.name not in finished)
     try:
-        with folder or nullcontext(), terminal.progress(frames) as advance:
+        with folder or nullcontext(), terminal.progress(frames, unit="frames") as advance:
             return track_sequences(
                 drives, recipe.build, folder, lambda name, _: advance(name), recipe.front_end
             )

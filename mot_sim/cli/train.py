@@ -1,7 +1,5 @@
 """`mot-sim train-keypoints` and `train-appearance`: training on rendered cars."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -57,7 +55,7 @@ class TrainKeypoints:
             size=self.size,
             held_out=self.held_out,
         )
-        with _counting(terminal) as tell:
+        with terminal.progress() as tell:
             scores = train_keypoints(plan, self.out, tell, self.resume)
         terminal.write(
             f"{self.out / 'hourglass.onnx'}: PCK@0.1 {scores.pck:.3f} of {scores.seen.sum()} "
@@ -65,38 +63,6 @@ class TrainKeypoints:
             f"{scores.calibration_error:.3f} on average\n"
         )
         return OK
-
-
-@contextmanager
-def _counting(terminal: Terminal) -> Iterator[Callable[[str, int, int], None]]:
-    """A bar on stderr with the time that is left; gives tell(what, done, of how many)."""
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TaskID,
-        TextColumn,
-        TimeRemainingColumn,
-    )
-
-    bar = Progress(
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        console=terminal.err,
-        transient=True,
-        disable=not terminal.err.is_terminal,
-    )
-    tasks: dict[int, TaskID] = {}
-
-    def tell(what: str, done: int, total: int) -> None:
-        if total not in tasks:
-            tasks[total] = bar.add_task(what, total=total)
-        bar.update(tasks[total], completed=done, description=what)
-
-    with bar:
-        yield tell
 
 
 @dataclass(frozen=True)
@@ -141,7 +107,9 @@ class TrainAppearance:
         require_writable(self.out)
         network = Hourglass.load(self.hourglass)
         try:
-            with terminal.progress(sum(drive.pictures for drive in drives)) as advance:
+            with terminal.progress(
+                sum(drive.pictures for drive in drives), unit="frames"
+            ) as advance:
                 learned = learn_descriptor(_pictures(drives, advance), network, options)
         except KeyboardInterrupt:
             terminal.note("interrupted: nothing is left behind")

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 
 from mot_sim.cli.keeping import keep
 from mot_sim.cli.options import DETECTIONS, EGO, File, Root, Rules, Verbose, option
-from mot_sim.cli.sweep import progress
 from mot_sim.cli.terminal import INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
@@ -90,7 +89,7 @@ class Tune:
         try:
             drives = self._drives()
             scale = Scale.of(method, drives, self.rules, self.out, self.jobs)
-            with progress(terminal) as advance:
+            with terminal.progress(lines=True) as advance:
                 tuned = tune(scale, search, list(start.values()), advance)
         except KeyboardInterrupt:
             terminal.note(
@@ -110,10 +109,10 @@ class Tune:
     def _keep(self, tuned: "mot_sim.experiments.tuning.cross_validation.Tuned") -> None:
         """What the report reads."""
         from mot_sim.experiments.results.result_tables import tuned_tables
-        from mot_sim.experiments.tuning.weighing import WHOLE
+        from mot_sim.experiments.tuning.weighing import WEIGHT_SUM
 
         drives = self.scene or f"KITTI, {self.detections} boxes, ego {self.ego}"
-        tables = tuned_tables(tuned, self.objective, float(WHOLE))
+        tables = tuned_tables(tuned, self.objective, float(WEIGHT_SUM))
         keep(self.out, "tune", f"Weights of {', '.join(tuned.names)}: {drives}", tables)
 
     def _drives(self) -> "tuple[mot_sim.experiments.tuning.labelled.LabelledSequence, ...]":
@@ -142,7 +141,7 @@ def fold_table(
     tuned: "mot_sim.experiments.tuning.cross_validation.Tuned", objective: str
 ) -> "mot_sim.tables.grid.Table":
     """One row per fold: drives held out, both scores, the weights; then mean and spread."""
-    from mot_sim.experiments.tuning.weighing import WHOLE
+    from mot_sim.experiments.tuning.weighing import WEIGHT_SUM
     from mot_sim.tables.grid import Column, Table
 
     columns = (
@@ -158,13 +157,13 @@ def fold_table(
             fold.train,
             fold.held_out,
             fold.switches,
-            *(f"{weight / WHOLE:.3f}" for weight in fold.weights),
+            *(f"{weight / WEIGHT_SUM:.3f}" for weight in fold.weights),
         )
         for fold in tuned.folds
     ]
     switches = sum(fold.switches for fold in tuned.folds)
     pairs = zip(tuned.weights, tuned.spread.tolist(), strict=True)
-    chosen = [f"{weight / WHOLE:.3f} ±{spread:.3f}" for weight, spread in pairs]
+    chosen = [f"{weight / WEIGHT_SUM:.3f} ±{spread:.3f}" for weight, spread in pairs]
     rows.append(("all, mean weights ± std", None, tuned.held_out, switches, *chosen))
     return Table(columns, tuple(rows), "weights by cross-validation; scores in %", sums=1)
 
@@ -185,12 +184,12 @@ def tuned_content(
 ) -> dict[str, object]:
     """The outcome in plain values."""
     from mot_sim.experiments.tuning.folds import TRAITS
-    from mot_sim.experiments.tuning.weighing import WHOLE
+    from mot_sim.experiments.tuning.weighing import WEIGHT_SUM
 
     return {
         "objective": objective,
         "costs": {
-            name: {"weight": weight / WHOLE, "std": spread}
+            name: {"weight": weight / WEIGHT_SUM, "std": spread}
             for name, weight, spread in zip(
                 tuned.names, tuned.weights, tuned.spread.tolist(), strict=True
             )
@@ -204,7 +203,7 @@ def tuned_content(
                 "train": fold.train,
                 "held_out": fold.held_out,
                 "IDSW": fold.switches,
-                "weights": [weight / WHOLE for weight in fold.weights],
+                "weights": [weight / WEIGHT_SUM for weight in fold.weights],
                 "shares": dict(zip(TRAITS, shares, strict=True)),
             }
             for fold, shares in zip(tuned.folds, tuned.balance.tolist(), strict=True)

@@ -37,8 +37,10 @@ class Verify:
         from mot_sim.simulation.episodes import verify_tree
         from mot_sim.simulation.registry import find_scene
 
-        with terminal.progress(None) as advance:
-            found = verify_tree(self.episodes, find_scene, self.images, advance)
+        with terminal.progress() as advance:
+            found = verify_tree(
+                self.episodes, find_scene, self.images, lambda name, of: advance(name, total=of)
+            )
         if self.json:
             terminal.write_json([{**vars(each), "same": each.is_same} for each in found])
         else:

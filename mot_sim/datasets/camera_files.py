@@ -12,6 +12,7 @@ from mot_sim.files.documents import read_toml
 from mot_sim.files.text import read_table
 from mot_sim.files.writing import write_lines
 from tracker.errors import BadCalibration, BadConfig, BadFile, DatasetNotFound, UnknownName
+from tracker.geometry import invert
 from tracker.types import Camera
 
 INTRINSIC_KEYS = ("fx", "fy", "cx", "cy")
@@ -123,6 +124,14 @@ def read_poses(path: Path, frame_count: int | None = None) -> Float[Array, "n 4 
     U, _, Vt = np.linalg.svd(Rs)
     Ts_world_cam[:, :3, :3] = U @ Vt
     return Ts_world_cam
+
+
+def planar_poses(Ts_world_road: Float[Array, "t 4 4"]) -> Float[Array, "t 3"]:
+    """x, y, heading in the road plane of the first pose: x its forward, y its right."""
+    Ts_first_road = invert(Ts_world_road[0]) @ Ts_world_road
+    right, _, forward = Ts_first_road[:, :3, 3].T
+    heading = np.unwrap(np.arctan2(Ts_first_road[:, 0, 2], Ts_first_road[:, 2, 2]))
+    return np.stack((forward, right, heading), axis=1)
 
 
 def write_poses(Ts_world_cam: Float[Array, "n 4 4"], path: Path) -> None:

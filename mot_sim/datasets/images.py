@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Shaped, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.files.text import MOST_FRAMES
+from mot_sim.files.text import MAX_FRAMES
 from tracker.errors import BadFile, DatasetNotFound
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
@@ -54,8 +54,8 @@ class ImageFolder:
         if not paths:
             return None
         last = max(paths)
-        if last >= MOST_FRAMES:
-            raise BadFile(f"{paths[last]}: an image of a frame beyond {MOST_FRAMES - 1}; rename it")
+        if last >= MAX_FRAMES:
+            raise BadFile(f"{paths[last]}: an image of a frame beyond {MAX_FRAMES - 1}; rename it")
         height, width = _decode(paths[min(paths)]).shape[:2]
         return cls(paths, (width, height))
 

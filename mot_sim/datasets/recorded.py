@@ -11,7 +11,7 @@ from numpy import ndarray as Array
 
 from mot_sim.datasets.images import ImageSource
 from tracker.errors import BadConfig
-from tracker.geometry import invert
+from tracker.geometry import adjoint_of, invert
 from tracker.types import Camera, Detections, Frame
 
 # The kind of sequence that a subset is taken of. (Not `Self`: the type checks of the test run
@@ -168,10 +168,3 @@ def _compose(now: Motion, before: Motion) -> Motion:
         return now[0] @ before[0], None
     adjoint = adjoint_of(now[0])
     return now[0] @ before[0], adjoint @ before[1] @ adjoint.T + now[1]
-
-
-def adjoint_of(T: Float[Array, "4 4"]) -> Float[Array, "6 6"]:
-    """What carries a small motion (translation, rotation vector) of frame b to frame a."""
-    R, (x, y, z) = T[:3, :3], T[:3, 3]
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.block([[R, cross @ R], [np.zeros((3, 3)), R]])

@@ -4,10 +4,8 @@ A break is a switch or a fragment, see `Breaks`. How often an event is followed 
 counted over the events at risk: those at which the car's track id could have been lost.
 """
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +16,7 @@ from numpy import ndarray as Array
 from mot_sim.diagnosis.attribution import Cause
 from mot_sim.diagnosis.context_events import ContextEvents, by_id
 from mot_sim.diagnosis.diagnosed_sequence import DiagnosedSequence
-from mot_sim.files.writing import write_lines
+from mot_sim.files.cache_folder import read_hashed, write_hashed
 from mot_sim.metrics.breaks import Breaks, Matches, counted_cars
 from tracker.types import Tracks
 
@@ -26,7 +24,6 @@ from tracker.types import Tracks
 CONTEXT_SECONDS = 0.5
 PAIR_KINDS = ("crossing", "look-alike")
 NO_EVENT = "none of these"
-FILE_FORMAT = 2  # of finished drives
 
 
 @dataclass(frozen=True)
@@ -213,31 +210,23 @@ def _case(
 
 
 def write_findings(path: Path, findings: Findings) -> None:
-    """Write the findings of a drive to a file, as a whole or not at all."""
-    content = asdict(findings)
-    whole = {"format": FILE_FORMAT, "sha256": _hash(content), "findings": content}
-    write_lines(path, [json.dumps(whole)])
+    """Keep the findings of a drive in a file, as a whole or not at all."""
+    write_hashed(path, "findings", asdict(findings))
 
 
 def read_findings(path: Path) -> Findings | None:
-    """The findings in a file; None if it is missing, damaged or of another format."""
-    try:
-        whole = json.loads(path.read_text(encoding="utf-8"))
-        content = whole["findings"]
-        if whole["format"] != FILE_FORMAT or whole["sha256"] != _hash(content):
-            return None
-        cases = tuple(_read_case(each) for each in content.pop("cases"))
-        counts = {name: EventCounts(**each) for name, each in content.pop("counts").items()}
-        known = tuple(content.pop("known"))
-        return Findings(**content, known=known, counts=counts, cases=cases)
-    except (OSError, ValueError, TypeError, KeyError, AttributeError):
-        return None
+    """The findings in a file; None where there is none that is whole."""
+    return read_hashed(path, "findings", _parse)
+
+
+def _parse(content: dict[str, Any]) -> Findings:
+    """Findings of plain values. Raises KeyError, TypeError and AttributeError for what is none."""
+    cases = tuple(_read_case(each) for each in content.pop("cases"))
+    counts = {name: EventCounts(**each) for name, each in content.pop("counts").items()}
+    known = tuple(content.pop("known"))
+    return Findings(**content, known=known, counts=counts, cases=cases)
 
 
 def _read_case(content: dict[str, Any]) -> Case:
     lists = {name: tuple(content[name]) for name in ("around", "sources")}
     return Case(**{**content, **lists})
-
-
-def _hash(content: dict[str, Any]) -> str:
-    return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

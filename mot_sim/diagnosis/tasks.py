@@ -19,7 +19,7 @@ from mot_sim.experiments.sweep.drives import Recordings
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.seeded_episodes import default_cache
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
-from mot_sim.files.fingerprint import LETTERS, code_digest, digest
+from mot_sim.files.fingerprint import DIGEST_LETTERS, code_digest, digest
 from mot_sim.simulation.episodes.extra import Extra
 from mot_sim.simulation.scene_names import SCENES
 from mot_sim.simulation.truth import labels
@@ -147,7 +147,7 @@ def _code() -> str:
     total = sha256()
     for path in sorted(Path(__file__).parent.glob("*.py")):
         total.update(path.name.encode() + path.read_bytes())
-    return code_digest() + total.hexdigest()[:LETTERS]
+    return code_digest() + total.hexdigest()[:DIGEST_LETTERS]
 
 
 def scene_tasks(

@@ -1,18 +1,11 @@
 """Many drives: one after the other or in processes, each kept as soon as it is finished."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from pickle import dumps, loads
-
-import cv2
-from joblib import Parallel, delayed, parallel_config
-from joblib.externals.loky.process_executor import TerminatedWorkerError
-from threadpoolctl import threadpool_limits
 
 from mot_sim.diagnosis.findings import Findings, read_findings, write_findings
 from mot_sim.diagnosis.tasks import Task
-from mot_sim.experiments.sweep.executor import Executor, WorkersLost
-from mot_sim.experiments.sweep.work import one_thread
+from mot_sim.experiments.executor import Executor
 
 DRIVES_FOLDER = "drives"  # the folder of finished drives
 # Called with what is under way, how much of it is done, and how much there is.
@@ -32,7 +25,7 @@ def diagnose(
     not done again. jobs: processes; -1: one a core. Raises BadConfig for a number of jobs that
     cannot be, WorkersLost when one is killed, and what a task raises.
     """
-    crew = Executor(jobs)
+    executor = Executor(jobs)
     tell = progress or (lambda what, done, total: None)
     paths = [
         None if folder is None else folder / DRIVES_FOLDER / f"{task.key}.json" for task in tasks
@@ -44,37 +37,18 @@ def diagnose(
             found[number] = before
     tell("drives", len(found), len(tasks))
     todo = [number for number in range(len(tasks)) if number not in found]
-    for number, findings in _finished([(n, tasks[n]) for n in todo], crew.jobs):
-        found[number] = findings
-        path = paths[number]
-        if path is not None:
-            write_findings(path, findings)
-        tell("drives", len(found), len(tasks))
+    with executor.open() as pool:
+        for place, findings in pool.run(_run, [tasks[number] for number in todo]):
+            found[todo[place]] = findings
+            path = paths[todo[place]]
+            if path is not None:
+                write_findings(path, findings)
+            tell("drives", len(found), len(tasks))
     return [found[number] for number in range(len(tasks))]
 
 
-def _finished(todo: list[tuple[int, Task]], jobs: int) -> Iterator[tuple[int, Findings]]:
-    """Number and findings of tasks as they are finished, in any order."""
-    if jobs == 1 or len(todo) < 2:
-        with one_thread():
-            for number, task in todo:
-                yield number, task.run()
-        return
-    try:
-        with parallel_config(backend="loky", inner_max_num_threads=1):
-            work = Parallel(n_jobs=jobs, batch_size=1, return_as="generator_unordered")
-            yield from work(delayed(_run_packed)(number, dumps(task)) for number, task in todo)
-    except TerminatedWorkerError as error:
-        words = " ".join(str(error).split())[:200]
-        raise WorkersLost(f"workers are gone: {words}; run the command again") from None
-
-
-def _run_packed(number: int, packed: bytes) -> tuple[int, Findings]:
-    """A task in a worker process, whose libraries have one thread from now on."""
-    threadpool_limits(1)
-    cv2.setNumThreads(1)
-    task: Task = loads(packed)
-    return number, task.run()
+def _run(task: Task) -> Findings:
+    return task.run()
 
 
 __all__ = ["diagnose"]

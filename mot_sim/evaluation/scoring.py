@@ -16,8 +16,8 @@ from mot_sim.metrics import RULES, Evaluation, evaluate
 from tracker.errors import DatasetNotFound, UnknownName
 from tracker.types import Tracks
 
-ALL = "all"
-LABELLED = ("labelled", "given")  # two words for one choice
+ALL_SEQUENCES = "all"
+LABELLED_SEQUENCES = ("labelled", "given")  # two words for one choice
 
 log = logging.getLogger(__name__)
 
@@ -31,7 +31,7 @@ class ScoredSequences:
 
 
 def choose_sequences(
-    root: Path | str | None, wanted: str = ALL, split: str = "training"
+    root: Path | str | None, wanted: str = ALL_SEQUENCES, split: str = "training"
 ) -> list[str]:
     """The names that `all`, `labelled` or `0000,0005` mean, in order, each once.
 
@@ -42,9 +42,9 @@ def choose_sequences(
     there = available_sequences(found, split)
     if not there:
         raise DatasetNotFound(f"{found / split}/calib: no sequences; give calib/SSSS.txt")
-    if wanted == ALL:
+    if wanted == ALL_SEQUENCES:
         return there
-    if wanted in LABELLED:
+    if wanted in LABELLED_SEQUENCES:
         labels = found / split / "label_02"
         named = [name for name in there if (labels / f"{name}.txt").is_file()]
         if not named:
@@ -137,7 +137,7 @@ def score_folder(
     drives = [kitti_sequence(root, name, None, ego="none") for name in files]
     scored = score_sequences(drives, read_picked(files, drives), rules)
     if sequences is None:
-        labelled = choose_sequences(root, LABELLED[0])
+        labelled = choose_sequences(root, LABELLED_SEQUENCES[0])
         unscored = [name for name in labelled if name not in files]
         if unscored:
             log.warning("no results for %s, which have labels: not in the sum", ", ".join(unscored))

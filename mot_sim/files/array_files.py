@@ -17,8 +17,8 @@ from mot_sim.files.documents import parse_json
 from mot_sim.files.writing import whole_file
 from tracker.errors import BadFile
 
-HEAD = "head"
-WORDS = {"kinds", "bodies", "paints"}  # the columns that hold text
+HEAD_ENTRY = "head"
+TEXT_COLUMNS = {"kinds", "bodies", "paints"}  # the columns that hold text
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class ArrayFormat:
         """
         head = {"holds": self.holds, "version": self.version, "sha256": checksum(arrays)}
         with whole_file(path) as half, half.open("wb") as file:
-            named: dict[str, Any] = {HEAD: np.array(json.dumps(head)), **arrays}
+            named: dict[str, Any] = {HEAD_ENTRY: np.array(json.dumps(head)), **arrays}
             np.savez_compressed(file, **named)
 
     def read(
@@ -52,7 +52,7 @@ class ArrayFormat:
         of earlier versions, which may stand for these; the arrays keep the names of the file.
         """
         arrays = self._load(path)
-        told = self._head(arrays.pop(HEAD, None), path)
+        told = self._head(arrays.pop(HEAD_ENTRY, None), path)
         names = {n if former.get(n) in arrays else former.get(n, n) for n in arrays}
         needed = set(needed)
         lacks, strange = needed - names, names - needed - set(optional)
@@ -115,7 +115,7 @@ def require_columns(kind: type, arrays: Mapping[str, Array | None], where: str) 
         if column.name not in arrays:
             continue
         fits = isinstance(array, column.type)  # type: ignore[arg-type]
-        if array is not None and column.name in WORDS:
+        if array is not None and column.name in TEXT_COLUMNS:
             fits = fits and array.dtype.kind == "U"
         if not fits:
             found = "nothing" if array is None else f"{array.dtype} of shape {array.shape}"

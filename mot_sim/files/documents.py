@@ -8,8 +8,17 @@ from typing import Any
 from mot_sim.files.text import read_text
 from tracker.errors import BadFile
 
-LARGEST_WHOLE = 2**63
-DEEP = "values inside values, deeper than anything of ours"
+MAX_WHOLE = 2**63
+# What reading plain values of another shape than expected raises.
+CONTENT_ERRORS = (
+    ValueError,
+    TypeError,
+    LookupError,
+    AttributeError,
+    RecursionError,
+    ArithmeticError,
+)
+TOO_DEEP = "values inside values, deeper than anything of ours"
 
 
 def read_json(path: Path, what: str = "not JSON") -> Any:
@@ -24,7 +33,7 @@ def parse_json(text: str, where: str, what: str = "not JSON") -> Any:
     except ValueError as error:
         raise BadFile(f"{where}: {what}: {error}") from None
     except RecursionError:
-        raise BadFile(f"{where}: {what}: {DEEP}") from None
+        raise BadFile(f"{where}: {what}: {TOO_DEEP}") from None
 
 
 def read_toml(path: Path, what: str = "not TOML") -> dict[str, Any]:
@@ -35,7 +44,7 @@ def read_toml(path: Path, what: str = "not TOML") -> dict[str, Any]:
     except ValueError as error:
         raise BadFile(f"{path}: {what}: {error}") from None
     except RecursionError:
-        raise BadFile(f"{path}: {what}: {DEEP}") from None
+        raise BadFile(f"{path}: {what}: {TOO_DEEP}") from None
     return content
 
 
@@ -53,7 +62,7 @@ def require_inside(named: str, where: str, *homes: Path) -> None:
 def _whole(text: str) -> int:
     """A whole number of 64 bits, which no float is too small for. Raises ValueError."""
     number = int(text)
-    if abs(number) >= LARGEST_WHOLE:
+    if abs(number) >= MAX_WHOLE:
         raise ValueError(f"{text[:20]}... is no number of 64 bits")
     return number
 
@@ -63,5 +72,5 @@ def _require_whole(value: Any) -> None:
     if isinstance(value, dict | list):
         for each in value.values() if isinstance(value, dict) else value:
             _require_whole(each)
-    elif isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
+    elif isinstance(value, int) and abs(value) >= MAX_WHOLE:
         raise ValueError(f"{str(value)[:20]}... is no number of 64 bits")

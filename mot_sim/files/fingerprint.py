@@ -14,20 +14,29 @@ import numpy as np
 from mot_sim.files.settings import versions
 
 FORMAT = 1  # of a sweep's folder and of its trials; raised when either changes
-LETTERS = 32  # hexadecimal digits of a digest that are kept: 128 bits
+DIGEST_LETTERS = 32  # hexadecimal digits of a digest that are kept: 128 bits
 
 # The rooms of mot_sim that decide no number of a trial, and what of the experiments does.
-WITHOUT_WEIGHT = {"cli", "report", "plotting", "tables", "training", "envs", "testing", "diagnosis"}
-DECIDING = {
+UNDECIDING_ROOMS = {
+    "cli",
+    "report",
+    "plotting",
+    "tables",
+    "training",
+    "envs",
+    "testing",
+    "diagnosis",
+}
+DECIDING_FILES = {
     f"sweep/{name}.py" for name in ("conditions", "tracker_specs", "drives", "paths", "trial")
 }
-CODE = (".py", ".npz", ".toml", ".onnx", ".json")
+CODE_SUFFIXES = (".py", ".npz", ".toml", ".onnx", ".json")
 
 
 def digest(content: Any) -> str:
     """A hash of plain values, dataclasses and arrays; equal content gives equal words."""
     text = json.dumps(canonical(content), sort_keys=True)
-    return sha256(text.encode()).hexdigest()[:LETTERS]
+    return sha256(text.encode()).hexdigest()[:DIGEST_LETTERS]
 
 
 def canonical(content: Any) -> Any:
@@ -58,7 +67,7 @@ def code_digest() -> str:
     total = sha256()
     for package in ("tracker", "mot_sim", "scenes"):
         home = _home(package)
-        for path in sorted(path for path in home.rglob("*") if path.suffix in CODE):
+        for path in sorted(path for path in home.rglob("*") if path.suffix in CODE_SUFFIXES):
             name = path.relative_to(home.parent)
             if _has_weight(name):
                 total.update(f"{name.as_posix()}\n".encode() + path.read_bytes())
@@ -70,8 +79,8 @@ def _has_weight(name: Path) -> bool:
     if name.parts[0] != "mot_sim":
         return True
     if name.parts[1] == "experiments":
-        return name.parts[2] == "guests" or "/".join(name.parts[2:]) in DECIDING
-    return name.parts[1] not in WITHOUT_WEIGHT
+        return name.parts[2] == "guests" or "/".join(name.parts[2:]) in DECIDING_FILES
+    return name.parts[1] not in UNDECIDING_ROOMS
 
 
 def _home(package: str) -> Path:
@@ -83,4 +92,4 @@ def _home(package: str) -> Path:
 def source_digest(module: str) -> str:
     """Of the source of a module that is not ours; of its name where it has no file."""
     file = getattr(import_module(module), "__file__", None)
-    return module if file is None else sha256(Path(file).read_bytes()).hexdigest()[:LETTERS]
+    return module if file is None else sha256(Path(file).read_bytes()).hexdigest()[:DIGEST_LETTERS]

@@ -8,7 +8,7 @@ from typing import Any
 
 from tracker.errors import BadConfig, BadOutput, OutputExists
 
-PACKAGES = ("mot-sim", "numpy", "scipy", "shapely", "filterpy", "opencv-python-headless")
+VERSIONED_PACKAGES = ("mot-sim", "numpy", "scipy", "shapely", "filterpy", "opencv-python-headless")
 
 # What decides the results, by name; plain values, so that JSON gives back the same.
 Settings = Mapping[str, str | float | int | bool | None]
@@ -16,7 +16,9 @@ Settings = Mapping[str, str | float | int | bool | None]
 
 def versions() -> dict[str, str]:
     """Of Python and of what computes."""
-    return {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
+    return {"python": platform.python_version()} | {
+        name: _version(name) for name in VERSIONED_PACKAGES
+    }
 
 
 def _version(package: str) -> str:
@@ -52,13 +54,17 @@ def plain_settings(told: Any) -> Settings:
 
 def require_same(path: Path, before: Settings, now: Settings) -> None:
     """BadConfig that names every setting which differs."""
-    differing = [
+    if found := differences(before, now):
+        raise BadConfig(
+            f"{path}: the run there had other settings: {'; '.join(found)}; "
+            "give the same ones, or choose another folder"
+        )
+
+
+def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    """What each entry that differs was and is, in the order of their names."""
+    return [
         f"{name} was {before.get(name)!r} and is {now.get(name)!r}"
         for name in sorted({*before, *now})
         if before.get(name) != now.get(name)
     ]
-    if differing:
-        raise BadConfig(
-            f"{path}: the run there had other settings: {'; '.join(differing)}; "
-            "give the same ones, or choose another folder"
-        )

@@ -11,14 +11,14 @@ from numpy import ndarray as Array
 from tracker.errors import BadFile
 
 # Longest word that a text column keeps; KITTI's longest class is 'Person_sitting'.
-WORD_LENGTH = 32
+MAX_WORD_LENGTH = 32
 
 # Beyond this a float skips whole numbers.
-LARGEST_INTEGER = 2.0**53
+MAX_INTEGER = 2.0**53
 # No number of a file comes near; what is computed from smaller ones does not overflow.
-LARGEST = 1e18
+MAX_NUMBER = 1e18
 # 28 hours at 100 Hz; what is laid out by frames stays small.
-MOST_FRAMES = 10_000_000
+MAX_FRAMES = 10_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class TextTable:
     def integers(self, column: str, lowest: int | None = None) -> Int[Array, " n"]:
         """A column of whole numbers; BadFile for fractions and for values below `lowest`."""
         numbers = self.finite([column], most=np.inf)[:, 0]
-        broken = (numbers % 1.0 != 0.0) | (np.abs(numbers) > LARGEST_INTEGER)
+        broken = (numbers % 1.0 != 0.0) | (np.abs(numbers) > MAX_INTEGER)
         self.reject(broken, f"{column} is not a whole number", [column])
         if lowest is not None:
             cure = f"{column}s of this format start at {lowest}"
@@ -61,15 +61,15 @@ class TextTable:
         BadFile for frames before the first and, given frame_count, beyond the last.
         """
         frames = self.integers("frame", first)
-        beyond = frames - first >= MOST_FRAMES
-        self.reject(beyond, "frame beyond any drive", ["frame"], f"write 0..{MOST_FRAMES - 1}")
+        beyond = frames - first >= MAX_FRAMES
+        self.reject(beyond, "frame beyond any drive", ["frame"], f"write 0..{MAX_FRAMES - 1}")
         if frame_count is not None:
             last = frame_count - 1 + first
             cure = f"the sequence has frames {first}..{last}; is it the right one?"
             self.reject(frames > last, "frame beyond the sequence", ["frame"], cure)
         return frames - first
 
-    def finite(self, columns: Sequence[str], most: float = LARGEST) -> Float[Array, "n c"]:
+    def finite(self, columns: Sequence[str], most: float = MAX_NUMBER) -> Float[Array, "n c"]:
         """The named columns side by side; BadFile for NaN, infinity and beyond `most`."""
         block = self.block(columns)
         bad = ~(np.isfinite(block) & (np.abs(block) <= most))
@@ -129,7 +129,7 @@ def read_table(
     if names is None:
         shown = lines[0][:80] if lines else ""
         raise BadFile(f"{path}:1: no known format has {len(first)} values a row: {shown!r}")
-    kinds = [(name, f"U{WORD_LENGTH}" if name in words else "f8") for name in names]
+    kinds = [(name, f"U{MAX_WORD_LENGTH}" if name in words else "f8") for name in names]
     if len(lines) <= header:
         return TextTable(path, np.zeros(0, dtype=kinds), header)
     try:

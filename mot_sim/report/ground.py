@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
+from mot_sim.datasets.camera_files import planar_poses
 from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.metrics.preprocessing import kind_is
 from mot_sim.simulation.episode import Episode, SimulatedDrive
@@ -15,7 +16,7 @@ from mot_sim.simulation.registry import find_scene
 from mot_sim.simulation.traffic.roads import Roads
 from mot_sim.simulation.traffic.traffic_state import TrafficState, outline
 from tracker.errors import TrackingError
-from tracker.geometry import homogeneous, invert
+from tracker.geometry import homogeneous
 from tracker.types import Camera, Tracks
 
 OUR_SIZE = np.array([[4.4, 1.5, 1.8]])  # metres; our car, where nobody says
@@ -41,7 +42,7 @@ class GroundMap:
         if isinstance(drive, SimulatedDrive):
             worlds = drive.traffic_states if truth is not None else None
             return cls(drive.traffic.ego, truth, road_outlines(drive), worlds)
-        return cls(planar_poses(drive), truth, Roads())
+        return cls(_poses_of(drive), truth, Roads())
 
     def pose(self, frame: int) -> Float[Array, "3"]:
         """Where the camera is in a frame."""
@@ -98,15 +99,11 @@ class GroundMap:
         return float(np.cos(heading)), float(np.sin(heading))
 
 
-def planar_poses(drive: RecordedSequence) -> Float[Array, "m 3"] | None:
+def _poses_of(drive: RecordedSequence) -> Float[Array, "m 3"] | None:
     """x, y and heading of the camera on the road plane of the first frame; None where unknown."""
     if drive.Ts_world_cam is None or not len(drive.Ts_world_cam):
         return None
-    camera = drive.camera
-    Ts_first_now = invert(drive.Ts_world_cam[0]) @ drive.Ts_world_cam
-    Ts = camera.T_road_cam @ Ts_first_now @ camera.T_cam_road
-    heading = np.arctan2(Ts[:, 0, 2], Ts[:, 2, 2])
-    return np.stack((Ts[:, 2, 3], Ts[:, 0, 3], heading), axis=1)
+    return planar_poses(drive.Ts_world_cam @ drive.camera.T_cam_road)
 
 
 def road_outlines(drive: SimulatedDrive) -> Roads:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy import ndarray as Array
 
-from mot_sim.files.array_files import HEAD, checksum
+from mot_sim.files.array_files import HEAD_ENTRY, checksum
 from mot_sim.simulation.episodes import EpisodeFiles, read_episode, record_episode
 from mot_sim.simulation.traffic import RecordedTraffic
 from tests.fuzz.door import fuzz
@@ -23,7 +23,7 @@ from tracker.descriptors import Learned, Weights, write_weights
 from tracker.errors import TrackingError
 from tracker.shape import load_prior, save_prior
 
-OUR_HEAD, METADATA = HEAD, "metadata"
+OUR_HEAD, METADATA = HEAD_ENTRY, "metadata"
 STRANGE = (
     np.zeros(0), np.zeros((0, 4)), np.array(3.0), np.full((3, 3), np.nan), np.zeros(10**5),
     np.array(["x", "y"]), np.array([True]), np.array(1 + 2j), np.arange(5),

@@ -18,8 +18,7 @@ from mot_sim.experiments.results.result_file import (
     read_result,
     write_result,
 )
-from mot_sim.experiments.sweep.store import SWEEP_FILE, SweepFolder
-from mot_sim.experiments.sweep.trial import TrialOutcome
+from mot_sim.experiments.sweep.store import SWEEP_FILE, SweepFolder, TrialOutcome
 from mot_sim.simulation.episodes import EpisodeFolder
 from tests.fuzz.door import fuzz
 from tests.fuzz.mutations import spoiled_json
@@ -46,7 +45,7 @@ def read_run(path: Path) -> None:
 
 
 def episodes_file(folder: Path) -> Path:
-    EpisodeFolder.open(folder, SETTINGS, 2, 6)._write_file(complete=True)
+    EpisodeFolder.open(folder, SETTINGS, 2, 6).write()
     return folder / "episodes.json"
 
 
@@ -61,13 +60,13 @@ def sweep_file(folder: Path) -> Path:
 
 
 def read_sweep(path: Path) -> None:
-    SweepFolder(path.parent)._require_same({"axes": {"a": [1, 2]}, "seeds": 3}, extend=False)
+    SweepFolder(path.parent).require_same({"axes": {"a": [1, 2]}, "seeds": 3}, extend=False)
 
 
 def trial_file(folder: Path) -> Path:
     sweep = SweepFolder(folder)
     sweep.write(KEY, TrialOutcome({"HOTA": 0.5, "IDSW": 3}, None, 10, 9, 0.1), {"seed": 1})
-    return sweep.trial(KEY)
+    return sweep.trials.path(KEY)
 
 
 def read_trial(path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from mot_sim.evaluation.run_folder import RUN_FILE, RunFolder
 from mot_sim.experiments.stress.suites import read_suites
-from mot_sim.experiments.sweep.design_files import read_design
+from mot_sim.experiments.sweep.design import read_design
 from mot_sim.simulation.episodes import EpisodeFiles, EpisodeFolder, record_episode, verify_episode
 from mot_sim.simulation.episodes.extra import Metadata, arrays_of, read_extra, write_extra
 from mot_sim.simulation.episodes.reading import read_episode
@@ -23,8 +23,7 @@ ROOT = Path(__file__).parents[2]
 OUTSIDE = ("../../victim", "/victim", "..", "a/b", "a\x00b", "0000/../../victim")
 # Who may unpickle: what our own processes packed a moment ago, and files of torch, weights only.
 UNPICKLERS = {
-    "mot_sim/experiments/sweep/executor.py",
-    "mot_sim/diagnosis/work.py",
+    "mot_sim/experiments/executor.py",
     "mot_sim/training/learning.py",
 }
 
@@ -45,7 +44,7 @@ def test_a_run_file_cannot_name_what_lies_outside(name: str, folder: Path) -> No
 
 @pytest.mark.parametrize("name", [*OUTSIDE, "\u0660\u0660\u0660\u0660", "00000"])
 def test_a_list_of_episodes_cannot_name_what_lies_outside(name: str, folder: Path) -> None:
-    EpisodeFolder.open(folder / "town", {}, 1, 6)._write_file(complete=True)
+    EpisodeFolder.open(folder / "town", {}, 1, 6).write()
     path = folder / "town" / "episodes.json"
     about = json.loads(path.read_text())
     path.write_text(json.dumps({**about, "episodes": [name]}))

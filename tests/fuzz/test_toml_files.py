@@ -8,7 +8,7 @@ import pytest
 
 from mot_sim.experiments.stress.suites import read_suites
 from mot_sim.experiments.sweep import Design
-from mot_sim.experiments.sweep.design_files import read_design
+from mot_sim.experiments.sweep.design import read_design
 from mot_sim.simulation.sensors import Detector
 from mot_sim.simulation.sensors.profile import FOLDER, PROFILES, read_profile
 from tests.fuzz.door import fuzz

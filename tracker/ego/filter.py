@@ -10,8 +10,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.ego.rotations import cross_matrix, motion_transform
+from tracker.ego.rotations import motion_transform
 from tracker.errors import BadConfig
+from tracker.geometry import cross_matrix
 from tracker.types import Camera
 
 Motion = tuple[Float[Array, "4 4"] | None, Float[Array, "6 6"] | None]

@@ -4,13 +4,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.geometry import homogeneous
-
-
-def cross_matrix(vector: Float[Array, "3"]) -> Float[Array, "3 3"]:
-    """[v]x, with [v]x w = v x w."""
-    x, y, z = vector
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+from tracker.geometry import cross_matrix, homogeneous
 
 
 def rotation_of(vector: Float[Array, "3"]) -> Float[Array, "3 3"]:
@@ -34,9 +28,3 @@ def rotation_vector(R: Float[Array, "3 3"]) -> Float[Array, "3"]:
 def motion_transform(twist: Float[Array, "6"]) -> Float[Array, "4 4"]:
     """The transform with a translation and a rotation vector, each as it is."""
     return homogeneous(rotation_of(twist[3:]), twist[:3])
-
-
-def adjoint_of(T: Float[Array, "4 4"]) -> Float[Array, "6 6"]:
-    """What carries a small motion (translation, rotation vector) of frame b to frame a."""
-    R = T[:3, :3]
-    return np.block([[R, cross_matrix(T[:3, 3]) @ R], [np.zeros((3, 3)), R]])

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from tracker.ego.odometry import VisualOdometry
 from tracker.errors import MissingCue
-from tracker.types import Camera, Frame, Sequence
+from tracker.types import Frame, SequenceWrapper
 
 Item = TypeVar("Item")
 
@@ -34,27 +34,13 @@ def with_visual_motion(frames: Iterable[Frame], odometry: VisualOdometry) -> Ite
 
 
 @dataclass(frozen=True, eq=False)
-class VisualSequence:
+class VisualSequence(SequenceWrapper):
     """A sequence whose frames carry the motion that their images show.
 
     threaded: frames are made one ahead, on a thread of their own; the results are the same.
     """
 
-    sequence: Sequence
     threaded: bool = False
-
-    @property
-    def name(self) -> str:
-        """The sequence's."""
-        return self.sequence.name
-
-    @property
-    def camera(self) -> Camera:
-        """The sequence's."""
-        return self.sequence.camera
-
-    def __len__(self) -> int:
-        return len(self.sequence)
 
     def __iter__(self) -> Iterator[Frame]:
         frames = with_visual_motion(self.sequence, VisualOdometry(self.camera))

@@ -9,6 +9,8 @@ from tracker.geometry.overlap import (
     polygon_area,
 )
 from tracker.geometry.transforms import (
+    adjoint_of,
+    cross_matrix,
     homogeneous,
     invert,
     propagate_covariance,
@@ -20,10 +22,12 @@ from tracker.geometry.transforms import (
 )
 
 __all__ = [
+    "adjoint_of",
     "box_area",
     "box_intersection",
     "box_iou",
     "convex_intersection",
+    "cross_matrix",
     "homogeneous",
     "invert",
     "polygon_area",

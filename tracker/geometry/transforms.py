@@ -60,6 +60,18 @@ def transform(T: Float[Array, "4 4"], points: Float[Array, "*n 3"]) -> Float[Arr
     return points @ T[:3, :3].T + T[:3, 3]
 
 
+def cross_matrix(vector: Float[Array, "3"]) -> Float[Array, "3 3"]:
+    """[v]x, with [v]x w = v x w."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def adjoint_of(T: Float[Array, "4 4"]) -> Float[Array, "6 6"]:
+    """What carries a small motion (translation, rotation vector) of frame b to frame a."""
+    R = T[:3, :3]
+    return np.block([[R, cross_matrix(T[:3, 3]) @ R], [np.zeros((3, 3)), R]])
+
+
 def propagate_covariance(
     A: Float[Array, "k k"], covariances: Float[Array, "n k k"]
 ) -> Float[Array, "n k k"]:

@@ -52,3 +52,26 @@ class Sequence(Protocol):
     def __iter__(self) -> Iterator[Frame]:
         """The frames, images loaded only when they are asked for."""
         ...
+
+
+@dataclass(frozen=True, eq=False)
+class SequenceWrapper:
+    """Another sequence under its own name; what wraps one to change its frames begins here."""
+
+    sequence: Sequence
+
+    @property
+    def name(self) -> str:
+        """The wrapped sequence's."""
+        return self.sequence.name
+
+    @property
+    def camera(self) -> Camera:
+        """The wrapped sequence's."""
+        return self.sequence.camera
+
+    def __len__(self) -> int:
+        return len(self.sequence)
+
+    def __iter__(self) -> Iterator[Frame]:
+        return iter(self.sequence)

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.files.text import LARGEST, read_text
+from mot_sim.files.text import MAX_NUMBER, read_text
 from mot_sim.files.writing import write_lines
 from tracker.errors import BadCalibration, BadFile, DatasetNotFound
 from tracker.geometry import homogeneous
@@ -104,7 +104,7 @@ def _rows(path: Path) -> dict[str, Float[Array, " k"]]:
             row = np.array([float(value) for value in values])
         except ValueError as error:
             raise BadFile(f"{path}:{number}: {key}: {error}; mend the number") from None
-        finite = np.abs(row) <= LARGEST
+        finite = np.abs(row) <= MAX_NUMBER
         if len(row) != VALUE_COUNTS[name] or not finite.all():
             raise BadFile(
                 f"{path}:{number}: {key} has {len(row)} values, {finite.sum()} of them finite; "

@@ -11,7 +11,7 @@ from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.tuning.cross_validation import WeightSearch, tune
 from mot_sim.experiments.tuning.labelled import made_drives
-from mot_sim.experiments.tuning.weighing import WHOLE, Method, Scale
+from mot_sim.experiments.tuning.weighing import WEIGHT_SUM, Method, Scale
 from mot_sim.tables.grid import Table
 
 TUNING_SEEDS = 1000  # the first of those that weights are tuned on; no row is measured there
@@ -68,7 +68,7 @@ def tuned_costs(studies: PaperConfig, profile: str, conditions: Mapping[str, Lev
     search = WeightSearch("MOTA", samples=4, folds=min(4, len(drives)))
     tuned = tune(scale, search, (0.8, 0.2), studies.tell)
     return "+".join(
-        f"{name}={weight / WHOLE:g}"
+        f"{name}={weight / WEIGHT_SUM:g}"
         for name, weight in zip(method.names, tuned.weights, strict=True)
         if weight
     )

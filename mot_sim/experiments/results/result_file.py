@@ -9,6 +9,7 @@ from math import isfinite
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
+from mot_sim.files.documents import CONTENT_ERRORS
 from mot_sim.files.fingerprint import code_digest
 from mot_sim.files.settings import versions
 from mot_sim.files.text import read_text
@@ -19,8 +20,6 @@ RESULT_FILE = "result.json"
 FORMAT = 1  # raised when the file's layout changes
 KINDS = ("sweep", "stress", "breaking-point", "compare", "tables", "tune", "diagnosis", "run")
 LARGEST = 2**63  # whole numbers of a file are smaller
-# What the wrong values in the wrong places raise.
-FAULTS = (ValueError, TypeError, LookupError, AttributeError, RecursionError, ArithmeticError)
 
 Cell = str | float | int | None
 
@@ -130,7 +129,7 @@ def read_result(folder: Path) -> Result:
         raise BadFile(
             f"{path}:{error.lineno}: damaged: {error.msg}; run the command that made it again"
         ) from None
-    except FAULTS as error:
+    except CONTENT_ERRORS as error:
         raise BadFile(f"{path}: no result of ours: {error!r:.120}") from None
     except (BadConfig, UnknownName) as error:
         raise BadFile(f"{path}: {error}") from None
@@ -216,6 +215,6 @@ def _require_inside(path: Path, result: Result) -> None:
 
 
 __all__ = [
-    "FAULTS", "KINDS", "RESULT_FILE", "Cell", "Made", "Result", "ResultTable", "made_here",
+    "KINDS", "RESULT_FILE", "Cell", "Made", "Result", "ResultTable", "made_here",
     "read_result", "write_result",
 ]  # fmt: skip

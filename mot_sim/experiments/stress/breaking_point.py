@@ -1,26 +1,156 @@
 """Breaking points: the level of an axis at which a tracker has lost so much of a score."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import isfinite
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from mot_sim.experiments.stress.bisection import Reach
-from mot_sim.experiments.stress.breaking_point_spec import BreakingPointSpec
+from mot_sim.experiments.sweep.design import Design
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.running import sweep
 from mot_sim.experiments.sweep.summary import Interval, SummaryRow
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
-from tracker.errors import BadConfig
+from mot_sim.tables.grid import RATES
+from tracker.errors import BadConfig, UnknownName
 
-RUNS = "runs"  # the sweep's folder inside that of a search
+MIN_PLACE = 1e-4  # of the first step: a place nearer to 0 than that is 0
+MAX_FIRST_STEPS = 64.0  # first steps, where nobody says how far to go
+RUNS_FOLDER = "runs"  # the sweep's folder inside that of a search
 
 # Called with a tracker's name and the level that it is tried at.
 Telling = Callable[[str, Level], None]
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How places on an axis are searched, from 0 on.
+
+    first: the first step. most: the farthest place. precision: how narrow a bracket must be, as
+    a part of its far end; of whole places 1.
+    """
+
+    first: float
+    most: float
+    precision: float = 0.1
+    is_whole: bool = False
+
+    def bracket(self, is_bad: Callable[[float], bool]) -> tuple[float, float] | None:
+        """Two places, the near one good and the far one bad; None where all are good.
+
+        Place 0 is taken for good, and is not asked about.
+        """
+        near, far = 0.0, min(self.first, self.most)
+        while not is_bad(far):
+            if far >= self.most:
+                return None
+            near, far = far, min(2.0 * far, self.most)
+        while not self._is_narrow(near, far):
+            middle = 0.5 * (near + far)
+            if self.is_whole:
+                middle = float(int(middle))
+            if is_bad(middle):
+                far = middle
+            else:
+                near = middle
+        return near, far
+
+    def _is_narrow(self, near: float, far: float) -> bool:
+        if self.is_whole:
+            return far - near <= 1.0
+        return far - near <= self.precision * far or far <= MIN_PLACE * self.first
+
+
+@dataclass(frozen=True)
+class BreakingPointSpec:
+    """At which level of an axis does a score fall by `drop` from what it is at `start`?
+
+    metric: a rate (HOTA, IDF1, ...); drop: in fractions. start: where nothing is wrong. end: the
+    farthest level; None: 64 steps of the axis's own value (of 1, where that is 0), or as far as
+    the axis goes. levels: to be tried in turn instead, from the best on; for axes that take only
+    some. precision: of the level, relative. The others are as in `Design`. Checked when it is
+    made; raises UnknownName and BadConfig.
+    """
+
+    axis: str
+    metric: str = "HOTA"
+    drop: float = 0.05
+    start: Level = 0.0
+    end: Level | None = None
+    levels: tuple[Level, ...] = ()
+    precision: float = 0.1
+    trackers: Sequence[str | TrackerSpec] = ("default", "paper")
+    scene: str = "intersection"
+    seeds: int = 8
+    first_seed: int = 0
+    frames: int = 80
+    fixed: Mapping[str, Level] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.metric not in RATES.values():
+            raise UnknownName.of("rate", self.metric, RATES.values())
+        if not 0.0 < self.drop < 1.0:
+            raise BadConfig(f"a drop of {self.drop:g}: give a fraction between 0 and 1, as 0.05")
+        if self.seeds < 2:
+            raise BadConfig(f"{self.seeds} seeds: give 2 or more, or there is no interval")
+        if not 0.001 <= self.precision <= 0.5:
+            raise BadConfig(f"precision {self.precision:g}: give 0.001 to 0.5 of the level")
+        if self.levels and len(self.levels) < 2:
+            raise BadConfig("give two levels or more: the first is where nothing is wrong")
+        design = self.design(self.best)
+        if not self.levels:
+            self._require_numbers(design.known_axes()[self.axis])
+        for level in (*self.levels, self.end):
+            if level is not None:
+                self.design(level)
+
+    @property
+    def best(self) -> Level:
+        """The level where nothing is wrong."""
+        return self.levels[0] if self.levels else self.start
+
+    def design(self, level: Level) -> Design:
+        """The sweep of one level."""
+        return Design(
+            axes={self.axis: (level,)}, trackers=self.trackers, scene=self.scene,
+            seeds=self.seeds, first_seed=self.first_seed, frames=self.frames, fixed=self.fixed,
+        )  # fmt: skip
+
+    def _require_numbers(self, own: Level) -> None:
+        """BadConfig for an axis of words, and for ends that are no two numbers."""
+        for level in (own, self.start, self.start if self.end is None else self.end):
+            if isinstance(level, bool | str) or not isfinite(level):
+                raise BadConfig(
+                    f"axis {self.axis} with {level!r}: levels between two cannot be tried; give "
+                    "them all, the best first: --levels clear,fog,night"
+                )
+        if self.start == self.end:
+            raise BadConfig(f"axis {self.axis}: from {self.start} to {self.end} is no way")
+
+    @cached_property
+    def reach(self) -> Reach:
+        """How far to go from the start, in steps of 1 level, or in places of `levels`."""
+        if self.levels:
+            return Reach(1.0, len(self.levels) - 1.0, is_whole=True)
+        own = self.design(self.start).known_axes()[self.axis]
+        is_whole = type(own) is int
+        step = abs(float(own) - float(self.start)) or 1.0
+        most = (
+            MAX_FIRST_STEPS * step if self.end is None else abs(float(self.end) - float(self.start))
+        )
+        return Reach(min(step, most), most, self.precision, is_whole)
+
+    def level(self, place: float) -> Level:
+        """The level at a place of `reach`."""
+        if self.levels:
+            return self.levels[int(place)]
+        down = self.end is not None and float(self.end) < float(self.start)
+        level = float(self.start) + (-place if down else place)
+        return int(level) if self.reach.is_whole else level
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +267,7 @@ class BreakingPointSearch:
             if self.tell is not None:
                 self.tell(self.contender.name, level)
             design = self.question.design(level)
-            table = sweep(design, self.folder / RUNS, jobs=self.jobs, extend=True)
+            table = sweep(design, self.folder / RUNS_FOLDER, jobs=self.jobs, extend=True)
             rows = table.to_pylist()
             self.errors += [row["error"] for row in rows if row["error"] is not None]
             self.scores[level] = {

@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from mot_sim.experiments.stress.breaking_point import BreakingPoint
-from mot_sim.experiments.stress.breaking_point_spec import BreakingPointSpec
+from mot_sim.experiments.stress.breaking_point import BreakingPoint, BreakingPointSpec
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.summary_tables import shown
 from mot_sim.tables.grid import Column, Table

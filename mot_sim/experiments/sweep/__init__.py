@@ -1,8 +1,7 @@
 """Controlled stress: sweeps over any knob, many seeds, trackers side by side, at any scale."""
 
-from mot_sim.experiments.sweep.design import Design, Range
-from mot_sim.experiments.sweep.design_files import DESIGNS, read_design
-from mot_sim.experiments.sweep.executor import WorkersLost
+from mot_sim.experiments.executor import WorkersLost
+from mot_sim.experiments.sweep.design import DESIGNS, Design, Range, read_design
 from mot_sim.experiments.sweep.running import sweep
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 

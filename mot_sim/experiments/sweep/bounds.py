@@ -16,7 +16,7 @@ LESS_IS_BETTER = {
     "HOTA_FP", "HOTA_FN",
 }  # fmt: skip
 # Scores that are neither: one cannot want more or less of them.
-NEITHER = {"PT", "PTR", "CLR_Frames", "MOTP_sum"}
+UNBOUNDED_SCORES = {"PT", "PTR", "CLR_Frames", "MOTP_sum"}
 
 
 @dataclass(frozen=True)
@@ -45,9 +45,9 @@ class Bound:
 def _known() -> dict[str, str]:
     """TrackEval's name of every score that can be bounded, by name and title in small letters."""
     scores = evaluate_sequence(Tracks.empty(), Tracks.empty(), 1).numbers()
-    found = {name.lower(): name for name in scores if name not in NEITHER}
+    found = {name.lower(): name for name in scores if name not in UNBOUNDED_SCORES}
     titles = {title.lower(): name for title, name in (RATES | COUNTS).items()}
-    return found | {title: name for title, name in titles.items() if name not in NEITHER}
+    return found | {title: name for title, name in titles.items() if name not in UNBOUNDED_SCORES}
 
 
 def bounds_of(wanted: Mapping[str, float | int]) -> tuple[Bound, ...]:

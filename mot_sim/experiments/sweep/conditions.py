@@ -29,9 +29,9 @@ from tracker.errors import BadConfig
 from tracker.types import Camera
 
 # Knobs that no box, no label and no motion hangs on, while no pictures are drawn.
-NOT_TRUE = ("profile", "weather")
+KNOBS_OF_PICTURES = ("profile", "weather")
 # What the names of axes begin with, beside the names of EFFECTS.
-ROOTS = ("scene", "rig", "detector", "odometry", "timing", "miscalibration")
+AXIS_ROOTS = ("scene", "rig", "detector", "odometry", "timing", "miscalibration")
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class Conditions:
 
     def axes(self) -> dict[str, Level]:
         """Every axis with its value here."""
-        parts = {root: self._part(root) for root in (*ROOTS, *EFFECTS)}
+        parts = {root: self._part(root) for root in (*AXIS_ROOTS, *EFFECTS)}
         return scalars({name: part for name, part in parts.items() if part is not None})
 
     def _part(self, root: str) -> Any:
@@ -132,7 +132,7 @@ class Conditions:
             return self.knobs
         if root in EFFECTS:
             return _effect(self.effects, root)
-        return getattr(self, root) if root in ROOTS else None
+        return getattr(self, root) if root in AXIS_ROOTS else None
 
     def with_level(self, axis: str, level: Level) -> "Conditions":
         """The same with one axis set. Raises UnknownName and BadConfig."""
@@ -184,7 +184,7 @@ class Conditions:
 
     def traffic(self) -> dict[str, Any]:
         """What decides who is where."""
-        return {"scene": self.scene, "knobs": _without(self.knobs, NOT_TRUE)}
+        return {"scene": self.scene, "knobs": _without(self.knobs, KNOBS_OF_PICTURES)}
 
     def truth(self) -> dict[str, Any]:
         """What decides what is true of every car in the image."""
@@ -194,7 +194,7 @@ class Conditions:
     def description(self) -> dict[str, Any]:
         """What decides what trackers are given, and what they are scored against."""
         told = {each.name: getattr(self, each.name) for each in fields(self)}
-        return told | {"knobs": _without(self.knobs, NOT_TRUE)}
+        return told | {"knobs": _without(self.knobs, KNOBS_OF_PICTURES)}
 
 
 @lru_cache(maxsize=256)

@@ -1,25 +1,37 @@
-"""A design: which levels of which axes, which trackers, how many seeds."""
+"""A design: which levels of which axes, which trackers, how many seeds; also from TOML files."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
+from itertools import chain
+from pathlib import Path
 from typing import Any
 
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.paths import Level, unknown
-from mot_sim.experiments.sweep.points import MODES, Levels, Point, Range, points_of, require_levels
+from mot_sim.experiments.sweep.points import (
+    DESIGN_MODES,
+    Levels,
+    Point,
+    Range,
+    points_of,
+    require_levels,
+)
 from mot_sim.experiments.sweep.tracker_specs import (
     BY_NAME,
     TrackerSpec,
     tracker_settings,
     tracker_specs_of,
 )
+from mot_sim.files.documents import read_toml, require_inside
 from mot_sim.metrics import RULES
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scene_names import SCENES
 from tracker.errors import BadConfig, UnknownName
 
-TRACKER = "tracker."  # what the names of the trackers' axes begin with
+DESIGNS_FOLDER = Path(__file__).parent / "designs"
+DESIGNS = ("noise",)
+TRACKER_AXIS = "tracker."  # what the names of the trackers' axes begin with
 
 
 @dataclass(frozen=True)
@@ -45,11 +57,9 @@ class Design:
     rules: str = "trackeval"
 
     def __post_init__(self) -> None:
-        for what, name, known in (
-            ("scene", self.scene, SCENES), ("mode", self.mode, MODES), ("rules", self.rules, RULES),
-        ):  # fmt: skip
-            if name not in known:
-                raise UnknownName.of(what, name, known)
+        for what, known in (("scene", SCENES), ("mode", DESIGN_MODES), ("rules", RULES)):
+            if getattr(self, what) not in known:
+                raise UnknownName.of(what, getattr(self, what), known)
         for what, count in (("seeds", self.seeds), ("frames", self.frames)):
             if count < 1:
                 raise BadConfig(f"{count} {what}: give 1 or more")
@@ -101,7 +111,7 @@ class Design:
         """The trackers with the settings of a point."""
         settings = {**self.fixed, **point}
         own = {
-            axis.removeprefix(TRACKER): value
+            axis.removeprefix(TRACKER_AXIS): value
             for axis, value in settings.items()
             if is_tracker(axis)
         }
@@ -113,8 +123,8 @@ class Design:
         found = Conditions.of(self.scene, {"scene.frames": self.frames, **fixed}).axes()
         for each in (each for each in self.contenders if each.is_ours):
             built = each.build(Rig.kitti().camera)
-            found |= {TRACKER + name: value for name, value in tracker_settings(built).items()}
-        return found | {TRACKER + name: "" for name in BY_NAME}
+            found |= {TRACKER_AXIS + name: value for name, value in tracker_settings(built).items()}
+        return found | {TRACKER_AXIS + name: "" for name in BY_NAME}
 
     def description(self) -> dict[str, Any]:
         """The design in plain values, as `sweep.json` and the table keep it."""
@@ -128,10 +138,8 @@ class Design:
             each.name: {"made_by": each.made_by, **each.settings} for each in self.contenders
         }
         plain = ("scene", "seeds", "first_seed", "frames", "mode", "samples", "rules")
-        return {
-            **{name: getattr(self, name) for name in plain},
-            "fixed": dict(self.fixed), "axes": axes, "trackers": trackers,
-        }  # fmt: skip
+        about = {name: getattr(self, name) for name in plain}
+        return {**about, "fixed": dict(self.fixed), "axes": axes, "trackers": trackers}
 
     def _check_names(self) -> None:
         """Raise UnknownName for axes that nobody has, BadConfig for those of foreign trackers."""
@@ -157,7 +165,88 @@ class Design:
 
 def is_tracker(axis: str) -> bool:
     """Whether an axis is the trackers' own."""
-    return axis.startswith(TRACKER)
+    return axis.startswith(TRACKER_AXIS)
 
 
-__all__ = ["Design", "Point", "Range"]
+def read_design(name: str, **changes: Any) -> Design:
+    """The design of a name, or of a TOML file, with some fields changed.
+
+    Raises UnknownName, BadFile for no TOML, BadConfig for a design that cannot be.
+    """
+    if name in DESIGNS:
+        path = DESIGNS_FOLDER / f"{name}.toml"
+    elif name.endswith(".toml"):
+        path = Path(name)
+    else:
+        raise UnknownName.of("design", name, DESIGNS)
+    content = read_toml(path, "no design can be read")
+    known = {each.name: each for each in fields(Design)}
+    for key in content:
+        if key not in known:
+            raise UnknownName.of(f"entry of {path}:", key, known)
+    content["axes"] = {
+        axis: _levels(levels, f"{path}: axis {axis}")
+        for axis, levels in _table(content.get("axes", {}), f"{path}: axes").items()
+    }
+    content["trackers"] = _trackers(content.get("trackers", ["default", "paper"]), path)
+    _require_types(content, path)
+    _require_profiles(content, path)
+    return Design(**{**content, **changes})
+
+
+def _table(value: Any, where: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise BadConfig(f"{where}: {value!r} is no table")
+    return value
+
+
+def _levels(value: Any, where: str) -> Levels:
+    """A list of levels, or a table low, high, log."""
+    if isinstance(value, Mapping):
+        try:
+            return Range(float(value["low"]), float(value["high"]), bool(value.get("log", False)))
+        except (KeyError, TypeError, ValueError):
+            raise BadConfig(f"{where}: {dict(value)}: write {{low = 0, high = 1}}") from None
+    if not isinstance(value, list) or not all(
+        isinstance(each, float | int | str) for each in value
+    ):
+        raise BadConfig(f"{where}: {value!r} is no list of levels")
+    return tuple(value)
+
+
+def _trackers(value: Any, path: Path) -> tuple[str | TrackerSpec, ...]:
+    """A list of words, or a table of tables."""
+    if isinstance(value, list) and all(isinstance(each, str) for each in value):
+        return tuple(value)
+    found = []
+    for name, table in _table(value, f"{path}: trackers").items():
+        settings = dict(_table(table, f"{path}: tracker {name}"))
+        for key, setting in settings.items():
+            if not isinstance(setting, Level):
+                raise BadConfig(f"{path}: tracker {name}: {key} = {setting!r}: give one value")
+        found.append(TrackerSpec(name, str(settings.pop("made_by", "default")), settings))
+    return tuple(found)
+
+
+def _require_profiles(content: Mapping[str, Any], path: Path) -> None:
+    """Raise BadFile for a profile's file that lies neither beside the design nor where we work."""
+    axes = [levels for levels in content["axes"].values() if isinstance(levels, tuple)]
+    for level in (*chain(*axes), *content.get("fixed", {}).values()):
+        if isinstance(level, str) and level.endswith(".toml"):
+            require_inside(level, f"{path}", path.parent, Path.cwd())
+
+
+def _require_types(content: Mapping[str, Any], path: Path) -> None:
+    """Raise BadConfig for a word where a number belongs, or the other way round."""
+    wanted = {"scene": str, "mode": str, "rules": str, "fixed": dict} | dict.fromkeys(
+        ("seeds", "first_seed", "frames", "samples"), int
+    )
+    for key, kind in wanted.items():
+        if key in content and type(content[key]) is not kind:
+            raise BadConfig(f"{path}: {key} = {content[key]!r}: give a {kind.__name__}")
+    for axis, level in content.get("fixed", {}).items():
+        if not isinstance(level, Level):
+            raise BadConfig(f"{path}: fixed {axis} = {level!r}: give one value")
+
+
+__all__ = ["DESIGNS", "Design", "Point", "Range", "read_design"]

@@ -1,6 +1,5 @@
 """What trackers are given: truth recorded once a scene and seed, then seen under conditions."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -9,6 +8,7 @@ import numpy as np
 
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
 from mot_sim.experiments.sweep.conditions import Conditions
+from mot_sim.files.cache_folder import read_or_make
 from mot_sim.files.fingerprint import code_digest, digest
 from mot_sim.files.settings import versions
 from mot_sim.simulation.episode import episode_of
@@ -18,7 +18,6 @@ from mot_sim.simulation.sensors import Detector, Timed
 from mot_sim.simulation.traffic.recording import RecordedTraffic
 from mot_sim.simulation.traffic.traffic_state import STEP
 from mot_sim.simulation.truth import annotate, labels
-from tracker.errors import BadFile
 from tracker.types import Sequence, Tracks
 
 
@@ -62,18 +61,16 @@ class Recordings:
     def truth(self, conditions: Conditions, seed: int) -> Extra:
         """Traffic, cast and truth; those read last are kept in memory."""
         path = self.truth_path(conditions, seed)
-        make = lambda: self._annotate(conditions, seed, path)  # noqa: E731
-        return _kept(path, make)
+        return read_or_make(path, _read, lambda path: self._annotate(conditions, seed, path))
 
     def traffic(self, conditions: Conditions, seed: int) -> RecordedTraffic:
         """Who is where."""
         path = self.traffic_path(conditions, seed)
-        try:
-            return RecordedTraffic.load(path)
-        except BadFile:
-            traffic = record_scene_traffic(conditions.make_scene(), seed)
-            traffic.save(path)
-            return traffic
+        return read_or_make(
+            path,
+            RecordedTraffic.load,
+            lambda path: record_scene_traffic(conditions.make_scene(), seed).save(path),
+        )
 
     def _annotate(self, conditions: Conditions, seed: int, path: Path) -> None:
         """Write the truth of a run."""
@@ -82,26 +79,9 @@ class Recordings:
         episode = episode_of(
             take, annotate(take.traffic_states, take.scene_meshes, take.scenery_in)
         )
-        metadata = Metadata(
-            scene.name,
-            dict(conditions.traffic()["knobs"]),
-            seed,
-            len(take),
-            None,
-            (),
-            versions(),
-            {},
-        )
+        knobs = dict(conditions.traffic()["knobs"])
+        metadata = Metadata(scene.name, knobs, seed, len(take), None, (), versions(), {})
         write_extra(path, metadata, arrays_of(episode))
-
-
-def _kept(path: Path, make: Callable[[], None]) -> Extra:
-    """The truth in a file, which is made where there is none that is whole."""
-    try:
-        return _read(path)
-    except BadFile:
-        make()
-        return _read(path)
 
 
 @lru_cache(maxsize=4)

@@ -9,7 +9,7 @@ from mot_sim.experiments.sweep.paths import Level, parse_level
 from mot_sim.simulation import random_numbers
 from tracker.errors import BadConfig
 
-MODES = ("grid", "one_at_a_time", "random")
+DESIGN_MODES = ("grid", "one_at_a_time", "random")
 Point = dict[str, Level]  # levels by axis; an axis that is absent keeps its own value
 
 

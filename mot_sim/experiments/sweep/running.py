@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,16 +12,18 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from mot_sim.experiments.sweep.design import Design, Point
+from mot_sim.experiments.executor import Executor, WorkerPool, WorkersLost
+from mot_sim.experiments.sweep.design import Design, Point, Range
 from mot_sim.experiments.sweep.drives import Recordings, truth_key
-from mot_sim.experiments.sweep.executor import Executor, WorkerPool, WorkersLost
-from mot_sim.experiments.sweep.store import TABLE_FILE, SweepFolder
+from mot_sim.experiments.sweep.store import SWEEP_FILE, TABLE_FILE, SweepFolder, TrialOutcome
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
-from mot_sim.experiments.sweep.trial import TrialOutcome
-from mot_sim.experiments.sweep.work import Job
-from mot_sim.files.fingerprint import code_digest, digest
+from mot_sim.experiments.sweep.trial import Job, run_job
+from mot_sim.files.documents import CONTENT_ERRORS
+from mot_sim.files.fingerprint import FORMAT, code_digest, digest
 from mot_sim.files.settings import versions
+from mot_sim.files.text import read_text
 from mot_sim.files.writing import whole_file
+from tracker.errors import BadFile, TrackingError
 
 # Called with what is under way, how much of it is done, and how much there is.
 Progress = Callable[[str, int, int], None]
@@ -40,10 +42,11 @@ class Trial:
 
 @dataclass(frozen=True, eq=False)
 class SweepPlan:
-    """The trials of a design, in the order of the table."""
+    """The trials of a design, in the order of the table. code: the digest of what runs them."""
 
     design: Design
     folder: Path
+    code: str = field(default_factory=code_digest)
     trials: tuple[Trial, ...] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -51,7 +54,7 @@ class SweepPlan:
 
     def _trials(self) -> Iterator[Trial]:
         """Points, seeds, trackers; the key of each."""
-        same = [code_digest(), self.design.rules]
+        same = [self.code, self.design.rules]
         for number, point in enumerate(self.design.points):
             seen = digest(self.design.conditions[number].description())
             rivals = [(each, digest(each.description())) for each in self.design.rivals(point)]
@@ -66,25 +69,24 @@ class SweepPlan:
 
     def jobs(self, done: Mapping[str, Any]) -> list[Job]:
         """What is left to do: a job a condition and seed, those of one truth together."""
-        wanted: dict[tuple[int, str], Job] = {}
+        wanted: dict[tuple[int, str], list[Trial]] = {}
         planned = set(done)
         for trial in self.trials:
-            if trial.key in planned:
-                continue
-            planned.add(trial.key)
-            place = trial.seed, repr(trial.point)
-            job = wanted.get(place) or self._job(trial)
-            wanted[place] = Job(
-                job.folder, job.code, job.rules, job.conditions, job.seed,
-                (*job.trials, (trial.key, trial.contender)),
-            )  # fmt: skip
-        return sorted(
-            wanted.values(), key=lambda job: (job.seed, truth_key(job.conditions, job.seed))
-        )
-
-    def _job(self, trial: Trial) -> Job:
-        conditions = self.design.conditions[trial.number]
-        return Job(self.folder, code_digest(), self.design.rules, conditions, trial.seed)
+            if trial.key not in planned:
+                planned.add(trial.key)
+                wanted.setdefault((trial.seed, repr(trial.point)), []).append(trial)
+        jobs = [
+            Job(
+                folder=self.folder,
+                code=self.code,
+                rules=self.design.rules,
+                conditions=self.design.conditions[trials[0].number],
+                seed=trials[0].seed,
+                trials=tuple((trial.key, trial.contender) for trial in trials),
+            )
+            for trials in wanted.values()
+        ]
+        return sorted(jobs, key=lambda job: (job.seed, truth_key(job.conditions, job.seed)))
 
 
 def truth_jobs(jobs: list[Job]) -> list[Job]:
@@ -93,7 +95,7 @@ def truth_jobs(jobs: list[Job]) -> list[Job]:
     for job in jobs:
         path = Recordings(job.folder).truth_path(job.conditions, job.seed)
         if path not in found and not path.is_file():
-            found[path] = Job(job.folder, job.code, job.rules, job.conditions, job.seed)
+            found[path] = replace(job, trials=())
     return list(found.values())
 
 
@@ -118,7 +120,7 @@ def sweep(
     called as trials are finished. Raises as `SweepFolder.open` and WorkersLost; all that was
     finished by then is kept.
     """
-    crew = Executor(jobs, scheduler)
+    executor = Executor(jobs, scheduler)
     if folder is None and scheduler is not None:
         raise WorkersLost("a cluster needs a folder that all its workers can write to: give one")
     place = TemporaryDirectory() if folder is None else nullcontext(str(folder))
@@ -129,8 +131,8 @@ def sweep(
         done = kept.finished(plan.keys, failed_too=not retry)
         todo = plan.jobs(done)
         if todo:
-            with crew.open() as shift:
-                _run(shift, todo, len(done), len(plan.keys), progress)
+            with executor.open() as pool:
+                _run(pool, todo, len(done), len(plan.keys), progress)
             done = kept.finished(plan.keys)
             _require_all(plan, done, path)
             kept.sweep_up()
@@ -140,16 +142,16 @@ def sweep(
 
 
 def _run(
-    shift: WorkerPool, todo: list[Job], before: int, total: int, progress: Progress | None
+    pool: WorkerPool, todo: list[Job], before: int, total: int, progress: Progress | None
 ) -> None:
     """First the truths that several jobs share, then the trials."""
     tell = progress or (lambda what, done, of: None)
     truths = truth_jobs(todo)
-    for number, _ in enumerate(shift.run(truths), 1):
+    for number, _ in enumerate(pool.run(run_job, truths), 1):
         tell("truth", number, len(truths))
     done = before
     tell("trials", done, total)
-    for count in shift.run(todo):
+    for _, count in pool.run(run_job, todo):
         done += count
         tell("trials", done, total)
 
@@ -165,13 +167,14 @@ def _require_all(plan: SweepPlan, done: Mapping[str, TrialOutcome], folder: Path
 
 
 def trials_table(plan: SweepPlan, done: Mapping[str, TrialOutcome]) -> pa.Table:
-    """The table of a sweep; done: the outcomes by key."""
-    outcomes = [done[trial.key] for trial in plan.trials]
-    columns: dict[str, pa.Array] = {"point": pa.array([trial.number for trial in plan.trials])}
+    """The table of a sweep's finished trials; done: the outcomes by key."""
+    trials = [trial for trial in plan.trials if trial.key in done]
+    outcomes = [done[trial.key] for trial in trials]
+    columns: dict[str, pa.Array] = {"point": pa.array([trial.number for trial in trials])}
     for axis in plan.design.axes:
-        columns[axis] = pa.array([trial.point.get(axis) for trial in plan.trials])
-    columns["seed"] = pa.array([trial.seed for trial in plan.trials])
-    columns["tracker"] = pa.array([trial.contender.name for trial in plan.trials])
+        columns[axis] = pa.array([trial.point.get(axis) for trial in trials])
+    columns["seed"] = pa.array([trial.seed for trial in trials])
+    columns["tracker"] = pa.array([trial.contender.name for trial in trials])
     names = list(dict.fromkeys(name for outcome in outcomes for name in outcome.scores))
     for name in names:
         columns[name] = pa.array([outcome.scores.get(name) for outcome in outcomes])
@@ -179,7 +182,7 @@ def trials_table(plan: SweepPlan, done: Mapping[str, TrialOutcome]) -> pa.Table:
     columns["detections"] = pa.array([outcome.detections for outcome in outcomes])
     columns["error"] = pa.array([outcome.error for outcome in outcomes], pa.string())
     columns["cpu_seconds"] = pa.array([outcome.cpu_seconds for outcome in outcomes])
-    about = {"design": plan.design.description(), "code": code_digest(), "versions": versions()}
+    about = {"design": plan.design.description(), "code": plan.code, "versions": versions()}
     return pa.table(columns).replace_schema_metadata({"mot-sim sweep": json.dumps(about)})
 
 
@@ -187,3 +190,66 @@ def write_table(path: Path, table: pa.Table) -> None:
     """The table as Parquet, as a whole or not at all."""
     with whole_file(path) as half:
         pq.write_table(table, half)
+
+
+@dataclass(frozen=True, eq=False)
+class PartialSweep:
+    """What a folder holds of a sweep. table: of the finished trials; None of none.
+
+    done, wanted: trials. description, code, versions: as `sweep.json` has them.
+    """
+
+    table: pa.Table | None
+    done: int
+    wanted: int
+    description: Mapping[str, Any]
+    code: str
+    versions: dict[str, str]
+
+
+def read_partial(folder: Path) -> PartialSweep:
+    """Of the design in `sweep.json`, whatever is finished in `trials/`.
+
+    Raises BadFile for a damaged `sweep.json`, for another format, and for a design that this
+    mot-sim cannot understand (a tracker of somebody's own that is not to be found here).
+    """
+    file = folder / SWEEP_FILE
+    try:
+        about = json.loads(read_text(file))
+        form, code = about["format"], str(about["code"])
+        versions = {str(name): str(each) for name, each in about["versions"].items()}
+        description = dict(about["design"])
+    except CONTENT_ERRORS as error:
+        raise BadFile(f"{file}: no sweep of ours: {error!r:.120}") from None
+    if form != FORMAT:
+        raise BadFile(f"{file}: a sweep of format {form!r:.20}, this mot-sim reads {FORMAT}")
+    try:
+        plan = SweepPlan(_design(description), folder, code)
+    except (TrackingError, *CONTENT_ERRORS) as error:
+        raise BadFile(
+            f"{file}: its design cannot be understood here: {str(error)[:200]}; run its command "
+            "again where it was made, then report"
+        ) from None
+    found = SweepFolder(folder).finished(plan.keys)
+    done = sum(trial.key in found for trial in plan.trials)
+    table = trials_table(plan, found) if done else None
+    return PartialSweep(table, done, len(plan.trials), description, code, versions)
+
+
+def _design(description: Mapping[str, Any]) -> Design:
+    """The design that a description is of."""
+    known = {each.name for each in fields(Design)}
+    given = {name: value for name, value in description.items() if name in known}
+    given["axes"] = {
+        axis: Range(levels["low"], levels["high"], levels["log"])
+        if isinstance(levels, Mapping)
+        else tuple(levels)
+        for axis, levels in description["axes"].items()
+    }
+    given["trackers"] = tuple(
+        TrackerSpec(
+            name, each["made_by"], {key: each[key] for key in each if key != "made_by"}
+        )
+        for name, each in description["trackers"].items()
+    )  # fmt: skip
+    return Design(**given)

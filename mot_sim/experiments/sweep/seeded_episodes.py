@@ -6,40 +6,25 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
+from mot_sim.experiments.executor import one_thread
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import Recordings, TrialSequence, drive_of
 from mot_sim.experiments.sweep.paths import Level
-from mot_sim.experiments.sweep.work import one_thread
 from mot_sim.files.fingerprint import code_digest
 from tracker import Camera, Frame, Sequence, Tracks
 from tracker.errors import BadConfig
-from tracker.types import Detections
+from tracker.types import Detections, SequenceWrapper
 
-FRAMES = 50  # of an episode, where a test does not say; 5 s
-IN_MEMORY = 16  # episodes
+DEFAULT_FRAMES = 50  # of an episode, where a test does not say; 5 s
+MAX_EPISODES_IN_MEMORY = 16  # episodes
 
 
 @dataclass(frozen=True, eq=False)
-class Handed:
+class CopiedFrames(SequenceWrapper):
     """A sequence whose every frame is a copy, so that no tracker spoils it for the next."""
 
-    inner: Sequence
-
-    @property
-    def name(self) -> str:
-        """The sequence's own name."""
-        return self.inner.name
-
-    @property
-    def camera(self) -> Camera:
-        """The camera, as the tracker is told of it."""
-        return self.inner.camera
-
-    def __len__(self) -> int:
-        return len(self.inner)
-
     def __iter__(self) -> Iterator[Frame]:
-        for frame in self.inner:
+        for frame in self.sequence:
             seen = frame.detections
             columns = {
                 name: column.copy() for name, column in vars(seen).items() if column is not None
@@ -71,7 +56,7 @@ class SeededEpisode:
     @property
     def frames(self) -> Sequence:
         """The frames in the order of time, copied for whoever asks."""
-        return Handed(self.drive.sequence)
+        return CopiedFrames(self.drive.sequence)
 
     @property
     def truth(self) -> Tracks:
@@ -97,7 +82,7 @@ def mot_episode(
     seed: int = 0,
     *,
     profile: str = "rrc",
-    frames: int = FRAMES,
+    frames: int = DEFAULT_FRAMES,
     cache: Path | str | None = None,
     **knobs: Level,
 ) -> SeededEpisode:
@@ -118,7 +103,7 @@ def mot_episode(
     return SeededEpisode(scene, seed, axes, _drive(scene, seed, tuple(axes.items()), place))
 
 
-@lru_cache(maxsize=IN_MEMORY)
+@lru_cache(maxsize=MAX_EPISODES_IN_MEMORY)
 def _drive(
     scene: str, seed: int, axes: tuple[tuple[str, Level], ...], cache: Path
 ) -> TrialSequence:

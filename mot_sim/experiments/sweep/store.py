@@ -3,22 +3,37 @@
 import json
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass
-from hashlib import sha256
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from shutil import rmtree
 from typing import Any
 
-from mot_sim.experiments.sweep.trial import TrialOutcome
-from mot_sim.files.documents import read_json
+from mot_sim.files.cache_folder import CacheFolder
 from mot_sim.files.fingerprint import FORMAT, code_digest
-from mot_sim.files.settings import holds_something, versions
+from mot_sim.files.resumable_folder import read_description, require_ours
+from mot_sim.files.settings import differences, versions
 from mot_sim.files.writing import write_lines
-from tracker.errors import BadConfig, BadFile, OutputExists
+from tracker.errors import BadConfig, BadFile
 
 SWEEP_FILE, TABLE_FILE = "sweep.json", "table.parquet"
-PARTS = ("trials", "truth", "traffic")
-MOST_NAMED = 4  # differences that an error lists
+SWEEP_PARTS = ("trials", "truth", "traffic")
+NO_SWEEP = "no sweep of ours"  # what is said of a folder or file that is none
+MAX_NAMED_DIFFERENCES = 4  # that an error lists
+
+
+@dataclass(frozen=True, eq=False)
+class TrialOutcome:
+    """What came of a trial. scores: by TrackEval's names; none where there is an error.
+
+    frames: that came. detections: in them. cpu_seconds: of tracking; the only value that differs
+    from run to run.
+    """
+
+    scores: dict[str, int | float] = field(default_factory=dict)
+    error: str | None = None
+    frames: int = 0
+    detections: int = 0
+    cpu_seconds: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -46,34 +61,28 @@ class SweepFolder:
         if extend and overwrite:
             raise BadConfig("--extend keeps what is there, --overwrite removes it: keep one")
         told = json.loads(json.dumps(description))
-        if holds_something(path):
-            if not (path / SWEEP_FILE).is_file():
-                raise OutputExists(
-                    f"{path}: not empty, and no sweep of ours; choose another folder"
-                )
+        if require_ours(path / SWEEP_FILE, NO_SWEEP):
             if overwrite:
                 folder.clear()
             else:
-                folder._require_same(told, extend)
+                folder.require_same(told, extend)
         about = {"format": FORMAT, "code": code_digest(), "versions": versions(), "design": told}
         write_lines(path / SWEEP_FILE, [json.dumps(about, indent=2)])
         return folder
 
     def clear(self) -> None:
         """Remove all that a sweep wrote."""
-        for part in PARTS:
+        for part in SWEEP_PARTS:
             rmtree(self.path / part, ignore_errors=True)
         for name in (TABLE_FILE, SWEEP_FILE):
             (self.path / name).unlink(missing_ok=True)
 
-    def _require_same(self, description: Mapping[str, Any], extend: bool) -> None:
+    def require_same(self, description: Mapping[str, Any], extend: bool) -> None:
         """Raise BadFile for a folder of another format, BadConfig for another design or code."""
         file = self.path / SWEEP_FILE
-        try:
-            about = read_json(file, "no sweep of ours")
-            form, code, design = about["format"], str(about["code"]), dict(about["design"])
-        except (ValueError, TypeError, KeyError, AttributeError) as error:
-            raise BadFile(f"{file}: no sweep of ours: {error!r}; choose another folder") from None
+        form, code, design = read_description(
+            file, NO_SWEEP, lambda told: (told["format"], str(told["code"]), dict(told["design"]))
+        )
         if form != FORMAT:
             raise BadFile(
                 f"{file}: a sweep of format {form}, this mot-sim writes {FORMAT}: choose another "
@@ -82,24 +91,20 @@ class SweepFolder:
         if extend:
             return
         cure = "give the same, --extend (keeps the trials that are the same), or another folder"
-        differing = [
-            f"{name} was {design.get(name)!r} and is {description.get(name)!r}"
-            for name in sorted({*design, *description})
-            if design.get(name) != description.get(name)
-        ]
-        if differing:
-            more = f"; and {len(differing) - MOST_NAMED} more" * (len(differing) > MOST_NAMED)
-            named = "; ".join(differing[:MOST_NAMED])
-            raise BadConfig(f"{file}: another sweep: {named}{more}; {cure}")
+        if found := differences(design, description):
+            more = len(found) - MAX_NAMED_DIFFERENCES
+            named = "; ".join(found[:MAX_NAMED_DIFFERENCES]) + f"; and {more} more" * (more > 0)
+            raise BadConfig(f"{file}: another sweep: {named}; {cure}")
         if code != code_digest():
             raise BadConfig(
                 f"{file}: made by other code or libraries ({code[:8]}, this is "
                 f"{code_digest()[:8]}): its trials are not ours; {cure}"
             )
 
-    def trial(self, key: str) -> Path:
-        """Where a trial lies, or will lie."""
-        return self.path / "trials" / key[:2] / f"{key}.json"
+    @property
+    def trials(self) -> CacheFolder:
+        """The finished trials, by key."""
+        return CacheFolder(self.path / "trials", "outcome")
 
     def finished(self, keys: Iterable[str], *, failed_too: bool = True) -> dict[str, TrialOutcome]:
         """The trials among these that stand here; failed_too: those with an error as well."""
@@ -112,26 +117,15 @@ class SweepFolder:
 
     def write(self, key: str, outcome: TrialOutcome, about: Mapping[str, Any]) -> None:
         """Keep a trial; about: what a person wants to know who opens the file."""
-        content = asdict(outcome)
-        whole = {"format": FORMAT, "about": about, "sha256": _hash(content), "outcome": content}
-        write_lines(self.trial(key), [json.dumps(whole)])
+        self.trials.write(key, asdict(outcome), format=FORMAT, about=dict(about))
 
     def read(self, key: str) -> TrialOutcome | None:
         """A trial; None where there is none, or where a crash of the machine left half of one."""
-        try:
-            whole = read_json(self.trial(key))
-            content = whole["outcome"]
-            return TrialOutcome(**content) if whole["sha256"] == _hash(content) else None
-        except (BadFile, ValueError, TypeError, KeyError):
-            return None
+        return self.trials.read(key, lambda content: TrialOutcome(**content))
 
     def sweep_up(self) -> None:
         """Remove what killed processes left half written; for when nobody works here any more."""
-        for part in PARTS:
+        for part in SWEEP_PARTS:
             for half in (self.path / part).rglob(".*.half"):
                 with suppress(OSError):
                     half.unlink()
-
-
-def _hash(content: Mapping[str, Any]) -> str:
-    return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

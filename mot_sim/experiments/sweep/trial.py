@@ -1,32 +1,25 @@
-"""One trial: a tracker over one drive, its output checked, then scored; what fails is said."""
+"""One trial: a tracker over one drive, its output checked, then scored; what fails is said.
+
+A worker does the trials of one seed under one condition together: they share what they are given.
+"""
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from pathlib import Path
 from time import thread_time
 
 import numpy as np
 
-from mot_sim.experiments.sweep.drives import TrialSequence
+from mot_sim.experiments.sweep.conditions import Conditions
+from mot_sim.experiments.sweep.drives import Recordings, TrialSequence, drive_of
+from mot_sim.experiments.sweep.store import SweepFolder, TrialOutcome
 from mot_sim.experiments.sweep.tracker_specs import BadRows, TrackerSpec
+from mot_sim.files.fingerprint import code_digest
 from mot_sim.metrics import evaluate_sequence
 from tracker import Tracks
+from tracker.errors import BadConfig
 
-MOST_WORDS = 300  # letters of an error that are kept
-
-
-@dataclass(frozen=True, eq=False)
-class TrialOutcome:
-    """What came of a trial. scores: by TrackEval's names; none where there is an error.
-
-    frames: that came. detections: in them. cpu_seconds: of tracking; the only value that differs
-    from run to run.
-    """
-
-    scores: dict[str, int | float] = field(default_factory=dict)
-    error: str | None = None
-    frames: int = 0
-    detections: int = 0
-    cpu_seconds: float = 0.0
+MAX_ERROR_LETTERS = 300  # that are kept of what a tracker says
 
 
 def run_trial(
@@ -58,7 +51,7 @@ def run_trial(
         scores = evaluate_sequence(drive.truth, output, drive.frame_count, rules)
     except (Exception, SystemExit) as error:  # noqa: BLE001
         kind = "" if isinstance(error, BadRows) else f"{type(error).__name__}: "
-        words = " ".join(f"{at}: {kind}{error}".split())[:MOST_WORDS]
+        words = " ".join(f"{at}: {kind}{error}".split())[:MAX_ERROR_LETTERS]
         return TrialOutcome({}, words, len(came), detections, thread_time() - start)
     numbers = {name: _plain(number) for name, number in scores.numbers().items()}
     return TrialOutcome(numbers, None, len(came), detections, seconds)
@@ -93,3 +86,55 @@ def require_rows(rows: object, allowed: list[int]) -> None:
 def _plain(number: int | float) -> int | float:
     """A number of Python, which JSON gives back to the last digit."""
     return int(number) if isinstance(number, int | np.integer) else float(number)
+
+
+@dataclass(frozen=True)
+class Job:
+    """Trials that share conditions and seed, and so what the trackers are given.
+
+    code: of the process that asks. trials: their keys and trackers; without any the truth alone
+    is made.
+    """
+
+    folder: Path
+    code: str
+    rules: str
+    conditions: Conditions
+    seed: int
+    trials: tuple[tuple[str, TrackerSpec], ...] = ()
+
+
+def run_job(job: Job) -> int:
+    """Do a job and give the number of its trials; each is written as soon as it is finished.
+
+    What goes wrong before a tracker is asked is the error of all the trials. Raises BadConfig
+    where the code here is not the code that asked.
+    """
+    if job.code != code_digest():
+        raise BadConfig(
+            f"a worker has other code or libraries ({code_digest()[:8]}, asked {job.code[:8]}): "
+            "install the same mot-sim, numpy, scipy and OpenCV on all machines"
+        )
+    folder = SweepFolder(job.folder)
+    drive = _drive(job)
+    for key, contender in job.trials:
+        about = {"tracker": contender.name, "scene": job.conditions.scene, "seed": job.seed}
+        if isinstance(drive, TrialSequence):
+            outcome = run_trial(contender, drive, job.rules)
+        else:
+            outcome = TrialOutcome({}, drive)
+        folder.write(key, outcome, about)
+    return len(job.trials)
+
+
+def _drive(job: Job) -> TrialSequence | str:
+    """What the trackers are given; or what went wrong with it."""
+    try:
+        recorded = Recordings(job.folder).truth(job.conditions, job.seed)
+        if not job.trials:
+            return ""
+        return drive_of(job.conditions, recorded, job.seed)
+    except OSError:
+        raise  # a disk that is full or gone is no result
+    except Exception as error:  # noqa: BLE001
+        return " ".join(f"no drive: {type(error).__name__}: {error}".split())[:MAX_ERROR_LETTERS]

@@ -14,20 +14,24 @@ from numpy import ndarray as Array
 
 from mot_sim.experiments.tuning.folds import balanced_folds, traits_of
 from mot_sim.experiments.tuning.labelled import LabelledSequence
-from mot_sim.experiments.tuning.weighing import WHOLE, Scale, Weights, weights_of
+from mot_sim.experiments.tuning.weighing import WEIGHT_SUM, Scale, Weights, weights_of
 from mot_sim.metrics import Scores, combine
 from mot_sim.simulation import random_numbers
 from tracker.errors import BadConfig
 
 OBJECTIVES = ("HOTA", "MOTA")
-STEPS = (200, 100, 50, 25)  # of the local search, thousandths of the whole weight
+MOVE_STEPS = (200, 100, 50, 25)  # of the local search, thousandths of the whole weight
 # Called with what is under way, how many weight vectors are done, and of how many.
 Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
 class WeightSearch:
-    """How weights are sought. samples: drawn at random; objective: what counts; seed: of random_numbers."""
+    """How weights are sought.
+
+    objective: the score that counts, of OBJECTIVES. samples: weight vectors drawn at random, on
+    top of the start and each cost alone. folds: of cross-validation. seed: of the random draws.
+    """
 
     objective: str = "HOTA"
     samples: int = 60
@@ -77,7 +81,7 @@ class Tuned:
     def spelled(self) -> str:
         """The weights as `--costs` takes them."""
         pairs = zip(self.names, self.weights, strict=True)
-        return ",".join(f"{name}={weight / WHOLE:g}" for name, weight in pairs if weight)
+        return ",".join(f"{name}={weight / WEIGHT_SUM:g}" for name, weight in pairs if weight)
 
 
 def tune(
@@ -108,7 +112,7 @@ def tune(
             _fold(scale, search, placed, fold, weights) for fold, weights in enumerate(chosen)
         ),
         weights=mean,
-        spread=np.std(np.array(chosen) / WHOLE, axis=0, ddof=1),
+        spread=np.std(np.array(chosen) / WEIGHT_SUM, axis=0, ddof=1),
         overall=worth(scale, search, scale.drives, mean),
         start=worth(scale, search, scale.drives, first),
         held_out=_unseen(scale, search, placed, chosen),
@@ -119,7 +123,7 @@ def tune(
 
 
 def candidates(start: Weights, search: WeightSearch) -> list[Weights]:
-    """What the random search weighs: the start, each cost alone, all alike, then random_numbers.
+    """What the random search weighs: the start, each cost alone, all alike, then random ones.
 
     Draws are even over the simplex (Dirichlet's distribution with ones).
     """
@@ -140,7 +144,7 @@ def refined(
     """The best of the known weights on these drives, improved by moving weight between costs."""
     value = {each: worth(scale, search, train, each) for each in known}
     best = max(known, key=lambda each: value[each])
-    for step in STEPS:
+    for step in MOVE_STEPS:
         while True:
             near = neighbours(best, step)
             scale.weigh(near, tell)

@@ -4,11 +4,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from joblib import Parallel, delayed, parallel_config
-
 from mot_sim.evaluation.runs import track_sequence
+from mot_sim.experiments.executor import Executor
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
-from mot_sim.experiments.sweep.work import one_thread
 from mot_sim.experiments.tuning.labelled import LabelledSequence
 from mot_sim.experiments.tuning.score_cache import ScoreCache
 from mot_sim.files.fingerprint import code_digest, digest
@@ -47,12 +45,8 @@ class KittiBenchmark:
         ]
         done = len(keys) - len(lacking)
         self.tell(what, done, len(keys))
-        with parallel_config("loky", inner_max_num_threads=1), one_thread():
-            crew = Parallel(n_jobs=self.jobs, batch_size=1, return_as="generator_unordered")
-            for place, scores in crew(
-                delayed(_measured)(place, drive, each)
-                for place, (drive, each) in enumerate(lacking)
-            ):
+        with Executor(self.jobs).open() as pool:
+            for place, scores in pool.run(_measured, lacking):
                 drive, each = lacking[place]
                 found[drive.name, each.name] = scores
                 about = {"drive": drive.name, "tracker": each.name}
@@ -68,12 +62,11 @@ class KittiBenchmark:
         }
 
 
-def _measured(
-    place: int, drive: LabelledSequence, contender: TrackerSpec
-) -> tuple[int, dict[str, Scores]]:
-    """A worker's task; place: of the task."""
+def _measured(task: tuple[LabelledSequence, TrackerSpec]) -> dict[str, Scores]:
+    """A worker's task: the scores of a tracker on a drive, by the rules."""
+    drive, contender = task
     tracker = contender.build(drive.sequence.camera)
     rows, _ = track_sequence(tracker, drive.sequence)  # type: ignore[arg-type]
-    return place, {
+    return {
         rules: evaluate_sequence(drive.truth, rows, drive.frame_count, rules) for rules in RULES
     }

@@ -1,8 +1,8 @@
 """Costs of all pairs of neighbouring frames, computed once: a two-frame tracker by any weights.
 
-With `ConstantPosition`, births from any score and no memory (`Tracker.paper`), what is expected in a frame
-are the detections of the frame before, whatever was matched with what. So every cost of every
-pair is known before any weight is chosen, and a weight vector costs an assignment a frame.
+With `ConstantPosition`, births from any score and no memory (`Tracker.paper`), what is expected in
+a frame are the detections of the frame before, whatever was matched with what. So every cost of
+every pair is known before any weight is chosen, and a weight vector costs an assignment a frame.
 """
 
 from dataclasses import dataclass, field, replace

@@ -1,18 +1,14 @@
 """Scores as JSON, such that those of several drives can be combined later; kept by a hash."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mot_sim.files.documents import read_json
-from mot_sim.files.writing import write_lines
+from mot_sim.files.cache_folder import CacheFolder
 from mot_sim.metrics import Clear, Devkit2018, Hota, Identity, Scores
-from tracker.errors import BadFile
 
 CLEARS = {kind.__name__: kind for kind in (Clear, Devkit2018)}
 
@@ -47,34 +43,22 @@ def _plain(family: Any) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class ScoreCache:
-    """A folder of scores, a file each, by the hash of all that decides them.
-
-    A file is whole or it is not there; one that is damaged counts as not there.
-    """
+    """A folder of scores, a file each, by the hash of all that decides them; see `CacheFolder`."""
 
     folder: Path
 
-    def path(self, key: str) -> Path:
-        """Where the scores lie, or will lie."""
-        return self.folder / key[:2] / f"{key}.json"
+    @property
+    def files(self) -> CacheFolder:
+        """The files."""
+        return CacheFolder(self.folder, "scores")
 
     def read(self, key: str) -> dict[str, Scores] | None:
         """Scores by the name of their drive; None where there are none."""
-        try:
-            whole = read_json(self.path(key))
-            content = whole["scores"]
-            if whole["sha256"] != _hash(content):
-                return None
-            return {name: of_plain(each) for name, each in content.items()}
-        except (BadFile, ValueError, TypeError, KeyError, AttributeError):
-            return None
+        return self.files.read(
+            key, lambda content: {name: of_plain(each) for name, each in content.items()}
+        )
 
     def write(self, key: str, scores: Mapping[str, Scores], about: Mapping[str, Any]) -> None:
         """Keep scores; about: what a person wants to know who opens the file."""
         content = {name: as_plain(each) for name, each in scores.items()}
-        whole = {"about": dict(about), "sha256": _hash(content), "scores": content}
-        write_lines(self.path(key), [json.dumps(whole)])
-
-
-def _hash(content: Mapping[str, Any]) -> str:
-    return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+        self.files.write(key, content, about=dict(about))

@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from joblib import Parallel, delayed, parallel_config
 
 from mot_sim.evaluation.runs import track_sequence
+from mot_sim.experiments.executor import Executor
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
-from mot_sim.experiments.sweep.work import one_thread
 from mot_sim.experiments.tuning.labelled import LabelledSequence
 from mot_sim.experiments.tuning.pair_costs import Checked, PairCosts
 from mot_sim.experiments.tuning.score_cache import ScoreCache
@@ -25,7 +24,7 @@ Progress = Callable[[int, int], None]
 
 # One weight a cost, in thousandths: whole numbers, so that equal vectors are equal.
 Weights = tuple[int, ...]
-WHOLE = 1000
+WEIGHT_SUM = 1000
 
 
 def weights_of(values: Sequence[float]) -> Weights:
@@ -39,9 +38,9 @@ def weights_of(values: Sequence[float]) -> Weights:
             f"weights {[float(f'{each:g}') for each in values]}: give finite numbers, none below "
             "0 and not all of them 0"
         )
-    exact = WHOLE * given / given.sum()
+    exact = WEIGHT_SUM * given / given.sum()
     rounded = np.floor(exact).astype(np.int64)
-    most_cut = np.argsort(rounded - exact, kind="stable")[: WHOLE - int(rounded.sum())]
+    most_cut = np.argsort(rounded - exact, kind="stable")[: WEIGHT_SUM - int(rounded.sum())]
     rounded[most_cut] += 1
     return tuple(rounded.tolist())
 
@@ -68,7 +67,7 @@ class Method:
         """The tracker for a drive, its costs checked as they come."""
         made: Any = self.contender.build(drive.sequence.camera)
         costs = tuple(
-            (weight / WHOLE, Checked(name, COSTS[name]()))
+            (weight / WEIGHT_SUM, Checked(name, COSTS[name]()))
             for name, weight in zip(self.names, weights, strict=True)
             if weight > 0
         )
@@ -89,21 +88,27 @@ def score(
 ) -> Scores:
     """The scores of one drive by these weights."""
     if cached is not None:
-        rows = cached.track(tuple(each / WHOLE for each in weights))
+        rows = cached.track(tuple(each / WEIGHT_SUM for each in weights))
     else:
         rows, _ = track_sequence(method.build(drive, weights), drive.sequence)
     return evaluate_sequence(drive.truth, rows, drive.frame_count, rules)
 
 
-def _score_many(
-    method: Method,
-    drive: LabelledSequence,
-    cached: PairCosts | None,
-    batch: Sequence[Weights],
-    rules: str,
-) -> list[Scores]:
+@dataclass(frozen=True, eq=False)
+class _Batch:
     """A worker's task: several weight vectors on one drive."""
-    return [score(method, drive, cached, weights, rules) for weights in batch]
+
+    method: Method
+    drive: LabelledSequence
+    cached: PairCosts | None
+    batch: Sequence[Weights]
+    rules: str
+
+    def scores(self) -> list[Scores]:
+        return [
+            score(self.method, self.drive, self.cached, weights, self.rules)
+            for weights in self.batch
+        ]
 
 
 @dataclass(eq=False)
@@ -123,8 +128,7 @@ class Scale:
     cached: dict[str, PairCosts | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.jobs == 0 or self.jobs < -1:
-            raise BadConfig(f"--jobs {self.jobs}: give 1 or more, or -1 for all cores")
+        self.executor = Executor(self.jobs)
 
     @classmethod
     def of(
@@ -181,19 +185,14 @@ class Scale:
             return
         self._prepare()
         size = 1 if self.jobs == 1 else 8
-        with parallel_config("loky", inner_max_num_threads=1), one_thread():
-            crew = Parallel(n_jobs=self.jobs, batch_size=1)
+        with self.executor.open() as pool:
             for first in range(0, len(lacking), size):
                 batch = lacking[first : first + size]
-                yield (
-                    batch,
-                    crew(
-                        delayed(_score_many)(
-                            self.method, drive, self.cached[drive.name], batch, self.rules
-                        )
-                        for drive in self.drives
-                    ),
-                )
+                tasks = [
+                    _Batch(self.method, drive, self.cached[drive.name], batch, self.rules)
+                    for drive in self.drives
+                ]
+                yield batch, pool.run_in_order(_Batch.scores, tasks)
 
     def _prepare(self) -> None:
         """The pair costs of every drive, once."""

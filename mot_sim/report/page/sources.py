@@ -9,7 +9,6 @@ from pathlib import Path, PurePosixPath
 
 from mot_sim.evaluation.run_folder import RUN_FILE
 from mot_sim.experiments.results.result_file import (
-    FAULTS,
     RESULT_FILE,
     Cell,
     Made,
@@ -18,9 +17,10 @@ from mot_sim.experiments.results.result_file import (
     read_result,
 )
 from mot_sim.experiments.results.result_tables import sweep_tables
+from mot_sim.experiments.sweep.running import read_partial
 from mot_sim.experiments.sweep.store import SWEEP_FILE
 from mot_sim.experiments.sweep.summary import summary
-from mot_sim.experiments.sweep.unfinished import read_partial
+from mot_sim.files.documents import CONTENT_ERRORS
 from mot_sim.files.text import read_text
 from tracker.errors import BadConfig, BadFile
 
@@ -130,7 +130,7 @@ def _run(folder: Path) -> Result:
         )
         versions = {str(name): str(each) for name, each in described["versions"].items()}
         finished = bool(described["complete"])
-    except FAULTS as error:
+    except CONTENT_ERRORS as error:
         raise BadFile(f"{file}: no run of ours: {error!r:.120}") from None
     shown = [path for path in sorted(folder.iterdir()) if path.suffix.lower() in SHOWN_FILES]
     files = tuple(path.name for path in shown if path.is_file() and not path.is_symlink())

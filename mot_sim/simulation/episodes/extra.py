@@ -16,7 +16,7 @@ from numpy import ndarray as Array
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.files.array_files import ArrayFormat, checksum, require_columns
 from mot_sim.files.documents import parse_json
-from mot_sim.files.text import LARGEST
+from mot_sim.files.text import MAX_NUMBER
 from mot_sim.simulation.cars.vehicles import Vehicles
 from mot_sim.simulation.episode import SimulatedDrive
 from mot_sim.simulation.episodes.places import PICTURES
@@ -104,7 +104,7 @@ def require_sound(arrays: Mapping[str, Array], frame_count: int, path: Path) -> 
         if array.dtype.kind != "f":
             continue
         numbers = array if name in NEVER_NAN or not name.startswith(MAY_BE_NAN) else _known(array)
-        if not (np.abs(numbers) <= LARGEST).all():
+        if not (np.abs(numbers) <= MAX_NUMBER).all():
             raise BadFile(f"{path}: {name} holds a number that is not finite; record again")
     for name in FRAME_COLUMNS:
         frames = arrays[name]

@@ -11,7 +11,7 @@ from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.sensors.checks import require_rates, require_sigmas
 from mot_sim.simulation.sensors.correlated_noise import FRAME_ID, Autocorrelation, bursts
-from tracker.types import Camera, Frame
+from tracker.types import Frame, SequenceWrapper
 
 MAX_STAMP_ERROR_STEPS = 0.45  # steps that a time stamp is off at most, so that time goes forward
 
@@ -61,25 +61,12 @@ class Timing:
 
 
 @dataclass(frozen=True, eq=False)
-class Timed:
+class Timed(SequenceWrapper):
     """A sequence with time stamps of its own, and detections `late` frames old."""
 
     sequence: RecordedSequence
     stamps: Float[Array, " k"]
     late: int = 0
-
-    @property
-    def name(self) -> str:
-        """The sequence's own name."""
-        return self.sequence.name
-
-    @property
-    def camera(self) -> Camera:
-        """The sequence's own camera."""
-        return self.sequence.camera
-
-    def __len__(self) -> int:
-        return len(self.sequence)
 
     def __iter__(self) -> Iterator[Frame]:
         for frame, stamp in zip(self.sequence, self.stamps.tolist(), strict=True):

@@ -13,12 +13,12 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
+from mot_sim.datasets.camera_files import planar_poses
 from mot_sim.datasets.kitti import KittiSequence
 from mot_sim.simulation.traffic.recording import RecordedTraffic, Replay
 from mot_sim.simulation.traffic.scripted import SEDAN_SIZE
 from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
 from tracker.errors import BadConfig
-from tracker.geometry import invert
 from tracker.types import Tracks
 
 REPLAYED_KINDS = ("Car", "Van")
@@ -60,14 +60,6 @@ def kitti_recording(
         rows = slice(*np.searchsorted(cars.frames, [frame, frame + 1]).tolist())
         states.append(_state(cars.select(rows), poses[rows], speed[rows], ego, frame))
     return RecordedTraffic.of(states)
-
-
-def planar_poses(Ts_world_road: Float[Array, "t 4 4"]) -> Float[Array, "t 3"]:
-    """x, y, heading in the road plane of the first pose: x its forward, y its right."""
-    Ts_first_road = invert(Ts_world_road[0]) @ Ts_world_road
-    right, _, forward = Ts_first_road[:, :3, 3].T
-    heading = np.unwrap(np.arctan2(Ts_first_road[:, 0, 2], Ts_first_road[:, 2, 2]))
-    return np.stack((forward, right, heading), axis=1)
 
 
 def world_poses(cars: Tracks, egos: Float[Array, "t 3"]) -> Float[Array, "n 3"]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from mot_sim.experiments.results.result_file import read_result, write_result
-from mot_sim.experiments.sweep.work import Job
+from mot_sim.experiments.sweep.trial import Job
 from tests.mot_sim.cli.conftest import CommandLine
 from tests.mot_sim.report.page.made import stress_result, write_every
 from tests.mot_sim.report.page.pages import Page
@@ -96,8 +96,8 @@ def test_a_sweep_that_was_interrupted_is_shown_as_far_as_it_is(
     mot_sim: CommandLine, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     axis = ("--axis", "detector.jitter=0,1,2", "--out", tmp_path / "out")
-    crew = import_module("mot_sim.experiments.sweep.executor")
-    real, trials = crew.run_job, []
+    running = import_module("mot_sim.experiments.sweep.running")
+    real, trials = running.run_job, []
 
     def ctrl_c_after_two(job: Job) -> int:
         if len(trials) == 2:
@@ -105,7 +105,7 @@ def test_a_sweep_that_was_interrupted_is_shown_as_far_as_it_is(
         trials.extend([job] if job.trials else [])
         return real(job)
 
-    monkeypatch.setattr(crew, "run_job", ctrl_c_after_two)
+    monkeypatch.setattr(running, "run_job", ctrl_c_after_two)
     assert mot_sim(*SWEEP, *axis).code == 130
     told = mot_sim("report", tmp_path / "out", "--out", tmp_path / "r.html")
     assert told.code == 0, told.err

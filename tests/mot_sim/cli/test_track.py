@@ -71,7 +71,7 @@ def test_the_run_file_says_how_the_results_were_made(
     assert run["settings"] == {
         "tracker": "paper",
         "costs": "reprojection=0.4,volume=0.6",
-        "associate": "greedy",
+        "association": "greedy",
         "cues": None,
         "root": str(tree),
         "split": "training",

@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from mot_sim.datasets.recorded import DetectionLog, RecordedSequence, adjoint_of
+from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
 from tracker.errors import BadConfig
-from tracker.geometry import homogeneous, invert, transform
+from tracker.geometry import adjoint_of, homogeneous, invert, transform
 from tracker.types import Camera, Detections, Sequence
 
 CAMERA = Camera.mounted(np.array([[100.0, 0, 50], [0, 100, 20], [0, 0, 1]]), (100, 40), 1.65)

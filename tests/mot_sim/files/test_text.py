@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mot_sim.files.text import LARGEST, read_table
+from mot_sim.files.text import MAX_NUMBER, read_table
 from tests.mot_sim.datasets.conftest import write
 from tracker.errors import BadFile
 
@@ -110,7 +110,7 @@ def test_what_is_not_text_is_refused(tmp_path: Path) -> None:
         read_table(tmp_path, COLUMNS)
 
 
-@given(st.lists(st.tuples(*[st.floats(-LARGEST, LARGEST)] * 3), max_size=5))
+@given(st.lists(st.tuples(*[st.floats(-MAX_NUMBER, MAX_NUMBER)] * 3), max_size=5))
 def test_written_floats_are_read_bit_by_bit(
     tmp_path_factory: pytest.TempPathFactory, rows: list[tuple[float, float, float]]
 ) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mot_sim.datasets import DetectionLog, RecordedSequence
-from mot_sim.report.ground import GroundMap, planar_poses
+from mot_sim.report.ground import GroundMap
 from mot_sim.simulation.episodes import read_episode
 from mot_sim.simulation.rig import Rig
 from tests.mot_sim.report.small import drive
@@ -32,7 +32,7 @@ def turning(frames: int = 8) -> RecordedSequence:
 
 
 def test_planar_poses_start_at_the_first_frame_and_turn_right() -> None:
-    poses = planar_poses(turning())
+    poses = GroundMap.of(turning(), None).poses
     assert poses is not None
     np.testing.assert_allclose(poses[0], 0.0, atol=1e-9)
     np.testing.assert_allclose(poses[1], [5.0, 0.0, 0.1], atol=1e-9)

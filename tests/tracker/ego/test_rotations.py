@@ -6,13 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from tracker.ego.rotations import (
-    adjoint_of,
-    cross_matrix,
-    motion_transform,
-    rotation_of,
-    rotation_vector,
-)
+from tracker.ego.rotations import motion_transform, rotation_of, rotation_vector
+from tracker.geometry import adjoint_of, cross_matrix
 
 VECTORS = arrays(float, 3, elements=st.floats(-1.7, 1.7))
 TWISTS = arrays(float, 6, elements=st.floats(-1.0, 1.0))

@@ -7,7 +7,7 @@ import pytest
 
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
 from tests.tracker.samples import LEVEL
-from tracker.types import Detections, Frame, Sequence
+from tracker.types import Detections, Frame, Sequence, SequenceWrapper
 
 
 def recorded() -> RecordedSequence:
@@ -20,6 +20,13 @@ def test_a_recorded_drive_is_a_sequence() -> None:
     assert isinstance(sequence, Sequence)
     assert sequence.camera is LEVEL
     assert [len(frame.detections) for frame in sequence] == [0, 1, 0]
+
+
+def test_a_wrapped_sequence_is_a_sequence_like_the_one_inside() -> None:
+    sequence = SequenceWrapper(recorded())
+    assert isinstance(sequence, Sequence)
+    assert (sequence.name, sequence.camera, len(sequence)) == ("short", LEVEL, 3)
+    assert [frame.index for frame in sequence] == [0, 1, 2]
 
 
 def test_a_list_of_frames_is_no_sequence_because_it_has_no_camera() -> None:

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from mot_sim.experiments.sweep import WorkersLost
-from mot_sim.experiments.sweep import cluster as dask_cluster
+from mot_sim.experiments import executor
+from mot_sim.experiments.executor import WorkersLost
 from mot_sim.experiments.sweep.running import sweep
 from tests.mot_sim.experiments.small import numbers, small_design, trial_files
 
@@ -101,7 +101,7 @@ def test_a_cluster_without_any_worker_left_is_given_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr(dask_cluster, "LONELY", 2.0)
+    monkeypatch.setattr(executor, "IDLE_TIMEOUT", 2.0)
     with (
         scheduler(tmp_path) as (address, _),
         pytest.raises(WorkersLost, match=r"workers are gone: .* no worker"),
@@ -113,7 +113,7 @@ def test_a_scheduler_that_does_not_answer_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr(dask_cluster, "PATIENCE", 0.5)
+    monkeypatch.setattr(executor, "CONNECT_TIMEOUT", 0.5)
     with pytest.raises(WorkersLost, match=r"no Dask scheduler at tcp://127\.0\.0\.1:9: "):
         sweep(small_design(), tmp_path, scheduler=NOBODY)
     with pytest.raises(WorkersLost, match=r"no Dask scheduler at nonsense://x: "):

@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from mot_sim.experiments.sweep import Design, WorkersLost
-from mot_sim.experiments.sweep import work as worker
+from mot_sim.experiments.sweep import trial as worker
 from mot_sim.experiments.sweep.running import sweep
 from tests.mot_sim.experiments.small import BARE, numbers, small_design, trial_files
 from tracker.errors import BadConfig, BadFile, OutputExists, TrackingError

@@ -79,7 +79,7 @@ def test_no_truth_is_within_reach_of_a_frame(episode: SeededEpisode) -> None:
     assert set(vars(frame)) == {
         "index", "time", "detections", "T_now_before", "motion_cov", "image"
     }  # fmt: skip
-    assert set(vars(episode.frames)) == {"inner"}
+    assert set(vars(episode.frames)) == {"sequence"}
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from mot_sim.evaluation.runs import track_sequence
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.tuning.cross_validation import WeightSearch, candidates, neighbours, tune
 from mot_sim.experiments.tuning.labelled import LabelledSequence
-from mot_sim.experiments.tuning.weighing import WHOLE, Method, Scale, Weights, weights_of
+from mot_sim.experiments.tuning.weighing import WEIGHT_SUM, Method, Scale, Weights, weights_of
 from mot_sim.metrics import Devkit2018, Scores, evaluate_sequence
 from tests.mot_sim.experiments.made import small_drives
 from tracker.errors import BadConfig, MissingCue, UnknownName
@@ -86,7 +86,7 @@ def test_weights_are_thousandths_that_sum_up() -> None:
     assert weights_of([0.0, 2.0]) == (0, 1000)
     rng = np.random.default_rng(0)
     for row in rng.dirichlet(np.ones(5), 50):
-        assert sum(weights_of(row.tolist())) == WHOLE
+        assert sum(weights_of(row.tolist())) == WEIGHT_SUM
 
 
 @pytest.mark.parametrize("weights", [[-0.1, 1.0], [0.0, 0.0], [np.nan, 1.0], [np.inf, 1.0], []])

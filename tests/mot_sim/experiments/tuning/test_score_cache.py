@@ -32,8 +32,8 @@ def test_what_is_not_there_or_damaged_is_none(tmp_path: Path) -> None:
     kept = ScoreCache(tmp_path)
     assert kept.read("abcd") is None
     kept.write("abcd", {"a": scores("trackeval", [1, 1, 1])}, {})
-    text = kept.path("abcd").read_text()
-    kept.path("abcd").write_text(text[: len(text) // 2])
+    text = kept.files.path("abcd").read_text()
+    kept.files.path("abcd").write_text(text[: len(text) // 2])
     assert kept.read("abcd") is None
-    kept.path("abcd").write_text(text.replace('"CLR_TP": 3', '"CLR_TP": 2'))
+    kept.files.path("abcd").write_text(text.replace('"CLR_TP": 3', '"CLR_TP": 2'))
     assert kept.read("abcd") is None

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from mot_sim.simulation.renderers import RENDERERS, Renderer, find_renderer
-from mot_sim.simulation.renderers import context as gl
+from mot_sim.simulation.renderers import mesh as gl
 from mot_sim.simulation.renderers.raster import RasterRenderer
 from tracker.errors import TrackingError, UnknownName
 

@@ -1,0 +1,240 @@
+"""Who does the work: this process, processes of this machine (joblib), or a Dask cluster.
+
+Beside the experiments, since sweep, tuning and diagnosis all spread their work through it, and
+nothing below them does. How work is spread decides no number, so no fingerprint covers this file.
+"""
+
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from importlib import import_module
+from pickle import dumps, loads
+from threading import Event, Thread
+from typing import Any, TypeVar
+
+import cv2
+from joblib import Parallel, delayed, parallel_config
+from joblib.externals.loky.process_executor import TerminatedWorkerError
+from threadpoolctl import threadpool_limits
+
+from tracker.errors import BadConfig, TrackingError
+
+CONNECT_TIMEOUT = 10.0  # seconds that a scheduler may take to answer
+IDLE_TIMEOUT = 60.0  # seconds without any worker, after which none is expected any more
+POLL_SECONDS = 1.0  # between looks at which workers are there
+MAX_ERROR_LETTERS = 200  # that are kept of what joblib or Dask say
+KEPT = "finished trials are kept where there is a folder for them: run the same command again"
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+
+class WorkersLost(TrackingError):
+    """Those who do the work cannot be reached, or went away."""
+
+
+@dataclass(frozen=True)
+class Executor:
+    """jobs: processes of this machine; 1: this one alone, -1: one a core.
+
+    scheduler: the address of a Dask scheduler, tcp://HOST:PORT, whose workers are used instead.
+    Raises BadConfig for a number of jobs that cannot be, and for both at once.
+    """
+
+    jobs: int = 1
+    scheduler: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.jobs == 0 or self.jobs < -1:
+            raise BadConfig(f"--jobs {self.jobs}: give 1 or more, or -1 for all cores")
+        if self.scheduler is not None and self.jobs != 1:
+            raise BadConfig("--jobs is for this machine, --scheduler for a cluster: keep one")
+
+    @contextmanager
+    def open(self) -> "Iterator[WorkerPool]":
+        """The workers, ready. Raises WorkersLost for a cluster that does not answer."""
+        if self.scheduler is None:
+            yield WorkerPool(self.jobs, {"backend": "loky", "inner_max_num_threads": 1})
+        else:
+            with _cluster_backend(self.scheduler) as backend:
+                yield WorkerPool(-1, {"backend": backend}, is_far=True)
+
+
+@dataclass(frozen=True)
+class WorkerPool:
+    """Workers that are ready. backend: of joblib. is_far: they are not of this machine."""
+
+    jobs: int
+    backend: dict[str, Any]
+    is_far: bool = False
+
+    def run(
+        self, function: Callable[[Task], Result], tasks: Sequence[Task]
+    ) -> Iterator[tuple[int, Result]]:
+        """The place of each task and what the function gives for it, as they are finished.
+
+        One process of this machine, and a single task, need no others: they are done here, in
+        order. Everywhere the numeric libraries have one thread. function: of a module; it and
+        the tasks can be pickled. Raises what the function raises, and WorkersLost when workers
+        are killed, or a cluster goes away.
+        """
+        if not self.is_far and (self.jobs == 1 or len(tasks) < 2):
+            with one_thread():
+                for place, task in enumerate(tasks):
+                    yield place, function(task)
+        elif tasks:
+            try:
+                yield from self._spread(function, tasks)
+            except (TerminatedWorkerError, OSError) as error:
+                if not _is_loss(error):
+                    raise
+                words = " ".join(str(error).split())[:MAX_ERROR_LETTERS]
+                raise WorkersLost(f"workers are gone: {words}; {KEPT}") from None
+
+    def run_in_order(
+        self, function: Callable[[Task], Result], tasks: Sequence[Task]
+    ) -> list[Result]:
+        """What the function gives for each task, in the order of the tasks; see `run`."""
+        found = dict(self.run(function, tasks))
+        return [found[place] for place in range(len(tasks))]
+
+    def _spread(
+        self, function: Callable[[Task], Result], tasks: Sequence[Task]
+    ) -> Iterator[tuple[int, Result]]:
+        """Through joblib, one call per task.
+
+        Tasks travel as bytes: Dask would scatter objects to one worker, and lose them with it.
+        """
+        with parallel_config(**self.backend):
+            work = Parallel(n_jobs=self.jobs, batch_size=1, return_as="generator_unordered")
+            yield from work(
+                delayed(_run_packed)(function, place, dumps(task))
+                for place, task in enumerate(tasks)
+            )
+
+
+def _run_packed(function: Callable[[Any], Result], place: int, packed: bytes) -> tuple[int, Result]:
+    """A task in a worker process, whose libraries have one thread from now on."""
+    threadpool_limits(1)
+    cv2.setNumThreads(1)
+    return place, function(loads(packed))
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """While it lasts, BLAS, numpy and OpenCV of this process have one thread."""
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        with threadpool_limits(1):
+            yield
+    finally:
+        cv2.setNumThreads(before)
+
+
+def _is_loss(error: Exception) -> bool:
+    """Whether workers or their scheduler are gone; other errors are of files."""
+    is_dask = type(error).__module__.startswith("distributed.")
+    return isinstance(error, TerminatedWorkerError | TimeoutError) or is_dask
+
+
+@contextmanager
+def _cluster_backend(address: str) -> Iterator[Any]:
+    """joblib's Dask backend on the scheduler of that address, while it lasts.
+
+    Raises WorkersLost where nobody answers, and for Dask not being installed.
+    """
+    try:
+        distributed = import_module("distributed")
+    except ImportError:
+        raise WorkersLost(
+            "--scheduler needs Dask: pip install 'mot-sim[scale]', here and on every worker"
+        ) from None
+    with _quiet():
+        try:
+            client = distributed.Client(address, timeout=CONNECT_TIMEOUT, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise WorkersLost(
+                f"no Dask scheduler at {address}: {str(error)[:MAX_ERROR_LETTERS]}; start one with "
+                "`dask scheduler` and give tcp://HOST:PORT"
+            ) from None
+        backend, stop = _backend(client), Event()
+        watch = Thread(target=_watch, args=(client, backend, stop), daemon=True)
+        watch.start()
+        try:
+            yield backend
+        finally:
+            stop.set()
+            watch.join(2.0 * CONNECT_TIMEOUT)
+            with suppress(OSError):
+                client.close(timeout=CONNECT_TIMEOUT)
+
+
+def _backend(client: Any) -> Any:
+    """joblib's backend, which waits for ever where a task is lost; this one says so."""
+    theirs: Any = import_module("joblib._dask").DaskDistributedBackend
+
+    class LossReporting(theirs):  # type: ignore[misc]
+        """Gives the loss of a task to joblib as the task's result, which then raises it."""
+
+        def submit(self, func: Any, callback: Callable[[Any], None]) -> Any:
+            """As joblib's own, whose callback never hears of errors."""
+            future = super().submit(func, callback)
+            waiting[future] = callback
+            future.add_done_callback(tell)
+            return future
+
+        def retrieve_result_callback(self, out: Any) -> Any:
+            """The results of a task. Raises what became of it where there are none."""
+            if isinstance(out, TrackingError):
+                raise out
+            if isinstance(out, BaseException) or out is None:
+                raise WorkersLost(f"the cluster lost a task: {out!r}; {KEPT}")
+            return super().retrieve_result_callback(out)
+
+    def tell(done: "Future[Any]") -> None:
+        callback = waiting.pop(done, None)
+        error = None if done.cancelled() else done.exception()
+        if error is not None and callback is not None:
+            callback(error)
+
+    waiting: dict[Future[Any], Callable[[Any], None]] = {}
+    backend = LossReporting(client=client, wait_for_workers_timeout=IDLE_TIMEOUT)
+    backend.waiting = waiting
+    return backend
+
+
+def _watch(client: Any, backend: Any, stop: Event) -> None:
+    """Tell joblib when no worker has been there for so long."""
+    alone = 0.0
+    while not stop.wait(POLL_SECONDS):
+        try:
+            alone = 0.0 if client.ncores() else alone + POLL_SECONDS
+        except (OSError, ValueError, RuntimeError, AttributeError):
+            alone += (
+                POLL_SECONDS  # the scheduler is away; a client that has given up has none at all
+            )
+        if alone >= IDLE_TIMEOUT and backend.waiting:
+            _, callback = backend.waiting.popitem()
+            callback(WorkersLost(f"no worker has been there for {alone:.0f} s; {KEPT}"))
+            return
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """While it lasts, what Dask has to say is left to our one line."""
+    names = [each for each in logging.root.manager.loggerDict if each.startswith("distributed")]
+    loggers = [logging.getLogger(name) for name in names]
+    before = [each.level for each in loggers]
+    for each in loggers:
+        each.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        for each, level in zip(loggers, before, strict=True):
+            each.setLevel(level)
+
+
+__all__ = ["Executor", "WorkerPool", "WorkersLost", "one_thread"]
