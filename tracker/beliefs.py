@@ -20,11 +20,11 @@ from tracker.types.shape_pose import ShapePose
 # Length, height, width of the median car among KITTI's labels (ten sequences), metres.
 MEAN_CAR = (3.9, 1.5, 1.63)
 # Nearest depth of anything in front of the camera, metres.
-NEAR = 1.0
+MIN_DEPTH = 1.0
 # Beyond this a road contact says nothing (one pixel is 20 m at KITTI's focal length), metres.
-FAR = 150.0
+MAX_CONTACT_DEPTH = 150.0
 # A box whose lower edge is this near to the image's (pixels) is cut by it: no road contact.
-BORDER = 2.0
+BORDER_PIXELS = 2.0
 # Boxes times this are the pixels of their bottom centres.
 BOTTOM_CENTRE = np.array([[0.5, 0.0], [0.0, 0.0], [0.5, 0.0], [0.0, 1.0]])
 
@@ -80,7 +80,7 @@ class Beliefs(Rows):
         return Cuboids(self.cuboids.base, self.cuboids.yaw, size)
 
 
-NOTHING = Beliefs.empty()
+NO_BELIEFS = Beliefs.empty()
 
 
 def alike(parts: Sequence[Beliefs]) -> Sequence[Beliefs]:
@@ -131,7 +131,7 @@ class Lift:
         """
         boxes, n = detections.boxes, len(detections)
         if n == 0:
-            return NOTHING
+            return NO_BELIEFS
         yaw, size, behind = self._stance(detections)
         rays = camera.rays_road(boxes.dot(BOTTOM_CENTRE))
         heights = np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
@@ -139,8 +139,8 @@ class Lift:
 
         near, cov = self._road_contact(rays, doubt * heights, camera)
         near_by_height = camera.K[1, 1] * size[:, 1] / heights
-        cut = boxes[:, 3] >= camera.image_size[1] - 1.0 - BORDER
-        lost = cut | ~(near < FAR)
+        cut = boxes[:, 3] >= camera.image_size[1] - 1.0 - BORDER_PIXELS
+        lost = cut | ~(near < MAX_CONTACT_DEPTH)
         if np.count_nonzero(lost):
             _place_by_height(near, cov, near_by_height, lost, rays)
         if self.use_box_height:
@@ -208,6 +208,6 @@ def _place_by_height(
     rays: Float[Array, "n 3"],
 ) -> None:
     """Overwrite, in the `lost` rows, reach and covariance by what the box's height tells."""
-    near[lost] = np.clip(np.fmin(near[lost], near_by_height[lost]), NEAR, FAR)
+    near[lost] = np.clip(np.fmin(near[lost], near_by_height[lost]), MIN_DEPTH, MAX_CONTACT_DEPTH)
     along = rays[lost, ::2] * (0.5 * near[lost])[:, None]
     cov[lost] = along[:, :, None] * along[:, None, :] + np.eye(2)

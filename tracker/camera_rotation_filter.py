@@ -13,10 +13,14 @@ from tracker.types import Camera
 
 # Of a left perturbation (rho, phi) of T_now_before: where its yaw and its pitch stand.
 YAW, PITCH = 4, 3
-# Turns that are tried, in standard deviations; what a deviation costs, in shares of a box.
-TRIED, DEAR = np.linspace(-3.0, 3.0, 25), 0.1
-# Boxes that overlap less are not the same car; how far off (squared, in variances) counts half.
-MEET, HALF = 0.2, 6.0
+# Rotations that are tried, in standard deviations.
+SEARCH_DEVIATIONS = np.linspace(-3.0, 3.0, 25)
+# What a squared standard deviation costs in the search, in overlapping boxes.
+DEVIATION_PENALTY = 0.1
+# Boxes that overlap less are not the same car.
+MIN_IOU = 0.2
+# A squared difference of this many variances has half the weight of none.
+HALF_WEIGHT_VARIANCES = 6.0
 
 
 @dataclass(frozen=True)
@@ -67,7 +71,7 @@ class CameraRotationFilter:
         if len(rows) > 2:
             shared = np.median(off, axis=0)
         for _ in range(3):
-            weights = 1.0 / (var + (off - shared) ** 2 / HALF)
+            weights = 1.0 / (var + (off - shared) ** 2 / HALF_WEIGHT_VARIANCES)
             shared = (weights * off).sum(axis=0) / weights.sum(axis=0)
         left = np.ones(2)  # of the standard deviations as stated
         turn = np.zeros(2)
@@ -90,11 +94,11 @@ class CameraRotationFilter:
         """The turn (yaw, pitch) that makes most of the expected boxes meet detected ones."""
         best = np.zeros(2)
         for axis in open_.tolist():
-            turns = np.tile(best, (len(TRIED), 1))
-            turns[:, axis] = TRIED * std[axis]
+            turns = np.tile(best, (len(SEARCH_DEVIATIONS), 1))
+            turns[:, axis] = SEARCH_DEVIATIONS * std[axis]
             boxes = np.stack([_turned(expected, turn, camera) for turn in turns])
             met = box_iou(boxes[:, :, None], detected[None, None]).max(axis=2).sum(axis=1)
-            best = turns[int(np.argmax(met - DEAR * TRIED**2))]
+            best = turns[int(np.argmax(met - DEVIATION_PENALTY * SEARCH_DEVIATIONS**2))]
         return best
 
 
@@ -127,6 +131,6 @@ def _pairs(
 ) -> tuple[Int[Array, " k"], Int[Array, " k"]]:
     """The rows and columns of boxes that are likely the same cars."""
     overlap = box_iou(a[:, None], b[None])
-    rows, columns = linear_sum_assignment(-np.where(overlap > MEET, overlap, 0.0))
-    met = overlap[rows, columns] > MEET
+    rows, columns = linear_sum_assignment(-np.where(overlap > MIN_IOU, overlap, 0.0))
+    met = overlap[rows, columns] > MIN_IOU
     return rows[met], columns[met]

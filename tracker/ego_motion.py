@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.beliefs import NEAR, Beliefs
+from tracker.beliefs import MIN_DEPTH, Beliefs
 from tracker.geometry import propagate_covariance
 from tracker.types import Camera, Cuboids, Frame
 from tracker.types.shape_pose import ShapePose
@@ -66,7 +66,7 @@ def _carry_boxes(
     """The boxes as fronto-parallel windows at the car's depth, seen from the camera of now."""
     cuboids = beliefs.cuboids
     depth = cuboids.base.dot(camera.T_cam_road[2, :3]) + camera.T_cam_road[2, 3]
-    depth = np.maximum(depth - 0.25 * cuboids.size[:, 0], NEAR)
+    depth = np.maximum(depth - 0.25 * cuboids.size[:, 0], MIN_DEPTH)
     R, t = T_now_before[:3, :3], T_now_before[:3, 3]
     K_R = camera.K.dot(R)
     H = K_R.dot(camera.K_inverse)  # carries pixels at infinity

@@ -13,7 +13,7 @@ from tracker.types import Camera
 TRAFFIC = ("recorded", "live")
 RENDER_MODES = ("rgb_array", "human")
 OPTIONS = ("traffic", "render_mode", "image", "max_detections", "renderer", "scale", "kept_runs")
-SCALES = (0.1, 2.0)
+SCALE_LIMITS = (0.1, 2.0)
 
 
 def require_words(traffic: str, render_mode: str | None, renderer: str, kept_runs: int) -> None:
@@ -48,8 +48,8 @@ def scene_made(name: str, knobs: tuple[tuple[str, Knob], ...]) -> Scene:
 
 def scaled(scene: Scene, scale: float) -> Scene:
     """The scene with a camera of fewer or more pixels, and the same view."""
-    if not SCALES[0] <= scale <= SCALES[1]:
-        raise BadConfig(f"scale is {scale:g}: give {SCALES[0]:g} to {SCALES[1]:g}")
+    if not SCALE_LIMITS[0] <= scale <= SCALE_LIMITS[1]:
+        raise BadConfig(f"scale is {scale:g}: give {SCALE_LIMITS[0]:g} to {SCALE_LIMITS[1]:g}")
     if scale == 1.0:
         return scene
     camera = scene.rig.camera

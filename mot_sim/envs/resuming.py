@@ -2,7 +2,7 @@
 
 from typing import Any
 
-KEPT = ("spec", "_np_random", "_np_random_seed", "observation_space", "action_space")
+KEPT_ATTRIBUTES = ("spec", "_np_random", "_np_random_seed", "observation_space", "action_space")
 
 
 class ReplayPickle:
@@ -26,7 +26,7 @@ class ReplayPickle:
 
     def __getstate__(self) -> dict[str, Any]:
         begun = None if self._episode is None else (self._episode, self._actions)
-        kept = {name: getattr(self, name) for name in KEPT}
+        kept = {name: getattr(self, name) for name in KEPT_ATTRIBUTES}
         return {"arguments": self._arguments, "begun": begun, "kept": kept}
 
     def __setstate__(self, pickled: dict[str, Any]) -> None:

@@ -21,7 +21,9 @@ from tracker.errors import BadConfig
 from tracker.geometry import invert
 from tracker.types import Detections, Frame, Tracks
 
-BLOCK = 16  # frames that are labelled at once where they are known: detectors have long memories
+BLOCK_FRAMES = (
+    16  # frames that are labelled at once where they are known: detectors have long memories
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +165,7 @@ class LazyRollout:
         first = len(self.annotations)
         if index < first:
             return
-        last = min(max(first + BLOCK, index + 1), len(self.rollout))
+        last = min(max(first + BLOCK_FRAMES, index + 1), len(self.rollout))
         found = [annotation_of(self.rollout, frame) for frame in range(first, last)]
         self.annotations += found
         log = sense(self.rollout, Annotations.concatenate(found).truth, np.arange(first, last))

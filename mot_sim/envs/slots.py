@@ -8,7 +8,7 @@ from numpy import ndarray as Array
 
 from tracker.association import Match
 
-EMPTY = -1
+EMPTY_SLOT = -1
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,12 +20,12 @@ class Slots:
     @classmethod
     def empty(cls, count: int) -> "Slots":
         """Nobody in any slot."""
-        return cls(np.full(count, EMPTY))
+        return cls(np.full(count, EMPTY_SLOT))
 
     @property
     def taken(self) -> Bool[Array, " s"]:
         """Which slots hold a track."""
-        return self.ids != EMPTY
+        return self.ids != EMPTY_SLOT
 
     def of(self, ids: Int[Array, " n"]) -> Int[Array, " n"]:
         """The slots of tracks that have one."""
@@ -34,9 +34,9 @@ class Slots:
 
     def after(self, living: Int[Array, " n"]) -> "Slots":
         """The slots once only these tracks live; those without one take the lowest free ones."""
-        ids = np.where(np.isin(self.ids, living), self.ids, EMPTY)
+        ids = np.where(np.isin(self.ids, living), self.ids, EMPTY_SLOT)
         new = living[~np.isin(living, ids)]
-        ids[np.flatnonzero(ids == EMPTY)[: len(new)]] = new
+        ids[np.flatnonzero(ids == EMPTY_SLOT)[: len(new)]] = new
         return Slots(ids)
 
 
@@ -48,13 +48,13 @@ def decide(
     action: for each detection a slot, slot_count for a new track, slot_count + 1 for none.
     costs: of the tracks, whose slots are given, with the detections; inf = impossible.
     """
-    rows_of = np.full(slot_count + 2, EMPTY)
+    rows_of = np.full(slot_count + 2, EMPTY_SLOT)
     rows_of[slots] = np.arange(len(slots))
     best: dict[int, int] = {}
     refused = 0
     for column in np.flatnonzero(action < slot_count).tolist():
         row = int(rows_of[action[column]])
-        if row == EMPTY or not np.isfinite(costs[row, column]):
+        if row == EMPTY_SLOT or not np.isfinite(costs[row, column]):
             refused += 1
         elif row not in best:
             best[row] = column

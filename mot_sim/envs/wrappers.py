@@ -15,7 +15,7 @@ from tracker import TRACKERS, Camera, Frame, Tracker, Tracks
 from tracker.errors import BadConfig, UnknownName
 
 Step = tuple[Observation, Any, bool, bool, dict[str, Any]]
-TRACKS = "tracks"
+TRACKS_KEY = "tracks"
 
 
 class TrackObservation(gym.Wrapper[Observation, Any, Observation, Any], RecordConstructorArgs):
@@ -45,7 +45,7 @@ class TrackObservation(gym.Wrapper[Observation, Any, Observation, Any], RecordCo
         if not isinstance(space, spaces.Dict):
             raise BadConfig(f"observations of {space} hold no tracks: wrap a scene environment")
         self.observation_space = spaces.Dict(
-            {**space.spaces, TRACKS: track_space(self.seen_by, max_tracks)}
+            {**space.spaces, TRACKS_KEY: track_space(self.seen_by, max_tracks)}
         )
 
     def reset(
@@ -65,7 +65,7 @@ class TrackObservation(gym.Wrapper[Observation, Any, Observation, Any], RecordCo
         frame: Frame = self.env.get_wrapper_attr("frame")
         self.tracks = self.tracker.step(frame)
         seen = observe_tracks(self.tracks, self.seen_by, self.max_tracks)
-        return {**observation, TRACKS: seen}
+        return {**observation, TRACKS_KEY: seen}
 
 
 class Scored(gym.Wrapper[Observation, Any, Observation, Any], RecordConstructorArgs):
@@ -79,7 +79,7 @@ class Scored(gym.Wrapper[Observation, Any, Observation, Any], RecordConstructorA
     def __init__(self, env: gym.Env[Observation, Any]) -> None:
         RecordConstructorArgs.__init__(self)
         super().__init__(env)
-        if not env.has_wrapper_attr(TRACKS):
+        if not env.has_wrapper_attr(TRACKS_KEY):
             raise BadConfig("there are no tracks to score: wrap in TrackObservation before")
         self.clear = RunningClear()
         self.rows: list[tuple[Tracks, Tracks]] = []
@@ -100,7 +100,7 @@ class Scored(gym.Wrapper[Observation, Any, Observation, Any], RecordConstructorA
 
     def _score(self, told: dict[str, Any], is_last: bool) -> dict[str, Any]:
         truth: FrameTruth = told["truth"]
-        tracks: Tracks = self.env.get_wrapper_attr(TRACKS)
+        tracks: Tracks = self.env.get_wrapper_attr(TRACKS_KEY)
         self.rows.append((truth.labels, tracks))
         self.clear.add(truth.labels, tracks, len(self.rows) - 1)
         scores = {**vars(self.clear.total), "MOTA": self.clear.total.MOTA}

@@ -8,7 +8,7 @@ from jaxtyping import Float, Float32, Shaped
 from numpy import ndarray as Array
 
 from tracker.descriptors.classical import Classical
-from tracker.descriptors.weights import SHIPPED, read_weights
+from tracker.descriptors.weights import SHIPPED_WEIGHTS, read_weights
 from tracker.errors import BadWeights, MissingCue
 from tracker.shape import windows_of
 
@@ -38,7 +38,7 @@ class Learned:
 
         Raises BadWeights for a file that is missing, damaged, or holds something else.
         """
-        return cls(*read_weights(SHIPPED if path is None else Path(path)))
+        return cls(*read_weights(SHIPPED_WEIGHTS if path is None else Path(path)))
 
     @property
     def needs_activations(self) -> bool:

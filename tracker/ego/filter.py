@@ -15,8 +15,8 @@ from tracker.errors import BadConfig
 from tracker.types import Camera
 
 Motion = tuple[Float[Array, "4 4"] | None, Float[Array, "6 6"] | None]
-UNKNOWN: Motion = (None, None)
-MOST_DOUBTS = 4
+UNKNOWN_MOTION: Motion = (None, None)
+MAX_DOUBTS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class Coasting:
         """The rates after some seconds of which nothing is known."""
         if rates is None:
             return CameraVelocity(np.zeros(6), _in_camera(self.start, camera))
-        wider = 4.0 ** min(rates.doubts, MOST_DOUBTS)  # surprises in a row: it does move like that
+        wider = 4.0 ** min(rates.doubts, MAX_DOUBTS)  # surprises in a row: it does move like that
         grown = rates.cov + wider * _in_camera(self.change, camera) * (seconds / 0.1)
         return CameraVelocity(rates.mean, grown, rates.age + seconds, rates.doubts)
 
@@ -97,7 +97,7 @@ class Coasting:
             forgotten = rates is None or expected.age > self.patience
             doubts = expected.doubts + (measured is not None)
             after = None if forgotten else replace(expected, doubts=doubts)
-        return after, UNKNOWN if after is None else self._motion(after, seconds)
+        return after, UNKNOWN_MOTION if after is None else self._motion(after, seconds)
 
     def _combine(
         self, expected: CameraVelocity, measured: MotionMeasurement, seconds: float

@@ -16,10 +16,10 @@ from tracker.ego.views import check_image, without_boxes
 from tracker.errors import BadConfig
 from tracker.types import Camera
 
-FEWEST_POINTS = 30
-LEAST_REACH = 0.5  # metres around the foretold length that are searched, whatever is known
+MIN_POINTS = 30
+MIN_REACH = 0.5  # metres around the foretold length that are searched, whatever is known
 UNREAD_STD = 20.0  # metres: a length that could not be read says nothing
-SURPRISE = 3.0  # standard deviations that a length may be off from what was foretold
+MAX_DEVIATION = 3.0  # standard deviations that a length may be off from what was foretold
 UNREAD_STILL_STD = 0.1  # metres: what `still` pixels may hide in a scene some 50 m deep
 
 
@@ -105,7 +105,7 @@ class VisualOdometry:
     def _measure(self, before: _View, now: _View, seconds: float) -> MotionMeasurement | None:
         """What the two images say; None when too few points agree on anything."""
         pixels_before, pixels_now = self.features(before.grey, now.grey, before.free)
-        if len(pixels_before) < FEWEST_POINTS:
+        if len(pixels_before) < MIN_POINTS:
             return None
         rays = self.camera.rays(pixels_before), self.camera.rays(pixels_now)
         noise = self.limits.noise / float(self.camera.K[0, 0])
@@ -113,7 +113,7 @@ class VisualOdometry:
         if parallax * self.camera.K[0, 0] < self.limits.still:
             return self._still(before, now, R)
         relative = relative_motion(*rays, noise)
-        if relative is None or relative.agreeing.sum() < FEWEST_POINTS:
+        if relative is None or relative.agreeing.sum() < MIN_POINTS:
             return None
         if relative.agreeing.mean() < self.limits.agreeing:
             return None
@@ -140,7 +140,7 @@ class VisualOdometry:
         expected = self.coasting.foretell(self.rates, self.camera, seconds)
         foretold = float(expected.mean[:3] @ d) * seconds
         spread = float(np.sqrt(d @ expected.cov[:3, :3] @ d)) * seconds
-        reach = max(4.0 * spread, LEAST_REACH)
+        reach = max(4.0 * spread, MIN_REACH)
         low, high = max(foretold - reach, 0.0), min(foretold + reach, self.coasting.speed * seconds)
         guesses = np.linspace(low, max(high, low), 2 + int(max(high - low, 0.0) / 0.08))
         length = self._length(before, now, relative.R, d, guesses)
@@ -150,9 +150,9 @@ class VisualOdometry:
         if length is not None:
             metres, std = length.metres, self._length_std(length)
             surprise = abs(metres - foretold)
-            doubted = bool(surprise > SURPRISE * np.hypot(std, spread))
+            doubted = bool(surprise > MAX_DEVIATION * np.hypot(std, spread))
             if doubted:  # but not forgotten: if it stays, the filter opens
-                std = float(np.sqrt((surprise / SURPRISE) ** 2 - spread**2))
+                std = float(np.sqrt((surprise / MAX_DEVIATION) ** 2 - spread**2))
         return self._metric(relative, metres, std, doubted)
 
     def _metric(

@@ -7,7 +7,7 @@ from numpy import ndarray as Array
 from tracker.errors import BadDetections, BadImage
 from tracker.types import Camera
 
-MARGIN = 3.0  # pixels around a box that are hidden with it
+BOX_MARGIN_PIXELS = 3.0  # pixels around a box that are hidden with it
 
 
 def check_image(image: Array, camera: Camera) -> UInt8[Array, "h w 3"]:
@@ -40,7 +40,7 @@ def without_boxes(boxes: Float[Array, "n 4"], image_size: tuple[int, int]) -> Bo
         raise BadDetections(f"box {row} is not finite: {boxes[row].tolist()}; leave it out")
     width, height = image_size
     free = np.ones((height, width), dtype=bool)
-    outer = boxes + (-MARGIN, -MARGIN, MARGIN, MARGIN)
+    outer = boxes + (-BOX_MARGIN_PIXELS, -BOX_MARGIN_PIXELS, BOX_MARGIN_PIXELS, BOX_MARGIN_PIXELS)
     corners = np.clip(np.round(outer), 0, [width, height, width, height]).astype(int)
     area = (boxes[:, 2] > boxes[:, 0]) & (boxes[:, 3] > boxes[:, 1])
     for x_min, y_min, x_max, y_max in corners[area].tolist():

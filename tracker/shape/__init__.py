@@ -1,9 +1,14 @@
 """Single-view shape: the deformable car (eq. 1) and the priors it comes from."""
 
 from tracker.shape.basis import ShapeBasis
-from tracker.shape.crops import MARGIN as CROP_MARGIN
-from tracker.shape.crops import SIDE as CROP_SIDE
-from tracker.shape.crops import cut_crops, from_shares, to_shares, windows_of
+from tracker.shape.crops import (
+    CROP_MARGIN,
+    CROP_SIDE,
+    cut_crops,
+    from_shares,
+    to_shares,
+    windows_of,
+)
 from tracker.shape.fit import ShapeFit
 from tracker.shape.fitted import FittedCars, no_car_fits
 from tracker.shape.heatmaps import decode

@@ -23,13 +23,13 @@ from tracker.shape.projection import SCALE, SHAPE, YAW, ObservedPoints, X, Z
 from tracker.shape.solver import Solved, inverses, solve
 from tracker.types import Camera
 
-FEWEST = 4  # visible keypoints: with fewer a car has no fit
-FAR_OUT = 1e5  # pixels from the origin: no point of an image, whatever a detector says
-CHUNK = 128  # cars at once: the arrays stay in the processor's cache
+MIN_KEYPOINTS = 4  # visible keypoints: with fewer a car has no fit
+MAX_PIXEL = 1e5  # pixels from the origin: no point of an image, whatever a detector says
+MAX_CARS_AT_ONCE = 128  # cars at once: the arrays stay in the processor's cache
 POSE_STEPS, JOINT_STEPS, LAST_STEPS = 3, 10, 25
-ROUGHLY = 0.02  # how far from its least cost a start may be when it is compared
-OUT_OF_THE_RACE = 20.0  # a start this much less likely (log) than the best is given up
-ORDER = (X, Z, YAW)  # of the covariance; the coefficients follow
+START_TOLERANCE = 0.02  # how far from its least cost a start may be when it is compared
+MAX_LOG_LIKELIHOOD_GAP = 20.0  # a start this much less likely (log) than the best is given up
+COV_ORDER = (X, Z, YAW)  # of the covariance; the coefficients follow
 
 
 def _shipped() -> CarModel:
@@ -93,9 +93,9 @@ class ShapeFit:
             raise BadDetections(f"{n} cars but {len(sigmas)} sigmas: give one row a car")
         confidence, count = self._confidence(keypoints, sigmas)
         fitted = FittedCars.unknown(n, self.model.basis.size)
-        rows = np.flatnonzero(count >= FEWEST)
-        for start in range(0, len(rows), CHUNK):
-            some = rows[start : start + CHUNK]
+        rows = np.flatnonzero(count >= MIN_KEYPOINTS)
+        for start in range(0, len(rows), MAX_CARS_AT_ONCE):
+            some = rows[start : start + MAX_CARS_AT_ONCE]
             fitted.put(some, self._fit(keypoints[some], confidence[some], sigmas[some], camera))
         return replace(fitted, seen=count)
 
@@ -116,7 +116,7 @@ class ShapeFit:
         self, keypoints: Float[Array, "n k 3"], sigmas: Float[Array, "n 2"]
     ) -> tuple[Float[Array, "n k"], Int[Array, " n"]]:
         """Confidences, 0 for points that were not seen, and the number of those that were."""
-        usable = np.isfinite(keypoints[:, :, 2]) & (np.abs(keypoints[:, :, :2]) < FAR_OUT).all(
+        usable = np.isfinite(keypoints[:, :, 2]) & (np.abs(keypoints[:, :, :2]) < MAX_PIXEL).all(
             axis=2
         )
         usable &= (np.isfinite(sigmas) & (sigmas > 0.0)).all(axis=1)[:, None]
@@ -171,11 +171,11 @@ class ShapeFit:
         softened = given.weighted(given.weights / inflation[:, None])
         width = np.full(inflation.shape, self.kernel)
         pose = self.free[self.free < SHAPE]
-        first = solve(softened, cars, pose, self.precision, width, POSE_STEPS, ROUGHLY)
+        first = solve(softened, cars, pose, self.precision, width, POSE_STEPS, START_TOLERANCE)
         kept = self._likeliest(first, rows, seen, around.centre, 2)
         wide = self.kernel * np.sqrt(inflation[kept])
         cars, both = first.cars[kept], given.rows(kept)
-        second = solve(both, cars, self.free, self.precision, wide, JOINT_STEPS, ROUGHLY)
+        second = solve(both, cars, self.free, self.precision, wide, JOINT_STEPS, START_TOLERANCE)
         kept = self._likeliest(second, rows[kept], seen, around.centre, 1)
         cars, width = second.cars[kept], width[: len(kept)]
         last = solve(sightings, cars, self.free, self.precision, width, LAST_STEPS)
@@ -203,12 +203,12 @@ class ShapeFit:
         which = np.cumsum(np.diff(rows, prepend=-1) > 0) - 1
         rank = np.arange(len(rows)) - begins[which]
         behind = score[order] - score[order[begins]][which]
-        return order[(rank == 0) | ((rank < count) & (behind < OUT_OF_THE_RACE))]
+        return order[(rank == 0) | ((rank < count) & (behind < MAX_LOG_LIKELIHOOD_GAP))]
 
     def _result(self, solved: Solved, seen: Int[Array, " n"]) -> FittedCars:
         """What is told about fitted cars."""
         cars, model = solved.cars, self.model
-        order = [int(np.flatnonzero(self.free == column)[0]) for column in ORDER]
+        order = [int(np.flatnonzero(self.free == column)[0]) for column in COV_ORDER]
         shape = np.flatnonzero(self.free >= SHAPE)
         told = np.concatenate((order, shape)).astype(np.int64)
         cov = inverses(solved.normal)[:, told[:, None], told]

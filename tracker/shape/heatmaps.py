@@ -5,7 +5,7 @@ from jaxtyping import Float, Float32
 from numpy import ndarray as Array
 
 # Cells around the peak whose mean is the point; `benchmarks.keypoints --synthetic` tries others.
-REACH = 2
+PEAK_REACH = 2
 
 
 def chances(heatmaps: Float32[Array, "n k h w"]) -> Float32[Array, "n k h w"]:
@@ -19,7 +19,7 @@ def chances(heatmaps: Float32[Array, "n k h w"]) -> Float32[Array, "n k h w"]:
     return raised
 
 
-def decode(heatmaps: Float32[Array, "n k h w"], reach: int = REACH) -> Float[Array, "n k 3"]:
+def decode(heatmaps: Float32[Array, "n k h w"], reach: int = PEAK_REACH) -> Float[Array, "n k 3"]:
     """The points of heatmaps: x, y as shares of the crop's sides, and a confidence.
 
     A point is the mean of the cells around the likeliest one, weighted by their chances; its

@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 X, Y, Z, YAW, SCALE, SHAPE = range(6)  # SHAPE: the first coefficient
-NEAREST = 0.5  # metres before the camera: no point of a car that is seen lies nearer
+MIN_POINT_DEPTH = 0.5  # metres before the camera: no point of a car that is seen lies nearer
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,7 @@ def residuals(
     P = sightings.P
     seen = P[:, :3] @ (turned + cars[:, X : Z + 1, None]) + P[:, 3:]
     depth = seen[:, 2]
-    inverse = (1.0 / np.maximum(depth, NEAREST))[:, None]
+    inverse = (1.0 / np.maximum(depth, MIN_POINT_DEPTH))[:, None]
     uv = seen[:, :2] * inverse
     by_x, by_y, by_z = ((P[:2, axis, None] - uv * P[2, axis]) * inverse for axis in (X, Y, Z))
     jacobian = np.empty((len(cars), len(free), *uv.shape[1:]))

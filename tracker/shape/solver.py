@@ -11,10 +11,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
-from tracker.shape.projection import NEAREST, ObservedPoints, residuals
+from tracker.shape.projection import MIN_POINT_DEPTH, ObservedPoints, residuals
 
-SMALLEST = 1e-4  # of a last step; in standard deviations of the result, 1 % of one
-FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-4, 1e-9, 1e8
+MIN_STEP = 1e-4  # of a last step; in standard deviations of the result, 1 % of one
+FIRST_DAMPING, MIN_DAMPING, MAX_DAMPING = 1e-4, 1e-9, 1e8
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ def _evaluate(
     prior = precision[free] * cars[:, free]
     cost = 0.5 * (width * np.log1p(excess)).sum(axis=1)
     cost += 0.5 * (prior * cars[:, free]).sum(axis=1)
-    behind = (depth < NEAREST) & (sightings.weights[:, 0] > 0.0)
+    behind = (depth < MIN_POINT_DEPTH) & (sightings.weights[:, 0] > 0.0)
     cost[behind.any(axis=1)] = np.inf
     root = np.sqrt(sightings.weights / (1.0 + excess)[:, None])
     n, f = len(cars), len(free)
@@ -69,7 +69,7 @@ def solve(
     precision: Float[Array, " p"],
     kernel: Float[Array, "n k"],
     steps: int,
-    smallest: float = SMALLEST,
+    smallest: float = MIN_STEP,
 ) -> Solved:
     """The cars of least cost near the given ones, moving only their `free` unknowns.
 
@@ -94,8 +94,8 @@ def solve(
         normal[rows[better]] = new.normal[better]
         point = _taken(point, new, better)
         damping = np.where(better, damping * 0.1, np.maximum(damping, 1e-6) * 30.0)
-        damping = np.maximum(damping, LEAST_DAMPING)
-        goes_on = (~better | (gain > smallest)) & (damping < MOST_DAMPING)
+        damping = np.maximum(damping, MIN_DAMPING)
+        goes_on = (~better | (gain > smallest)) & (damping < MAX_DAMPING)
         if not goes_on.all():
             rows, damping, kernel = rows[goes_on], damping[goes_on], kernel[goes_on]
             sightings = sightings.rows(np.flatnonzero(goes_on))
