@@ -4,9 +4,14 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from mot_sim.envs.association_env import AssociationEnv, hungarian_policy
+from mot_sim.envs.association_env import (
+    EMPTY_SLOT,
+    AssociationEnv,
+    Slots,
+    decide,
+    hungarian_policy,
+)
 from mot_sim.envs.errors import BadAction
-from mot_sim.envs.slots import EMPTY_SLOT, Slots, decide
 from mot_sim.metrics import evaluate_sequence
 from mot_sim.simulation.episodes import EpisodeFolder, record_episodes
 from mot_sim.simulation.registry import find_scene

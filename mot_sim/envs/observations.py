@@ -57,7 +57,7 @@ class ObservationBuilder:
     def observe(self, frame: Frame) -> Observation:
         """The padded arrays of a frame, new ones every time.
 
-        odometry: T_now_before, the identity where nobody knows it.
+        odometry: T_now_before, the identity where it is not known.
         """
         detections = surest(frame.detections, self.max_detections)
         motion = np.eye(4) if frame.T_now_before is None else frame.T_now_before.copy()
@@ -97,7 +97,7 @@ def pad_boxes(boxes: Float[Array, "n 4"], camera: Camera, count: int) -> Float[A
 
 
 def pad(rows: Shaped[Array, "n *d"], count: int, value: int = 0) -> Shaped[Array, "c *d"]:
-    """A new array of so many rows, the given ones first."""
+    """A new array of `count` rows, the given ones first."""
     padded = np.full((count, *rows.shape[1:]), value, rows.dtype)
     padded[: len(rows)] = rows[:count]
     return padded
@@ -105,11 +105,13 @@ def pad(rows: Shaped[Array, "n *d"], count: int, value: int = 0) -> Shaped[Array
 
 def track_space(camera: Camera, count: int) -> spaces.Space[Any]:
     """boxes (n 4), ids (n; -1 where there is none), mask (n)."""
-    return spaces.Dict({
-        "boxes": box_space(camera, count),
-        "ids": spaces.Box(NO_ID, MAX_ID, (count,), np.int64),
-        "mask": spaces.MultiBinary(count),
-    })  # fmt: skip
+    return spaces.Dict(
+        {
+            "boxes": box_space(camera, count),
+            "ids": spaces.Box(NO_ID, MAX_ID, (count,), np.int64),
+            "mask": spaces.MultiBinary(count),
+        }
+    )
 
 
 def observe_tracks(tracks: Tracks, camera: Camera, count: int) -> Observation:
