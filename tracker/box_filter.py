@@ -15,7 +15,7 @@ TO_CENTRE = np.array(
     [[0.5, 0.0, -1.0, 0.0], [0.0, 0.5, 0.0, -1.0], [0.5, 0.0, 1.0, 0.0], [0.0, 0.5, 0.0, 1.0]]
 )
 FROM_CENTRE = np.linalg.inv(TO_CENTRE)
-# An innovation beyond this share of the box's height says nothing of the detector's noise.
+# An innovation beyond this share of the box's height tells nothing of the detector's noise.
 MAX_INNOVATION = 0.5
 # The gain never falls below this: what is seen must not be overruled for good.
 MIN_GAIN = 0.2

@@ -1,4 +1,4 @@
-"""The turn of the camera since the last frame, corrected by what the boxes agree on."""
+"""The rotation of the camera since the last frame, corrected by what the boxes agree on."""
 
 from dataclasses import dataclass
 
@@ -27,22 +27,23 @@ HALF_WEIGHT_VARIANCES = 6.0
 class CameraRotationFilter:
     """Yaw and pitch of the camera's motion, as far as its covariance leaves them open.
 
-    A small turn shifts all boxes alike, which no car does. The motion as stated is the prior, the
-    turn that most expected boxes share with the detected ones the measurement (a mean with Cauchy
-    weights, since cars move on their own); both are Gaussian. Where the stated motion tells the
-    turn to within `min_pixels` pixels, nothing is done: so it is with KITTI's GPS/IMU.
-    jitter: std of the place of a box, pixels and share of its height.
+    A small rotation shifts all boxes alike, which no car does. The motion as stated is the prior;
+    the measurement is the rotation that most predicted boxes share with the detected ones (a mean
+    with Cauchy weights, since cars move on their own); both are Gaussian.
     """
 
     min_pixels: float = 1.0
+    """Where the stated motion has a std below this, in pixels of the image, nothing is done: so
+    with KITTI's GPS/IMU."""
     jitter: tuple[float, float] = (1.5, 0.03)
+    """Std of the place of a box, pixels and share of its height."""
 
     def __post_init__(self) -> None:
         if not (self.min_pixels > 0.0 and min(self.jitter) >= 0.0 and max(self.jitter) > 0.0):
-            raise BadConfig(f"{self}: least is above 0 pixels, jitter not below 0 and not all 0")
+            raise BadConfig(f"{self}: give min_pixels above 0, a jitter not below 0 and not all 0")
 
     def is_uncertain(self, motion_cov: Float[Array, "6 6"], camera: Camera) -> bool:
-        """Whether the covariance leaves the turn open by more than `least` pixels."""
+        """Whether the std of the rotation is more than `min_pixels` pixels."""
         widest = max(float(motion_cov[YAW, YAW]), float(motion_cov[PITCH, PITCH]))
         return float(camera.K[0, 0]) ** 2 * widest > self.min_pixels**2
 
@@ -54,7 +55,7 @@ class CameraRotationFilter:
         motion_cov: Float[Array, "6 6"],
         camera: Camera,
     ) -> tuple[Float[Array, "4 4"], Float[Array, "6 6"]]:
-        """The corrected motion and its covariance. expected: boxes by the motion as stated."""
+        """The corrected motion, its covariance. expected: boxes predicted by the stated motion."""
         if len(expected) == 0 or len(detected) == 0:
             return T_now_before, motion_cov
         std = np.sqrt(motion_cov[[YAW, PITCH], [YAW, PITCH]])

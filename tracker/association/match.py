@@ -1,4 +1,4 @@
-"""What an association says: matched pairs, unmatched tracks and unmatched detections."""
+"""The result of an association: matched pairs, unmatched tracks and unmatched detections."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable

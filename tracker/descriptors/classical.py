@@ -13,7 +13,8 @@ GRID_CELLS = 4  # cells along each side
 COLOUR_BINS = (8, 6, 6)  # of brightness, and of the two colour axes
 ORIENTATIONS = 8
 # Brightness: in stops from the picture's own; colours: differences of stops.
-BRIGHTNESS_RANGE, COLOUR_RANGE = (-4.0, 3.0), (-0.9, 0.9)
+BRIGHTNESS_RANGE = (-4.0, 3.0)
+COLOUR_RANGE = (-0.9, 0.9)
 SAMPLING_STRIDE = 4  # every fourth pixel tells how bright the picture is
 
 

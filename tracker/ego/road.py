@@ -40,7 +40,7 @@ class RoadScale:
 
     far, half_width: metres, how much road. spacing: pixels between those that take part.
     tilt_std: radians, how far a car's nose goes up and down on its springs (KITTI: 0.3 degrees).
-    independent: how many neighbouring pixels say one thing. least_likeness: below, no length.
+    independent: how many neighbouring pixels are one measurement. least_likeness: below, no length.
     """
 
     camera: Camera

@@ -44,7 +44,7 @@ class FlowCosts:
     def of_links(
         self, costs: Float[Array, " k"], max_cost: float, missed: Float[Array, " k"]
     ) -> Float[Array, " k"]:
-        """The cost of links. costs: pairwise, up to max_cost. missed: seconds of the gap between."""
+        """The cost of links. costs: pairwise, up to max_cost. missed: seconds of the gap."""
         deviation = np.square(costs / max_cost)
         hidden = np.where(missed > 0.0, self.gap + self.missed * missed, 0.0)
         return (self.birth + self.fit) * deviation - self.fit + hidden

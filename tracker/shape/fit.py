@@ -42,8 +42,8 @@ class ShapeFit:
 
     model: the cars. sigma: std of a keypoint, pixels, at confidence 1; at confidence c its
     variance is 1 / c of that. min_confidence: a point below it was not seen. road_std: how far
-    a car may stand above or below the road plane, metres. kernel: residuals beyond so many
-    standard deviations pull less and less. hypotheses: how many yaws are followed.
+    a car may stand above or below the road plane, metres. kernel: residuals beyond this many
+    standard deviations have less and less weight. hypotheses: how many yaws are followed.
     max_residual, max_yaw_std, max_depth_std: beyond them a fit is not trusted; the last is a
     fraction of the depth.
     """
@@ -124,7 +124,7 @@ class ShapeFit:
         confidence = np.where(confidence >= self.min_confidence, np.minimum(confidence, 1.0), 0.0)
         return confidence, np.count_nonzero(confidence, axis=1)
 
-    def _sightings(
+    def _observed_points(
         self,
         keypoints: Float[Array, "n k 3"],
         confidence: Float[Array, "n k"],
@@ -159,14 +159,14 @@ class ShapeFit:
     ) -> FittedCars:
         """Cars with enough points: scan, pose on the mean shape, pose and shape together."""
         n, seen = len(keypoints), confidence > 0.0
-        sightings, around = self._sightings(keypoints, confidence, sigmas, camera)
+        observed, around = self._observed_points(keypoints, confidence, sigmas, camera)
         begin = starts(around, self.model, seen, self.hypotheses, len(self.precision))
         rows = np.repeat(np.arange(n), self.hypotheses)
         cars = begin.reshape(len(rows), -1)
         # On the mean shape a point is off by what cars differ, too.
         px_per_m = np.sqrt(camera.K[0, 0] * camera.K[1, 1]) / np.maximum(cars[:, Z], 2.0)
         blur = around.var.take(rows, axis=0) * px_per_m[:, None] ** 2
-        given = sightings.rows(rows)
+        given = observed.rows(rows)
         inflation = 1.0 + blur * given.weights.mean(axis=1)
         softened = given.weighted(given.weights / inflation[:, None])
         width = np.full(inflation.shape, self.kernel)
@@ -178,7 +178,7 @@ class ShapeFit:
         second = solve(both, cars, self.free, self.precision, wide, JOINT_STEPS, START_TOLERANCE)
         kept = self._likeliest(second, rows[kept], seen, around.centre, 1)
         cars, width = second.cars[kept], width[: len(kept)]
-        last = solve(sightings, cars, self.free, self.precision, width, LAST_STEPS)
+        last = solve(observed, cars, self.free, self.precision, width, LAST_STEPS)
         return self._result(last, np.count_nonzero(seen, axis=1))
 
     def _likeliest(
@@ -206,12 +206,12 @@ class ShapeFit:
         return order[(rank == 0) | ((rank < count) & (behind < MAX_LOG_LIKELIHOOD_GAP))]
 
     def _result(self, solved: Solved, seen: Int[Array, " n"]) -> FittedCars:
-        """What is told about fitted cars."""
+        """The fitted cars as a table."""
         cars, model = solved.cars, self.model
         order = [int(np.flatnonzero(self.free == column)[0]) for column in COV_ORDER]
         shape = np.flatnonzero(self.free >= SHAPE)
-        told = np.concatenate((order, shape)).astype(np.int64)
-        cov = inverses(solved.normal)[:, told[:, None], told]
+        chosen = np.concatenate((order, shape)).astype(np.int64)
+        cov = inverses(solved.normal)[:, chosen[:, None], chosen]
         # 2 numbers a point, of which four are spent on the pose; the priors pay for the rest.
         residual = np.sqrt(2.0 * solved.cost / np.maximum(2.0 * seen - 3.0, 1.0))
         depth_std = np.sqrt(np.maximum(cov[:, 1, 1], 0.0)) / np.abs(cars[:, Z])

@@ -109,7 +109,7 @@ def scan_yaws(given: Rays) -> tuple[Float[Array, "n yaws"], Float[Array, "n yaws
     var = (given.var * given.weights).sum(axis=1) / total
     distance = (place**2).sum(axis=2)
     cost = 0.5 * squares / (var[:, None] + distance * given.sigma[:, None] ** 2)
-    # The doubt grows with the distance: a likelihood pays for it.
+    # The variance grows with the distance: a likelihood pays for it.
     cost += total[:, None] * np.log(var[:, None] + distance * given.sigma[:, None] ** 2)
     return cost + 1e3 * bad, place
 

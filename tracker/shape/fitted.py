@@ -1,4 +1,4 @@
-"""What a fit says of cars: shape, pose, size, place, doubt, and whether to believe it."""
+"""The result of a fit of cars: shape, pose, size, place, covariance, and whether to trust it."""
 
 from dataclasses import dataclass, fields, replace
 
@@ -66,13 +66,16 @@ class FittedCars(Rows):
         return Cuboids(self.base, self.yaw, self.size)
 
     def onto(self, detections: Detections) -> Detections:
-        """The detections with yaw, size, shape and their doubt; NaN where not to be trusted."""
+        """The detections with yaw, size, shape and covariance; NaN where the fit is not trusted."""
         if len(detections) != len(self):
             raise BadDetections(f"{len(self)} fits for {len(detections)} boxes: give one a box")
         wrong = ~self.trusted
         columns = {
-            "yaw": self.yaw, "size": self.size, "shape": self.shape, "pose_cov": self.pose_cov
-        }  # fmt: skip
+            "yaw": self.yaw,
+            "size": self.size,
+            "shape": self.shape,
+            "pose_cov": self.pose_cov,
+        }
         masked = {
             name: np.where(wrong.reshape(-1, *[1] * (column.ndim - 1)), np.nan, column)
             for name, column in columns.items()

@@ -33,7 +33,7 @@ NETWORK_HINT = "give an ONNX file that `mot-sim train-keypoints` wrote, with its
 
 @dataclass(frozen=True, eq=False)
 class SeenKeypoints(Rows):
-    """What the network says of boxes, a row each; NaN where a box shows nothing.
+    """The network's output for boxes, one row each; NaN where a box shows nothing.
 
     keypoints: u, v in pixels of the image, and confidence: the probability that the keypoint is
     visible and near that place; order of KEYPOINTS_36. activations: pooled maps of the first
