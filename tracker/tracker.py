@@ -134,7 +134,10 @@ class Tracker:
         return self.apply_match(frame, compared, match)  # update, output
 
     def cost_matrix(self, frame: Frame) -> CostMatrix:
-        """What this frame's detections cost against the predicted tracks; changes nothing."""
+        """What this frame's detections cost against the predicted tracks, see `CostMatrix`.
+
+        It changes nothing. Raises BadConfig when time goes backwards, MissingCue as the costs do.
+        """
         detections = self.suppress(frame.detections, self.camera)
         observed = self.lift(detections, self.camera)
         tracks = self._predict(frame, detections)
@@ -151,10 +154,8 @@ class Tracker:
         detections those with the lifecycle's `birth_score` begin tracks.
         """
         if self.explain:
-            ids, pairs = compared.tracks.ids, compared.pairs
-            self.explanation = Explanation.of(
-                frame.index, ids, pairs, self.costs, compared.costs, match
-            )
+            ids, pairs, total = compared.tracks.ids, compared.pairs, compared.costs
+            self.explanation = Explanation.of(frame.index, ids, pairs, self.costs, total, match)
         self.state = self._update(frame, compared, match)
         return self._output_rows(frame.index)
 

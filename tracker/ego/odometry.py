@@ -12,7 +12,7 @@ from tracker.ego.filter import CameraVelocity, Coasting, Motion, MotionMeasureme
 from tracker.ego.relative import Relative, relative_motion, turn_alone
 from tracker.ego.road import Length, RoadScale
 from tracker.ego.rotations import rotation_vector
-from tracker.errors import BadConfig
+from tracker.errors import BadConfig, BadDetections, BadImage
 from tracker.types import Camera
 
 MIN_POINTS = 30

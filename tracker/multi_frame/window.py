@@ -142,9 +142,8 @@ class Window:
         """The track's row in the oldest frame of the window, or none."""
         here = path[(path >= oldest.first) & (path < oldest.end)]
         if len(here) == 0:
-            frames = (*self.state.past, *self.state.window)
-            camera, acceleration_std = self.tracker.camera, self.acceleration_std
-            rows = fill_gaps(frames, path[:2], track_id, camera, acceleration_std)
+            span, camera = (*self.state.past, *self.state.window), self.tracker.camera
+            rows = fill_gaps(span, path[:2], track_id, camera, self.acceleration_std)
             return rows.select(rows.frames == oldest.index)
         row = here - oldest.first
         frames, ids = np.array([oldest.index]), np.array([track_id])

@@ -9,10 +9,14 @@ from tracker.shape.crops import (
     to_shares,
     windows_of,
 )
-from tracker.shape.fit import ShapeFit
-from tracker.shape.fitted import FittedCars, no_car_fits
-from tracker.shape.heatmaps import decode
-from tracker.shape.keypoints import SHIPPED_HOURGLASS, Hourglass, SeenKeypoints, network_input
+from tracker.shape.fit import FittedCars, ShapeFit, no_car_fits
+from tracker.shape.keypoints import (
+    SHIPPED_HOURGLASS,
+    Hourglass,
+    SeenKeypoints,
+    decode,
+    network_input,
+)
 from tracker.shape.model import CarModel, metric
 from tracker.shape.prior import (
     KEYPOINTS,
