@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from tracker.frameworks import FRAMEWORKS, Delayed
-from tracker.tracker import Tracker
+from tracker.tracker import CostMatrix, Tracker
 from tracker.types import Camera, Cuboids, Detections, Frame, Sequence, Tracks
 
 # Trackers by the name that the command line gives them.
@@ -16,6 +16,7 @@ __all__ = [
     "FRAMEWORKS",
     "TRACKERS",
     "Camera",
+    "CostMatrix",
     "Cuboids",
     "Delayed",
     "Detections",

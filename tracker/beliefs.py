@@ -20,11 +20,11 @@ from tracker.types.shape_pose import ShapePose
 # Length, height, width of the median car among KITTI's labels (ten sequences), metres.
 MEAN_CAR = (3.9, 1.5, 1.63)
 # Nearest depth of anything in front of the camera, metres.
-NEAR = 1.0
-# Beyond this a road contact says nothing (one pixel is 20 m at KITTI's focal length), metres.
-FAR = 150.0
+MIN_DEPTH = 1.0
+# Beyond this a road contact has no depth (one pixel is 20 m at KITTI's focal length), metres.
+MAX_CONTACT_DEPTH = 150.0
 # A box whose lower edge is this near to the image's (pixels) is cut by it: no road contact.
-BORDER = 2.0
+BORDER_PIXELS = 2.0
 # Boxes times this are the pixels of their bottom centres.
 BOTTOM_CENTRE = np.array([[0.5, 0.0], [0.0, 0.0], [0.5, 0.0], [0.0, 1.0]])
 
@@ -33,9 +33,9 @@ BOTTOM_CENTRE = np.array([[0.5, 0.0], [0.0, 0.0], [0.5, 0.0], [0.0, 1.0]])
 class Beliefs(Rows):
     """Objects in the road frame of one moment, with their uncertainty.
 
-    cuboids: where they stand. velocity: of the base along road x and z, m/s (0: nobody knows).
+    cuboids: where they stand. velocity: of the base along road x and z, m/s (0: unknown).
     cov: covariance of (x, z, velocity x, velocity z). boxes: in the image of that moment, as
-    seen (after `Lift`) or as expected (after `transport`), pixels, not clipped. shape_pose,
+    detected (after `Lift`) or as predicted (after ego-motion), pixels, not clipped. shape_pose,
     embedding: as last measured; None when no detector gives it.
     """
 
@@ -48,19 +48,19 @@ class Beliefs(Rows):
 
     @classmethod
     def empty(cls) -> "Beliefs":
-        """Nothing is believed to be anywhere."""
+        """No object."""
         return cls(Cuboids.empty(), np.zeros((0, 2)), np.zeros((0, 4, 4)), np.zeros((0, 4)))
 
     def updated(self, rows: RowIndex, others: "Beliefs") -> "Beliefs":
-        """These beliefs with others in the given rows; who does not know a cue does not know it."""
+        """These beliefs with others in the given rows; rows that lack a cue are filled with NaN."""
         mine, theirs = alike((self, others))
         return super(Beliefs, mine).updated(rows, theirs)
 
     @classmethod
     def concatenate(cls, parts: Sequence["Beliefs"]) -> "Beliefs":
-        """The rows of all parts; where only some know a cue, the others' is unknown.
+        """The rows of all parts; rows that lack a cue which others have are filled with NaN.
 
-        A frame without detections has no columns; it takes nothing from those remembered.
+        A frame without detections has no columns of cues; that takes none from the other rows.
         """
         return super().concatenate(alike(parts))
 
@@ -80,11 +80,11 @@ class Beliefs(Rows):
         return Cuboids(self.cuboids.base, self.cuboids.yaw, size)
 
 
-NOTHING = Beliefs.empty()
+NO_BELIEFS = Beliefs.empty()
 
 
 def alike(parts: Sequence[Beliefs]) -> Sequence[Beliefs]:
-    """The same beliefs; those that lack a cue which others have say that theirs is unknown."""
+    """The same beliefs; those that lack a cue which others have get NaN rows of it."""
     for cue in ("shape_pose", "embedding"):
         measured = [getattr(part, cue) for part in parts]
         known = [column for column in measured if column is not None]
@@ -98,7 +98,7 @@ def alike(parts: Sequence[Beliefs]) -> Sequence[Beliefs]:
 
 @dataclass(frozen=True)
 class Lift:
-    """From boxes to beliefs on the road: eq. 2 with its linearised covariance.
+    """Back-projects boxes to beliefs on the road: eq. 2 with its linearised covariance.
 
     edge_std: std of a box's bottom centre at confidence 1, as a fraction of the box's height;
         it doubles at confidence 0 (sigma(s) of the paper). RRC's edges: 2.7-3.1 %.
@@ -131,20 +131,20 @@ class Lift:
         """
         boxes, n = detections.boxes, len(detections)
         if n == 0:
-            return NOTHING
+            return NO_BELIEFS
         yaw, size, behind = self._stance(detections)
         rays = camera.rays_road(boxes.dot(BOTTOM_CENTRE))
         heights = np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
-        doubt = self.edge_std * (2.0 - np.minimum(np.maximum(detections.scores, 0.0), 1.0))
+        relative_std = self.edge_std * (2.0 - np.minimum(np.maximum(detections.scores, 0.0), 1.0))
 
-        near, cov = self._road_contact(rays, doubt * heights, camera)
+        near, cov = self._road_contact(rays, relative_std * heights, camera)
         near_by_height = camera.K[1, 1] * size[:, 1] / heights
-        cut = boxes[:, 3] >= camera.image_size[1] - 1.0 - BORDER
-        lost = cut | ~(near < FAR)
-        if np.count_nonzero(lost):
-            _place_by_height(near, cov, near_by_height, lost, rays)
+        cut = boxes[:, 3] >= camera.image_size[1] - 1.0 - BORDER_PIXELS
+        no_contact = cut | ~(near < MAX_CONTACT_DEPTH)
+        if np.count_nonzero(no_contact):
+            _place_by_height(near, cov, near_by_height, no_contact, rays)
         if self.use_box_height:
-            var = near_by_height**2 * (2.0 * doubt**2 + self.car_size_std**2)  # two edges
+            var = near_by_height**2 * (2.0 * relative_std**2 + self.car_size_std**2)  # two edges
             var[cut] = np.inf
             gain = cov[:, 1] / (cov[:, 1, 1] + var)[:, None]
             near = near + gain[:, 1] * (near_by_height - near)
@@ -204,10 +204,12 @@ def _place_by_height(
     near: Float[Array, " n"],
     cov: Float[Array, "n 2 2"],
     near_by_height: Float[Array, " n"],
-    lost: Bool[Array, " n"],
+    no_contact: Bool[Array, " n"],
     rays: Float[Array, "n 3"],
 ) -> None:
-    """Overwrite, in the `lost` rows, reach and covariance by what the box's height tells."""
-    near[lost] = np.clip(np.fmin(near[lost], near_by_height[lost]), NEAR, FAR)
-    along = rays[lost, ::2] * (0.5 * near[lost])[:, None]
-    cov[lost] = along[:, :, None] * along[:, None, :] + np.eye(2)
+    """Overwrite, in the rows without road contact, reach and covariance by the box's height."""
+    near[no_contact] = np.clip(
+        np.fmin(near[no_contact], near_by_height[no_contact]), MIN_DEPTH, MAX_CONTACT_DEPTH
+    )
+    along = rays[no_contact, ::2] * (0.5 * near[no_contact])[:, None]
+    cov[no_contact] = along[:, :, None] * along[:, None, :] + np.eye(2)

@@ -1,4 +1,4 @@
-"""How far a new box is believed against the expected one: a filter that learns its own gain."""
+"""Mixes new boxes with the predicted ones: a filter that learns its own gain."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from tracker.lifecycle import SKIPPED, ActiveTracks
+from tracker.lifecycle import MAX_CONSECUTIVE_STEPS, ActiveTracks
 from tracker.types import Camera
 
 # Boxes times this are centres and sizes; and back.
@@ -15,18 +15,20 @@ TO_CENTRE = np.array(
     [[0.5, 0.0, -1.0, 0.0], [0.0, 0.5, 0.0, -1.0], [0.5, 0.0, 1.0, 0.0], [0.0, 0.5, 0.0, 1.0]]
 )
 FROM_CENTRE = np.linalg.inv(TO_CENTRE)
-# A surprise beyond this share of the box's height says nothing of the detector's noise.
-LARGEST = 0.5
+# An innovation beyond this share of the box's height tells nothing of the detector's noise.
+MAX_INNOVATION = 0.5
 # The gain never falls below this: what is seen must not be overruled for good.
-LEAST_GAIN = 0.2
-# Kinds of boxes by their size; and what keeps a division from 0 / 0.
-KINDS, TINY = np.arange(3)[:, None], 1e-12
+MIN_GAIN = 0.2
+# Small, middle and large boxes learn gains of their own.
+SIZE_CLASSES = np.arange(3)[:, None]
+# Keeps a division from 0 / 0.
+MIN_POWER = 1e-12
 
 
 class Gains(NamedTuple):
     """What was learned. Rows: small, middle, large boxes; columns: centre x, y, width, height.
 
-    gains: 1 = the new box as it is. pairs: of successive surprises behind each. power: their
+    gains: 1 = the new box as it is. pairs: of successive innovations behind each. power: their
     summed squares.
     """
 
@@ -36,7 +38,7 @@ class Gains(NamedTuple):
 
 
 class Filtered(NamedTuple):
-    """boxes: new and expected ones mixed. innovations: new minus expected, see `ActiveTracks`."""
+    """boxes: new and predicted ones mixed. innovations: see `ActiveTracks`."""
 
     boxes: Float[Array, "k 4"]
     innovations: Float[Array, "k 4"]
@@ -45,21 +47,22 @@ class Filtered(NamedTuple):
 
 @dataclass(frozen=True)
 class BoxFilter:
-    """Expected box + gain x surprise, for centre and size, with the gain that the noise asks for.
+    """Predicted box + gain x innovation, for centre and size; the gain follows the noise.
 
-    A filter with the right gain is surprised by white noise: where successive surprises of a
-    track agree the gain is too small, where they contradict each other too large (Mehra, IEEE
-    Trans. Automatic Control 1970). The products of all tracks are pooled by box size, so the
-    gain follows the detector: near `gain` with KITTI's detectors, .3 to .6 where boxes jitter.
-    gain: to start from. prior: how many pairs of surprises that start is worth. sizes: pixels of
-    the shorter side, between small, middle and large. border: a box this near to the image's
-    border (pixels) is cut by it and taken as it is.
+    The innovations of a filter with the right gain are white: where successive ones of a track
+    have the same sign the gain is too small, where they alternate too large (Mehra, IEEE Trans.
+    Automatic Control 1970). The products of all tracks are pooled by box size, so the gain
+    follows the detector: near `gain` with KITTI's detectors, .3 to .6 where boxes jitter.
     """
 
     gain: float = 0.8
+    """To start from; 1: the new box as it is."""
     prior: float = 200.0
+    """How many pairs of innovations that start is worth."""
     sizes: tuple[float, float] = (35.0, 60.0)
+    """Pixels of the shorter side, between small, middle and large boxes."""
     border: float = 2.0
+    """A box this near to the image's border (pixels) is cut by it and taken as it is."""
 
     def start(self) -> Gains:
         """Nothing learned yet."""
@@ -73,16 +76,16 @@ class BoxFilter:
         dt: float,
         camera: Camera,
     ) -> Filtered:
-        """The filtered boxes of tracks (as expected now) that were seen as `boxes`, pixels."""
+        """The filtered boxes of tracks (as predicted) that were detected as `boxes`, pixels."""
         if len(boxes) == 0:
             return Filtered(boxes, boxes, learned)
         expected = matched.beliefs.boxes
         off = (boxes - expected).dot(TO_CENTRE)
         sides = expected[:, 2:] - expected[:, :2]
         shorter = np.minimum(sides[:, 0], sides[:, 1])
-        kind = (shorter > self.sizes[0]) + (shorter > self.sizes[1]).astype(np.int64)
-        gain = np.maximum(learned.gains.take(kind, 0), (1.0 / (matched.hits + 1.0))[:, None])
-        unusable = matched.time_since_update > SKIPPED * dt
+        size_class = (shorter > self.sizes[0]) + (shorter > self.sizes[1]).astype(np.int64)
+        gain = np.maximum(learned.gains.take(size_class, 0), (1.0 / (matched.hits + 1.0))[:, None])
+        unusable = matched.time_since_update > MAX_CONSECUTIVE_STEPS * dt
         if np.count_nonzero(unusable) and dt > 0.0:
             gain = 1.0 - (1.0 - gain) ** (matched.time_since_update / dt)[:, None]
         beyond = boxes[:, :2] < self.border
@@ -91,27 +94,27 @@ class BoxFilter:
         if np.count_nonzero(cut):
             gain[cut] = 1.0
             unusable |= cut
-        surprises = off / np.maximum(sides[:, 1:], 1.0)
-        surprises = np.minimum(np.maximum(surprises, -LARGEST), LARGEST)
-        surprises[unusable] = np.nan
-        learned = self._learn(learned, kind, matched.innovations, surprises)
-        return Filtered(expected + (off * gain).dot(FROM_CENTRE), surprises, learned)
+        innovations = off / np.maximum(sides[:, 1:], 1.0)
+        innovations = np.minimum(np.maximum(innovations, -MAX_INNOVATION), MAX_INNOVATION)
+        innovations[unusable] = np.nan
+        learned = self._learn(learned, size_class, matched.innovations, innovations)
+        return Filtered(expected + (off * gain).dot(FROM_CENTRE), innovations, learned)
 
     def _learn(
         self,
         learned: Gains,
-        kind: Int[Array, " k"],
+        size_class: Int[Array, " k"],
         before: Float[Array, "k 4"],
         now: Float[Array, "k 4"],
     ) -> Gains:
-        """One step towards white surprises: gain + sum of products / sum of squares."""
+        """One step towards white innovations: gain + sum of products / sum of squares."""
         usable = np.isfinite(before[:, 0] + now[:, 0]).nonzero()[0]
         if len(usable) == 0:
             return learned
         a, b = before.take(usable, 0), now.take(usable, 0)
-        member = (kind.take(usable) == KINDS).astype(float)
+        member = (size_class.take(usable) == SIZE_CLASSES).astype(float)
         pairs = learned.pairs + np.add.reduce(member, 1, keepdims=True)
         power = learned.power + member.dot(0.5 * (a * a + b * b))
-        worth = power * (1.0 + self.prior / np.maximum(pairs, 1.0)) + TINY
+        worth = power * (1.0 + self.prior / np.maximum(pairs, 1.0)) + MIN_POWER
         gains = learned.gains + member.dot(a * b) / worth
-        return Gains(np.minimum(np.maximum(gains, LEAST_GAIN), 1.0), pairs, power)
+        return Gains(np.minimum(np.maximum(gains, MIN_GAIN), 1.0), pairs, power)

@@ -1,4 +1,4 @@
-"""The turn of the camera since the last frame, corrected by what the boxes agree on."""
+"""The rotation of the camera since the last frame, corrected by what the boxes agree on."""
 
 from dataclasses import dataclass
 
@@ -13,32 +13,37 @@ from tracker.types import Camera
 
 # Of a left perturbation (rho, phi) of T_now_before: where its yaw and its pitch stand.
 YAW, PITCH = 4, 3
-# Turns that are tried, in standard deviations; what a deviation costs, in shares of a box.
-TRIED, DEAR = np.linspace(-3.0, 3.0, 25), 0.1
-# Boxes that overlap less are not the same car; how far off (squared, in variances) counts half.
-MEET, HALF = 0.2, 6.0
+# Rotations that are tried, in standard deviations.
+SEARCH_DEVIATIONS = np.linspace(-3.0, 3.0, 25)
+# What a squared standard deviation costs in the search, in overlapping boxes.
+DEVIATION_PENALTY = 0.1
+# Boxes that overlap less are not the same car.
+MIN_IOU = 0.2
+# A squared difference of this many variances has half the weight of none.
+HALF_WEIGHT_VARIANCES = 6.0
 
 
 @dataclass(frozen=True)
 class CameraRotationFilter:
     """Yaw and pitch of the camera's motion, as far as its covariance leaves them open.
 
-    A small turn shifts all boxes alike, which no car does. The motion as stated is the prior, the
-    turn that most expected boxes share with the detected ones the measurement (a mean with Cauchy
-    weights, since cars move on their own); both are Gaussian. Where the stated motion tells the
-    turn to within `min_pixels` pixels, nothing is done: so it is with KITTI's GPS/IMU.
-    jitter: std of the place of a box, pixels and share of its height.
+    A small rotation shifts all boxes alike, which no car does. The motion as stated is the prior;
+    the measurement is the rotation that most predicted boxes share with the detected ones (a mean
+    with Cauchy weights, since cars move on their own); both are Gaussian.
     """
 
     min_pixels: float = 1.0
+    """Where the stated motion has a std below this, in pixels of the image, nothing is done: so
+    with KITTI's GPS/IMU."""
     jitter: tuple[float, float] = (1.5, 0.03)
+    """Std of the place of a box, pixels and share of its height."""
 
     def __post_init__(self) -> None:
         if not (self.min_pixels > 0.0 and min(self.jitter) >= 0.0 and max(self.jitter) > 0.0):
-            raise BadConfig(f"{self}: least is above 0 pixels, jitter not below 0 and not all 0")
+            raise BadConfig(f"{self}: give min_pixels above 0, a jitter not below 0 and not all 0")
 
     def is_uncertain(self, motion_cov: Float[Array, "6 6"], camera: Camera) -> bool:
-        """Whether the covariance leaves the turn open by more than `least` pixels."""
+        """Whether the std of the rotation is more than `min_pixels` pixels."""
         widest = max(float(motion_cov[YAW, YAW]), float(motion_cov[PITCH, PITCH]))
         return float(camera.K[0, 0]) ** 2 * widest > self.min_pixels**2
 
@@ -50,7 +55,7 @@ class CameraRotationFilter:
         motion_cov: Float[Array, "6 6"],
         camera: Camera,
     ) -> tuple[Float[Array, "4 4"], Float[Array, "6 6"]]:
-        """The corrected motion and its covariance. expected: boxes by the motion as stated."""
+        """The corrected motion, its covariance. expected: boxes predicted by the stated motion."""
         if len(expected) == 0 or len(detected) == 0:
             return T_now_before, motion_cov
         std = np.sqrt(motion_cov[[YAW, PITCH], [YAW, PITCH]])
@@ -67,7 +72,7 @@ class CameraRotationFilter:
         if len(rows) > 2:
             shared = np.median(off, axis=0)
         for _ in range(3):
-            weights = 1.0 / (var + (off - shared) ** 2 / HALF)
+            weights = 1.0 / (var + (off - shared) ** 2 / HALF_WEIGHT_VARIANCES)
             shared = (weights * off).sum(axis=0) / weights.sum(axis=0)
         left = np.ones(2)  # of the standard deviations as stated
         turn = np.zeros(2)
@@ -90,11 +95,11 @@ class CameraRotationFilter:
         """The turn (yaw, pitch) that makes most of the expected boxes meet detected ones."""
         best = np.zeros(2)
         for axis in open_.tolist():
-            turns = np.tile(best, (len(TRIED), 1))
-            turns[:, axis] = TRIED * std[axis]
+            turns = np.tile(best, (len(SEARCH_DEVIATIONS), 1))
+            turns[:, axis] = SEARCH_DEVIATIONS * std[axis]
             boxes = np.stack([_turned(expected, turn, camera) for turn in turns])
             met = box_iou(boxes[:, :, None], detected[None, None]).max(axis=2).sum(axis=1)
-            best = turns[int(np.argmax(met - DEAR * TRIED**2))]
+            best = turns[int(np.argmax(met - DEVIATION_PENALTY * SEARCH_DEVIATIONS**2))]
         return best
 
 
@@ -127,6 +132,6 @@ def _pairs(
 ) -> tuple[Int[Array, " k"], Int[Array, " k"]]:
     """The rows and columns of boxes that are likely the same cars."""
     overlap = box_iou(a[:, None], b[None])
-    rows, columns = linear_sum_assignment(-np.where(overlap > MEET, overlap, 0.0))
-    met = overlap[rows, columns] > MEET
+    rows, columns = linear_sum_assignment(-np.where(overlap > MIN_IOU, overlap, 0.0))
+    met = overlap[rows, columns] > MIN_IOU
     return rows[met], columns[met]

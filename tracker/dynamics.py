@@ -17,20 +17,20 @@ from tracker.types.shape_pose import ShapePose
 
 @runtime_checkable
 class Dynamics(Protocol):
-    """How a belief changes with time, and what a new sighting makes of it."""
+    """How a belief changes with time, and with a new detection."""
 
     def predict(self, beliefs: Beliefs, dt: float) -> tuple[Beliefs, Float[Array, "n 2"] | None]:
         """The beliefs `dt` seconds later, not yet moved, and how far each moves meanwhile."""
         ...
 
     def update(self, expected: Beliefs, observed: Beliefs) -> Beliefs:
-        """Row by row: what to believe of an object that was expected there and seen here."""
+        """Row by row: the belief after an object expected there was detected here."""
         ...
 
 
 @dataclass(frozen=True)
 class ConstantPosition:
-    """The paper's: a car stays where it was last seen, and its next sighting replaces it.
+    """The paper's: a car stays where it was last detected, until its next detection.
 
     speed_std: std of the speed that it may have nevertheless, along road x and z, m/s; it
     widens the search area with the time unseen.
@@ -39,14 +39,14 @@ class ConstantPosition:
     speed_std: tuple[float, float] = (1.0, 5.0)
 
     def predict(self, beliefs: Beliefs, dt: float) -> tuple[Beliefs, Float[Array, "n 2"] | None]:
-        """The same place, with more doubt."""
+        """The same place, with a larger covariance."""
         cov = beliefs.cov.copy()
         cov[:, 0, 0] += (self.speed_std[0] * dt) ** 2
         cov[:, 1, 1] += (self.speed_std[1] * dt) ** 2
         return beliefs.replaced(cov=cov, shape_pose=_later(beliefs, dt)), None
 
     def update(self, expected: Beliefs, observed: Beliefs) -> Beliefs:
-        """What is seen now."""
+        """The detection as it is."""
         pose, embedding = _latest(expected, observed)
         if pose is observed.shape_pose and embedding is observed.embedding:
             return observed

@@ -1,4 +1,4 @@
-"""Beliefs carried to the next frame: g(xi, .) of eqs. 3-4 of Sharma et al., ICRA 2018."""
+"""Ego-motion compensation: g(xi, .) of eqs. 3-4 of Sharma et al., ICRA 2018."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.beliefs import NEAR, Beliefs
+from tracker.beliefs import MIN_DEPTH, Beliefs
 from tracker.geometry import propagate_covariance
 from tracker.types import Camera, Cuboids, Frame
 from tracker.types.shape_pose import ShapePose
@@ -25,10 +25,10 @@ def compensate_ego_motion(
     motion_cov: Float[Array, "6 6"],
     moved: Float[Array, "n 2"] | None = None,
 ) -> Beliefs:
-    """The beliefs in the road frame of now, g(xi, .) of eqs. 3-4, the motion's doubt added.
+    """The beliefs in the road frame of now, g(xi, .) of eqs. 3-4, the motion's covariance added.
 
     `moved` is how far each object itself went meanwhile, in the road frame of before, metres.
-    The expected boxes are the seen ones, carried by the parallax of the car's near half: exact
+    The boxes move by the parallax of the car's near half: exact
     for a turning camera, to first order for a moving one.
     """
     n = len(beliefs)
@@ -48,16 +48,16 @@ def compensate_ego_motion(
     R_state[:2, :2] = R_state[2:, 2:] = R
     cov = propagate_covariance(R_state, beliefs.cov)
     shift = (base_now.dot(camera.road_shift[:3]) + camera.road_shift[3]).reshape(-1, 6)
-    doubt = shift.dot(motion_cov).reshape(n, 2, 6)
-    cov[:, :2, :2] += doubt @ shift.reshape(n, 2, 6).transpose(0, 2, 1)
-    boxes = _carry_boxes(beliefs, camera, T_now_before, moved)
+    from_motion = shift.dot(motion_cov).reshape(n, 2, 6)
+    cov[:, :2, :2] += from_motion @ shift.reshape(n, 2, 6).transpose(0, 2, 1)
+    boxes = _move_boxes(beliefs, camera, T_now_before, moved)
     pose = beliefs.shape_pose
     if pose is not None:
         pose = ShapePose(pose.shape, pose.yaw + turn, pose.cov)
     return Beliefs(cuboids, beliefs.velocity.dot(R.T), cov, boxes, pose, beliefs.embedding)
 
 
-def _carry_boxes(
+def _move_boxes(
     beliefs: Beliefs,
     camera: Camera,
     T_now_before: Float[Array, "4 4"],
@@ -66,10 +66,10 @@ def _carry_boxes(
     """The boxes as fronto-parallel windows at the car's depth, seen from the camera of now."""
     cuboids = beliefs.cuboids
     depth = cuboids.base.dot(camera.T_cam_road[2, :3]) + camera.T_cam_road[2, 3]
-    depth = np.maximum(depth - 0.25 * cuboids.size[:, 0], NEAR)
+    depth = np.maximum(depth - 0.25 * cuboids.size[:, 0], MIN_DEPTH)
     R, t = T_now_before[:3, :3], T_now_before[:3, 3]
     K_R = camera.K.dot(R)
-    H = K_R.dot(camera.K_inverse)  # carries pixels at infinity
+    H = K_R.dot(camera.K_inverse)  # moves pixels at infinity
     shift = camera.K.dot(t)
     if moved is not None:
         shift = shift + moved.dot(K_R.dot(camera.T_cam_road[:3, :3:2]).T)

@@ -1,4 +1,4 @@
-"""How sure it is that a track is an object: evidence instead of a count of hits."""
+"""The probability that a track is an object, instead of a count of hits."""
 
 import math
 from dataclasses import dataclass
@@ -10,23 +10,25 @@ from numpy import ndarray as Array
 
 from tracker.errors import BadConfig
 from tracker.geometry import box_area, box_intersection
-from tracker.lifecycle import SKIPPED, ActiveTracks
+from tracker.lifecycle import MAX_CONSECUTIVE_STEPS, ActiveTracks
 from tracker.types import Camera
 
-# Nothing is ever certain.
-MOST = 0.999
+# No track ever exists for certain.
+MAX_PROBABILITY = 0.999
 # A box that ends this near to the left or right border (pixels) may be leaving.
-LEAVING = 5.0
-# Sightings after which a track's misses tell of the detector; boxes covered more do not.
-KNOWN, HIDDEN = 3, 0.3
+LEAVING_MARGIN_PIXELS = 5.0
+# Hits after which a track's misses tell of the detector.
+MIN_KNOWN_HITS = 3
+# A box of which more is covered by another one tells nothing of it.
+MAX_COVERED_SHARE = 0.3
 
 
 @dataclass(frozen=True)
 class DetectorStatistics:
-    """What the tracker saw of its detector.
+    """What the tracker learned of its detector.
 
-    hits of tries: of known cars in plain view. confirmed of newborns: first sightings that were
-    followed by a second one in the next frame.
+    hits of tries: detections of known cars in plain view. confirmed of newborns: first detections
+    that were followed by a second one in the next frame.
     """
 
     hits: int = 0
@@ -36,39 +38,41 @@ class DetectorStatistics:
 
 
 class ExistenceUpdate(NamedTuple):
-    """The probabilities of existence after a frame, and what it taught of the detector."""
+    """The probabilities of existence after a frame, and what was learned of the detector."""
 
     matched: Float[Array, " k"]
     unmatched: Float[Array, " l"]
     born: Float[Array, " b"]
-    rates: DetectorStatistics
+    detector: DetectorStatistics
 
 
 @dataclass(frozen=True)
 class ExistenceFilter:
-    """The probability that a track exists, by what was seen and what was missed.
+    """The probability that a track exists, by its hits and misses.
 
-    As in IPDA (Musicki, Evans, Stankovic, IEEE Trans. Automatic Control 1994), with the two
-    rates of the detector learned on the way, so that the same settings serve a detector that
-    misses every fifth car and one that misses none. A row is written out where a car is likelier
-    than not: at once for newborns of a clean detector, at the second sighting where most
-    newborns vanish again, and in gaps as long as the car should still be there.
-
-    detection_probability, detection_prior: probability that a car in plain view is detected, to start from,
-    and how many tries that is worth. birth_probability, birth_prior: the same of newborns that are seen again.
-    likelihood_ratio: how much likelier a box is where a car is expected than anywhere else. mean_lifetime: mean
-    seconds until a car leaves. prediction_lifetime: mean seconds until a predicted box no longer overlaps the
-    car. threshold: on the probability, for writing out.
+    As in IPDA (Musicki, Evans, Stankovic, IEEE Trans. Automatic Control 1994), with P_D and P_B
+    of the detector learned on the way, so that the same settings serve a detector that misses
+    every fifth car and one that misses none. A row is put out where a car is likelier than not:
+    at once for newborns of a clean detector, at the second hit where most newborns vanish again,
+    and in gaps as long as the car should still be there.
     """
 
     detection_probability: float = 0.95
+    """P_D: that a car in plain view is detected, to start from."""
     detection_prior: float = 50.0
+    """How many tries that start is worth."""
     birth_probability: float = 0.9
+    """P_B: that a newborn is detected again, to start from."""
     birth_prior: float = 20.0
+    """How many newborns that start is worth."""
     likelihood_ratio: float = 20.0
+    """How much likelier a box is where a car is expected than anywhere else."""
     mean_lifetime: float = 3.0
+    """Mean seconds until a car leaves."""
     prediction_lifetime: float = 2.0
+    """Mean seconds until a predicted box no longer overlaps the car."""
     threshold: float = 0.5
+    """Tracks are put out from this probability on."""
 
     def __post_init__(self) -> None:
         shares = {
@@ -91,24 +95,25 @@ class ExistenceFilter:
 
     def __call__(
         self,
-        rates: DetectorStatistics,
+        detector: DetectorStatistics,
         matched: ActiveTracks,
-        lost: ActiveTracks,
-        scores: tuple[Float[Array, " k"], Float[Array, " b"]],
+        unmatched: ActiveTracks,
+        matched_scores: Float[Array, " k"],
+        born_scores: Float[Array, " b"],
         boxes: Float[Array, "m 4"],
         dt: float,
         camera: Camera,
     ) -> ExistenceUpdate:
-        """The judgement of a frame: tracks as expected now, scores of the matched and the born.
+        """The probabilities after a frame, of tracks as predicted for it and of newborns.
 
-        boxes: everything that was detected; who is behind one of them was no miss.
+        boxes: all detections; a track that is hidden behind one of them was not missed.
         """
-        covered = covered_share(lost.beliefs.boxes, boxes)
-        learned = self.learn(rates, matched, lost, covered, dt, camera)
+        covered = covered_share(unmatched.beliefs.boxes, boxes)
+        learned = self.learn(detector, matched, unmatched, covered, dt, camera)
         return ExistenceUpdate(
-            self.hit(matched, scores[0], learned),
-            self.miss(lost, covered, learned),
-            self.newborn(scores[1], learned),
+            self.hit(matched, matched_scores, learned),
+            self.miss(unmatched, covered, learned),
+            self.newborn(born_scores, learned),
             learned,
         )
 
@@ -116,73 +121,81 @@ class ExistenceFilter:
         """The probability that a car is still there after `dt` seconds."""
         return math.exp(-dt / self.mean_lifetime)
 
-    def detected(self, rates: DetectorStatistics) -> float:
+    def detected(self, detector: DetectorStatistics) -> float:
         """P_D: the probability that a car in plain view is detected."""
         prior = self.detection_prior
-        return (rates.hits + self.detection_probability * prior) / (rates.tries + prior)
+        return (detector.hits + self.detection_probability * prior) / (detector.tries + prior)
 
-    def newborn(self, scores: Float[Array, " b"], rates: DetectorStatistics) -> Float[Array, " b"]:
-        """That a first sighting is a car: its score, if newborns have kept their word so far."""
+    def newborn(
+        self, scores: Float[Array, " b"], detector: DetectorStatistics
+    ) -> Float[Array, " b"]:
+        """That a first detection is a car: its score, less where newborns have often vanished."""
         if len(scores) == 0:
             return scores
         prior = self.birth_prior
-        kept = (rates.confirmed + self.birth_probability * prior) / (rates.newborns + prior)
-        worth = min(1.0, kept / max(self.detected(rates), 0.5))
-        return np.minimum(np.maximum(scores, 0.0) * worth, MOST)
+        confirmed = detector.confirmed + self.birth_probability * prior
+        worth = min(
+            1.0, confirmed / (detector.newborns + prior) / max(self.detected(detector), 0.5)
+        )
+        return np.minimum(np.maximum(scores, 0.0) * worth, MAX_PROBABILITY)
 
     def hit(
-        self, matched: ActiveTracks, scores: Float[Array, " k"], rates: DetectorStatistics
+        self, matched: ActiveTracks, scores: Float[Array, " k"], detector: DetectorStatistics
     ) -> Float[Array, " k"]:
-        """Of tracks (as expected now) that were seen with these scores."""
+        """Of tracks (as predicted) that were detected with these scores."""
         odds = (
             matched.existence
             / (1.0 - matched.existence)
             * (self.likelihood_ratio * np.maximum(scores, 0.0))
         )
-        return np.minimum(np.maximum(odds / (1.0 + odds), self.newborn(scores, rates)), MOST)
+        return np.minimum(
+            np.maximum(odds / (1.0 + odds), self.newborn(scores, detector)), MAX_PROBABILITY
+        )
 
     def miss(
-        self, lost: ActiveTracks, covered: Float[Array, " l"], rates: DetectorStatistics
+        self, unmatched: ActiveTracks, covered: Float[Array, " l"], detector: DetectorStatistics
     ) -> Float[Array, " l"]:
-        """Of tracks that were not seen, though only this share of their boxes is hidden."""
-        missed = 1.0 - self.detected(rates) * (1.0 - covered)
-        return lost.existence * missed / (1.0 - lost.existence * (1.0 - missed))
+        """Of tracks that were not detected; covered: the share of their boxes that is hidden."""
+        missed = 1.0 - self.detected(detector) * (1.0 - covered)
+        return unmatched.existence * missed / (1.0 - unmatched.existence * (1.0 - missed))
 
     def learn(
         self,
-        rates: DetectorStatistics,
+        detector: DetectorStatistics,
         matched: ActiveTracks,
-        lost: ActiveTracks,
+        unmatched: ActiveTracks,
         covered: Float[Array, " l"],
         dt: float,
         camera: Camera,
     ) -> DetectorStatistics:
-        """The rates after a frame."""
-        soon = SKIPPED * dt
-        hits = _count(matched.hits >= KNOWN)
-        confirmed = _count((matched.hits == 1) & (matched.time_since_update <= soon))
+        """What is known of the detector after a frame."""
+        one_step = MAX_CONSECUTIVE_STEPS * dt
+        hits = _count(matched.hits >= MIN_KNOWN_HITS)
+        confirmed = _count((matched.hits == 1) & (matched.time_since_update <= one_step))
         misses = vanished = 0
-        if len(lost):
-            boxes, first = lost.beliefs.boxes, lost.time_since_update <= soon
-            right = camera.image_size[0] - 1.0 - LEAVING
-            plain = first & (covered < HIDDEN) & (boxes[:, 0] >= LEAVING) & (boxes[:, 2] <= right)
-            misses = _count(plain & (lost.hits >= KNOWN))
-            vanished = _count(first & (lost.hits == 1))
+        if len(unmatched):
+            boxes, first = unmatched.beliefs.boxes, unmatched.time_since_update <= one_step
+            right = camera.image_size[0] - 1.0 - LEAVING_MARGIN_PIXELS
+            plain = (
+                first
+                & (covered < MAX_COVERED_SHARE)
+                & (boxes[:, 0] >= LEAVING_MARGIN_PIXELS)
+                & (boxes[:, 2] <= right)
+            )
+            misses = _count(plain & (unmatched.hits >= MIN_KNOWN_HITS))
+            vanished = _count(first & (unmatched.hits == 1))
         return DetectorStatistics(
-            rates.hits + hits,
-            rates.tries + hits + misses,
-            rates.confirmed + confirmed,
-            rates.newborns + confirmed + vanished,
+            detector.hits + hits,
+            detector.tries + hits + misses,
+            detector.confirmed + confirmed,
+            detector.newborns + confirmed + vanished,
         )
 
-    def written(self, population: ActiveTracks) -> Bool[Array, " n"]:
-        """Which tracks are likelier there, and in their box, than not."""
-        there = population.existence * np.exp(
-            population.time_since_update * (-1.0 / self.prediction_lifetime)
-        )
-        return (there >= self.threshold) & (
-            (population.hits > 1) | (population.time_since_update <= 0.0)
-        )
+    def written(self, tracks: ActiveTracks) -> Bool[Array, " n"]:
+        """Which tracks are put out: those likelier there, and in their box, than not."""
+        in_box = np.exp(tracks.time_since_update * (-1.0 / self.prediction_lifetime))
+        established = (tracks.hits > 1) | (tracks.time_since_update <= 0.0)
+        return (tracks.existence * in_box >= self.threshold) & established
 
 
 def _count(which: Bool[Array, " n"]) -> int:

@@ -64,7 +64,7 @@ class FrontEnd:
             if of != here:
                 raise BadWeights(
                     f"the descriptor's weights are for the keypoint network {of[:12]}, this one is "
-                    f"{here[:12]}: learn them for it, mot-sim learn-appearance"
+                    f"{here[:12]}: learn them for it, mot-sim train-appearance"
                 )
 
     @classmethod

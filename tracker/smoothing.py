@@ -1,4 +1,4 @@
-"""Where a car was at every moment, from all its sightings: filterpy's Kalman and RTS smoother."""
+"""Where a car was at every moment, from all its detections: filterpy's Kalman and RTS smoother."""
 
 from dataclasses import dataclass
 

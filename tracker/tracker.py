@@ -21,43 +21,64 @@ from tracker.costs import (
 from tracker.dynamics import ConstantPosition, ConstantVelocity, Dynamics
 from tracker.ego_motion import camera_motion, compensate_ego_motion
 from tracker.errors import BadConfig
-from tracker.existence import DetectorStatistics, ExistenceFilter
+from tracker.existence import ExistenceFilter, ExistenceUpdate
 from tracker.explain import Explanation
 from tracker.lifecycle import NO_TRACKS, ActiveTracks, Lifecycle
-from tracker.state import TrackerState, TrackerStatistics
+from tracker.state import TrackerState
 from tracker.suppression import Suppression
 from tracker.types import Camera, Detections, Frame, Tracks
+
+
+@dataclass(frozen=True, eq=False)
+class CostMatrix:
+    """What the detections of a frame cost against the tracks that are expected in it."""
+
+    costs: Float[Array, "n m"]
+    """Rows: `tracks`. Columns: `detections`. The weighted mean of the costs, 0 (the same object)
+    to 1, plus the tie break; inf outside the gate and where no cost could be measured."""
+    tracks: ActiveTracks
+    """The tracks as predicted for the frame."""
+    pairs: GatedPairs
+    """The pairs inside the gate, with all that was compared."""
+    unmeasured: int
+    """How many single costs were NaN: a detection or a track lacked the cue."""
+
+    @property
+    def detections(self) -> Detections:
+        """Those of the frame that were not suppressed."""
+        return self.pairs.detections
 
 
 @dataclass
 class Tracker:
     """Detections to identities, a frame at a time; the components are the configuration.
 
-    costs: weights with costs. sigmas: how far the regions of eqs. 3-4 are stretched, in standard
-    deviations. strong_score: detections from it on are matched first, the weaker ones to what
-    is left of the tracks. tie_break: added per unit of image distance, so that equal costs are
-    decided: a box inside the search area costs 0 in eqs. 3-4, whichever track it belongs to.
-    existence: decides which tracks are written out, seen or not; None: those seen, and no other.
-    box_filter: how far a new box is believed; None: it is taken as it is.
-    camera_rotation_filter: corrects an uncertain turn of the camera; None: it is taken as it is.
-    explain: keep the last step's `explanation`. Scores are taken as probabilities.
-    The whole memory is `state`; assign it to go back.
+    Scores are taken as probabilities. The whole memory is `state`; assign it to go back.
     """
 
     camera: Camera
     costs: WeightedCosts
+    """Weights with costs."""
     lift: Lift = Lift()
     dynamics: Dynamics = ConstantPosition()
     suppress: Suppression = Suppression()
     associate: Associate = Hungarian()
     lifecycle: Lifecycle = Lifecycle()
     sigmas: float = 1.0
+    """How far the regions of eqs. 3-4 are stretched, in standard deviations."""
     strong_score: float = 0.0
+    """Detections from this score on are matched first, weaker ones to the tracks that are left."""
     tie_break: float = 1e-3
+    """Cost per unit of image distance. It decides between equal costs: a box inside the search
+    area costs 0 in eqs. 3-4, whichever track it belongs to."""
     existence: ExistenceFilter | None = None
+    """Decides which tracks are put out, detected or not; None: the detected ones and no others."""
     box_filter: BoxFilter | None = None
+    """Mixes new boxes with the predicted ones; None: new boxes are taken as they are."""
     camera_rotation_filter: CameraRotationFilter | None = None
+    """Corrects an uncertain rotation of the camera; None: it is taken as it is."""
     explain: bool = False
+    """Whether to keep the `explanation` of the last step."""
     state: TrackerState = TrackerState()
     explanation: Explanation | None = None
 
@@ -82,9 +103,9 @@ class Tracker:
     def default(cls, camera: Camera, costs: WeightedCosts | None = None) -> "Tracker":
         """Our best: the paper's lifting and search areas, with memory and a motion model.
 
-        The cost is the overlap of the new box with the expected one, which ego-motion and the
-        car's velocity carried over the road in 3D; mixing in 3D-3D or 3D-2D changes HOTA on
-        KITTI by -0.6 to +0.1 (README, what each choice is worth).
+        The cost is the overlap of the new box with the predicted one, which was moved by the
+        ego-motion and by the car's velocity on the road in 3D; mixing in 3D-3D or 3D-2D changes
+        HOTA on KITTI by -0.6 to +0.1 (README, what each choice is worth).
         """
         return cls(
             camera,
@@ -104,150 +125,191 @@ class Tracker:
     def step(self, frame: Frame) -> Tracks:
         """The rows of this frame, with cuboids in its road frame; no detection twice.
 
-        With `evidence` also the predicted boxes of tracks that should be there but were not
-        seen; the score of such a row is the probability that the object exists.
+        With `existence` also the predicted boxes of tracks that should be there but were not
+        detected; the score of such a row is the probability that the object exists.
+        """
+        compared = self.cost_matrix(frame)  # suppress, lift, predict, gate, cost
+        strong = compared.detections.scores >= self.strong_score
+        match = match_in_stages(compared.costs, strong, self.associate)
+        return self.apply_match(frame, compared, match)  # update, output
+
+    def cost_matrix(self, frame: Frame) -> CostMatrix:
+        """What this frame's detections cost against the predicted tracks, see `CostMatrix`.
+
+        It changes nothing. Raises BadConfig when time goes backwards, MissingCue as the costs do.
         """
         detections = self.suppress(frame.detections, self.camera)
         observed = self.lift(detections, self.camera)
-        expected = self._predict(frame, detections)
-        pairing = GatedPairs(expected.beliefs, observed, detections, self.camera, self.sigmas)
-        costs, counts = self._cost_matrix(pairing)
-        scores = detections.scores
-        match = match_in_stages(costs, scores >= self.strong_score, self.associate)
+        tracks = self._predict(frame, detections)
+        pairs = self.gate(tracks, observed, detections)
+        costs, unmeasured = self.pair_costs(pairs)
+        matrix = np.full(pairs.shape, np.inf)
+        matrix[pairs.pairs] = costs
+        return CostMatrix(matrix, tracks, pairs, unmeasured)
+
+    def apply_match(self, frame: Frame, compared: CostMatrix, match: Match) -> Tracks:
+        """The rows of this frame where this is the match, whoever made it; updates the tracks.
+
+        compared: `cost_matrix(frame)`, since which the state has not changed. Of the unmatched
+        detections those with the lifecycle's `birth_score` begin tracks.
+        """
         if self.explain:
-            given = (frame.index, expected.ids, pairing, self.costs, costs, match)
-            self.explanation = Explanation.of(*given)
-        born = match.unmatched_detections
-        if len(born):
-            born = born[scores[born] >= self.lifecycle.birth_score]
-        population, rates, gains = self._update(frame.time, expected, observed, scores, match, born)
-        next_id = self.state.next_id + len(born)
-        self.state = TrackerState(population, next_id, frame.time, counts, rates, gains)
-        return self._output_rows(frame.index, population)
+            ids, pairs, total = compared.tracks.ids, compared.pairs, compared.costs
+            self.explanation = Explanation.of(frame.index, ids, pairs, self.costs, total, match)
+        self.state = self._update(frame, compared, match)
+        return self._output_rows(frame.index)
 
     def reset(self) -> None:
         """Forget everything; ids start at 0 again."""
         self.state, self.explanation = TrackerState(), None
 
     def _predict(self, frame: Frame, detections: Detections) -> ActiveTracks:
-        """The living tracks where they should be at this frame."""
-        population, before = self.state.tracks, self.state.time
-        dt = 0.0 if before is None else elapsed(frame, before)
-        if len(population) == 0 or before is None:
-            return population
-        beliefs, _ = self.predict_tracks(population, frame, dt, detections)
-        existence = population.existence
-        if self.existence is not None:
-            existence = existence * self.existence.survival(dt)
-        unseen, scores = population.time_since_update + dt, np.full(len(existence), np.nan)
-        return population.replaced(
-            beliefs=beliefs, time_since_update=unseen, existence=existence, scores=scores
-        )
+        """The active tracks as they should be at this frame."""
+        tracks, dt = self.state.tracks, elapsed(frame, self.state.time)
+        if len(tracks) == 0:
+            return tracks
+        return self.predict_tracks(tracks, frame, dt, detections)[0]
 
     def predict_tracks(
-        self, population: ActiveTracks, frame: Frame, dt: float, detections: Detections
-    ) -> tuple[Beliefs, Float[Array, "4 4"]]:
-        """The beliefs where they should be at this frame, dt seconds later; T_now_before.
+        self, tracks: ActiveTracks, frame: Frame, dt: float, detections: Detections
+    ) -> tuple[ActiveTracks, Float[Array, "4 4"]]:
+        """The tracks as they should be at this frame, dt seconds later; T_now_before.
 
-        detections: of this frame, by which an uncertain turn of the camera is corrected.
+        detections: of this frame, by which an uncertain rotation of the camera is corrected.
         """
-        beliefs, moved = self.dynamics.predict(population.beliefs, dt)
+        beliefs, moved = self.dynamics.predict(tracks.beliefs, dt)
         T_now_before, motion_cov = camera_motion(frame)
-        carried = compensate_ego_motion(beliefs, self.camera, T_now_before, motion_cov, moved)
-        turn_filter = self.camera_rotation_filter
-        if turn_filter is None or frame.T_now_before is None:
-            return carried, T_now_before
-        if not turn_filter.is_uncertain(motion_cov, self.camera):
-            return carried, T_now_before
-        boxes = (
-            carried.boxes[population.time_since_update <= 0.0],
-            detections.boxes,
-        )  # of those just seen
-        T_now_before, motion_cov = turn_filter(*boxes, T_now_before, motion_cov, self.camera)
-        return compensate_ego_motion(
-            beliefs, self.camera, T_now_before, motion_cov, moved
-        ), T_now_before
-
-    def _update(
-        self,
-        time: float,
-        expected: ActiveTracks,
-        observed: Beliefs,
-        scores: Float[Array, " m"],
-        match: Match,
-        born: Int[Array, " b"],
-    ) -> tuple[ActiveTracks, DetectorStatistics, Gains | None]:
-        """The living after this frame, in their old order, then the newborns; what was learned."""
-        rows, columns = match.pairs.T
-        lost = expected.select(match.unmatched_tracks) if len(match.unmatched_tracks) else NO_TRACKS
-        matched = expected if _is_all(rows, len(expected)) else expected.select(rows)
-        scores_seen, scores_born = scores.take(columns), scores.take(born)
-        dt = 0.0 if self.state.time is None else time - self.state.time
-        rates, gains = self.state.detector, self.state.gains
-        seen, surprises, gains = self.update_tracks(matched, observed.select(columns), dt, gains)
-        there, still, new = np.ones(len(rows)), lost.existence, np.ones(len(born))
+        predicted = compensate_ego_motion(beliefs, self.camera, T_now_before, motion_cov, moved)
+        rotation_filter = self.camera_rotation_filter
+        if (
+            rotation_filter is not None
+            and frame.T_now_before is not None
+            and rotation_filter.is_uncertain(motion_cov, self.camera)
+        ):
+            expected = predicted.boxes[tracks.time_since_update <= 0.0]  # detected just before
+            T_now_before, motion_cov = rotation_filter(
+                expected, detections.boxes, T_now_before, motion_cov, self.camera
+            )
+            predicted = compensate_ego_motion(beliefs, self.camera, T_now_before, motion_cov, moved)
+        existence = tracks.existence
         if self.existence is not None:
-            judged = rates, matched, lost, (scores_seen, scores_born)
-            there, still, new, rates = self.existence(*judged, observed.boxes, dt, self.camera)
-        population = matched.seen_again(seen, scores_seen, there, surprises)
-        if len(lost):
-            population = expected.updated(rows, population)
-            population.existence[match.unmatched_tracks] = still
-            population = self.lifecycle.living(population, self.camera)
+            existence = existence * self.existence.survival(dt)
+        predicted_tracks = tracks.replaced(
+            beliefs=predicted,
+            time_since_update=tracks.time_since_update + dt,
+            existence=existence,
+            scores=np.full(len(existence), np.nan),
+        )
+        return predicted_tracks, T_now_before
+
+    def gate(self, tracks: ActiveTracks, observed: Beliefs, detections: Detections) -> GatedPairs:
+        """The pairs of predicted tracks and lifted detections that are worth comparing."""
+        return GatedPairs(tracks.beliefs, observed, detections, self.camera, self.sigmas)
+
+    def pair_costs(self, pairs: GatedPairs) -> tuple[Float[Array, " k"], int]:
+        """The cost of every gated pair, tie break included; how many single costs were NaN."""
+        if len(pairs.pairs[0]) == 0:
+            return np.zeros(0), 0
+        total, _, unmeasured = weighted_sum(pairs, self.costs)
+        if self.tie_break:
+            total = total + self.tie_break * pairs.image_distance
+        return total, unmeasured
+
+    def _update(self, frame: Frame, compared: CostMatrix, match: Match) -> TrackerState:
+        """The memory after this frame: the tracks in their old order, then the new ones."""
+        state, tracks, observed = self.state, compared.tracks, compared.pairs.observed
+        rows, columns = match.pairs.T
+        born, scores = match.unmatched_detections, compared.detections.scores
         if len(born):
-            newborn = ActiveTracks.born(observed.select(born), scores_born, new, self.state.next_id)
-            population = ActiveTracks.concatenate((population, newborn))
-        return population, rates, gains
+            born = born[scores[born] >= self.lifecycle.birth_score]
+        matched_scores, born_scores = scores.take(columns), scores.take(born)
+        matched = tracks if _is_all(rows, len(tracks)) else tracks.select(rows)
+        missed = match.unmatched_tracks
+        unmatched = tracks.select(missed) if len(missed) else NO_TRACKS
+        dt = elapsed(frame, state.time)
+        existence = self._update_existence(
+            matched, unmatched, matched_scores, born_scores, observed.boxes, dt
+        )
+        updated, gains = self.update_tracks(
+            matched, observed.select(columns), matched_scores, existence.matched, dt, state.gains
+        )
+        if len(missed):
+            updated = tracks.updated(rows, updated)
+            updated.existence[missed] = existence.unmatched
+            updated = self.lifecycle.living(updated, self.camera)
+        if len(born):
+            new = observed.select(born)
+            newborn = ActiveTracks.born(new, born_scores, existence.born, state.next_id)
+            updated = ActiveTracks.concatenate((updated, newborn))
+        n, m = compared.costs.shape
+        statistics = state.statistics.after_frame(
+            n * m, len(compared.pairs.pairs[0]), compared.unmeasured
+        )
+        next_id = state.next_id + len(born)
+        return TrackerState(updated, next_id, frame.time, statistics, existence.detector, gains)
 
-    def update_tracks(
-        self, matched: ActiveTracks, observed: Beliefs, dt: float, gains: Gains | None
-    ) -> tuple[Beliefs, Float[Array, "k 4"], Gains | None]:
-        """What to believe of tracks (as expected now) that were seen as observed, row by row.
-
-        dt: seconds since the last frame. Also their surprises, and the gains as learned since.
-        """
-        seen = self.dynamics.update(matched.beliefs, observed)
-        if self.box_filter is None:
-            return seen, matched.innovations, gains
-        known = self.box_filter.start() if gains is None else gains
-        boxes, surprises, gains = self.box_filter(known, matched, seen.boxes, dt, self.camera)
-        return seen.replaced(boxes=boxes), surprises, gains
-
-    def _output_rows(self, index: int, population: ActiveTracks) -> Tracks:
-        """The rows of this frame: those seen, with their scores, and those that should be there."""
-        unseen = np.isnan(population.scores)
-        written = ~unseen if self.existence is None else self.existence.written(population)
-        if np.count_nonzero(written) < len(population):
-            population, unseen = population.select(written), unseen[written]
-        boxes, scores = population.beliefs.boxes, population.scores
-        if np.count_nonzero(unseen):
-            boxes = np.where(unseen[:, None], self.camera.clip_boxes(boxes), boxes)
-            scores = np.where(unseen, population.existence, scores)
-        frames = np.full(len(scores), index)
-        cuboids = population.beliefs.cuboids
-        return Tracks(frames, population.ids, boxes, scores, cuboids=cuboids)
-
-    def _cost_matrix(self, pairing: GatedPairs) -> tuple[Float[Array, "n m"], TrackerStatistics]:
-        """Rows expected, columns observed; inf outside the search areas. And the new counts."""
-        matrix = np.full(pairing.shape, np.inf)
-        rows, columns = pairing.pairs
-        unmeasured = 0
-        if len(rows):
-            total, _, unmeasured = weighted_sum(pairing, self.costs)
-            if self.tie_break:
-                total = total + self.tie_break * pairing.image_distance
-            matrix[rows, columns] = total
-        old = self.state.statistics
-        return matrix, TrackerStatistics(
-            old.frames + 1,
-            old.pairs + matrix.size,
-            old.compared + len(rows),
-            old.unmeasured + unmeasured,
+    def _update_existence(
+        self,
+        matched: ActiveTracks,
+        unmatched: ActiveTracks,
+        matched_scores: Float[Array, " k"],
+        born_scores: Float[Array, " b"],
+        boxes: Float[Array, "m 4"],
+        dt: float,
+    ) -> ExistenceUpdate:
+        """The probabilities of existence after the frame; without a filter, of detections, 1."""
+        detector = self.state.detector
+        if self.existence is None:
+            certain = np.ones(len(matched_scores)), np.ones(len(born_scores))
+            return ExistenceUpdate(certain[0], unmatched.existence, certain[1], detector)
+        return self.existence(
+            detector, matched, unmatched, matched_scores, born_scores, boxes, dt, self.camera
         )
 
+    def update_tracks(
+        self,
+        matched: ActiveTracks,
+        observed: Beliefs,
+        scores: Float[Array, " k"],
+        existence: Float[Array, " k"],
+        dt: float,
+        gains: Gains | None,
+    ) -> tuple[ActiveTracks, Gains | None]:
+        """The tracks (as predicted) after detections at `observed`, row by row; gains learned.
 
-def elapsed(frame: Frame, before: float) -> float:
-    """Seconds since the frame at the time `before`; BadConfig when time goes backwards."""
+        scores: of the detections. existence: after them. dt: seconds since the last frame.
+        """
+        updated, innovations = self.dynamics.update(matched.beliefs, observed), matched.innovations
+        if self.box_filter is not None:
+            known = self.box_filter.start() if gains is None else gains
+            boxes, innovations, gains = self.box_filter(
+                known, matched, updated.boxes, dt, self.camera
+            )
+            updated = updated.replaced(boxes=boxes)
+        return matched.seen_again(updated, scores, existence, innovations), gains
+
+    def _output_rows(self, index: int) -> Tracks:
+        """The rows of a frame: tracks detected in it, and those that should be there."""
+        tracks = self.state.tracks
+        missed = np.isnan(tracks.scores)
+        written = ~missed if self.existence is None else self.existence.written(tracks)
+        if np.count_nonzero(written) < len(tracks):
+            tracks, missed = tracks.select(written), missed[written]
+        boxes, scores = tracks.beliefs.boxes, tracks.scores
+        if np.count_nonzero(missed):
+            boxes = np.where(missed[:, None], self.camera.clip_boxes(boxes), boxes)
+            scores = np.where(missed, tracks.existence, scores)
+        frames = np.full(len(scores), index)
+        return Tracks(frames, tracks.ids, boxes, scores, cuboids=tracks.beliefs.cuboids)
+
+
+def elapsed(frame: Frame, before: float | None) -> float:
+    """Seconds since the last frame, at the time `before`; 0 for None, where there was none.
+
+    BadConfig when time goes backwards.
+    """
+    if before is None:
+        return 0.0
     if not frame.time >= before:
         raise BadConfig(
             f"frame {frame.index} at {frame.time:g} s comes after one at {before:g} s: "

@@ -4,21 +4,19 @@ The return of an episode is its MOTA (Bernardin & Stiefelhagen, EURASIP 2008, as
 KITTI's cars) for immediate output without filled gaps.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
-from jaxtyping import Int
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.envs.asking import ForcedAssociation, forced_tracker
-from mot_sim.envs.counting import RunningClear, counted_labels
+from mot_sim.envs.episode_sources import EpisodeSource, FolderSource, SceneSource
 from mot_sim.envs.errors import OutOfTurn, require_action, require_options
-from mot_sim.envs.factory import scene_made
-from mot_sim.envs.observing import (
+from mot_sim.envs.observations import (
     Observation,
     box_space,
     pad,
@@ -26,22 +24,23 @@ from mot_sim.envs.observing import (
     require_padding,
     surest,
 )
-from mot_sim.envs.resuming import ReplayPickle
-from mot_sim.envs.slots import Slots, decide
-from mot_sim.envs.sources import EpisodeSource, FolderSource, SceneSource
+from mot_sim.envs.rollouts import ReplayPickle, scene_made
+from mot_sim.envs.wrappers import RunningClear, counted_labels
 from mot_sim.simulation.scene import Knob
-from tracker import Tracks
-from tracker.association import Hungarian
-from tracker.errors import BadConfig
+from tracker import TRACKERS, CostMatrix, Tracks
+from tracker.association import Hungarian, Match
+from tracker.errors import BadConfig, UnknownName
 from tracker.types import Detections, Frame
+
+EMPTY_SLOT = -1  # the id in a slot without a track
 
 
 class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
     """Recorded episodes, in which the action says what becomes of every detection of a frame.
 
     Action: for each detection a track's slot (0 to max_tracks - 1), `new` (max_tracks) or
-    `reject` (max_tracks + 1); beyond the detections that are there it says nothing. Of two
-    detections on one track the dearer loses and is rejected (of equal costs the later one).
+    `reject` (max_tracks + 1); entries beyond the detections are ignored. Of two detections on
+    one track the one with the larger cost is rejected (of equal costs the later one).
     Rejected are also those on an empty slot, on a track where they are not `possible`, and new
     ones when no slot is free; info counts them all as `refused`.
 
@@ -52,9 +51,9 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
     the frame, over the boxes of the episode that must be found, at least 1. Tracks die as the
     tracker's lifecycle says. The episode terminates after its last frame, with nothing to see.
 
-    scene, knobs: whose episodes of seeds 0 to pool - 1 are recorded when they are drawn, and
-    kept. episodes: a folder of recorded ones instead. tracker: of TRACKERS, whose suppression,
-    costs and memory are used. info: `episode` (its number), `frame`, `refused`, and CLR_TP,
+    scene, knobs: the episodes of seeds 0 to pool - 1 are recorded when they are drawn, and kept.
+    episodes: a folder of recorded ones instead. tracker: of TRACKERS, whose suppression, costs
+    and memory are used. info: `episode` (its number), `frame`, `refused`, and CLR_TP,
     CLR_FP, CLR_FN, IDSW and MOTA so far. Raises UnknownName, BadConfig, DatasetNotFound.
     """
 
@@ -74,10 +73,15 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
         **knobs: Knob,
     ) -> None:
         self._arguments = {
-            "scene": scene, "episodes": episodes, "pool": pool, "tracker": tracker,
-            "max_detections": max_detections, "max_tracks": max_tracks,
-            "render_mode": render_mode, **knobs,
-        }  # fmt: skip
+            "scene": scene,
+            "episodes": episodes,
+            "pool": pool,
+            "tracker": tracker,
+            "max_detections": max_detections,
+            "max_tracks": max_tracks,
+            "render_mode": render_mode,
+            **knobs,
+        }
         require_padding("max_detections", max_detections)
         require_padding("max_tracks", max_tracks)
         if render_mode is not None:
@@ -85,23 +89,28 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
         self.metadata, self.render_mode = {"render_modes": []}, None
         self.max_detections, self.max_tracks = max_detections, max_tracks
         self._source: EpisodeSource = _source_of(scene, episodes, pool, knobs)
-        self._told = ForcedAssociation()
-        self._tracker = forced_tracker(tracker, self._source.camera, self._told)
+        if tracker not in TRACKERS:
+            raise UnknownName.of("tracker", tracker, TRACKERS)
+        ours = TRACKERS[tracker](self._source.camera)
+        # Tracks begin where the action says so, whatever the score.
+        self._tracker = replace(ours, lifecycle=replace(ours.lifecycle, birth_score=-np.inf))
         self._episode: int | None = None
         self._actions: list[Any] = []
-        self.observation_space = spaces.Dict({
-            "costs": spaces.Box(0.0, 1.0, (max_tracks, max_detections), np.float64),
-            "possible": spaces.MultiBinary((max_tracks, max_detections)),
-            "tracks": spaces.MultiBinary(max_tracks),
-            "boxes": box_space(self._source.camera, max_detections),
-            "scores": spaces.Box(0.0, 1.0, (max_detections,), np.float64),
-            "detections": spaces.MultiBinary(max_detections),
-        })  # fmt: skip
+        self.observation_space = spaces.Dict(
+            {
+                "costs": spaces.Box(0.0, 1.0, (max_tracks, max_detections), np.float64),
+                "possible": spaces.MultiBinary((max_tracks, max_detections)),
+                "tracks": spaces.MultiBinary(max_tracks),
+                "boxes": box_space(self._source.camera, max_detections),
+                "scores": spaces.Box(0.0, 1.0, (max_detections,), np.float64),
+                "detections": spaces.MultiBinary(max_detections),
+            }
+        )
         self.action_space = spaces.MultiDiscrete(np.full(max_detections, max_tracks + 2))
 
     @property
     def tracks(self) -> Tracks:
-        """What was put out in this episode so far."""
+        """The rows of this episode so far."""
         return Tracks.concatenate([Tracks.empty(), *self._rows])
 
     def reset(
@@ -117,7 +126,7 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
         if not 0 <= number < len(self._source):
             raise BadConfig(f"episode {number}: there are 0 to {len(self._source) - 1}")
         self._begin(number)
-        return self._observe(), self._tell()
+        return self._observe(), self._info()
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Decide on a frame; the next one. Raises OutOfTurn and BadAction."""
@@ -133,7 +142,7 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
         before = self._clear.total.gain
         self._advance(np.array(action))
         reward = (self._clear.total.gain - before) / self._labelled
-        return self._observe(), reward, self._is_over, False, self._tell()
+        return self._observe(), reward, self._is_over, False, self._info()
 
     @property
     def _is_over(self) -> bool:
@@ -148,43 +157,39 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
         self._clear, self._rows, self._refused = RunningClear(), list[Tracks](), 0
         self._slots = Slots.empty(self.max_tracks)
         self._tracker.reset()
-        self._ask()
+        self._compare()
 
-    def _ask(self) -> None:
-        """What the tracker would be asked to match in this frame; nothing is done yet."""
+    def _compare(self) -> None:
+        """The next frame, and what its detections cost; nothing is decided yet."""
         if self._is_over:
-            self._told.costs = np.zeros((0, 0))
             return
         frame = self._frames[len(self._actions)]
         kept = self._tracker.suppress(frame.detections, self._tracker.camera)
         self._frame: Frame = replace(frame, detections=surest(kept, self.max_detections))
-        state, self._told.match = self._tracker.state, None
-        self._tracker.step(self._frame)
-        self._tracker.state = state
+        self._compared: CostMatrix = self._tracker.cost_matrix(self._frame)
 
     def _advance(self, action: Int[Array, " m"]) -> None:
-        """Match as told; count what comes out."""
-        costs, index = self._told.costs, self._frame.index
-        slots = self._slots.of(self._tracker.state.tracks.ids)
-        told = action[: costs.shape[1]]
-        self._told.match, self._refused = decide(told, costs, slots, self.max_tracks)
-        rows = self._tracker.step(self._frame)
+        """Match as the action says; count the rows of the frame."""
+        compared, index = self._compared, self._frame.index
+        slots = self._slots.of(compared.tracks.ids)
+        decisions = action[: len(compared.detections)]
+        match, self._refused = decide(decisions, compared.costs, slots, self.max_tracks)
+        rows = self._tracker.apply_match(self._frame, compared, match)
         self._slots = self._slots.after(self._tracker.state.tracks.ids)
         first, last = np.searchsorted(self._truth.frames, [index, index + 1]).tolist()
         self._clear.add(self._truth.select(slice(first, last)), rows, index)
         self._rows.append(rows)
         self._actions.append(action)
-        self._ask()
+        self._compare()
 
     def _observe(self) -> Observation:
         """The tracks and detections of this frame, and what each pair costs."""
-        asked = self._told.costs
         costs = np.full((self.max_tracks, self.max_detections), np.inf)
         seen = Detections.empty()
         if not self._is_over:
-            slots = self._slots.of(self._tracker.state.tracks.ids)
-            costs[slots, : asked.shape[1]] = asked
-            seen = self._frame.detections
+            seen = self._compared.detections
+            slots = self._slots.of(self._compared.tracks.ids)
+            costs[slots, : len(seen)] = self._compared.costs
         return {
             "costs": costs.clip(0.0, 1.0),
             "possible": np.isfinite(costs).astype(np.int8),
@@ -194,11 +199,69 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
             "detections": pad(np.ones(len(seen), np.int8), self.max_detections),
         }
 
-    def _tell(self) -> dict[str, Any]:
+    def _info(self) -> dict[str, Any]:
         """The same keys after every step."""
         total = self._clear.total
-        told = {"episode": self._episode, "frame": len(self._actions), "refused": self._refused}
-        return {**told, **vars(total), "MOTA": total.MOTA}
+        now = {"episode": self._episode, "frame": len(self._actions), "refused": self._refused}
+        return {**now, **vars(total), "MOTA": total.MOTA}
+
+
+@dataclass(frozen=True, eq=False)
+class Slots:
+    """The id of the track in every slot, EMPTY where there is none. A track keeps its slot."""
+
+    ids: Int[Array, " s"]
+
+    @classmethod
+    def empty(cls, count: int) -> "Slots":
+        """No track in any slot."""
+        return cls(np.full(count, EMPTY_SLOT))
+
+    @property
+    def taken(self) -> Bool[Array, " s"]:
+        """Which slots hold a track."""
+        return self.ids != EMPTY_SLOT
+
+    def of(self, ids: Int[Array, " n"]) -> Int[Array, " n"]:
+        """The slots of tracks that have one."""
+        order = np.argsort(self.ids, kind="stable")
+        return order[np.searchsorted(self.ids[order], ids)]
+
+    def after(self, living: Int[Array, " n"]) -> "Slots":
+        """The slots once only these tracks live; those without one take the lowest free ones."""
+        ids = np.where(np.isin(self.ids, living), self.ids, EMPTY_SLOT)
+        new = living[~np.isin(living, ids)]
+        ids[np.flatnonzero(ids == EMPTY_SLOT)[: len(new)]] = new
+        return Slots(ids)
+
+
+def decide(
+    action: Int[Array, " m"], costs: Float[Array, "n m"], slots: Int[Array, " n"], slot_count: int
+) -> tuple[Match, int]:
+    """The match that an action stands for, and how many detections it could not place.
+
+    action: for each detection a slot, slot_count for a new track, slot_count + 1 for none.
+    costs: of the tracks, whose slots are given, with the detections; inf = impossible.
+    """
+    rows_of = np.full(slot_count + 2, EMPTY_SLOT)
+    rows_of[slots] = np.arange(len(slots))
+    best: dict[int, int] = {}
+    refused = 0
+    for column in np.flatnonzero(action < slot_count).tolist():
+        row = int(rows_of[action[column]])
+        if row == EMPTY_SLOT or not np.isfinite(costs[row, column]):
+            refused += 1
+        elif row not in best:
+            best[row] = column
+        else:
+            refused += 1
+            if costs[row, column] < costs[row, best[row]]:
+                best[row] = column
+    new = np.flatnonzero(action == slot_count)
+    free = slot_count - len(slots)
+    pairs = np.array(sorted(best.items()), np.int64).reshape(-1, 2)
+    lost = np.setdiff1d(np.arange(len(slots)), pairs[:, 0])
+    return Match(pairs, lost, new[:free]), refused + max(0, len(new) - free)
 
 
 def hungarian_policy(
@@ -206,8 +269,8 @@ def hungarian_policy(
 ) -> Int[Array, " m"]:
     """The action that matches at the least cost, and begins tracks with the other detections.
 
-    max_cost: pairs that cost as much are never made. birth_score: of detections that may begin
-    a track; the others are rejected.
+    max_cost: pairs that cost as much or more are never made. birth_score: detections from it on
+    begin tracks; the others are rejected.
     """
     slots, there = np.flatnonzero(observation["tracks"]), observation["detections"].astype(bool)
     table = np.ix_(slots, np.flatnonzero(there))

@@ -2,6 +2,7 @@
 
 from collections import OrderedDict
 from copy import deepcopy
+from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -10,17 +11,29 @@ from jaxtyping import UInt8
 from numpy import ndarray as Array
 
 from mot_sim.envs.errors import OutOfTurn, require_action, require_options
-from mot_sim.envs.factory import RENDER_MODES, find_long_scene, require_words, scaled
-from mot_sim.envs.observing import Observation, ObservationBuilder
-from mot_sim.envs.resuming import ReplayPickle
-from mot_sim.envs.runs import LazyRollout, LiveRollout, driver_of
-from mot_sim.envs.window import ImageWindow
+from mot_sim.envs.observations import Observation, ObservationBuilder
+from mot_sim.envs.rollouts import (
+    LazyRollout,
+    LiveRollout,
+    ReplayPickle,
+    driver_of,
+    scene_made,
+)
 from mot_sim.envs.wrappers import Scored, TrackObservation
 from mot_sim.simulation.imaging import RenderedImages
-from mot_sim.simulation.scene import Knob, Rollout
+from mot_sim.simulation.registry import knobs_of
+from mot_sim.simulation.renderers import AUTO, RENDERERS
+from mot_sim.simulation.rig import Rig
+from mot_sim.simulation.scene import Knob, Rollout, Scene
 from mot_sim.simulation.traffic.driving import COMMANDS, driving_reward
 from mot_sim.simulation.traffic.traffic_state import STEP
+from tracker.errors import BadConfig, UnknownName
 from tracker.types import Camera, Frame
+
+TRAFFIC = ("recorded", "live")
+RENDER_MODES = ("rgb_array", "human")
+OPTIONS = ("traffic", "render_mode", "image", "max_detections", "renderer", "scale", "kept_runs")
+SCALE_LIMITS = (0.1, 2.0)
 
 
 class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
@@ -40,8 +53,9 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
 
     # gym.make reads the class's; an instance has its own copy.
     metadata: dict[str, Any] = {  # noqa: RUF012
-        "render_modes": list(RENDER_MODES), "render_fps": round(1.0 / STEP),
-    }  # fmt: skip
+        "render_modes": list(RENDER_MODES),
+        "render_fps": round(1.0 / STEP),
+    }
 
     def __init__(
         self,
@@ -57,10 +71,16 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         **knobs: Knob,
     ) -> None:
         self._arguments = {
-            "scene": scene, "traffic": traffic, "render_mode": render_mode, "image": image,
-            "max_detections": max_detections, "renderer": renderer, "scale": scale,
-            "kept_runs": kept_runs, **knobs,
-        }  # fmt: skip
+            "scene": scene,
+            "traffic": traffic,
+            "render_mode": render_mode,
+            "image": image,
+            "max_detections": max_detections,
+            "renderer": renderer,
+            "scale": scale,
+            "kept_runs": kept_runs,
+            **knobs,
+        }
         require_words(traffic, render_mode, renderer, kept_runs)
         self.metadata = deepcopy(SceneEnv.metadata)
         self.render_mode = render_mode
@@ -68,30 +88,30 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         self.is_live = traffic == "live"
         if self.is_live:
             driver_of(self.scene, 0)
-        self._watching = ObservationBuilder(
+        self._observations = ObservationBuilder(
             self.camera, image, max_detections, self.scene.frame_count * STEP
         )
         self._renderer, self._kept = renderer, kept_runs
-        self._runs: OrderedDict[int, LazyRollout] = OrderedDict()
-        self._run: LazyRollout | None = None
-        self._drawn: RenderedImages | None = None
+        self._rollouts: OrderedDict[int, LazyRollout] = OrderedDict()
+        self._current: LazyRollout | None = None
+        self._images: RenderedImages | None = None
         self._episode: int | None = None
         self._actions: list[Any] = []
         self._crashed = False
-        self._picture: UInt8[Array, "h w 3"] | None = None
+        self._image: UInt8[Array, "h w 3"] | None = None
         self._window: ImageWindow | None = None
-        self.observation_space = self._watching.space()
+        self.observation_space = self._observations.space()
         self.action_space = spaces.Discrete(len(COMMANDS) if self.is_live else 1)
 
     @property
     def camera(self) -> Camera:
-        """What sees the frames."""
+        """The scene's, scaled."""
         return self.scene.rig.camera
 
     @property
     def frame(self) -> Frame:
         """What a tracker may know of this moment. Raises OutOfTurn before the first reset."""
-        image = self._image() if self._watching.image else None
+        image = self._draw() if self._observations.image else None
         return self._now().frame(self._index, None if image is None else image.copy())
 
     @property
@@ -124,19 +144,19 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         return observation, reward, self._crashed, self._index + 1 >= self.frame_count, info
 
     def render(self) -> UInt8[Array, "h w 3"] | None:
-        """The camera's picture; None where nobody asked for one, or where it goes to a window."""
+        """The camera's image; None without the render mode, or where it goes to a window."""
         self._now()
         if self.render_mode == "human":
             self._show()
-        return self._image().copy() if self.render_mode == "rgb_array" else None
+        return self._draw().copy() if self.render_mode == "rgb_array" else None
 
     def close(self) -> None:
-        """Close the window and forget all runs; `reset` begins anew."""
+        """Close the window and forget all rollouts; `reset` begins anew."""
         if self._window is not None:
             self._window.close()
-        self._window, self._run, self._episode = None, None, None
-        self._drawn, self._picture = None, None
-        self._runs.clear()
+        self._window, self._current, self._episode = None, None, None
+        self._images, self._image = None, None
+        self._rollouts.clear()
 
     @property
     def _index(self) -> int:
@@ -151,21 +171,23 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         return self._now().rollout
 
     def _now(self) -> LazyRollout:
-        if self._run is None:
+        if self._current is None:
             raise OutOfTurn("nothing has begun: call reset() first")
-        return self._run
+        return self._current
 
     def _begin(self, episode: int) -> None:
         """Start the episode of a seed."""
         self._episode, self._actions, self._crashed = episode, [], False
-        self._drawn, self._picture = None, None
+        self._images, self._image = None, None
         if self.is_live:
-            self._run = LazyRollout(LiveRollout.begin(self.scene, episode))
+            self._current = LazyRollout(LiveRollout.begin(self.scene, episode))
             return
-        self._run = self._runs.pop(episode, None) or LazyRollout(Rollout.of(self.scene, episode))
-        self._runs[episode] = self._run
-        while len(self._runs) > max(self._kept, 1):
-            self._runs.popitem(last=False)
+        self._current = self._rollouts.pop(episode, None) or LazyRollout(
+            Rollout.of(self.scene, episode)
+        )
+        self._rollouts[episode] = self._current
+        while len(self._rollouts) > max(self._kept, 1):
+            self._rollouts.popitem(last=False)
 
     def _advance(self, action: Any) -> None:
         """0.1 s of traffic."""
@@ -173,30 +195,102 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
             self._rollout.advance(COMMANDS[action])
             self._crashed = self._rollout.driver.driving().crashed
         self._actions.append(action)
-        self._picture = None
+        self._image = None
 
     def _observe(self) -> tuple[Observation, dict[str, Any]]:
-        """What is seen now, and what is true."""
-        observation = self._watching.observe(self.frame)
+        """The observation of this moment, and the info."""
+        observation = self._observations.observe(self.frame)
         if self.render_mode == "human":
             self._show()
-        told = {"frame": self._index, "episode_seed": self._episode, "crashed": self._crashed}
-        return observation, {"truth": self._now().truth(self._index), **told}
+        return observation, {
+            "truth": self._now().truth(self._index),
+            "frame": self._index,
+            "episode_seed": self._episode,
+            "crashed": self._crashed,
+        }
 
-    def _image(self) -> UInt8[Array, "h w 3"]:
-        """The picture of this moment, drawn once."""
-        if self._picture is None:
-            if self._drawn is None:
-                self._drawn = RenderedImages(self._rollout, self._renderer)
-            picture = self._drawn.load(self._index)
-            assert picture is not None
-            self._picture = picture
-        return self._picture
+    def _draw(self) -> UInt8[Array, "h w 3"]:
+        """The image of this moment, rendered once."""
+        if self._image is None:
+            if self._images is None:
+                self._images = RenderedImages(self._rollout, self._renderer)
+            image = self._images.load(self._index)
+            assert image is not None
+            self._image = image
+        return self._image
 
     def _show(self) -> None:
         if self._window is None:
             self._window = ImageWindow(f"mot-sim: {self.scene.name}", self.metadata["render_fps"])
-        self._window.show(self._image())
+        self._window.show(self._draw())
+
+
+def require_words(traffic: str, render_mode: str | None, renderer: str, kept_runs: int) -> None:
+    """Raises UnknownName for words that are none, BadConfig for a negative number."""
+    if traffic not in TRAFFIC:
+        raise UnknownName.of("traffic", traffic, TRAFFIC)
+    if render_mode not in (None, *RENDER_MODES):
+        raise UnknownName.of("render mode", str(render_mode), RENDER_MODES)
+    if renderer not in (*RENDERERS, AUTO):
+        raise UnknownName.of("renderer", renderer, (*RENDERERS, AUTO))
+    if kept_runs < 0:
+        raise BadConfig(f"kept_runs is {kept_runs}: give 0 or more")
+
+
+def find_long_scene(name: str, knobs: dict[str, Knob]) -> Scene:
+    """The scene of a name and its knobs, two or more frames long."""
+    known = knobs_of(name)
+    for knob in knobs:
+        if knob not in known:
+            raise UnknownName.of(f"option or knob of scene {name}:", knob, (*OPTIONS, *known))
+    frames = knobs.get("frames", known["frames"])
+    if type(frames) is int and frames < 2:
+        raise BadConfig(f"frames of scene {name} is {frames}: an environment needs 2 or more")
+    return scene_made(name, tuple(sorted(knobs.items())))
+
+
+def scaled(scene: Scene, scale: float) -> Scene:
+    """The scene with a camera of fewer or more pixels, and the same view."""
+    if not SCALE_LIMITS[0] <= scale <= SCALE_LIMITS[1]:
+        raise BadConfig(f"scale is {scale:g}: give {SCALE_LIMITS[0]:g} to {SCALE_LIMITS[1]:g}")
+    if scale == 1.0:
+        return scene
+    camera = scene.rig.camera
+    K = camera.K.copy()
+    K[:2, :2] *= scale
+    K[:2, 2] = (K[:2, 2] + 0.5) * scale - 0.5  # pixel centres are at integers
+    width, height = (round(scale * side) for side in camera.image_size)
+    return replace(scene, rig=Rig(Camera(K, (width, height), camera.T_cam_road)))
+
+
+class ImageWindow:
+    """Shows one image after another; pygame is imported when the first one is shown."""
+
+    def __init__(self, title: str, fps: int) -> None:
+        self.title, self.fps = title, fps
+        self._pygame: Any = None
+
+    def show(self, image: UInt8[Array, "h w 3"]) -> None:
+        """Show an image, and wait until it has been there for its time."""
+        if self._pygame is None:
+            import pygame  # noqa: PLC0415
+
+            self._pygame = pygame
+            pygame.display.init()
+            pygame.display.set_caption(self.title)
+            self._screen = pygame.display.set_mode(image.shape[1::-1])
+            self._clock = pygame.time.Clock()
+        surface = self._pygame.surfarray.make_surface(image.swapaxes(0, 1))
+        self._screen.blit(surface, (0, 0))
+        self._pygame.event.pump()
+        self._pygame.display.flip()
+        self._clock.tick(self.fps)
+
+    def close(self) -> None:
+        """Close it, if it is open."""
+        if self._pygame is not None:
+            self._pygame.display.quit()
+            self._pygame = None
 
 
 __all__ = ["SceneEnv", "Scored", "TrackObservation"]

@@ -1,28 +1,41 @@
-"""Wrappers of scene environments: tracks in the observation, running scores in the info."""
+"""Wrappers of scene environments (tracks in the observation, running scores in the info).
+
+The scores are counted frame by frame, by CLEAR: the counts that the whole sequence would give so
+far.
+"""
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
 
 import gymnasium as gym
+import numpy as np
 from gymnasium import spaces
 from gymnasium.utils import RecordConstructorArgs
 
-from mot_sim.envs.counting import RunningClear
-from mot_sim.envs.observing import Observation, observe_tracks, require_padding, track_space
-from mot_sim.envs.runs import FrameTruth
+from mot_sim.envs.observations import (
+    Observation,
+    observe_tracks,
+    require_padding,
+    track_space,
+)
+from mot_sim.envs.rollouts import FrameTruth
 from mot_sim.metrics import evaluate_sequence
+from mot_sim.metrics.clear import CONTINUING_BONUS
+from mot_sim.metrics.matching import EPSILON, Overlaps, solve_frame
+from mot_sim.metrics.preprocessing import MIN_OVERLAP, counted_output, prepare_sequence
 from tracker import TRACKERS, Camera, Frame, Tracker, Tracks
 from tracker.errors import BadConfig, UnknownName
 
 Step = tuple[Observation, Any, bool, bool, dict[str, Any]]
-TRACKS = "tracks"
+TRACKS_KEY = "tracks"
 
 
 class TrackObservation(gym.Wrapper[Observation, Any, Observation, Any], RecordConstructorArgs):
     """Adds `tracks` (boxes, ids, mask) to the observation: what a tracker makes of the frames.
 
-    tracker: a name of TRACKERS, or what builds a tracker for a camera. The rows of this moment
-    are `env.tracks`.
+    tracker: a name of TRACKERS, or a function that builds a tracker for a camera. The rows of
+    this moment are `env.tracks`.
     """
 
     def __init__(
@@ -45,31 +58,31 @@ class TrackObservation(gym.Wrapper[Observation, Any, Observation, Any], RecordCo
         if not isinstance(space, spaces.Dict):
             raise BadConfig(f"observations of {space} hold no tracks: wrap a scene environment")
         self.observation_space = spaces.Dict(
-            {**space.spaces, TRACKS: track_space(self.seen_by, max_tracks)}
+            {**space.spaces, TRACKS_KEY: track_space(self.seen_by, max_tracks)}
         )
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """The first frame of a new episode; the tracker has forgotten the last one."""
-        observation, told = self.env.reset(seed=seed, options=options)
+        observation, info = self.env.reset(seed=seed, options=options)
         self.tracker.reset()
-        return self._track(observation), told
+        return self._track(observation), info
 
     def step(self, action: Any) -> Step:
         """The next frame, tracked."""
-        observation, reward, terminated, truncated, told = self.env.step(action)
-        return self._track(observation), reward, terminated, truncated, told
+        observation, reward, terminated, truncated, info = self.env.step(action)
+        return self._track(observation), reward, terminated, truncated, info
 
     def _track(self, observation: Observation) -> Observation:
         frame: Frame = self.env.get_wrapper_attr("frame")
         self.tracks = self.tracker.step(frame)
         seen = observe_tracks(self.tracks, self.seen_by, self.max_tracks)
-        return {**observation, TRACKS: seen}
+        return {**observation, TRACKS_KEY: seen}
 
 
 class Scored(gym.Wrapper[Observation, Any, Observation, Any], RecordConstructorArgs):
-    """Adds to the info how good the tracks of a `TrackObservation` below are.
+    """Adds to the info the scores of the tracks of a wrapped `TrackObservation`.
 
     `scores`: CLR_TP, CLR_FP, CLR_FN, IDSW and MOTA of the episode so far, counted frame by
     frame. `final_scores`: at the end of an episode all of `mot_sim.metrics` (HOTA, CLEAR,
@@ -79,7 +92,7 @@ class Scored(gym.Wrapper[Observation, Any, Observation, Any], RecordConstructorA
     def __init__(self, env: gym.Env[Observation, Any]) -> None:
         RecordConstructorArgs.__init__(self)
         super().__init__(env)
-        if not env.has_wrapper_attr(TRACKS):
+        if not env.has_wrapper_attr(TRACKS_KEY):
             raise BadConfig("there are no tracks to score: wrap in TrackObservation before")
         self.clear = RunningClear()
         self.rows: list[tuple[Tracks, Tracks]] = []
@@ -88,19 +101,19 @@ class Scored(gym.Wrapper[Observation, Any, Observation, Any], RecordConstructorA
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """The first frame of a new episode, counted from nothing."""
-        observation, told = self.env.reset(seed=seed, options=options)
+        observation, info = self.env.reset(seed=seed, options=options)
         self.clear, self.rows = RunningClear(), []
-        return observation, self._score(told, False)
+        return observation, self._score(info, False)
 
     def step(self, action: Any) -> Step:
         """The next frame, counted."""
-        observation, reward, terminated, truncated, told = self.env.step(action)
+        observation, reward, terminated, truncated, info = self.env.step(action)
         is_last = terminated or truncated
-        return observation, reward, terminated, truncated, self._score(told, is_last)
+        return observation, reward, terminated, truncated, self._score(info, is_last)
 
-    def _score(self, told: dict[str, Any], is_last: bool) -> dict[str, Any]:
-        truth: FrameTruth = told["truth"]
-        tracks: Tracks = self.env.get_wrapper_attr(TRACKS)
+    def _score(self, info: dict[str, Any], is_last: bool) -> dict[str, Any]:
+        truth: FrameTruth = info["truth"]
+        tracks: Tracks = self.env.get_wrapper_attr(TRACKS_KEY)
         self.rows.append((truth.labels, tracks))
         self.clear.add(truth.labels, tracks, len(self.rows) - 1)
         scores = {**vars(self.clear.total), "MOTA": self.clear.total.MOTA}
@@ -108,4 +121,81 @@ class Scored(gym.Wrapper[Observation, Any, Observation, Any], RecordConstructorA
         if is_last:
             labels, output = (Tracks.concatenate(part) for part in zip(*self.rows, strict=True))
             final = evaluate_sequence(labels, output, len(self.rows))
-        return {**told, "scores": scores, "final_scores": final}
+        return {**info, "scores": scores, "final_scores": final}
+
+
+@dataclass(frozen=True)
+class RunningCounts:
+    """Matches, false positives, misses and id switches, under TrackEval's names."""
+
+    CLR_TP: int = 0
+    CLR_FP: int = 0
+    CLR_FN: int = 0
+    IDSW: int = 0
+
+    def __add__(self, other: "RunningCounts") -> "RunningCounts":
+        return RunningCounts(
+            self.CLR_TP + other.CLR_TP,
+            self.CLR_FP + other.CLR_FP,
+            self.CLR_FN + other.CLR_FN,
+            self.IDSW + other.IDSW,
+        )
+
+    @property
+    def gain(self) -> int:
+        """TP - FP - IDSW: MOTA is this over the number of labels."""
+        return self.CLR_TP - self.CLR_FP - self.IDSW
+
+    @property
+    def MOTA(self) -> float:
+        """1 - (FN + FP + IDSW) / labels; without labels as of one."""
+        return self.gain / max(1, self.CLR_TP + self.CLR_FN)
+
+
+@dataclass(eq=False)
+class RunningClear:
+    """TrackEval's CLEAR of KITTI's cars, a frame at a time; `total` is what counts so far.
+
+    It remembers the last name of every label, and the matches of the last frame that held
+    labels and output, which are kept where they can be; see `mot_sim.metrics`.
+    """
+
+    total: RunningCounts = field(default_factory=RunningCounts)
+    names: dict[int, int] = field(default_factory=dict)
+    before: frozenset[tuple[int, int]] = frozenset()
+
+    def add(self, labels: Tracks, output: Tracks, frame: int) -> RunningCounts:
+        """Count the rows of one frame. Raises BadTracks for rows that cannot be scored."""
+        contest = prepare_sequence(labels, output, frame + 1)
+        kept_labels, kept_output = ~contest.neutral, counted_output(contest)
+        overlaps = contest.overlaps.keep(kept_labels, kept_output)
+        ids = contest.overlaps.truth.ids[kept_labels].tolist()
+        names = contest.overlaps.output.ids[kept_output].tolist()
+        pairs = self._match(overlaps, ids, names, frame)
+        if ids and names:
+            self.before = frozenset(pairs)
+        switches = sum(self.names.get(label, name) != name for label, name in pairs)
+        self.names.update(pairs)
+        found = len(pairs)
+        counts = RunningCounts(found, len(names) - found, len(ids) - found, switches)
+        self.total = self.total + counts
+        return counts
+
+    def _match(
+        self, overlaps: Overlaps, ids: list[int], names: list[int], frame: int
+    ) -> list[tuple[int, int]]:
+        """The matched labels and names: first those that keep a name, then the most overlap."""
+        near = np.flatnonzero(overlaps.iou >= MIN_OVERLAP - EPSILON)
+        rows, columns = overlaps.rows[near].tolist(), overlaps.columns[near].tolist()
+        pairs = [(ids[row], names[column]) for row, column in zip(rows, columns, strict=True)]
+        if len(set(rows)) == len(rows) and len(set(columns)) == len(columns):
+            return pairs
+        kept = np.array([pair in self.before for pair in pairs])
+        weights = CONTINUING_BONUS * kept + overlaps.iou[near]
+        chosen = solve_frame(overlaps, frame, near, weights)
+        return [pair for pair, is_chosen in zip(pairs, chosen.tolist(), strict=True) if is_chosen]
+
+
+def counted_labels(labels: Tracks, frame_count: int) -> int:
+    """How many boxes of the labels must be found."""
+    return int((~prepare_sequence(labels, Tracks.empty(), frame_count).neutral).sum())

@@ -44,7 +44,7 @@ def test_doubt_grows_with_time(dynamics: Dynamics) -> None:
 
 
 @every_dynamics
-def test_a_sighting_leaves_no_more_doubt_than_it_has(dynamics: Dynamics) -> None:
+def test_an_update_leaves_no_larger_covariance_than_the_detections(dynamics: Dynamics) -> None:
     seen = beliefs_at((-4.0, 12.5), (0.5, 25.0), (6.0, 41.0), std=0.2)
     now = dynamics.update(three_cars(), seen)
     left = np.linalg.eigvalsh((seen.cov - now.cov)[:, :2, :2])

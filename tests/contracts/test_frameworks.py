@@ -141,7 +141,7 @@ def test_many_empty_frames_have_no_rows(name: str) -> None:
 @every_framework
 def test_one_frame_and_unknown_motion_are_no_error(name: str) -> None:
     seen = drive([Car(0.0, 25.0), Car(4.0, 30.0)], count=15, know_motion=False).frames
-    assert len(run(built(name), seen[:1])) in (0, 2)  # one sighting may be too little evidence
+    assert len(run(built(name), seen[:1])) in (0, 2)  # one detection may be too little for a birth
     rows = run(built(name), seen)
     assert sorted(set(rows.ids.tolist())) == [0, 1]
 

@@ -16,7 +16,7 @@ from tests.tracker.samples import (
     locked,
     outlines,
 )
-from tracker.beliefs import FAR, NEAR, Beliefs, Lift
+from tracker.beliefs import MAX_CONTACT_DEPTH, MIN_DEPTH, Beliefs, Lift
 from tracker.geometry import road_contact, rotation_x
 from tracker.types import Camera, Detections
 
@@ -120,8 +120,10 @@ def test_the_velocity_is_unknown_with_the_prior_of_the_lift() -> None:
 )
 def test_a_box_cut_by_the_lower_border_is_placed_by_its_height(top, depth) -> None:
     cut = lifted(np.array([[570.0, top, 670.0, 374.0]]))  # its centre is the image's: x = 0
-    assert cut.cuboids.base[0, 2] == pytest.approx(max(depth, NEAR) + 0.5 * CAR[0], rel=0.02)
-    assert np.sqrt(cut.cov[0, 1, 1]) == pytest.approx(np.hypot(0.5 * max(depth, NEAR), 1), rel=0.02)
+    assert cut.cuboids.base[0, 2] == pytest.approx(max(depth, MIN_DEPTH) + 0.5 * CAR[0], rel=0.02)
+    assert np.sqrt(cut.cov[0, 1, 1]) == pytest.approx(
+        np.hypot(0.5 * max(depth, MIN_DEPTH), 1), rel=0.02
+    )
 
 
 def test_a_box_that_ends_above_the_horizon_is_placed_by_its_height() -> None:
@@ -134,7 +136,7 @@ def test_a_box_that_ends_above_the_horizon_is_placed_by_its_height() -> None:
 
 def test_a_box_that_ends_just_below_the_horizon_is_not_beyond_what_a_pixel_can_tell() -> None:
     far = lifted(np.array([[600.0, 186.5, 602.0, 188.0]]))
-    assert far.cuboids.base[0, 2] <= FAR + CAR[0]
+    assert far.cuboids.base[0, 2] <= MAX_CONTACT_DEPTH + CAR[0]
 
 
 def test_the_boxs_height_pulls_the_depth_between_both() -> None:
@@ -168,8 +170,8 @@ def test_every_box_is_lifted_to_a_finite_place_with_a_positive_covariance(
     box = np.array([[*corner, corner[0] + sides[0], corner[1] + sides[1]]])
     belief = lifted(box, Lift(use_box_height=use_box_height), score)
     assert np.isfinite(belief.cuboids.base).all()
-    assert belief.cuboids.base[0, 2] >= NEAR
-    assert use_box_height or belief.cuboids.base[0, 2] <= FAR + CAR[0]
+    assert belief.cuboids.base[0, 2] >= MIN_DEPTH
+    assert use_box_height or belief.cuboids.base[0, 2] <= MAX_CONTACT_DEPTH + CAR[0]
     np.testing.assert_allclose(belief.cov, belief.cov.transpose(0, 2, 1), rtol=1e-9)
     assert np.linalg.eigvalsh(belief.cov[0]).min() > 0.0
 

@@ -10,13 +10,13 @@ from tracker.lifecycle import ActiveTracks
 DT = 0.1
 
 
-def tracks(boxes: np.ndarray, surprises: np.ndarray | None = None, sightings: int = 99):
+def tracks(boxes: np.ndarray, innovations: np.ndarray | None = None, hits: int = 99):
     """Tracks that are expected in these boxes, last seen one frame ago."""
     n = len(boxes)
     beliefs = beliefs_at(*[(2.0 * i, 20.0) for i in range(n)])
     beliefs.boxes[:] = boxes
-    off = np.full((n, 4), np.nan) if surprises is None else surprises
-    ones, seen = np.ones(n), np.full(n, sightings)
+    off = np.full((n, 4), np.nan) if innovations is None else innovations
+    ones, seen = np.ones(n), np.full(n, hits)
     return ActiveTracks(np.arange(n), beliefs, DT * ones, seen, ones, off, np.nan * ones)
 
 
@@ -59,26 +59,26 @@ def test_sizes_without_a_car_keep_the_gain_to_start_from() -> None:
 def test_the_filtered_box_lies_between_expected_and_new() -> None:
     expected = np.array([[400.0, 150.0, 500.0, 230.0]])
     new = expected + 10.0
-    boxes, surprises, _ = BoxFilter()(BoxFilter().start(), tracks(expected), new, DT, LEVEL)
+    boxes, innovations, _ = BoxFilter()(BoxFilter().start(), tracks(expected), new, DT, LEVEL)
     np.testing.assert_allclose(boxes, expected + 8.0)
-    np.testing.assert_allclose(surprises, [[10.0 / 80.0, 10.0 / 80.0, 0.0, 0.0]], atol=1e-12)
+    np.testing.assert_allclose(innovations, [[10.0 / 80.0, 10.0 / 80.0, 0.0, 0.0]], atol=1e-12)
 
 
 def test_after_a_gap_the_new_box_is_believed_more() -> None:
     expected = np.array([[400.0, 150.0, 500.0, 230.0]])
     waiting = tracks(expected)
     waiting.time_since_update[:] = 3 * DT
-    boxes, surprises, _ = BoxFilter()(BoxFilter().start(), waiting, expected + 10.0, DT, LEVEL)
+    boxes, innovations, _ = BoxFilter()(BoxFilter().start(), waiting, expected + 10.0, DT, LEVEL)
     np.testing.assert_allclose(boxes, expected + 10.0 * (1.0 - 0.2**3))
-    assert np.isnan(surprises).all()
+    assert np.isnan(innovations).all()
 
 
 @pytest.mark.parametrize("new", [[0.0, 150, 90, 230], [1150.0, 150, 1241, 230]])
 def test_a_box_cut_by_the_border_is_taken_as_it_is(new) -> None:
     expected, seen = np.array([new]) + 7.0, np.array([new])
-    boxes, surprises, _ = BoxFilter()(BoxFilter().start(), tracks(expected), seen, DT, LEVEL)
+    boxes, innovations, _ = BoxFilter()(BoxFilter().start(), tracks(expected), seen, DT, LEVEL)
     np.testing.assert_allclose(boxes, seen)
-    assert np.isnan(surprises).all()
+    assert np.isnan(innovations).all()
 
 
 def test_nobody_and_no_time_are_no_error() -> None:

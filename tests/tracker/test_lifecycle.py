@@ -7,17 +7,17 @@ from tests.tracker.samples import LEVEL, beliefs_at
 from tracker.lifecycle import ActiveTracks, Lifecycle, in_view
 
 
-def population(*unseen: float) -> ActiveTracks:
+def unseen_for(*unseen: float) -> ActiveTracks:
     """Tracks 10, 11, ... that were not seen for so long, side by side 20 m ahead."""
     n = len(unseen)
     beliefs = beliefs_at(*[(2.0 * i, 20.0) for i in range(n)])
-    ids, times, surprises = np.arange(10, 10 + n), np.array(unseen), np.full((n, 4), np.nan)
+    ids, times, innovations = np.arange(10, 10 + n), np.array(unseen), np.full((n, 4), np.nan)
     scores = np.where(times > 0.0, np.nan, 0.9)
-    return ActiveTracks(ids, beliefs, times, np.full(n, 3), np.full(n, 0.9), surprises, scores)
+    return ActiveTracks(ids, beliefs, times, np.full(n, 3), np.full(n, 0.9), innovations, scores)
 
 
-def test_those_seen_again_keep_their_ids_and_count_one_sighting_more() -> None:
-    before = population(0.1, 0.4)
+def test_those_seen_again_keep_their_ids_and_count_one_hit_more() -> None:
+    before = unseen_for(0.1, 0.4)
     updated = beliefs_at((4.0, 20.0), (0.0, 30.0))
     scores = np.array([0.8, 0.9])
     seen = before.seen_again(updated, scores, np.array([0.5, 0.7]), np.zeros((2, 4)))
@@ -38,7 +38,7 @@ def test_births_take_consecutive_ids_in_the_order_of_detections() -> None:
 
 
 def test_the_unseen_are_remembered_up_to_the_longest_gap() -> None:
-    lost = population(0.5, 1.0, 1.1)
+    lost = unseen_for(0.5, 1.0, 1.1)
     assert Lifecycle(max_gap=1.0).living(lost, LEVEL).ids.tolist() == [10, 11]
 
 
@@ -48,26 +48,26 @@ def test_a_gap_is_not_shorter_for_the_rounding_of_its_steps() -> None:
     gaps = np.add.accumulate(np.diff(times), axis=1)[:, -1]
     assert gaps.max() > 3.0
     for gap in {gaps.min(), gaps.max()}:
-        three_seconds = Lifecycle(max_gap=3.0).living(population(gap), LEVEL)
+        three_seconds = Lifecycle(max_gap=3.0).living(unseen_for(gap), LEVEL)
         assert three_seconds.ids.tolist() == [10]
 
 
 def test_who_is_seen_lives_on_even_outside_the_view() -> None:
-    everyone = population(0.0, 0.1, 0.0)
+    everyone = unseen_for(0.0, 0.1, 0.0)
     everyone.beliefs.boxes[:] = [-90.0, 100.0, -10.0, 200.0]
     assert Lifecycle(max_gap=9.0).living(everyone, LEVEL).ids.tolist() == [10, 12]
 
 
 def test_without_memory_every_lost_track_ends() -> None:
-    assert len(Lifecycle(max_gap=0.0).living(population(0.1, 0.1), LEVEL)) == 0
+    assert len(Lifecycle(max_gap=0.0).living(unseen_for(0.1, 0.1), LEVEL)) == 0
 
 
-def test_nobody_lost_is_nobody() -> None:
+def test_no_track_lost_is_no_track() -> None:
     assert len(Lifecycle(max_gap=9.0).living(ActiveTracks.empty(), LEVEL)) == 0
 
 
 def test_the_coasting_keep_how_long_they_were_unseen() -> None:
-    coasting = Lifecycle(max_gap=9.0).living(population(0.4, 0.7), LEVEL)
+    coasting = Lifecycle(max_gap=9.0).living(unseen_for(0.4, 0.7), LEVEL)
     assert coasting.time_since_update.tolist() == [0.4, 0.7]
     assert coasting.hits.tolist() == [3, 3]
 
@@ -97,11 +97,11 @@ def test_a_track_that_fell_behind_is_out_of_view_whatever_its_box() -> None:
 
 
 def test_a_lost_track_out_of_view_ends_at_once() -> None:
-    expected = population(0.1, 0.1)
+    expected = unseen_for(0.1, 0.1)
     expected.beliefs.boxes[0] = [-90.0, 100, -10, 150]
     assert Lifecycle(max_gap=9.0).living(expected, LEVEL).ids.tolist() == [11]
 
 
-def test_nobody_is_in_view_of_nobody() -> None:
+def test_of_no_tracks_none_is_in_view() -> None:
     assert in_view(ActiveTracks.empty().beliefs, LEVEL).shape == (0,)
     assert len(ActiveTracks.empty()) == 0

@@ -7,6 +7,7 @@ import pytest
 
 from tests.tracker.samples import LEVEL, PITCHED, Car, Drive, drive, frames_with, ids_of
 from tracker import Detections, Frame, Tracker
+from tracker.association import Match
 from tracker.state import TrackerStatistics
 from tracker.suppression import Suppression
 
@@ -172,3 +173,31 @@ def test_tracks_that_left_the_view_are_forgotten_before_their_time() -> None:
         tracker.step(frame)
     assert len(passed.frames[-1].detections) == 0
     assert len(tracker.state.tracks) == 0
+
+
+@PRESETS
+def test_the_cost_matrix_is_what_the_step_associates_and_changes_nothing(preset) -> None:
+    passing = [Car(-4.0, 25.0), Car(2.0, 30.0, velocity=(0.0, -3.0)), Car(3.5, 34.0)]
+    tracker, asked = replace(preset(LEVEL), explain=True), preset(LEVEL)
+    for frame in drive(passing, forward, 8, hidden=lambda at, car: at == 4 and car == 1).frames:
+        before = asked.state
+        compared = asked.cost_matrix(frame)
+        assert asked.state is before
+        tracks = tracker.step(frame)
+        np.testing.assert_array_equal(compared.costs, tracker.explanation.total)
+        np.testing.assert_array_equal(compared.tracks.ids, tracker.explanation.ids)
+        np.testing.assert_array_equal(compared.detections.boxes, tracker.explanation.boxes)
+        gated = np.ones(compared.costs.shape, bool)
+        gated[compared.pairs.pairs] = False
+        np.testing.assert_array_equal(np.isinf(compared.costs), gated)
+        np.testing.assert_array_equal(asked.step(frame).boxes, tracks.boxes)
+
+
+def test_a_match_made_by_anybody_is_applied() -> None:
+    tracker = Tracker.paper(LEVEL)
+    first, second = drive([Car(-4.0, 25.0), Car(4.0, 25.0)], count=2).frames
+    assert tracker.step(first).ids.tolist() == [0, 1]
+    crossed = Match.of(np.array([[0, 1]]), 2, 2)
+    rows = tracker.apply_match(second, tracker.cost_matrix(second), crossed)
+    assert rows.ids.tolist() == [0, 2]
+    np.testing.assert_array_equal(rows.boxes, second.detections.boxes[[1, 0]])

@@ -1,4 +1,4 @@
-"""What an association says: who is who, who was lost, who is new."""
+"""The result of an association: matched pairs, unmatched tracks and unmatched detections."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -10,15 +10,18 @@ from numpy import ndarray as Array
 
 @dataclass(frozen=True, eq=False)
 class Match:
-    """pairs: (row, column) of what belongs together. unmatched_tracks: rows, unmatched_detections: columns without partner."""
+    """Which tracks (rows) and detections (columns) of a cost matrix belong together."""
 
     pairs: Int[Array, "k 2"]
+    """(row, column)."""
     unmatched_tracks: Int[Array, " l"]
+    """Rows without a partner, in order."""
     unmatched_detections: Int[Array, " m"]
+    """Columns without a partner, in order."""
 
     @classmethod
     def of(cls, pairs: Int[Array, "k 2"], rows: int, columns: int) -> "Match":
-        """The match of these pairs among so many rows and columns."""
+        """The match of these pairs in a matrix of this many rows and columns."""
         return cls(pairs, _others(pairs[:, 0], rows), _others(pairs[:, 1], columns))
 
 

@@ -1,8 +1,8 @@
-"""Minimum-cost network flow: the best set of tracks through all sightings at once, exactly.
+"""Minimum-cost network flow: the best set of tracks through all detections at once, exactly.
 
-A track is a path: it begins at one sighting, is linked from each to a later one, and ends
-anywhere (Zhang et al., CVPR 2008). Every sighting lies on one path at most, so the flow is an
-assignment: each sighting takes a successor, the end of its path, or itself (it is left out).
+Nodes are detections. A track is a path: it begins at one node, follows arcs to later ones, and
+ends anywhere (Zhang et al., CVPR 2008). Every node lies on one path at most, so the flow is an
+assignment: each node takes a successor, the end of its path, or itself (it is left out).
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from tracker.errors import BadConfig
 
 @dataclass(frozen=True, eq=False)
 class Arcs:
-    """Possible links: sighting tails[k] is followed by heads[k] (a larger number) at costs[k]."""
+    """Possible links: node tails[k] is followed by heads[k] (a larger number) at costs[k]."""
 
     tails: Int[Array, " k"]
     heads: Int[Array, " k"]
@@ -28,20 +28,20 @@ class Arcs:
         if not np.isfinite(self.costs).all():
             bad = int((~np.isfinite(self.costs)).argmax())
             raise BadConfig(
-                f"the link from sighting {self.tails[bad]} to {self.heads[bad]} costs "
+                f"the link from node {self.tails[bad]} to {self.heads[bad]} costs "
                 f"{self.costs[bad]:g}: costs are finite; leave out what is impossible"
             )
         if (self.heads <= self.tails).any():
             bad = int((self.heads <= self.tails).argmax())
             raise BadConfig(
-                f"a link leads from sighting {self.tails[bad]} back to {self.heads[bad]}: "
-                "number the sightings in the order of time"
+                f"a link leads from node {self.tails[bad]} back to {self.heads[bad]}: "
+                "number the nodes in the order of time"
             )
 
 
 @dataclass(frozen=True, eq=False)
 class Flow:
-    """The cheapest tracks. links: (sighting, next one). used: on a track. cost: of them all."""
+    """The cheapest tracks. links: (node, next one). used: nodes on a track. cost: of them all."""
 
     links: Int[Array, "l 2"]
     used: Bool[Array, " n"]
@@ -49,27 +49,26 @@ class Flow:
 
     @property
     def tracks(self) -> Int[Array, " n"]:
-        """The track of every sighting, numbered by their first sightings; those unused, too."""
+        """The track of every node, numbered by their first nodes; those unused, too."""
         first = np.arange(len(self.used))
         for tail, head in self.links.tolist():  # tails in order: a chain is followed forward
             first[head] = first[tail]
         return np.unique(first, return_inverse=True)[1].astype(np.int64)
 
 
-def cheapest_flow(sightings: Float[Array, " n"], births: Float[Array, " n"], arcs: Arcs) -> Flow:
-    """The tracks with the smallest sum of the costs of their sightings, births and links.
+def cheapest_flow(nodes: Float[Array, " n"], births: Float[Array, " n"], arcs: Arcs) -> Flow:
+    """The tracks with the smallest sum of the costs of their nodes, births and arcs.
 
-    sightings: the cost of having each on a track (negative: it gains). births: of beginning one
+    nodes: the cost of having each on a track (negative: it gains). births: of beginning one
     there. Ends are free; put their cost into the births. Raises BadConfig for costs that are not
     finite. Exact: successors are assigned by `min_weight_full_bipartite_matching`.
     """
-    n = len(sightings)
-    own = sightings + births
+    n = len(nodes)
+    own = nodes + births
     if not np.isfinite(own).all():
         bad = int((~np.isfinite(own)).argmax())
         raise BadConfig(
-            f"sighting {bad} costs {sightings[bad]:g}, a birth there {births[bad]:g}: "
-            "both must be finite"
+            f"node {bad} costs {nodes[bad]:g}, a birth there {births[bad]:g}: both must be finite"
         )
     if n == 0:
         return Flow(np.zeros((0, 2), np.int64), np.zeros(0, bool), 0.0)
@@ -83,7 +82,7 @@ def cheapest_flow(sightings: Float[Array, " n"], births: Float[Array, " n"], arc
     shift = 1.0 - gains.min()  # explicit zeros would be no entries; every sum has n terms
     graph = csr_array((gains + shift, (rows, columns)), shape=(n, 2 * n))
     if graph.nnz < len(gains):
-        raise BadConfig("two links between the same two sightings: give the cheaper one alone")
+        raise BadConfig("two links between the same two nodes: give the cheaper one alone")
     tails, heads = min_weight_full_bipartite_matching(graph)
     linked = (heads < n) & (heads != tails)
     used = np.ones(n, bool)

@@ -7,12 +7,12 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from tracker.beliefs import NEAR, Beliefs
+from tracker.beliefs import MIN_DEPTH, Beliefs
 from tracker.types import Camera, Cuboids, Detections
 from tracker.types.cuboids import CORNERS
 
 # The corners of a region are projected from this depth at least, metres.
-NEAREST_CORNER = 0.25 * NEAR
+MIN_CORNER_DEPTH = 0.25 * MIN_DEPTH
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,11 +85,11 @@ def project_cuboids(cuboids: Cuboids, camera: Camera) -> Float[Array, "n 4"]:
     centres = cuboids.base.dot(P[:, :3].T) + P[:, 3]
     corners = CORNERS.dot(axes).reshape(8, -1, 3) + centres
     depth = corners[:, :, 2:]
-    pixels = corners[:, :, :2] / np.maximum(depth, NEAREST_CORNER)
+    pixels = corners[:, :, :2] / np.maximum(depth, MIN_CORNER_DEPTH)
     pixels += camera.K[:2, 2]
     sides = np.minimum.reduce(pixels, 0), np.maximum.reduce(pixels, 0)
     boxes = camera.clip_boxes(np.concatenate(sides, axis=1))
-    behind = np.maximum.reduce(depth[:, :, 0], 0) < NEAR
+    behind = np.maximum.reduce(depth[:, :, 0], 0) < MIN_DEPTH
     if np.count_nonzero(behind):
         boxes[behind] = 0.0
     return boxes

@@ -13,7 +13,7 @@ from tracker.geometry import box_iou
 
 @dataclass(frozen=True)
 class ImageOverlap:
-    """1 - IoU of the expected box (carried by the camera's and the car's motion) and the new one.
+    """1 - IoU of the expected box (moved by the camera's and the car's motion) and the new one.
 
     buffer: both boxes are widened by this fraction of their sides, so that small and fast cars,
     whose boxes would miss each other, still meet (as C-BIoU does). Not of the paper's eqs. 3-6;

@@ -19,7 +19,7 @@ class ShapeAndPose:
     Unlike the paper: both squares are weighted by the covariances of the two fits, the pose
     difference is the angle of the rotation between the two (so that +-pi are close), and the sum
     is mapped to [0, 1). eta_shape, eta_pose: 1 over the mean of the weighted squares between two
-    sightings of one car, of the fleet under a drawn keypoint noise (`benchmarks.shape_fit`).
+    detections of one car, of the fleet under a drawn keypoint noise (`benchmarks.shape_fit`).
     shape_floor, yaw_floor: std that no fit undercuts; coefficients, radians.
     """
 

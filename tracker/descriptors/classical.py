@@ -8,13 +8,14 @@ from numpy import ndarray as Array
 
 from tracker.descriptors.patches import can_be_cut, patches, require_rgb
 
-SIDE = 32  # pixels of a patch
-GRID = 4  # cells along each side
-BINS = (8, 6, 6)  # of brightness, and of the two colour axes
+PATCH_SIDE = 32  # pixels of a patch
+GRID_CELLS = 4  # cells along each side
+COLOUR_BINS = (8, 6, 6)  # of brightness, and of the two colour axes
 ORIENTATIONS = 8
 # Brightness: in stops from the picture's own; colours: differences of stops.
-BRIGHTNESS, COLOUR = (-4.0, 3.0), (-0.9, 0.9)
-SAMPLING = 4  # every fourth pixel tells how bright the picture is
+BRIGHTNESS_RANGE = (-4.0, 3.0)
+COLOUR_RANGE = (-0.9, 0.9)
+SAMPLING_STRIDE = 4  # every fourth pixel tells how bright the picture is
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class Classical:
     @property
     def length(self) -> int:
         """How many numbers a descriptor has."""
-        return GRID**2 * (sum(BINS) + ORIENTATIONS)
+        return GRID_CELLS**2 * (sum(COLOUR_BINS) + ORIENTATIONS)
 
     def __call__(
         self,
@@ -52,8 +53,8 @@ class Classical:
         found = np.full((len(boxes), self.length), np.nan)
         rows = np.flatnonzero(can_be_cut(image, boxes))
         if len(rows):
-            light = image[::SAMPLING, ::SAMPLING].reshape(-1, 3).mean(axis=0)
-            pixels = patches(image, boxes[rows], SIDE)
+            light = image[::SAMPLING_STRIDE, ::SAMPLING_STRIDE].reshape(-1, 3).mean(axis=0)
+            pixels = patches(image, boxes[rows], PATCH_SIDE)
             colours = _colours(pixels, light) * np.sqrt((1.0 - self.gradients) / 3.0)
             directions = _directions(pixels) * np.sqrt(self.gradients)
             found[rows] = np.concatenate((colours, directions), axis=1) / self.unit
@@ -65,10 +66,10 @@ def _colours(pixels: UInt8[Array, "n s s 3"], light: Float[Array, "3"]) -> Float
     stops = np.log2((pixels + 2.0) / (light + 2.0))
     red, green, blue = np.moveaxis(stops, 3, 0)
     axes = ((red + green + blue) / 3.0, red - green, blue - 0.5 * (red + green))
-    ranges = (BRIGHTNESS, COLOUR, COLOUR)
+    ranges = (BRIGHTNESS_RANGE, COLOUR_RANGE, COLOUR_RANGE)
     parts = [
         _histograms((axis - low) / (high - low) * (count - 1), np.ones_like(axis), count)
-        for axis, (low, high), count in zip(axes, ranges, BINS, strict=True)
+        for axis, (low, high), count in zip(axes, ranges, COLOUR_BINS, strict=True)
     ]
     return np.concatenate(parts, axis=1)
 
@@ -96,14 +97,16 @@ def _histograms(
         places = places.clip(0.0, count - 1.0)
     low = np.floor(places).astype(np.int64)
     rest = places - low
-    cell = (np.arange(SIDE) * GRID // SIDE)[:, None] * GRID + np.arange(SIDE) * GRID // SIDE
-    rows = np.arange(n)[:, None, None] * GRID**2 + cell
-    total = np.zeros(n * GRID**2 * count)
+    cell = (np.arange(PATCH_SIDE) * GRID_CELLS // PATCH_SIDE)[:, None] * GRID_CELLS + np.arange(
+        PATCH_SIDE
+    ) * GRID_CELLS // PATCH_SIDE
+    rows = np.arange(n)[:, None, None] * GRID_CELLS**2 + cell
+    total = np.zeros(n * GRID_CELLS**2 * count)
     for bins, share in ((low, 1.0 - rest), (low + 1, rest)):
         bounded = bins % count if turning else np.minimum(bins, count - 1)
         index = (rows * count + bounded).ravel()
         total += np.bincount(index, (share * weights).ravel(), len(total))
-    shares = total.reshape(n, GRID**2, count)
+    shares = total.reshape(n, GRID_CELLS**2, count)
     shares /= np.maximum(shares.sum(axis=2, keepdims=True), 1e-12)
-    roots: Float[Array, "n d"] = np.sqrt(shares).reshape(n, -1) / GRID
+    roots: Float[Array, "n d"] = np.sqrt(shares).reshape(n, -1) / GRID_CELLS
     return roots

@@ -8,7 +8,7 @@ from jaxtyping import Float, Float32, Shaped
 from numpy import ndarray as Array
 
 from tracker.descriptors.classical import Classical
-from tracker.descriptors.weights import SHIPPED, read_weights
+from tracker.descriptors.weights import SHIPPED_WEIGHTS, read_weights
 from tracker.errors import BadWeights, MissingCue
 from tracker.shape import windows_of
 
@@ -23,7 +23,7 @@ class Learned:
     (the published code normalises and correlates, too). weights: of the channels in every cell,
     to the numbers of a descriptor. mean: of the features of many cars. grid: cells
     along each side. hourglass: sha256 of the network whose activations these weights are for.
-    unit: the distance at which two cars are as likely one as two (`mot-sim learn-appearance`).
+    unit: the distance at which two cars are as likely one as two (`mot-sim train-appearance`).
     """
 
     weights: Float32[Array, "f d"]
@@ -34,11 +34,11 @@ class Learned:
 
     @classmethod
     def load(cls, path: Path | str | None = None) -> "Learned":
-        """The shipped weights, or a file that `mot-sim learn-appearance` wrote.
+        """The shipped weights, or a file that `mot-sim train-appearance` wrote.
 
         Raises BadWeights for a file that is missing, damaged, or holds something else.
         """
-        return cls(*read_weights(SHIPPED if path is None else Path(path)))
+        return cls(*read_weights(SHIPPED_WEIGHTS if path is None else Path(path)))
 
     @property
     def needs_activations(self) -> bool:
@@ -70,7 +70,7 @@ class Learned:
             wanted = (len(self.mean) - COLOURS.length) // self.grid**2
             raise BadWeights(
                 f"{channels} activation maps, the weights of the descriptor are for {wanted}: "
-                "learn them for this network, mot-sim learn-appearance"
+                "learn them for this network, mot-sim train-appearance"
             )
         found = np.full((len(boxes), self.length), np.nan)
         known = np.flatnonzero(np.isfinite(activations[:, 0, 0, 0]))

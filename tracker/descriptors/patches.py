@@ -7,7 +7,7 @@ from numpy import ndarray as Array
 
 from tracker.errors import BadImage
 
-LEAST_SIDE = 2.0  # pixels of a box inside the image, below which there is nothing to describe
+MIN_SIDE_PIXELS = 2.0  # pixels of a box inside the image, below which there is nothing to describe
 
 
 def require_rgb(image: Array) -> None:
@@ -26,7 +26,7 @@ def require_rgb(image: Array) -> None:
 def can_be_cut(image: Array, boxes: Float[Array, "n 4"]) -> Bool[Array, " n"]:
     """Which boxes are at least two pixels wide and high inside the image."""
     inside = boxes.clip(0.0, np.array([image.shape[1] - 1.0, image.shape[0] - 1.0] * 2))
-    return (inside[:, 2:] - inside[:, :2] >= LEAST_SIDE).all(axis=1)
+    return (inside[:, 2:] - inside[:, :2] >= MIN_SIDE_PIXELS).all(axis=1)
 
 
 def patches(

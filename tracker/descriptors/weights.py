@@ -13,10 +13,10 @@ from numpy import ndarray as Array
 
 from tracker.errors import BadWeights
 
-SHIPPED = Path(__file__).parent.parent / "weights" / "appearance.npz"
+SHIPPED_WEIGHTS = Path(__file__).parent.parent / "weights" / "appearance.npz"
 FORMAT = 1
-KEYS = {"format", "weights", "mean", "grid", "hourglass", "unit", "training", "sha256"}
-CURE = "reinstall mot-sim, or make the file again with mot-sim learn-appearance"
+WEIGHTS_KEYS = {"format", "weights", "mean", "grid", "hourglass", "unit", "training", "sha256"}
+WEIGHTS_HINT = "reinstall mot-sim, or make the file again with mot-sim train-appearance"
 
 
 class Weights(NamedTuple):
@@ -67,12 +67,14 @@ def weights_digest(content: Weights) -> str:
 
 def _read(path: Path) -> tuple[Weights, dict[str, object]]:
     if not path.is_file():
-        raise BadWeights(f"{path}: no weights of the appearance descriptor; {CURE}")
+        raise BadWeights(f"{path}: no weights of the appearance descriptor; {WEIGHTS_HINT}")
     try:
         with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
-            missing = KEYS - set(file.files)
+            missing = WEIGHTS_KEYS - set(file.files)
             if missing:
-                raise BadWeights(f"{path}: no weights of ours, {min(missing)} is missing; {CURE}")
+                raise BadWeights(
+                    f"{path}: no weights of ours, {min(missing)} is missing; {WEIGHTS_HINT}"
+                )
             arrays, grid = (file["weights"], file["mean"]), int(file["grid"])
             content = Weights(*arrays, grid, str(file["hourglass"]), float(file["unit"]))
             training, stated, version = str(file["training"]), str(file["sha256"]), file["format"]
@@ -80,12 +82,14 @@ def _read(path: Path) -> tuple[Weights, dict[str, object]]:
     except BadWeights:
         raise
     except Exception as error:  # NumPy lets through whatever a broken file causes
-        raise BadWeights(f"{path}: damaged weights: {error}; {CURE}") from error
+        raise BadWeights(f"{path}: damaged weights: {error}; {WEIGHTS_HINT}") from error
     if version > FORMAT:
         raise BadWeights(f"{path}: format {version}, this mot-sim reads up to {FORMAT}; update it")
     _require_shapes(path, content)
     if weights_digest(content) != stated:
-        raise BadWeights(f"{path}: damaged weights, their sha256 is not the stated one; {CURE}")
+        raise BadWeights(
+            f"{path}: damaged weights, their sha256 is not the stated one; {WEIGHTS_HINT}"
+        )
     return content, told
 
 
@@ -96,7 +100,7 @@ def _require_shapes(path: Path, content: Weights) -> None:
     if not fits or weights.dtype != np.float32 or mean.dtype != np.float32:
         raise BadWeights(
             f"{path}: weights of shape {weights.shape} ({weights.dtype}) with a mean of shape "
-            f"{mean.shape} ({mean.dtype}) are no descriptor's; {CURE}"
+            f"{mean.shape} ({mean.dtype}) are no descriptor's; {WEIGHTS_HINT}"
         )
     if not (np.isfinite(weights).all() and np.isfinite(mean).all()):
-        raise BadWeights(f"{path}: weights that are not finite; {CURE}")
+        raise BadWeights(f"{path}: weights that are not finite; {WEIGHTS_HINT}")

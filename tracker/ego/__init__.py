@@ -2,7 +2,7 @@
 
 Sharma et al., ICRA 2018, take the camera's motion from matched features and scale it by the
 camera's height. Here: corners and optical flow, an essential matrix, the road's own pixels for
-the metres, and a filter that coasts rather than believe a wild measurement.
+the metres, and a filter that coasts through outliers.
 """
 
 from tracker.ego.features import CornerFlow, Features

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Float32, UInt8
 from numpy import ndarray as Array
 
-EDGE = 12  # pixels at the image's edge that give no corner: half a window of the flow
+EDGE_PIXELS = 12  # pixels at the image's edge that give no corner: half a window of the flow
 
 
 @runtime_checkable
@@ -67,14 +67,14 @@ class CornerFlow:
     ) -> Float32[Array, "n 2"]:
         """Where corners are, found at half the image's size; in the order of the grid."""
         height, width = image.shape[0] // 2, image.shape[1] // 2
-        if min(height, width) <= 2 * EDGE:
+        if min(height, width) <= 2 * EDGE_PIXELS:
             return np.zeros((0, 2), np.float32)
         small = cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)
         strength = cv2.cornerMinEigenVal(small, 5, ksize=3)
         window = np.ones((self.spacing // 2 | 1, self.spacing // 2 | 1), np.uint8)
         peak = (strength == cv2.dilate(strength, window)) & free[: 2 * height : 2, : 2 * width : 2]
         peak &= strength > self.quality * float(strength.max())
-        inner = slice(EDGE // 2, -(EDGE // 2))
+        inner = slice(EDGE_PIXELS // 2, -(EDGE_PIXELS // 2))
         kept = np.zeros_like(peak)
         kept[inner, inner] = peak[inner, inner]
         v, u = np.nonzero(kept)

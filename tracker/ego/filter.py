@@ -1,7 +1,7 @@
-"""A filter over the camera's motion: it coasts at constant velocity through what it cannot believe.
+"""A Kalman filter over the camera's motion; through outliers it coasts at constant velocity.
 
-Its state are six rates in the camera's frame, those of T_now_before's translation and rotation
-vector. A measurement far from what they foretell is left out; the covariance grows meanwhile.
+Its state is the velocity of T_now_before's translation and rotation vector, six numbers in the
+camera's frame. A measurement far from the prediction is left out; the covariance grows meanwhile.
 """
 
 from dataclasses import dataclass, replace
@@ -16,33 +16,33 @@ from tracker.geometry import cross_matrix
 from tracker.types import Camera
 
 Motion = tuple[Float[Array, "4 4"] | None, Float[Array, "6 6"] | None]
-UNKNOWN: Motion = (None, None)
-MOST_DOUBTS = 4
+UNKNOWN_MOTION: Motion = (None, None)
+MAX_OUTLIERS_IN_A_ROW = 4
 
 
 @dataclass(frozen=True, eq=False)
 class MotionMeasurement:
-    """A motion that was seen: translation and rotation vector, and their covariance.
+    """A measured motion: translation and rotation vector, and their covariance.
 
-    doubted: it surprised whoever measured it.
+    is_outlier: it is far from what was predicted, and its covariance was widened for it.
     """
 
     twist: Float[Array, "6"]
     cov: Float[Array, "6 6"]
-    doubted: bool = False
+    is_outlier: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class CameraVelocity:
     """What is known of the camera's velocity.
 
-    age: seconds since something was measured. doubts: surprising measurements in a row.
+    age: seconds since the last measurement. outliers: measurements in a row that were.
     """
 
     mean: Float[Array, "6"]
     cov: Float[Array, "6 6"]
     age: float = 0.0
-    doubts: int = 0
+    outliers: int = 0
 
 
 @dataclass(frozen=True)
@@ -50,11 +50,11 @@ class Coasting:
     """How a car may move; axes of the road: right, down, forward.
 
     speed, turn: metres and radians per second that no car exceeds. start: standard deviations of
-    the rates before anything was seen. change: of the rates after a tenth of a second (a car
+    the velocity before any measurement. change: of the velocity after a tenth of a second (a car
     brakes at 3 to 8 m/s^2 and bumps turn it by half a degree a frame). gate: standard deviations
-    (of six numbers together) up to which a measurement is believed. patience: seconds without
-    any, after which nobody knows how the camera moves. scale_std: what lengths are off by
-    together, as a share: the camera's height, which no averaging mends.
+    (of six numbers together) up to which a measurement is used. patience: seconds without any,
+    after which the camera's motion is unknown. scale_std: the common error of all lengths, as a
+    share: that of the camera's height, which no averaging removes.
     """
 
     speed: float = 60.0
@@ -70,65 +70,69 @@ class Coasting:
         if not low > 0.0:
             raise BadConfig(f"a filter of the camera's motion with {low:g}: give more than 0")
 
-    def foretell(
-        self, rates: CameraVelocity | None, camera: Camera, seconds: float
+    def predict(
+        self, velocity: CameraVelocity | None, camera: Camera, seconds: float
     ) -> CameraVelocity:
-        """The rates after some seconds of which nothing is known."""
-        if rates is None:
+        """The velocity after some seconds without a measurement."""
+        if velocity is None:
             return CameraVelocity(np.zeros(6), _in_camera(self.start, camera))
-        wider = 4.0 ** min(rates.doubts, MOST_DOUBTS)  # surprises in a row: it does move like that
-        grown = rates.cov + wider * _in_camera(self.change, camera) * (seconds / 0.1)
-        return CameraVelocity(rates.mean, grown, rates.age + seconds, rates.doubts)
+        wider = 4.0 ** min(
+            velocity.outliers, MAX_OUTLIERS_IN_A_ROW
+        )  # outliers in a row: it does move like that
+        grown = velocity.cov + wider * _in_camera(self.change, camera) * (seconds / 0.1)
+        return CameraVelocity(velocity.mean, grown, velocity.age + seconds, velocity.outliers)
 
     def step(
         self,
-        rates: CameraVelocity | None,
+        velocity: CameraVelocity | None,
         measured: MotionMeasurement | None,
         camera: Camera,
         seconds: float,
     ) -> tuple[CameraVelocity | None, Motion]:
-        """The rates after this frame, and its T_now_before with the covariance of `Frame`.
+        """The velocity after this frame, and its T_now_before with the covariance of `Frame`.
 
-        Without a believable measurement: the motion that the rates foretell; without rates, or
-        when they are too old, nothing.
+        Without a measurement inside the gate: the predicted motion; without a velocity, or when
+        it is too old, nothing.
         """
-        expected = self.foretell(rates, camera, seconds)
+        expected = self.predict(velocity, camera, seconds)
         after = None if measured is None else self._combine(expected, measured, seconds)
         if after is None:
-            forgotten = rates is None or expected.age > self.patience
-            doubts = expected.doubts + (measured is not None)
-            after = None if forgotten else replace(expected, doubts=doubts)
-        return after, UNKNOWN if after is None else self._motion(after, seconds)
+            forgotten = velocity is None or expected.age > self.patience
+            outliers = expected.outliers + (measured is not None)
+            after = None if forgotten else replace(expected, outliers=outliers)
+        return after, UNKNOWN_MOTION if after is None else self._motion(after, seconds)
 
     def _combine(
         self, expected: CameraVelocity, measured: MotionMeasurement, seconds: float
     ) -> CameraVelocity | None:
-        """Kalman's update; None for a measurement that is not to be believed."""
+        """The Kalman update; None for a measurement outside the gate."""
         seen, noise = measured.twist / seconds, measured.cov / seconds**2
         if not (np.isfinite(seen).all() and np.isfinite(noise).all() and self._possible(seen)):
             return None
-        surprise = seen - expected.mean
+        innovation = seen - expected.mean
         total = expected.cov + noise
         gain = np.linalg.solve(total, expected.cov).T
-        if surprise @ np.linalg.solve(total, surprise) > self.gate**2:
+        if innovation @ np.linalg.solve(total, innovation) > self.gate**2:
             return None
-        mean, keep = expected.mean + gain @ surprise, np.eye(6) - gain
+        mean, keep = expected.mean + gain @ innovation, np.eye(6) - gain
         cov = keep @ expected.cov @ keep.T + gain @ noise @ gain.T
-        doubts = expected.doubts + 1 if measured.doubted else 0
+        outliers = expected.outliers + 1 if measured.is_outlier else 0
         return (
-            CameraVelocity(mean, 0.5 * (cov + cov.T), 0.0, doubts) if self._possible(mean) else None
+            CameraVelocity(mean, 0.5 * (cov + cov.T), 0.0, outliers)
+            if self._possible(mean)
+            else None
         )
 
-    def _possible(self, rates: Float[Array, "6"]) -> bool:
-        moved, turned = np.linalg.norm(rates[:3]), np.linalg.norm(rates[3:])
+    def _possible(self, velocity: Float[Array, "6"]) -> bool:
+        moved, turned = np.linalg.norm(velocity[:3]), np.linalg.norm(velocity[3:])
         return bool(moved <= self.speed and turned <= self.turn)
 
-    def _motion(self, rates: CameraVelocity, seconds: float) -> Motion:
+    def _motion(self, velocity: CameraVelocity, seconds: float) -> Motion:
         """T_now_before, and the covariance of (t, rotation vector) as a left perturbation.
 
         A perturbation (rho, phi) moves t by rho + phi x t, so rho = dt + [t]x phi.
         """
-        twist, cov = rates.mean * seconds, rates.cov * seconds**2
+        twist, cov = velocity.mean * seconds, velocity.cov * seconds**2
         cov[:3, :3] += self.scale_std**2 * np.outer(twist[:3], twist[:3])
         left = np.eye(6)
         left[:3, 3:] = cross_matrix(twist[:3])

@@ -12,14 +12,14 @@ from tracker.ego.filter import CameraVelocity, Coasting, Motion, MotionMeasureme
 from tracker.ego.relative import Relative, relative_motion, turn_alone
 from tracker.ego.road import Length, RoadScale
 from tracker.ego.rotations import rotation_vector
-from tracker.ego.views import check_image, without_boxes
-from tracker.errors import BadConfig
+from tracker.errors import BadConfig, BadDetections, BadImage
 from tracker.types import Camera
 
-FEWEST_POINTS = 30
-LEAST_REACH = 0.5  # metres around the foretold length that are searched, whatever is known
-UNREAD_STD = 20.0  # metres: a length that could not be read says nothing
-SURPRISE = 3.0  # standard deviations that a length may be off from what was foretold
+MIN_POINTS = 30
+BOX_MARGIN_PIXELS = 3.0  # pixels around a box that are hidden with it
+MIN_REACH = 0.5  # metres around the predicted length that are searched at least
+UNREAD_STD = 20.0  # metres: of a length that could not be read
+MAX_DEVIATION = 3.0  # standard deviations that a length may be off from the predicted one
 UNREAD_STILL_STD = 0.1  # metres: what `still` pixels may hide in a scene some 50 m deep
 
 
@@ -52,7 +52,7 @@ class _View:
 
 @dataclass(eq=False)
 class VisualOdometry:
-    """The camera's motion, image by image; one object watches one drive.
+    """The camera's motion, image by image; one object for one drive.
 
     Deterministic: the same images and boxes give the same motions, bit by bit.
     """
@@ -62,7 +62,7 @@ class VisualOdometry:
     road: RoadScale | None = None
     coasting: Coasting = field(default_factory=Coasting)
     limits: Limits = field(default_factory=Limits)
-    rates: CameraVelocity | None = None
+    velocity: CameraVelocity | None = None
     measured: MotionMeasurement | None = None  # what the last step saw; None where it coasted
     _before: _View | None = None
 
@@ -92,10 +92,10 @@ class VisualOdometry:
         if now is not None and self._before is not None:
             seen = self._measure(self._before, now, seconds)
         self._before = now
-        known = self.rates
-        self.rates, motion = self.coasting.step(known, seen, self.camera, seconds)
-        believed = self.rates is not None and self.rates.age == 0.0
-        self.measured = seen if believed else None
+        known = self.velocity
+        self.velocity, motion = self.coasting.step(known, seen, self.camera, seconds)
+        is_used = self.velocity is not None and self.velocity.age == 0.0
+        self.measured = seen if is_used else None
         return motion
 
     def _view(self, image: UInt8[Array, "h w 3"], free: Bool[Array, "h w"]) -> _View:
@@ -103,9 +103,9 @@ class VisualOdometry:
         return _View(grey, free, self._road.texture(grey))
 
     def _measure(self, before: _View, now: _View, seconds: float) -> MotionMeasurement | None:
-        """What the two images say; None when too few points agree on anything."""
+        """The motion between two images; None when too few points agree on one."""
         pixels_before, pixels_now = self.features(before.grey, now.grey, before.free)
-        if len(pixels_before) < FEWEST_POINTS:
+        if len(pixels_before) < MIN_POINTS:
             return None
         rays = self.camera.rays(pixels_before), self.camera.rays(pixels_now)
         noise = self.limits.noise / float(self.camera.K[0, 0])
@@ -113,7 +113,7 @@ class VisualOdometry:
         if parallax * self.camera.K[0, 0] < self.limits.still:
             return self._still(before, now, R)
         relative = relative_motion(*rays, noise)
-        if relative is None or relative.agreeing.sum() < FEWEST_POINTS:
+        if relative is None or relative.agreeing.sum() < MIN_POINTS:
             return None
         if relative.agreeing.mean() < self.limits.agreeing:
             return None
@@ -135,28 +135,31 @@ class VisualOdometry:
     def _moving(
         self, before: _View, now: _View, relative: Relative, seconds: float
     ) -> MotionMeasurement | None:
-        """The motion in metres; where the road cannot be read, of the length foretold."""
+        """The motion in metres; where the road cannot be read, of the predicted length."""
         d = relative.direction
-        expected = self.coasting.foretell(self.rates, self.camera, seconds)
-        foretold = float(expected.mean[:3] @ d) * seconds
+        expected = self.coasting.predict(self.velocity, self.camera, seconds)
+        predicted = float(expected.mean[:3] @ d) * seconds
         spread = float(np.sqrt(d @ expected.cov[:3, :3] @ d)) * seconds
-        reach = max(4.0 * spread, LEAST_REACH)
-        low, high = max(foretold - reach, 0.0), min(foretold + reach, self.coasting.speed * seconds)
+        reach = max(4.0 * spread, MIN_REACH)
+        low, high = (
+            max(predicted - reach, 0.0),
+            min(predicted + reach, self.coasting.speed * seconds),
+        )
         guesses = np.linspace(low, max(high, low), 2 + int(max(high - low, 0.0) / 0.08))
         length = self._length(before, now, relative.R, d, guesses)
-        if (length is None or length.metres < 0.0) and self.rates is None:
+        if (length is None or length.metres < 0.0) and self.velocity is None:
             return None
-        metres, std, doubted = foretold, UNREAD_STD, False
+        metres, std, is_outlier = predicted, UNREAD_STD, False
         if length is not None:
             metres, std = length.metres, self._length_std(length)
-            surprise = abs(metres - foretold)
-            doubted = bool(surprise > SURPRISE * np.hypot(std, spread))
-            if doubted:  # but not forgotten: if it stays, the filter opens
-                std = float(np.sqrt((surprise / SURPRISE) ** 2 - spread**2))
-        return self._metric(relative, metres, std, doubted)
+            deviation = abs(metres - predicted)
+            is_outlier = bool(deviation > MAX_DEVIATION * np.hypot(std, spread))
+            if is_outlier:  # but not left out: if it stays, the filter follows
+                std = float(np.sqrt((deviation / MAX_DEVIATION) ** 2 - spread**2))
+        return self._metric(relative, metres, std, is_outlier)
 
     def _metric(
-        self, relative: Relative, metres: float, std: float, doubted: bool
+        self, relative: Relative, metres: float, std: float, is_outlier: bool
     ) -> MotionMeasurement:
         """A motion of known length; its covariance from its parts', never below the limits'."""
         floor = [self.limits.direction_std] * 2 + [self.limits.rotation_std] * 3
@@ -166,7 +169,7 @@ class VisualOdometry:
         parts[:3, :2], parts[:3, 5] = metres * relative.tangents, relative.direction
         parts[3:, 2:5] = np.eye(3)
         twist = np.concatenate((metres * relative.direction, rotation_vector(relative.R)))
-        return MotionMeasurement(twist, parts @ cov @ parts.T, doubted)
+        return MotionMeasurement(twist, parts @ cov @ parts.T, is_outlier)
 
     def _length_std(self, length: Length) -> float:
         """What a length is off by; the less alike the road looks, the more."""
@@ -184,3 +187,41 @@ class VisualOdometry:
     ) -> Length | None:
         free = before.free & now.free
         return self._road(before.texture, now.texture, free, R, direction, guesses)
+
+
+def check_image(image: Array, camera: Camera) -> UInt8[Array, "h w 3"]:
+    """The image when it is RGB, 8 bits, and of the camera's size; else BadImage."""
+    if image.dtype != np.uint8:
+        raise BadImage(
+            f"an image of {image.dtype}: give 8 bits a channel (uint8); 16 bits: image // 257"
+        )
+    if image.ndim != 3 or image.shape[2] != 3:
+        raise BadImage(
+            f"an image of shape {image.shape}: give RGB, (height, width, 3); grey: "
+            "np.repeat(image[:, :, None], 3, axis=2)"
+        )
+    height, width = image.shape[:2]
+    if (width, height) != camera.image_size:
+        raise BadImage(
+            f"an image of {width}x{height} pixels, the camera's calibration is for "
+            f"{camera.image_size[0]}x{camera.image_size[1]}: give the size that K belongs to"
+        )
+    return image
+
+
+def without_boxes(boxes: Float[Array, "n 4"], image_size: tuple[int, int]) -> Bool[Array, "h w"]:
+    """Which pixels lie in none of the boxes, some pixels around them included.
+
+    Boxes are clipped to the image; those outside it or without area hide nothing.
+    """
+    if not np.isfinite(boxes).all():
+        row = int(np.flatnonzero(~np.isfinite(boxes).all(axis=1))[0])
+        raise BadDetections(f"box {row} is not finite: {boxes[row].tolist()}; leave it out")
+    width, height = image_size
+    free = np.ones((height, width), dtype=bool)
+    outer = boxes + (-BOX_MARGIN_PIXELS, -BOX_MARGIN_PIXELS, BOX_MARGIN_PIXELS, BOX_MARGIN_PIXELS)
+    corners = np.clip(np.round(outer), 0, [width, height, width, height]).astype(int)
+    area = (boxes[:, 2] > boxes[:, 0]) & (boxes[:, 3] > boxes[:, 1])
+    for x_min, y_min, x_max, y_max in corners[area].tolist():
+        free[y_min : y_max + 1, x_min : x_max + 1] = False
+    return free

@@ -14,8 +14,8 @@ from numpy import ndarray as Array
 
 from tracker.ego.rotations import rotation_of
 
-ROUNDS = 8
-TINY = 1e-12
+MAX_ROUNDS = 8
+MIN_CURVATURE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ def turn_alone(
     n = now / np.linalg.norm(now, axis=1, keepdims=True)
     R, weights = np.eye(3), np.ones(len(b))
     missed = np.zeros(len(b))
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         U, _, Vt = np.linalg.svd((n * weights[:, None]).T @ b)
         R = U @ np.diag([1.0, 1.0, float(np.sign(np.linalg.det(U @ Vt)))]) @ Vt
         missed = np.linalg.norm(n - b @ R.T, axis=1)
@@ -102,10 +102,10 @@ def _refine(
 ) -> Relative | None:
     """Gauss and Newton on Sampson's distances of all points, Cauchy weights."""
     size, settled = np.inf, 0.01 * noise
-    for left in range(ROUNDS, -1, -1):
+    for left in range(MAX_ROUNDS, -1, -1):
         misses, jacobian, tangents = _sampson(R, d, before, now)
         weights = 1.0 / (1.0 + (misses / noise) ** 2)
-        curvature = jacobian.T @ (jacobian * weights[:, None]) + TINY * np.eye(5)
+        curvature = jacobian.T @ (jacobian * weights[:, None]) + MIN_CURVATURE * np.eye(5)
         if not left or size < settled:
             break
         step = -np.linalg.solve(curvature, jacobian.T @ (weights * misses))
@@ -114,7 +114,7 @@ def _refine(
         size = float(np.abs(step).max())
     if not (np.isfinite(R).all() and np.isfinite(d).all()):
         return None
-    spread = float(np.sqrt((weights * misses**2).sum() / max(weights.sum(), TINY)))
+    spread = float(np.sqrt((weights * misses**2).sum() / max(weights.sum(), MIN_CURVATURE)))
     cov = np.linalg.inv(curvature) * max(spread, 0.1 * noise) ** 2
     return Relative(R, d, tangents, cov, np.abs(misses) < 3.0 * noise, spread)
 
@@ -130,7 +130,7 @@ def _sampson(
     line_now, line_turned = np.cross(d, turned), np.cross(now, d)
     line_before = line_turned @ R
     length = np.sqrt((line_now[:, :2] ** 2).sum(axis=1) + (line_before[:, :2] ** 2).sum(axis=1))
-    length += TINY
+    length += MIN_CURVATURE
     across = np.cross(d, np.eye(3)[np.argmin(np.abs(d))])
     across /= np.linalg.norm(across)
     tangents = np.stack((across, np.cross(d, across)), axis=1)

@@ -16,11 +16,11 @@ from numpy import ndarray as Array
 from tracker.geometry import rotation_x
 from tracker.types import Camera
 
-ROUNDS = 6
-SETTLED = 1e-3  # metres: a step below a tenth of a length's error is the last
-WINDOW = (15, 15)  # pixels over which brightness and contrast are evened out
-FAINT = np.float32(1.0)  # grey levels of contrast that are as much noise as texture
-FEWEST = 300  # pixels of the road that must be seen in both images
+MAX_ROUNDS = 6
+CONVERGED_METRES = 1e-3  # metres: a step below a tenth of a length's error is the last
+CONTRAST_WINDOW = (15, 15)  # pixels over which brightness and contrast are evened out
+MIN_CONTRAST = np.float32(1.0)  # grey levels of contrast that are as much noise as texture
+MIN_ROAD_PIXELS = 300  # pixels of the road that must be seen in both images
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class RoadScale:
 
     far, half_width: metres, how much road. spacing: pixels between those that take part.
     tilt_std: radians, how far a car's nose goes up and down on its springs (KITTI: 0.3 degrees).
-    independent: how many neighbouring pixels say one thing. least_likeness: below, no length.
+    independent: how many neighbouring pixels are one measurement. least_likeness: below, no length.
     """
 
     camera: Camera
@@ -74,9 +74,9 @@ class RoadScale:
     def texture(self, grey: UInt8[Array, "h w"]) -> Float32[Array, "r w"]:
         """The rows from `top`, evened out: a shadow's edge must not outweigh the asphalt."""
         smooth = cv2.GaussianBlur(grey[self.top :], (0, 0), 1.0).astype(np.float32)
-        fine = smooth - cv2.blur(smooth, WINDOW)
-        contrast = np.sqrt(np.maximum(cv2.blur(fine * fine, WINDOW), 0.0))
-        even: Float32[Array, "r w"] = 10.0 * fine / (contrast + FAINT)
+        fine = smooth - cv2.blur(smooth, CONTRAST_WINDOW)
+        contrast = np.sqrt(np.maximum(cv2.blur(fine * fine, CONTRAST_WINDOW), 0.0))
+        even: Float32[Array, "r w"] = 10.0 * fine / (contrast + MIN_CONTRAST)
         return even
 
     def __call__(
@@ -95,7 +95,7 @@ class RoadScale:
         """
         v, u = self.pixels[:, 1].astype(int), self.pixels[:, 0].astype(int)
         seen = np.flatnonzero(free[v, u])
-        if len(seen) < FEWEST:
+        if len(seen) < MIN_ROAD_PIXELS:
             return None
         wanted = now[v[seen] - self.top, u[seen]].astype(float)
         warp = _Warp(self, R, direction, self.rays[seen], wanted)
@@ -163,7 +163,7 @@ class _Warp:
         """The correlation with the image before; NaN where too little is seen in both."""
         found = self.sample(image, self.places(metres, tilt))
         both = np.isfinite(found)
-        if both.sum() < FEWEST / 4:
+        if both.sum() < MIN_ROAD_PIXELS / 4:
             return float("nan")
         a, b = found[both] - found[both].mean(), self.wanted[both] - self.wanted[both].mean()
         size = float(np.sqrt((a @ a) * (b @ b)))
@@ -174,13 +174,13 @@ class _Warp:
         tilt = 0.0
         axes = ((1, 0), (0, 1))
         slopes = [cv2.Sobel(image, cv2.CV_32F, *axis, ksize=3, scale=0.125) for axis in axes]
-        for _ in range(ROUNDS):
+        for _ in range(MAX_ROUNDS):
             places, by = self.places(metres, tilt), self.slopes(metres, tilt)
             misses = self.sample(image, places) - self.wanted
             slope = np.stack([self.sample(each, places) for each in slopes], axis=1)
             jacobian = (slope[:, :, None] * by).sum(axis=1)
             both = np.isfinite(misses) & np.isfinite(jacobian).all(axis=1)
-            if both.sum() < FEWEST:
+            if both.sum() < MIN_ROAD_PIXELS:
                 return None
             misses, jacobian = misses[both], jacobian[both]
             noise = 1.48 * float(np.median(np.abs(misses))) + 0.3
@@ -191,7 +191,7 @@ class _Warp:
             pull = weighted.T @ misses / one + (0.0, tilt / self.road.tilt_std**2)
             step = -np.linalg.solve(curvature, pull)
             metres, tilt = metres + float(step[0]), tilt + float(step[1])
-            if abs(step[0]) < SETTLED:
+            if abs(step[0]) < CONVERGED_METRES:
                 break
         likeness = self.likeness(image, metres, tilt)
         if not likeness >= self.road.least_likeness:

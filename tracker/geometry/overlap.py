@@ -6,7 +6,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 # Divides no shared area without a warning.
-TINY = np.finfo(float).tiny
+MIN_AREA = np.finfo(float).tiny
 
 
 def box_area(boxes: Float[Array, "*n 4"]) -> Float[Array, "*n"]:
@@ -29,7 +29,7 @@ def box_iou(a: Float[Array, "*#n 4"], b: Float[Array, "*#n 4"]) -> Float[Array, 
     shared = box_intersection(a, b)
     union = box_area(a) + box_area(b)
     union -= shared
-    np.maximum(union, TINY, out=union)
+    np.maximum(union, MIN_AREA, out=union)
     return shared / union
 
 

@@ -1,4 +1,4 @@
-"""A track in every frame from its first sighting to its last: what was not seen is filled in."""
+"""A track in every frame from its first detection to its last: gaps are filled in."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from tracker.beliefs import NEAR, Beliefs
+from tracker.beliefs import MIN_DEPTH, Beliefs
 from tracker.geometry import invert
 from tracker.multi_frame.linking import FrameNodes
 from tracker.smoothing import smoothed
@@ -14,30 +14,26 @@ from tracker.types import Camera, Cuboids, Tracks
 
 
 def fill_gaps(
-    seen: Sequence[FrameNodes],
-    sightings: Int[Array, " k"],
-    name: int,
+    frames: Sequence[FrameNodes],
+    nodes: Int[Array, " k"],
+    track_id: int,
     camera: Camera,
     acceleration_std: float,
 ) -> Tracks:
     """The rows of one track: its detections, and boxes in the gaps between them.
 
-    seen: frames without a hole; the sightings, by number and increasing, lie in them. The car's
-    path over the road is smoothed through all its sightings; in a gap its box stands on the
-    path, with the outline (in metres about its place) between those of the sightings around.
-    A box that would lie outside the image is left out. Its score is the weaker of the two.
+    frames: all of a stretch of time; nodes: of the track, increasing, all in these frames. The
+    car's path over the road is smoothed through all its detections; in a gap its box stands on
+    the path, with an outline (in metres about its place) between those of the two detections
+    around the gap, and the smaller score of the two. A box outside the image is left out.
     """
-    firsts = np.array([frame.first for frame in seen])
-    at = np.searchsorted(firsts, sightings, side="right") - 1
-    rows = (sightings - firsts[at]).tolist()
-    observed = Beliefs.concatenate(
-        [seen[k].observed.select([row]) for k, row in zip(at.tolist(), rows, strict=True)]
-    )
-    scores = np.array(
-        [seen[k].detections.scores[row] for k, row in zip(at.tolist(), rows, strict=True)]
-    )
-    span = seen[at[0] : at[-1] + 1]
-    known = at - at[0]
+    firsts = np.array([frame.first for frame in frames])
+    at = np.searchsorted(firsts, nodes, side="right") - 1
+    places = list(zip(at.tolist(), (nodes - firsts[at]).tolist(), strict=True))
+    observed = Beliefs.concatenate([frames[k].observed.select([row]) for k, row in places])
+    scores = np.array([frames[k].detections.scores[row] for k, row in places])
+    span = frames[at[0] : at[-1] + 1]
+    known = at - at[0]  # the frames of the span with a detection
     times = np.array([frame.time for frame in span])
     cuboids = _cuboids(span, times, known, observed, acceleration_std)
     boxes = _boxes(cuboids, times, known, observed.boxes, camera)
@@ -46,10 +42,10 @@ def fill_gaps(
     kept[known] = True
     before = np.searchsorted(known, np.arange(len(span)), side="right") - 1
     after = np.searchsorted(known, np.arange(len(span)))
-    frames = np.array([frame.index for frame in span])
-    ids = np.full(len(span), name)
+    indices = np.array([frame.index for frame in span])
+    ids = np.full(len(span), track_id)
     filled = np.minimum(scores[before], scores[after])
-    return Tracks(frames, ids, boxes, filled, cuboids=cuboids).select(kept)
+    return Tracks(indices, ids, boxes, filled, cuboids=cuboids).select(kept)
 
 
 def interpolate(
@@ -89,10 +85,10 @@ def _boxes(
     boxes: Float[Array, "k 4"],
     camera: Camera,
 ) -> Float[Array, "n 4"]:
-    """The boxes at all times, clipped to the image: outlines carried along with the cuboids."""
+    """The boxes at all times, clipped to the image: outlines that move with the cuboids."""
     on_road = cuboids.base * (1.0, 0.0, 1.0)
     pixels = (on_road @ camera.T_cam_road[:3, :3].T + camera.T_cam_road[:3, 3]) @ camera.K.T
-    depth = np.maximum(pixels[:, 2:], NEAR)
+    depth = np.maximum(pixels[:, 2:], MIN_DEPTH)
     place = np.tile(pixels[:, :2] / depth, (1, 2))
     outline = interpolate(times, known, (boxes - place[known]) * depth[known])
     return camera.clip_boxes(place + outline / depth)

@@ -1,8 +1,9 @@
-"""Sightings, and every link between them that the costs allow, a frame at a time."""
+"""Detections as nodes, and the arcs between them that the costs allow, a frame at a time."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -12,10 +13,10 @@ from scipy.optimize import linear_sum_assignment
 from tracker.association.min_cost_flow import Arcs
 from tracker.beliefs import Beliefs
 from tracker.box_filter import Gains
-from tracker.costs import GatedPairs, weighted_sum
+from tracker.costs import GatedPairs
 from tracker.errors import BadConfig
 from tracker.geometry import homogeneous, invert, rotation_y
-from tracker.lifecycle import NO_TRACKS, ROUNDING, ActiveTracks, in_view
+from tracker.lifecycle import MAX_TIME_ROUNDING, NO_TRACKS, ActiveTracks, in_view
 from tracker.multi_frame.flow_costs import FlowCosts
 from tracker.state import TrackerStatistics
 from tracker.tracker import Tracker, elapsed
@@ -27,51 +28,62 @@ NO_ROWS = replace(Tracks.empty(), cuboids=Cuboids.empty())
 
 @dataclass(frozen=True, eq=False)
 class FrameNodes:
-    """One frame: its detections are sightings `first`, `first` + 1, ...
-
-    observed: where each puts its car alone; beliefs: with its likeliest forerunners. arcs: all
-    links that end here. T_world_road: from this frame's road to the first one's, both planes.
-    """
+    """One frame: its detections are the nodes `first`, `first` + 1, ..."""
 
     index: int
     time: float
     first: int
     detections: Detections
     observed: Beliefs
+    """Where each detection alone puts its car."""
     beliefs: Beliefs
+    """The same, filtered along the likeliest arcs."""
     arcs: Arcs
+    """All arcs that end in this frame."""
     T_world_road: Float[Array, "4 4"]
+    """From this frame's road to that of the first frame, both as planes."""
 
     @property
-    def sightings(self) -> Int[Array, " n"]:
+    def nodes(self) -> Int[Array, " n"]:
         """Their numbers."""
         return self.first + np.arange(len(self.detections))
+
+    @property
+    def end(self) -> int:
+        """The first node of the next frame."""
+        return self.first + len(self.detections)
 
 
 @dataclass(frozen=True, eq=False)
 class LinkerState:
-    """All that linking remembers, and where we are.
-
-    recent: the sightings of the last seconds, each as a track that ends there; ids: their
-    numbers. gains: what was learned of the noise of boxes.
-    """
+    """Everything that a linker remembers between two frames."""
 
     recent: ActiveTracks = NO_TRACKS
-    next_sighting: int = 0
+    """The nodes of the last seconds, each as a track that ends there; ids: their numbers."""
+    next_node: int = 0
     time: float | None = None
     T_world_road: Float[Array, "4 4"] | None = None
     statistics: TrackerStatistics = TrackerStatistics()
     gains: Gains | None = None
+    """What was learned of the noise of boxes."""
+
+
+class Links(NamedTuple):
+    """Possible links from recent nodes (rows) to new ones (columns), costs in nats."""
+
+    rows: Int[Array, " k"]
+    columns: Int[Array, " k"]
+    costs: Float[Array, " k"]
 
 
 @dataclass(frozen=True, eq=False)
 class Linker:
-    """Compares the detections of a frame with every sighting of the last seconds.
+    """Compares the detections of a frame with every node of the last seconds.
 
     tracker: gives the components: what is suppressed, how boxes are lifted, how cars move, the
-    costs, the largest cost of a link and the longest memory. Sightings are carried and paired
-    as a tracker does it with its tracks; each is filtered along its likeliest links, so that
-    it has a velocity, and a box with less noise.
+    costs, the largest cost of a link and the longest memory. Nodes are predicted and gated as a
+    tracker does it with its tracks; each is filtered along its likeliest links, so that it has a
+    velocity, and a box with less noise.
     """
 
     tracker: Tracker
@@ -86,79 +98,78 @@ class Linker:
         if not 0.0 < self.max_cost < np.inf:
             raise BadConfig(f"max_cost {self.max_cost:g}: the largest cost is finite, above 0")
 
-    def __call__(self, pool: LinkerState, frame: Frame) -> tuple[LinkerState, FrameNodes]:
-        """What is remembered after the frame, and its sightings with the links to them."""
-        tracker = self.tracker
+    def __call__(self, state: LinkerState, frame: Frame) -> tuple[LinkerState, FrameNodes]:
+        """What is remembered after the frame; its nodes, with the arcs to them."""
+        tracker, first, dt = self.tracker, state.next_node, elapsed(frame, state.time)
         detections = tracker.suppress(frame.detections, tracker.camera)
         observed = tracker.lift(detections, tracker.camera)
-        expected, T_world_road = self._expect(pool, frame, detections)
-        step = 0.0 if pool.time is None else frame.time - pool.time
-        pairing = GatedPairs(expected.beliefs, observed, detections, tracker.camera, tracker.sigmas)
-        costs, unmeasured = self._costs(pairing)
-        possible = ~(costs >= self.max_cost)  # what is no number is found by Arcs
-        rows, columns = pairing.pairs[0][possible], pairing.pairs[1][possible]
-        missed = expected.time_since_update[rows] - step
-        missed[missed < ROUNDING] = 0.0
-        links = self.flow_costs.of_links(costs[possible], self.max_cost, missed)
-        arcs = Arcs(expected.ids[rows], pool.next_sighting + columns, links)
+        recent, T_world_road = self._predict(state, frame, dt, detections)
+        pairs = tracker.gate(recent, observed, detections)
+        costs, unmeasured = tracker.pair_costs(pairs)
+        links = self._links(recent, pairs, costs, dt)
+        arcs = Arcs(recent.ids[links.rows], first + links.columns, links.costs)
 
-        gains = np.zeros(pairing.shape)
-        gains[rows, columns] = np.minimum(links - self.flow_costs.birth, 0.0)
-        new = ActiveTracks.born(
-            observed, detections.scores, np.ones(len(detections)), pool.next_sighting
+        scores = detections.scores
+        new = ActiveTracks.born(observed, scores, np.ones(len(scores)), first)
+        new, gains = self._filter(links, recent, new, dt, state.gains)
+        frame_nodes = FrameNodes(
+            frame.index, frame.time, first, detections, observed, new.beliefs, arcs, T_world_road
         )
-        new, learned = self._filtered(pool.gains, expected, new, gains, step)
-        sighted = FrameNodes(
-            frame.index, frame.time, pool.next_sighting, detections, observed, new.beliefs, arcs,
-            T_world_road,
-        )  # fmt: skip
-        recent = expected.time_since_update <= tracker.lifecycle.max_gap + ROUNDING
-        recent &= in_view(expected.beliefs, tracker.camera)
-        kept = ActiveTracks.concatenate((expected.select(recent), new))
-        next_sighting = pool.next_sighting + len(detections)
-        counts = updated_statistics(pool.statistics, pairing, unmeasured)
-        return LinkerState(kept, next_sighting, frame.time, T_world_road, counts, learned), sighted
+        kept = ActiveTracks.concatenate((self._within_memory(recent), new))
+        n, m = pairs.shape
+        statistics = state.statistics.after_frame(n * m, len(costs), unmeasured)
+        after = LinkerState(kept, frame_nodes.end, frame.time, T_world_road, statistics, gains)
+        return after, frame_nodes
 
-    def _expect(
-        self, pool: LinkerState, frame: Frame, detections: Detections
+    def _predict(
+        self, state: LinkerState, frame: Frame, dt: float, detections: Detections
     ) -> tuple[ActiveTracks, Float[Array, "4 4"]]:
-        """The recent sightings at this frame, and T_world_road of it."""
-        if pool.time is None or pool.T_world_road is None:
+        """The recent nodes as they should be at this frame, and T_world_road of it."""
+        if state.T_world_road is None:
             return NO_TRACKS, np.eye(4)
-        dt, old = elapsed(frame, pool.time), pool.recent
-        beliefs, T_now_before = self.tracker.predict_tracks(old, frame, dt, detections)
-        T_world_road = pool.T_world_road @ invert(on_the_road(T_now_before, self.tracker.camera))
-        return old.replaced(
-            beliefs=beliefs, time_since_update=old.time_since_update + dt
-        ), T_world_road
+        recent, T_now_before = self.tracker.predict_tracks(state.recent, frame, dt, detections)
+        T_now_before = on_the_road(T_now_before, self.tracker.camera)
+        return recent, state.T_world_road @ invert(T_now_before)
 
-    def _costs(self, pairing: GatedPairs) -> tuple[Float[Array, " k"], int]:
-        """The cost of every pair of the pairing; how many single costs were NaN."""
-        if len(pairing.pairs[0]) == 0:
-            return np.zeros(0), 0
-        total, _, unmeasured = weighted_sum(pairing, self.tracker.costs)
-        if self.tracker.tie_break:
-            total = total + self.tracker.tie_break * pairing.image_distance
-        return total, unmeasured
+    def _links(
+        self, recent: ActiveTracks, pairs: GatedPairs, costs: Float[Array, " k"], dt: float
+    ) -> Links:
+        """The gated pairs that cost less than the limit."""
+        possible = ~(costs >= self.max_cost)  # Arcs refuses what is no number
+        rows, columns = pairs.pairs[0][possible], pairs.pairs[1][possible]
+        missed = recent.time_since_update[rows] - dt
+        missed[missed < MAX_TIME_ROUNDING] = 0.0
+        return Links(
+            rows, columns, self.flow_costs.of_links(costs[possible], self.max_cost, missed)
+        )
 
-    def _filtered(
+    def _filter(
         self,
-        learned: Gains | None,
-        expected: ActiveTracks,
+        links: Links,
+        recent: ActiveTracks,
         new: ActiveTracks,
-        gains: Float[Array, "n m"],
         dt: float,
+        gains: Gains | None,
     ) -> tuple[ActiveTracks, Gains | None]:
-        """The new sightings, each after those that fit best by two frames; what was learned."""
-        rows, columns = linear_sum_assignment(gains)
-        made = gains[rows, columns] < 0.0
-        rows, columns = rows[made], columns[made]
+        """The new nodes, each after the recent one that fits best by two frames; gains learned."""
+        saved = np.zeros((len(recent), len(new)))  # against a birth at the new node
+        saved[links.rows, links.columns] = np.minimum(links.costs - self.flow_costs.birth, 0.0)
+        rows, columns = linear_sum_assignment(saved)
+        is_made = saved[rows, columns] < 0.0
+        rows, columns = rows[is_made], columns[is_made]
         if len(rows) == 0:
-            return new, learned
-        before, now = expected.select(rows), new.select(columns)
-        beliefs, surprises, learned = self.tracker.update_tracks(before, now.beliefs, dt, learned)
-        again = before.seen_again(beliefs, now.scores, now.existence, surprises)
-        return new.updated(columns, again.replaced(ids=now.ids)), learned
+            return new, gains
+        linked = new.select(columns)
+        updated, gains = self.tracker.update_tracks(
+            recent.select(rows), linked.beliefs, linked.scores, linked.existence, dt, gains
+        )
+        return new.updated(columns, updated.replaced(ids=linked.ids)), gains
+
+    def _within_memory(self, recent: ActiveTracks) -> ActiveTracks:
+        """The recent nodes that later ones may still be linked to."""
+        max_gap, camera = self.tracker.lifecycle.max_gap, self.tracker.camera
+        kept = recent.time_since_update <= max_gap + MAX_TIME_ROUNDING
+        return recent.select(kept & in_view(recent.beliefs, camera))
 
 
 def on_the_road(T_now_before: Float[Array, "4 4"], camera: Camera) -> Float[Array, "4 4"]:
@@ -168,20 +179,9 @@ def on_the_road(T_now_before: Float[Array, "4 4"], camera: Camera) -> Float[Arra
     return homogeneous(rotation_y(turn), T_road[:3, 3] * (1.0, 0.0, 1.0))
 
 
-def updated_statistics(
-    old: TrackerStatistics, pairing: GatedPairs, unmeasured: int
-) -> TrackerStatistics:
-    """The counts after another frame."""
-    n, m = pairing.shape
-    compared = old.compared + len(pairing.pairs[0])
-    return TrackerStatistics(
-        old.frames + 1, old.pairs + n * m, compared, old.unmeasured + unmeasured
-    )
-
-
-def arcs_of(seen: Sequence[FrameNodes]) -> Arcs:
-    """All links that end in these frames."""
-    parts = [sighted.arcs for sighted in seen]
+def arcs_of(frames: Sequence[FrameNodes]) -> Arcs:
+    """All arcs that end in these frames."""
+    parts = [frame.arcs for frame in frames]
     none = np.zeros(0, np.int64)
     return Arcs(
         np.concatenate([none, *(part.tails for part in parts)]),

@@ -15,11 +15,11 @@ from tracker.types import Frame, Tracks
 
 
 @dataclass(frozen=True, eq=False)
-class WholeState:
-    """Everything that was seen so far; never modified, so keeping it is a copy."""
+class NetworkFlowState:
+    """Everything that a network flow remembers; never modified, so keeping it is a copy."""
 
-    pool: LinkerState = LinkerState()
-    seen: tuple[FrameNodes, ...] = ()
+    linker: LinkerState = LinkerState()
+    frames: tuple[FrameNodes, ...] = ()
 
 
 @dataclass
@@ -34,36 +34,35 @@ class NetworkFlow:
     tracker: Tracker
     flow_costs: FlowCosts = FlowCosts()
     acceleration_std: float = ConstantVelocity.acceleration_std
-    state: WholeState = field(default_factory=WholeState)
+    state: NetworkFlowState = field(default_factory=NetworkFlowState)
 
     def step(self, frame: Frame) -> Tracks:
         """Nothing yet."""
-        pool, sighted = Linker(self.tracker, self.flow_costs)(self.state.pool, frame)
-        self.state = WholeState(pool, (*self.state.seen, sighted))
+        linker, frame_nodes = Linker(self.tracker, self.flow_costs)(self.state.linker, frame)
+        self.state = NetworkFlowState(linker, (*self.state.frames, frame_nodes))
         return NO_ROWS
 
     def finish(self) -> Tracks:
-        """All rows of the drive, in the order of frames; what was seen is forgotten."""
-        seen = self.state.seen
-        self.state = replace(self.state, seen=())
-        scores = np.concatenate([np.zeros(0), *(frame.detections.scores for frame in seen)])
+        """All rows of the drive, in the order of frames; the frames are forgotten."""
+        frames, camera = self.state.frames, self.tracker.camera
+        self.state = replace(self.state, frames=())
+        scores = np.concatenate([np.zeros(0), *(frame.detections.scores for frame in frames)])
         births = np.full(len(scores), self.flow_costs.birth)
-        flow = cheapest_flow(self.flow_costs.of_scores(scores), births, arcs_of(seen))
+        flow = cheapest_flow(self.flow_costs.of_scores(scores), births, arcs_of(frames))
         used = flow.used.nonzero()[0]
         tracks = flow.tracks[used]
         parts = [NO_ROWS]
-        for name, track in enumerate(np.unique(tracks).tolist()):
-            sightings = used[tracks == track]
-            given = (self.tracker.camera, self.acceleration_std)
-            parts.append(fill_gaps(seen, sightings, name, *given))
+        for track_id, track in enumerate(np.unique(tracks).tolist()):
+            path = used[tracks == track]
+            parts.append(fill_gaps(frames, path, track_id, camera, self.acceleration_std))
         rows = Tracks.concatenate(parts)
         return rows.select(np.lexsort((rows.ids, rows.frames)))
 
     @property
     def counts(self) -> TrackerStatistics:
         """What was done since the reset."""
-        return self.state.pool.statistics
+        return self.state.linker.statistics
 
     def reset(self) -> None:
         """Forget everything."""
-        self.state = WholeState()
+        self.state = NetworkFlowState()

@@ -1,6 +1,7 @@
 """Near-online association: the cheapest tracks through the last frames, decided with a lag."""
 
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Int
@@ -9,8 +10,8 @@ from numpy import ndarray as Array
 from tracker.association.min_cost_flow import Arcs, cheapest_flow
 from tracker.dynamics import ConstantVelocity
 from tracker.errors import BadConfig
-from tracker.lifecycle import ROUNDING
-from tracker.multi_frame.flow_costs import MOST, FlowCosts
+from tracker.lifecycle import MAX_TIME_ROUNDING
+from tracker.multi_frame.flow_costs import MAX_SCORE_NATS, FlowCosts
 from tracker.multi_frame.interpolation import fill_gaps
 from tracker.multi_frame.linking import NO_ROWS, FrameNodes, Linker, LinkerState, arcs_of
 from tracker.state import TrackerStatistics
@@ -20,18 +21,27 @@ from tracker.types import Frame, Tracks
 
 @dataclass(frozen=True, eq=False)
 class WindowState:
-    """Everything that a window remembers; never modified, so keeping it is a copy.
+    """Everything that a window remembers; never modified, so keeping it is a copy."""
 
-    past: frames that were decided, as far back as a track may be picked up again. window: those
-    that are open. ends: the last decided sighting of every track, ids: of those tracks.
-    """
-
-    pool: LinkerState = LinkerState()
+    linker: LinkerState = LinkerState()
     past: tuple[FrameNodes, ...] = ()
+    """Frames that were decided, as far back as a track may be continued from."""
     window: tuple[FrameNodes, ...] = ()
+    """Frames that are open."""
     ends: Int[Array, " n"] = field(default_factory=lambda: np.zeros(0, np.int64))
+    """The last decided node of every track."""
     ids: Int[Array, " n"] = field(default_factory=lambda: np.zeros(0, np.int64))
+    """The ids of those tracks."""
     next_id: int = 0
+
+
+class Paths(NamedTuple):
+    """The cheapest tracks through the window."""
+
+    nodes: list[Int[Array, " k"]]
+    """For each track its nodes, increasing; the first may be the end of a decided track."""
+    ids: list[int]
+    next_id: int
 
 
 @dataclass
@@ -39,9 +49,9 @@ class Window:
     """Network flow over a sliding window: the rows of a frame come `lag` frames later.
 
     At every frame the flow is solved over the frames of the window and the tracks so far; then
-    its oldest frame is decided for good, so ids are stable. Gaps are filled as far as the
-    window shows their end, weak tracks never begin. tracker, acceleration_std: as for
-    `NetworkFlow`. lag: frames looked ahead; 10 are a second of KITTI.
+    its oldest frame is decided for good, so ids are stable. Gaps are filled where the window
+    contains their end, weak tracks never begin. tracker, acceleration_std: as for `NetworkFlow`.
+    lag: frames looked ahead; 10 are a second of KITTI.
     """
 
     tracker: Tracker
@@ -51,7 +61,7 @@ class Window:
     state: WindowState = field(default_factory=WindowState)
 
     def __post_init__(self) -> None:
-        most = (self.lag + 1) * MOST + self.lag * self.flow_costs.fit
+        most = (self.lag + 1) * MAX_SCORE_NATS + self.lag * self.flow_costs.fit
         if most <= self.flow_costs.birth:
             raise BadConfig(
                 f"a window with a lag of {self.lag} frames gathers {most:g} nats at most, and a "
@@ -60,8 +70,8 @@ class Window:
 
     def step(self, frame: Frame) -> Tracks:
         """The rows of the frame `lag` frames ago; none at first."""
-        pool, sighted = Linker(self.tracker, self.flow_costs)(self.state.pool, frame)
-        self.state = replace(self.state, pool=pool, window=(*self.state.window, sighted))
+        linker, frame_nodes = Linker(self.tracker, self.flow_costs)(self.state.linker, frame)
+        self.state = replace(self.state, linker=linker, window=(*self.state.window, frame_nodes))
         return self._decide() if len(self.state.window) > self.lag else NO_ROWS
 
     def finish(self) -> Tracks:
@@ -74,7 +84,7 @@ class Window:
     @property
     def counts(self) -> TrackerStatistics:
         """What was done since the reset."""
-        return self.state.pool.statistics
+        return self.state.linker.statistics
 
     def reset(self) -> None:
         """Forget everything; ids start at 0 again."""
@@ -83,73 +93,69 @@ class Window:
     def _decide(self) -> Tracks:
         """Solve, and decide the oldest frame of the window: its rows."""
         state, oldest = self.state, self.state.window[0]
-        chains, ids, next_id = self._chains()
-        parts = [NO_ROWS]
-        decided = oldest.first + len(oldest.detections)
-        ends, named = [], []
-        for name, chain in zip(ids, chains, strict=True):
-            if chain[0] >= decided:
+        paths = self._solve()
+        parts, ends, ids = [NO_ROWS], [], []
+        for path, track_id in zip(paths.nodes, paths.ids, strict=True):
+            if path[0] >= oldest.end:
                 continue  # begins later: open still
-            if len(chain) > 1 or chain[0] >= oldest.first:
-                parts.append(self._row(chain, name, oldest))
-            ends.append(chain[chain < decided][-1])
-            named.append(name)
-        horizon = oldest.time - self.tracker.lifecycle.max_gap - ROUNDING
+            if len(path) > 1 or path[0] >= oldest.first:
+                parts.append(self._row(path, track_id, oldest))
+            ends.append(path[path < oldest.end][-1])
+            ids.append(track_id)
+        horizon = oldest.time - self.tracker.lifecycle.max_gap - MAX_TIME_ROUNDING
         past = tuple(frame for frame in (*state.past, oldest) if frame.time >= horizon)
-        remembered = np.array(ends, np.int64) >= past[0].first
+        all_ends, all_ids = np.array(ends, np.int64), np.array(ids, np.int64)
+        kept = all_ends >= past[0].first
         self.state = WindowState(
-            state.pool, past, state.window[1:],
-            np.array(ends, np.int64)[remembered], np.array(named, np.int64)[remembered], next_id,
-        )  # fmt: skip
+            state.linker, past, state.window[1:], all_ends[kept], all_ids[kept], paths.next_id
+        )
         rows = Tracks.concatenate(parts)
         return rows.select(np.argsort(rows.ids))
 
-    def _chains(self) -> tuple[list[Int[Array, " k"]], list[int], int]:
-        """The tracks through the window: sightings, ids (new ones in the order of sightings)."""
+    def _solve(self) -> Paths:
+        """The cheapest paths over the ends of the tracks so far and the nodes of the window."""
         state = self.state
         scores = np.concatenate([frame.detections.scores for frame in state.window])
         first = state.window[0].first
-        numbers = np.concatenate((state.ends, first + np.arange(len(scores))))
-        order = np.argsort(numbers)  # the ends come first already, in any order
-        numbers, past = numbers[order], len(state.ends)
-        ids = state.ids[order[:past]]
-        sightings = np.concatenate((np.zeros(past), self.flow_costs.of_scores(scores)))
-        births = np.full(len(numbers), self.flow_costs.birth)
-        births[:past] = 0.0
-        flow = cheapest_flow(sightings, births, within(numbers, arcs_of(state.window)))
-        oldest_end = first + len(state.window[0].detections)
-        next_id = state.next_id
-        chains, names = [], []
-        for members in groups(flow.tracks):
-            if not flow.used[members[0]] and members[0] >= past:
+        order = np.argsort(state.ends)
+        end_ids, end_count = state.ids[order], len(order)
+        nodes = np.concatenate((state.ends[order], first + np.arange(len(scores))))
+        node_costs = np.concatenate((np.zeros(end_count), self.flow_costs.of_scores(scores)))
+        births = np.full(len(nodes), self.flow_costs.birth)
+        births[:end_count] = 0.0
+        flow = cheapest_flow(node_costs, births, arcs_between(nodes, arcs_of(state.window)))
+        paths, ids, next_id = [], [], state.next_id
+        for places in groups(flow.tracks):
+            is_new = places[0] >= end_count
+            if is_new and not flow.used[places[0]]:
                 continue
-            chain = numbers[members]
-            if members[0] < past:
-                names.append(int(ids[members[0]]))
+            path = nodes[places]
+            if is_new:
+                ids.append(next_id)
+                next_id += int(path[0] < state.window[0].end)
             else:
-                names.append(next_id)
-                next_id += int(chain[0] < oldest_end)
-            chains.append(chain)
-        return chains, names, next_id
+                ids.append(int(end_ids[places[0]]))
+            paths.append(path)
+        return Paths(paths, ids, next_id)
 
-    def _row(self, chain: Int[Array, " k"], name: int, oldest: FrameNodes) -> Tracks:
+    def _row(self, path: Int[Array, " k"], track_id: int, oldest: FrameNodes) -> Tracks:
         """The track's row in the oldest frame of the window, or none."""
-        mine = chain[(chain >= oldest.first) & (chain < oldest.first + len(oldest.detections))]
-        frames = (*self.state.past, *self.state.window)
-        if len(mine) == 0:
-            rows = fill_gaps(frames, chain[:2], name, self.tracker.camera, self.acceleration_std)
+        here = path[(path >= oldest.first) & (path < oldest.end)]
+        if len(here) == 0:
+            span, camera = (*self.state.past, *self.state.window), self.tracker.camera
+            rows = fill_gaps(span, path[:2], track_id, camera, self.acceleration_std)
             return rows.select(rows.frames == oldest.index)
-        row = mine - oldest.first
-        cuboids = oldest.beliefs.cuboids.select(row)
+        row = here - oldest.first
+        frames, ids = np.array([oldest.index]), np.array([track_id])
         boxes, scores = oldest.detections.boxes[row], oldest.detections.scores[row]
-        return Tracks(np.array([oldest.index]), np.array([name]), boxes, scores, cuboids=cuboids)
+        return Tracks(frames, ids, boxes, scores, cuboids=oldest.beliefs.cuboids.select(row))
 
 
-def within(numbers: Int[Array, " n"], arcs: Arcs) -> Arcs:
-    """The arcs between these sightings, which increase, renumbered by their places."""
-    inside = np.isin(arcs.tails, numbers) & np.isin(arcs.heads, numbers)
-    tails = np.searchsorted(numbers, arcs.tails[inside])
-    heads = np.searchsorted(numbers, arcs.heads[inside])
+def arcs_between(nodes: Int[Array, " n"], arcs: Arcs) -> Arcs:
+    """The arcs between these nodes, which increase, renumbered by their places."""
+    inside = np.isin(arcs.tails, nodes) & np.isin(arcs.heads, nodes)
+    tails = np.searchsorted(nodes, arcs.tails[inside])
+    heads = np.searchsorted(nodes, arcs.heads[inside])
     return Arcs(tails, heads, arcs.costs[inside])
 
 

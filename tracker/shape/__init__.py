@@ -1,13 +1,22 @@
 """Single-view shape: the deformable car (eq. 1) and the priors it comes from."""
 
 from tracker.shape.basis import ShapeBasis
-from tracker.shape.crops import MARGIN as CROP_MARGIN
-from tracker.shape.crops import SIDE as CROP_SIDE
-from tracker.shape.crops import cut_crops, from_shares, to_shares, windows_of
-from tracker.shape.fit import ShapeFit
-from tracker.shape.fitted import FittedCars, no_car_fits
-from tracker.shape.heatmaps import decode
-from tracker.shape.keypoints import SHIPPED_HOURGLASS, Hourglass, SeenKeypoints, network_input
+from tracker.shape.crops import (
+    CROP_MARGIN,
+    CROP_SIDE,
+    cut_crops,
+    from_shares,
+    to_shares,
+    windows_of,
+)
+from tracker.shape.fit import FittedCars, ShapeFit, no_car_fits
+from tracker.shape.keypoints import (
+    SHIPPED_HOURGLASS,
+    Hourglass,
+    SeenKeypoints,
+    decode,
+    network_input,
+)
 from tracker.shape.model import CarModel, metric
 from tracker.shape.prior import (
     KEYPOINTS,

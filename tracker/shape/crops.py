@@ -5,14 +5,19 @@ import numpy as np
 from jaxtyping import Float, UInt8
 from numpy import ndarray as Array
 
-SIDE = 64  # pixels of a crop's sides
-MARGIN = 1.15  # a crop's side over the longer side of its box: a detector's boxes are a little off
-LEAST = 2.0  # pixels: a box whose longer side is shorter shows nothing
-MOST = 12  # how many times finer than the crop an image is read before it is averaged
-OUTSIDE = (114, 114, 114)  # what is beyond the image
+# Pixels of a crop's sides.
+CROP_SIDE = 64
+# A crop's side over the longer side of its box: a detector's boxes are a little off.
+CROP_MARGIN = 1.15
+# A box whose longer side is shorter, in pixels, shows nothing.
+MIN_BOX_PIXELS = 2.0
+# How many times finer than the crop an image is read before it is averaged.
+MAX_OVERSAMPLING = 12
+# What is beyond the image.
+OUTSIDE_COLOUR = (114, 114, 114)
 
 
-def windows_of(boxes: Float[Array, "n 4"], margin: float = MARGIN) -> Float[Array, "n 3"]:
+def windows_of(boxes: Float[Array, "n 4"], margin: float = CROP_MARGIN) -> Float[Array, "n 3"]:
     """Centre u, v and side of the squares around boxes, pixels of the image."""
     centre = 0.5 * (boxes[:, :2] + boxes[:, 2:])
     longer = (boxes[:, 2:] - boxes[:, :2]).max(axis=1)
@@ -24,14 +29,14 @@ def show_something(boxes: Float[Array, "n 4"], image_size: tuple[int, int]) -> U
     width, height = image_size
     finite = np.isfinite(boxes).all(axis=1)
     left, top, right, bottom = np.where(finite[:, None], boxes, 0.0).T
-    large = np.maximum(right - left, bottom - top) >= LEAST
+    large = np.maximum(right - left, bottom - top) >= MIN_BOX_PIXELS
     proper = (right > left) & (bottom > top)
     inside = (right > 0.0) & (bottom > 0.0) & (left < width - 1.0) & (top < height - 1.0)
     return (finite & large & proper & inside).astype(np.uint8)
 
 
 def cut_crops(
-    image: UInt8[Array, "h w c"], windows: Float[Array, "n 3"], side: int = SIDE
+    image: UInt8[Array, "h w c"], windows: Float[Array, "n 3"], side: int = CROP_SIDE
 ) -> UInt8[Array, "n {side} {side} c"]:
     """The image inside square windows, resized to `side` pixels; grey beyond the image.
 
@@ -39,7 +44,7 @@ def cut_crops(
     """
     crops = np.empty((len(windows), side, side, image.shape[2]), np.uint8)
     for row, (u, v, extent) in enumerate(windows.tolist()):
-        times = int(np.clip(round(extent / side), 1, MOST))
+        times = int(np.clip(round(extent / side), 1, MAX_OVERSAMPLING))
         fine = times * side
         step = extent / fine
         A = np.array([
@@ -48,7 +53,7 @@ def cut_crops(
         ])  # fmt: skip
         piece = cv2.warpAffine(
             image, A, (fine, fine), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-            borderMode=cv2.BORDER_CONSTANT, borderValue=OUTSIDE,
+            borderMode=cv2.BORDER_CONSTANT, borderValue=OUTSIDE_COLOUR,
         )  # fmt: skip
         if times > 1:
             piece = cv2.resize(piece, (side, side), interpolation=cv2.INTER_AREA)

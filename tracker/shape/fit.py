@@ -6,7 +6,7 @@ has a covariance, and several yaws are tried, so that a car seen from behind is 
 seen from ahead.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,24 +16,96 @@ from numpy import ndarray as Array
 from tracker.errors import BadConfig, BadDetections
 from tracker.geometry import wrap_angle
 from tracker.shape.fit_start import Rays, rays_to, starts, visibility_score
-from tracker.shape.fitted import FittedCars
 from tracker.shape.model import CarModel
 from tracker.shape.prior import load_prior
 from tracker.shape.projection import SCALE, SHAPE, YAW, ObservedPoints, X, Z
 from tracker.shape.solver import Solved, inverses, solve
-from tracker.types import Camera
+from tracker.types import Camera, Cuboids, Detections
+from tracker.types.rows import Rows
 
-FEWEST = 4  # visible keypoints: with fewer a car has no fit
-FAR_OUT = 1e5  # pixels from the origin: no point of an image, whatever a detector says
-CHUNK = 128  # cars at once: the arrays stay in the processor's cache
+MIN_KEYPOINTS = 4  # visible keypoints: with fewer a car has no fit
+MAX_PIXEL = 1e5  # pixels from the origin: no point of an image, whatever a detector says
+MAX_CARS_AT_ONCE = 128  # cars at once: the arrays stay in the processor's cache
 POSE_STEPS, JOINT_STEPS, LAST_STEPS = 3, 10, 25
-ROUGHLY = 0.02  # how far from its least cost a start may be when it is compared
-OUT_OF_THE_RACE = 20.0  # a start this much less likely (log) than the best is given up
-ORDER = (X, Z, YAW)  # of the covariance; the coefficients follow
+START_TOLERANCE = 0.02  # how far from its least cost a start may be when it is compared
+MAX_LOG_LIKELIHOOD_GAP = 20.0  # a start this much less likely (log) than the best is given up
+COV_ORDER = (X, Z, YAW)  # of the covariance; the coefficients follow
 
 
 def _shipped() -> CarModel:
     return CarModel(load_prior().first(5))
+
+
+@dataclass(frozen=True, eq=False)
+class FittedCars(Rows):
+    """Cars in the road frame; NaN in every column of a row without a fit.
+
+    shape: coefficients of eq. 1. yaw: about road +y, in [-pi, pi). size: length, height, width.
+    base: centre of the bottom face. cov: of (x, z, yaw, coefficients). residual: about 1 for a
+    car whose keypoints are as good as stated; the larger the worse. seen: points that were used.
+    trusted: whether a car fits, and fits well enough to tell yaw and depth.
+    """
+
+    shape: Float[Array, "n b"]
+    yaw: Float[Array, " n"]
+    size: Float[Array, "n 3"]
+    base: Float[Array, "n 3"]
+    cov: Float[Array, "n s s"]
+    residual: Float[Array, " n"]
+    seen: Int[Array, " n"]
+    trusted: Bool[Array, " n"]
+
+    @classmethod
+    def unknown(cls, n: int, coefficients: int) -> "FittedCars":
+        """Rows of which nothing is known."""
+        s = 3 + coefficients
+        return cls(
+            shape=np.full((n, coefficients), np.nan),
+            yaw=np.full(n, np.nan),
+            size=np.full((n, 3), np.nan),
+            base=np.full((n, 3), np.nan),
+            cov=np.full((n, s, s), np.nan),
+            residual=np.full(n, np.nan),
+            seen=np.zeros(n, np.int64),
+            trusted=np.zeros(n, bool),
+        )
+
+    def put(self, rows: Int[Array, " m"], found: "FittedCars") -> None:
+        """Write fits into rows (while the table is being made)."""
+        for column in fields(self):
+            getattr(self, column.name)[rows] = getattr(found, column.name)
+
+    @property
+    def pose(self) -> Float[Array, "n 3"]:
+        """The axis-angle vectors of eq. 6, in the road frame."""
+        return self.yaw[:, None] * np.array([0.0, 1.0, 0.0])
+
+    @property
+    def pose_cov(self) -> Float[Array, "n c c"]:
+        """The covariance of (yaw, coefficients)."""
+        return self.cov[:, 2:, 2:]
+
+    @property
+    def cuboids(self) -> Cuboids:
+        """The cars as boxes on the road."""
+        return Cuboids(self.base, self.yaw, self.size)
+
+    def onto(self, detections: Detections) -> Detections:
+        """The detections with yaw, size, shape and covariance; NaN where the fit is not trusted."""
+        if len(detections) != len(self):
+            raise BadDetections(f"{len(self)} fits for {len(detections)} boxes: give one a box")
+        wrong = ~self.trusted
+        columns = {
+            "yaw": self.yaw,
+            "size": self.size,
+            "shape": self.shape,
+            "pose_cov": self.pose_cov,
+        }
+        masked = {
+            name: np.where(wrong.reshape(-1, *[1] * (column.ndim - 1)), np.nan, column)
+            for name, column in columns.items()
+        }
+        return replace(detections, **masked)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +114,8 @@ class ShapeFit:
 
     model: the cars. sigma: std of a keypoint, pixels, at confidence 1; at confidence c its
     variance is 1 / c of that. min_confidence: a point below it was not seen. road_std: how far
-    a car may stand above or below the road plane, metres. kernel: residuals beyond so many
-    standard deviations pull less and less. hypotheses: how many yaws are followed.
+    a car may stand above or below the road plane, metres. kernel: residuals beyond this many
+    standard deviations have less and less weight. hypotheses: how many yaws are followed.
     max_residual, max_yaw_std, max_depth_std: beyond them a fit is not trusted; the last is a
     fraction of the depth.
     """
@@ -93,9 +165,9 @@ class ShapeFit:
             raise BadDetections(f"{n} cars but {len(sigmas)} sigmas: give one row a car")
         confidence, count = self._confidence(keypoints, sigmas)
         fitted = FittedCars.unknown(n, self.model.basis.size)
-        rows = np.flatnonzero(count >= FEWEST)
-        for start in range(0, len(rows), CHUNK):
-            some = rows[start : start + CHUNK]
+        rows = np.flatnonzero(count >= MIN_KEYPOINTS)
+        for start in range(0, len(rows), MAX_CARS_AT_ONCE):
+            some = rows[start : start + MAX_CARS_AT_ONCE]
             fitted.put(some, self._fit(keypoints[some], confidence[some], sigmas[some], camera))
         return replace(fitted, seen=count)
 
@@ -116,7 +188,7 @@ class ShapeFit:
         self, keypoints: Float[Array, "n k 3"], sigmas: Float[Array, "n 2"]
     ) -> tuple[Float[Array, "n k"], Int[Array, " n"]]:
         """Confidences, 0 for points that were not seen, and the number of those that were."""
-        usable = np.isfinite(keypoints[:, :, 2]) & (np.abs(keypoints[:, :, :2]) < FAR_OUT).all(
+        usable = np.isfinite(keypoints[:, :, 2]) & (np.abs(keypoints[:, :, :2]) < MAX_PIXEL).all(
             axis=2
         )
         usable &= (np.isfinite(sigmas) & (sigmas > 0.0)).all(axis=1)[:, None]
@@ -124,7 +196,7 @@ class ShapeFit:
         confidence = np.where(confidence >= self.min_confidence, np.minimum(confidence, 1.0), 0.0)
         return confidence, np.count_nonzero(confidence, axis=1)
 
-    def _sightings(
+    def _observed_points(
         self,
         keypoints: Float[Array, "n k 3"],
         confidence: Float[Array, "n k"],
@@ -159,26 +231,26 @@ class ShapeFit:
     ) -> FittedCars:
         """Cars with enough points: scan, pose on the mean shape, pose and shape together."""
         n, seen = len(keypoints), confidence > 0.0
-        sightings, around = self._sightings(keypoints, confidence, sigmas, camera)
+        observed, around = self._observed_points(keypoints, confidence, sigmas, camera)
         begin = starts(around, self.model, seen, self.hypotheses, len(self.precision))
         rows = np.repeat(np.arange(n), self.hypotheses)
         cars = begin.reshape(len(rows), -1)
         # On the mean shape a point is off by what cars differ, too.
         px_per_m = np.sqrt(camera.K[0, 0] * camera.K[1, 1]) / np.maximum(cars[:, Z], 2.0)
         blur = around.var.take(rows, axis=0) * px_per_m[:, None] ** 2
-        given = sightings.rows(rows)
+        given = observed.rows(rows)
         inflation = 1.0 + blur * given.weights.mean(axis=1)
         softened = given.weighted(given.weights / inflation[:, None])
         width = np.full(inflation.shape, self.kernel)
         pose = self.free[self.free < SHAPE]
-        first = solve(softened, cars, pose, self.precision, width, POSE_STEPS, ROUGHLY)
+        first = solve(softened, cars, pose, self.precision, width, POSE_STEPS, START_TOLERANCE)
         kept = self._likeliest(first, rows, seen, around.centre, 2)
         wide = self.kernel * np.sqrt(inflation[kept])
         cars, both = first.cars[kept], given.rows(kept)
-        second = solve(both, cars, self.free, self.precision, wide, JOINT_STEPS, ROUGHLY)
+        second = solve(both, cars, self.free, self.precision, wide, JOINT_STEPS, START_TOLERANCE)
         kept = self._likeliest(second, rows[kept], seen, around.centre, 1)
         cars, width = second.cars[kept], width[: len(kept)]
-        last = solve(sightings, cars, self.free, self.precision, width, LAST_STEPS)
+        last = solve(observed, cars, self.free, self.precision, width, LAST_STEPS)
         return self._result(last, np.count_nonzero(seen, axis=1))
 
     def _likeliest(
@@ -203,15 +275,15 @@ class ShapeFit:
         which = np.cumsum(np.diff(rows, prepend=-1) > 0) - 1
         rank = np.arange(len(rows)) - begins[which]
         behind = score[order] - score[order[begins]][which]
-        return order[(rank == 0) | ((rank < count) & (behind < OUT_OF_THE_RACE))]
+        return order[(rank == 0) | ((rank < count) & (behind < MAX_LOG_LIKELIHOOD_GAP))]
 
     def _result(self, solved: Solved, seen: Int[Array, " n"]) -> FittedCars:
-        """What is told about fitted cars."""
+        """The fitted cars as a table."""
         cars, model = solved.cars, self.model
-        order = [int(np.flatnonzero(self.free == column)[0]) for column in ORDER]
+        order = [int(np.flatnonzero(self.free == column)[0]) for column in COV_ORDER]
         shape = np.flatnonzero(self.free >= SHAPE)
-        told = np.concatenate((order, shape)).astype(np.int64)
-        cov = inverses(solved.normal)[:, told[:, None], told]
+        chosen = np.concatenate((order, shape)).astype(np.int64)
+        cov = inverses(solved.normal)[:, chosen[:, None], chosen]
         # 2 numbers a point, of which four are spent on the pose; the priors pay for the rest.
         residual = np.sqrt(2.0 * solved.cost / np.maximum(2.0 * seen - 3.0, 1.0))
         depth_std = np.sqrt(np.maximum(cov[:, 1, 1], 0.0)) / np.abs(cars[:, Z])
@@ -228,3 +300,15 @@ class ShapeFit:
             seen=seen,
             trusted=trusted,
         )
+
+
+def no_car_fits(
+    fitted: FittedCars, max_residual: float = 2.5, min_seen: int = 4
+) -> Bool[Array, " n"]:
+    """Which boxes hold no car, as the paper discards false detections: no car fits their points.
+
+    Only boxes with at least `min_seen` points are judged: of the others nothing is known.
+    max_residual: looser than what is asked of a trusted fit, so that a true car of which a
+    detector put some points wrong is not thrown away (`benchmarks.shape_fit` prints both losses).
+    """
+    return (fitted.seen >= min_seen) & ~(fitted.residual <= max_residual)

@@ -11,15 +11,16 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
-from tracker.shape.model import BINS, CarModel
+from tracker.shape.model import DIRECTION_BINS, CarModel
 from tracker.shape.projection import SHAPE, YAW, X, Z
 from tracker.types import Camera
 
-YAWS = 72  # how many are tried, 5 degrees apart
-APART = 9  # two starts are at least so many of them apart
+YAW_COUNT = 72  # how many are tried, 5 degrees apart
+MIN_YAWS_APART = 9  # two starts are at least this many of them apart
 # How often a keypoint detector finds a point that is there to be seen, and one that is not.
-FOUND, IMAGINED = 0.7, 0.05
-FAREST = 150.0  # metres
+VISIBLE_FOUND_SHARE = 0.7
+HIDDEN_FOUND_SHARE = 0.05
+MAX_DEPTH = 150.0  # metres
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +69,7 @@ def starts(
     that the car does not hide itself.
     """
     cost, place = scan_yaws(given)
-    angle = np.arange(YAWS) * (2.0 * np.pi / YAWS)
+    angle = np.arange(YAW_COUNT) * (2.0 * np.pi / YAW_COUNT)
     cost = cost - visibility_score(model, seen, angle[None], place, given.centre)
     found = np.zeros((len(cost), count, columns))
     rows = np.arange(len(cost))
@@ -76,7 +77,7 @@ def starts(
         best = cost.argmin(axis=1)
         found[:, number, YAW] = angle[best]
         found[:, number, X], found[:, number, Z] = place[rows, best].T
-        near = (best[:, None] + np.arange(1 - APART, APART)) % YAWS
+        near = (best[:, None] + np.arange(1 - MIN_YAWS_APART, MIN_YAWS_APART)) % YAW_COUNT
         np.put_along_axis(cost, near, np.inf, axis=1)
     return found
 
@@ -98,17 +99,17 @@ def scan_yaws(given: Rays) -> tuple[Float[Array, "n yaws"], Float[Array, "n yaws
     Q -= (along * given.weights[:, :, None]).transpose(0, 2, 1) @ along
     place_of = -np.linalg.solve(Q[:, 3:, 3:] + 1e-9 * np.eye(2), Q[:, 3:, :3])
     form = Q[:, :3, :3] + Q[:, :3, 3:] @ place_of
-    angle = np.arange(YAWS) * (2.0 * np.pi / YAWS)
-    turns = np.stack((np.ones(YAWS), np.cos(angle), np.sin(angle)))
+    angle = np.arange(YAW_COUNT) * (2.0 * np.pi / YAW_COUNT)
+    turns = np.stack((np.ones(YAW_COUNT), np.cos(angle), np.sin(angle)))
     squares = np.maximum((turns * (form @ turns)).sum(axis=1), 0.0)
     place = (place_of @ turns).transpose(0, 2, 1)
-    bad = ~((place[:, :, 1] > 1.0) & (place[:, :, 1] < FAREST))
-    place[:, :, 1] = np.clip(place[:, :, 1], 2.0, FAREST)
+    bad = ~((place[:, :, 1] > 1.0) & (place[:, :, 1] < MAX_DEPTH))
+    place[:, :, 1] = np.clip(place[:, :, 1], 2.0, MAX_DEPTH)
     total = np.maximum(given.weights.sum(axis=1), 1e-9)
     var = (given.var * given.weights).sum(axis=1) / total
     distance = (place**2).sum(axis=2)
     cost = 0.5 * squares / (var[:, None] + distance * given.sigma[:, None] ** 2)
-    # The doubt grows with the distance: a likelihood pays for it.
+    # The variance grows with the distance: a likelihood pays for it.
     cost += total[:, None] * np.log(var[:, None] + distance * given.sigma[:, None] ** 2)
     return cost + 1e3 * bad, place
 
@@ -121,7 +122,7 @@ def visibility_score(
     centre: Float[Array, "3"],
 ) -> Float[Array, "n h"]:
     """The log-likelihood of having found exactly those points, for cars at these places."""
-    chance = IMAGINED + (FOUND - IMAGINED) * model.visibility
+    chance = HIDDEN_FOUND_SHARE + (VISIBLE_FOUND_SHARE - HIDDEN_FOUND_SHARE) * model.visibility
     table = seen @ np.log(chance).T + ~seen @ np.log1p(-chance).T
     off = centre[::2] - place
     bins = view_bin(np.arctan2(-off[..., 1], off[..., 0]) - yaw)
@@ -130,7 +131,7 @@ def visibility_score(
 
 def view_bin(direction: Float[Array, "*n"]) -> Int[Array, "*n"]:
     """The row of `CarModel.visibility` for a direction."""
-    return np.floor(direction * (BINS / (2.0 * np.pi))).astype(np.int64) % BINS
+    return np.floor(direction * (DIRECTION_BINS / (2.0 * np.pi))).astype(np.int64) % DIRECTION_BINS
 
 
 def columns_of(model: CarModel) -> int:

@@ -16,22 +16,25 @@ from jaxtyping import Float, Float32, Shaped, UInt8
 from numpy import ndarray as Array
 
 from tracker.errors import BadImage, BadWeights
-from tracker.shape.crops import SIDE, cut_crops, from_shares, show_something, windows_of
-from tracker.shape.heatmaps import decode
+from tracker.shape.crops import CROP_SIDE, cut_crops, from_shares, show_something, windows_of
 from tracker.shape.prior import KEYPOINTS_36
 from tracker.types.rows import Rows
 
 SHIPPED_HOURGLASS = Path(__file__).parent.parent / "weights" / "hourglass.onnx"
 FORMAT = 1  # of the JSON beside the weights
-OUTPUTS = ("heatmaps", "activations")
-SCALE, MIDDLE = 1.0 / 64.0, 128.0  # of what the network is given: (grey level - MIDDLE) * SCALE
-BATCH = 32  # crops at once
-CURE = "give an ONNX file that `mot-sim train-keypoints` wrote, with its .json beside it"
+OUTPUT_NAMES = ("heatmaps", "activations")
+# The network is given (grey level - INPUT_MIDDLE) * INPUT_SCALE.
+INPUT_SCALE = 1.0 / 64.0
+INPUT_MIDDLE = 128.0
+MAX_CROPS_AT_ONCE = 32  # crops at once
+# Cells around the peak whose mean is the point; `benchmarks.keypoints --synthetic` tries others.
+PEAK_REACH = 2
+NETWORK_HINT = "give an ONNX file that `mot-sim train-keypoints` wrote, with its .json beside it"
 
 
 @dataclass(frozen=True, eq=False)
 class SeenKeypoints(Rows):
-    """What the network says of boxes, a row each; NaN where a box shows nothing.
+    """The network's output for boxes, one row each; NaN where a box shows nothing.
 
     keypoints: u, v in pixels of the image, and confidence: the probability that the keypoint is
     visible and near that place; order of KEYPOINTS_36. activations: pooled maps of the first
@@ -65,13 +68,13 @@ class Hourglass:
         if found != card["sha256"]:
             raise BadWeights(
                 f"{path}: its SHA-256 is {found[:16]}..., its .json says {card['sha256'][:16]}...: "
-                f"one of the two is damaged or of another training; {CURE}"
+                f"one of the two is damaged or of another training; {NETWORK_HINT}"
             )
         try:
             network = cv2.dnn.readNetFromONNX(np.frombuffer(content, np.uint8))
         except cv2.error as error:
             raise BadWeights(
-                f"{path} is no ONNX that OpenCV reads ({error.err}): {CURE}"
+                f"{path} is no ONNX that OpenCV reads ({error.err}): {NETWORK_HINT}"
             ) from error
         hourglass = cls(network, card, found)
         hourglass._check(path)
@@ -91,8 +94,8 @@ class Hourglass:
         )
         rows = np.flatnonzero(show_something(boxes, (pixels.shape[1], pixels.shape[0])))
         windows = windows_of(boxes[rows])
-        for start in range(0, len(rows), BATCH):
-            some = slice(start, start + BATCH)
+        for start in range(0, len(rows), MAX_CROPS_AT_ONCE):
+            some = slice(start, start + MAX_CROPS_AT_ONCE)
             heatmaps, activations = self.run(cut_crops(pixels, windows[some]))
             points = decode(heatmaps)
             points[:, :, :2] = from_shares(points[:, :, :2], windows[some])
@@ -105,31 +108,33 @@ class Hourglass:
     ) -> tuple[Float32[Array, "n 36 h w"], Float32[Array, "n c a a"]]:
         """The network's two outputs for one or more BGR crops."""
         self.network.setInput(network_input(crops))
-        heatmaps, activations = self.network.forward(list(OUTPUTS))
+        heatmaps, activations = self.network.forward(list(OUTPUT_NAMES))
         return heatmaps, activations
 
     def _check(self, path: Path) -> None:
         """BadWeights unless the network takes our crops and gives what the card promises."""
         try:
-            given = [output.shape for output in self.run(np.zeros((2, SIDE, SIDE, 3), np.uint8))]
+            blank = np.zeros((2, CROP_SIDE, CROP_SIDE, 3), np.uint8)
+            given = [output.shape for output in self.run(blank)]
         except (cv2.error, ValueError) as error:
             raise BadWeights(
-                f"{path} does not take crops of 3x{SIDE}x{SIDE} and give {', '.join(OUTPUTS)} "
-                f"({str(error).strip().splitlines()[-1]}): {CURE}"
+                f"{path} does not take crops of 3x{CROP_SIDE}x{CROP_SIDE} and give "
+                f"{', '.join(OUTPUT_NAMES)} "
+                f"({str(error).strip().splitlines()[-1]}): {NETWORK_HINT}"
             ) from error
-        wanted = [(2, *self.card[name]) for name in OUTPUTS]
+        wanted = [(2, *self.card[name]) for name in OUTPUT_NAMES]
         if given != wanted or self.card["heatmaps"][0] != len(KEYPOINTS_36):
             raise BadWeights(
                 f"{path} gives {given} for two crops; its .json promises {wanted}, and there are "
-                f"{len(KEYPOINTS_36)} keypoints: {CURE}"
+                f"{len(KEYPOINTS_36)} keypoints: {NETWORK_HINT}"
             )
 
 
 def network_input(crops: UInt8[Array, "n s s 3"]) -> Float32[Array, "n 3 s s"]:
     """Crops as the network is given them."""
     planes = np.ascontiguousarray(crops.transpose(0, 3, 1, 2), np.float32)
-    planes -= np.float32(MIDDLE)
-    planes *= np.float32(SCALE)
+    planes -= np.float32(INPUT_MIDDLE)
+    planes *= np.float32(INPUT_SCALE)
     return planes
 
 
@@ -155,7 +160,7 @@ def _bytes_of(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        raise BadWeights(f"{path}: {error.strerror}; {CURE}") from error
+        raise BadWeights(f"{path}: {error.strerror}; {NETWORK_HINT}") from error
 
 
 def _card_of(path: Path) -> dict[str, Any]:
@@ -164,11 +169,48 @@ def _card_of(path: Path) -> dict[str, Any]:
     try:
         card = json.loads(_bytes_of(beside))
     except (ValueError, RecursionError) as error:
-        raise BadWeights(f"{beside}: {error}; {CURE}") from error
+        raise BadWeights(f"{beside}: {error}; {NETWORK_HINT}") from error
     wanted = {"format": int, "sha256": str, "heatmaps": list, "activations": list}
     for name, kind in wanted.items():
         if not isinstance(card, dict) or not isinstance(card.get(name), kind):
-            raise BadWeights(f"{beside} has no {name}; {CURE}")
+            raise BadWeights(f"{beside} has no {name}; {NETWORK_HINT}")
     if card["format"] != FORMAT:
         raise BadWeights(f"{beside} has format {card['format']}, this version reads {FORMAT}")
     return dict(card)
+
+
+def chances(heatmaps: Float32[Array, "n k h w"]) -> Float32[Array, "n k h w"]:
+    """The probability that a keypoint is seen in a cell; what is left to 1: that it is not seen.
+
+    heatmaps: log odds of each cell against `not seen`, whose own is 0.
+    """
+    top = np.maximum(heatmaps.max(axis=(2, 3), keepdims=True, initial=0.0), 0.0)
+    raised = np.exp(heatmaps - top)
+    raised /= raised.sum(axis=(2, 3), keepdims=True) + np.exp(-top)
+    return raised
+
+
+def decode(heatmaps: Float32[Array, "n k h w"], reach: int = PEAK_REACH) -> Float[Array, "n k 3"]:
+    """The points of heatmaps: x, y as shares of the crop's sides, and a confidence.
+
+    A point is the mean of the cells around the likeliest one, weighted by their chances; its
+    confidence is the chance that the keypoint is seen in one of these. reach: how many cells
+    around are taken.
+    """
+    n, k, h, w = heatmaps.shape
+    maps = chances(heatmaps).reshape(n * k, h, w)
+    peaks = maps.reshape(n * k, h * w).argmax(axis=1)
+    rows, columns = np.divmod(peaks, w)
+    around = np.arange(-reach, reach + 1)
+    v = rows[:, None] + around
+    u = columns[:, None] + around
+    inside = ((v >= 0) & (v < h))[:, :, None] & ((u >= 0) & (u < w))[:, None, :]
+    cells = maps[
+        np.arange(n * k)[:, None, None], v.clip(0, h - 1)[:, :, None], u.clip(0, w - 1)[:, None, :]
+    ]
+    cells = np.where(inside, cells, 0.0).astype(np.float64)
+    sums = cells.sum(axis=(1, 2))
+    share = np.maximum(sums, 1e-300)
+    x = ((cells.sum(axis=1) * u).sum(axis=1) / share + 0.5) / w
+    y = ((cells.sum(axis=2) * v).sum(axis=1) / share + 0.5) / h
+    return np.stack((x, y, sums), axis=1).reshape(n, k, 3)

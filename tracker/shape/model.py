@@ -18,12 +18,15 @@ from tracker.shape.prior import KEYPOINTS, load_prior
 # Length, height, width of the shipped prior's mean car: its body reaches beyond its keypoints,
 # by 0.49 +- 0.05 m, 0.115 +- 0.002 m and 0.010 +- 0.002 m over 500 cars of the fleet.
 MEAN_SIZE = np.array([4.388, 1.529, 1.786])
-BINS = 72  # directions from which a car is seen, 5 degrees each
+DIRECTION_BINS = 72  # directions from which a car is seen, 5 degrees each
 # A point counts as half visible when the side, or the front or tail, that it lies on is seen at
-# this cosine; it is all or nothing within about SOFT of it. From rays cast at the fleet's meshes.
-SIDE_GRAZING, END_GRAZING, SOFT = 0.15, 0.4, 0.06
-END = 0.82  # of half the length: points further out belong to the car's front or tail
-UPPER = 0.55  # of the height: points above it are seen over bonnet and boot
+# this cosine; it is all or nothing within about SOFT_COSINE of it. From rays cast at the fleet's
+# meshes.
+SIDE_GRAZING_COSINE = 0.15
+END_GRAZING_COSINE = 0.4
+SOFT_COSINE = 0.06
+END_SHARE = 0.82  # of half the length: points further out belong to the car's front or tail
+UPPER_SHARE = 0.55  # of the height: points above it are seen over bonnet and boot
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,13 +93,13 @@ class CarModel:
         mean = self.basis.mean
         x, height = mean[:, 0] - mean[:, 0].mean(), -mean[:, 1]
         half, top = 0.5 * np.ptp(x), height.max()
-        angle = (np.arange(BINS) + 0.5) * (2.0 * np.pi / BINS)
+        angle = (np.arange(DIRECTION_BINS) + 0.5) * (2.0 * np.pi / DIRECTION_BINS)
         ahead, left = np.cos(angle)[:, None], -np.sin(angle)[:, None]
         side = left * np.sign(mean[:, 2])
-        has_end = (np.abs(x) > END * half) | (height > UPPER * top)
+        has_end = (np.abs(x) > END_SHARE * half) | (height > UPPER_SHARE * top)
         end = np.where(has_end, ahead * np.sign(x), -1.0)
-        excess = np.maximum(side - SIDE_GRAZING, end - END_GRAZING)
-        return 1.0 / (1.0 + np.exp(-excess / SOFT))
+        excess = np.maximum(side - SIDE_GRAZING_COSINE, end - END_GRAZING_COSINE)
+        return 1.0 / (1.0 + np.exp(-excess / SOFT_COSINE))
 
 
 def extent(points: Float[Array, "*n k 3"]) -> Float[Array, "*n 3"]:

@@ -45,7 +45,7 @@ def load_prior(path: str | Path | None = None, points: Sequence[str] | None = No
     Ours is in metres in the `object` frame, origin on the road under the middle of the car; it
     shares its coefficients with the simulator's fleet. The authors' comes in the same axes, but
     centred and in its own scale (36 points: cars of unit diagonal): see `ShapeBasis.scaled`.
-    points: which, in which order; KEYPOINTS_36 of ours and all of theirs unless told.
+    points: which, in which order; KEYPOINTS_36 of ours and all of theirs by default.
     Raises DatasetNotFound for a path without a prior, BadFile for one that cannot be read,
     UnknownName for a point that it does not have.
     """
@@ -108,7 +108,7 @@ def _read_authors(folder: Path) -> ShapeBasis:
 
 
 def _numbers(path: Path, columns: int) -> Float[Array, "n m"]:
-    """The rows of a text file, each with so many finite numbers."""
+    """The rows of a text file, each with this many finite numbers."""
     if not path.is_file():
         raise DatasetNotFound(f"the shape prior lacks {path}")
     rows = []

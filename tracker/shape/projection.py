@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 X, Y, Z, YAW, SCALE, SHAPE = range(6)  # SHAPE: the first coefficient
-NEAREST = 0.5  # metres before the camera: no point of a car that is seen lies nearer
+MIN_POINT_DEPTH = 0.5  # metres before the camera: no point of a car that is seen lies nearer
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class ObservedPoints:
     P: Float[Array, "3 4"]
 
     def rows(self, rows: Int[Array, " m"]) -> "ObservedPoints":
-        """The sightings of some cars, repeated as often as they are named."""
+        """The points of some cars, repeated as often as they are named."""
         return ObservedPoints(
             self.pixels.take(rows, axis=0),
             self.weights.take(rows, axis=0),
@@ -45,7 +45,7 @@ class ObservedPoints:
 
 
 def residuals(
-    sightings: ObservedPoints, cars: Float[Array, "n p"], free: Int[Array, " f"]
+    observed: ObservedPoints, cars: Float[Array, "n p"], free: Int[Array, " f"]
 ) -> tuple[Float[Array, "n 2 k"], Float[Array, "n f 2 k"], Float[Array, "n k"]]:
     """Expected minus seen pixels, their derivatives by the `free` unknowns, and depths.
 
@@ -54,16 +54,16 @@ def residuals(
     """
     c, s = np.cos(cars[:, YAW, None]), np.sin(cars[:, YAW, None])
     scale = np.exp(cars[:, SCALE, None])
-    shape = (cars[:, None, None, SHAPE:] @ sightings.vectors)[:, :, 0] + sightings.mean
+    shape = (cars[:, None, None, SHAPE:] @ observed.vectors)[:, :, 0] + observed.mean
     shape *= scale[:, None]
     turned = np.empty_like(shape)
     turned[:, 0] = c * shape[:, 0] + s * shape[:, 2]
     turned[:, 1] = shape[:, 1]
     turned[:, 2] = c * shape[:, 2] - s * shape[:, 0]
-    P = sightings.P
+    P = observed.P
     seen = P[:, :3] @ (turned + cars[:, X : Z + 1, None]) + P[:, 3:]
     depth = seen[:, 2]
-    inverse = (1.0 / np.maximum(depth, NEAREST))[:, None]
+    inverse = (1.0 / np.maximum(depth, MIN_POINT_DEPTH))[:, None]
     uv = seen[:, :2] * inverse
     by_x, by_y, by_z = ((P[:2, axis, None] - uv * P[2, axis]) * inverse for axis in (X, Y, Z))
     jacobian = np.empty((len(cars), len(free), *uv.shape[1:]))
@@ -76,8 +76,8 @@ def residuals(
     if len(free) > first:
         by_shape = jacobian[:, first:]
         axes = scale[:, None] * (c[:, None] * by_x - s[:, None] * by_z), scale[:, None] * by_y
-        np.multiply(axes[0][:, None], sightings.vectors[:, 0, :, None], out=by_shape)
-        by_shape += axes[1][:, None] * sightings.vectors[:, 1, :, None]
+        np.multiply(axes[0][:, None], observed.vectors[:, 0, :, None], out=by_shape)
+        by_shape += axes[1][:, None] * observed.vectors[:, 1, :, None]
         left = scale[:, None] * (s[:, None] * by_x + c[:, None] * by_z)
-        by_shape += left[:, None] * sightings.vectors[:, 2, :, None]
-    return uv - sightings.pixels, jacobian, depth
+        by_shape += left[:, None] * observed.vectors[:, 2, :, None]
+    return uv - observed.pixels, jacobian, depth

@@ -11,10 +11,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
-from tracker.shape.projection import NEAREST, ObservedPoints, residuals
+from tracker.shape.projection import MIN_POINT_DEPTH, ObservedPoints, residuals
 
-SMALLEST = 1e-4  # of a last step; in standard deviations of the result, 1 % of one
-FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-4, 1e-9, 1e8
+MIN_STEP = 1e-4  # of a last step; in standard deviations of the result, 1 % of one
+FIRST_DAMPING, MIN_DAMPING, MAX_DAMPING = 1e-4, 1e-9, 1e8
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,23 +36,23 @@ class _Point:
 
 
 def _evaluate(
-    sightings: ObservedPoints,
+    observed: ObservedPoints,
     cars: Float[Array, "n p"],
     free: Int[Array, " f"],
     precision: Float[Array, " p"],
     kernel: Float[Array, "n k"],
 ) -> _Point:
     """Cost, gradient and Hessian; the cost of a car with a seen point behind the camera is inf."""
-    off, jacobian, depth = residuals(sightings, cars, free)
-    squares = (sightings.weights * off * off).sum(axis=1)
+    off, jacobian, depth = residuals(observed, cars, free)
+    squares = (observed.weights * off * off).sum(axis=1)
     width = kernel * kernel
     excess = squares / width
     prior = precision[free] * cars[:, free]
     cost = 0.5 * (width * np.log1p(excess)).sum(axis=1)
     cost += 0.5 * (prior * cars[:, free]).sum(axis=1)
-    behind = (depth < NEAREST) & (sightings.weights[:, 0] > 0.0)
+    behind = (depth < MIN_POINT_DEPTH) & (observed.weights[:, 0] > 0.0)
     cost[behind.any(axis=1)] = np.inf
-    root = np.sqrt(sightings.weights / (1.0 + excess)[:, None])
+    root = np.sqrt(observed.weights / (1.0 + excess)[:, None])
     n, f = len(cars), len(free)
     jacobian *= root[:, None]
     J = jacobian.reshape(n, f, off[0].size if n else 0)
@@ -63,13 +63,13 @@ def _evaluate(
 
 
 def solve(
-    sightings: ObservedPoints,
+    observed: ObservedPoints,
     cars: Float[Array, "n p"],
     free: Int[Array, " f"],
     precision: Float[Array, " p"],
     kernel: Float[Array, "n k"],
     steps: int,
-    smallest: float = SMALLEST,
+    smallest: float = MIN_STEP,
 ) -> Solved:
     """The cars of least cost near the given ones, moving only their `free` unknowns.
 
@@ -78,7 +78,7 @@ def solve(
     `steps` of them; whoever is finished costs nothing any more.
     """
     cars = cars.copy()
-    point = _evaluate(sightings, cars, free, precision, kernel)
+    point = _evaluate(observed, cars, free, precision, kernel)
     cost, normal = point.cost, point.normal
     rows, damping = np.arange(len(cars)), np.full(len(cars), FIRST_DAMPING)
     for _ in range(steps):
@@ -87,18 +87,18 @@ def solve(
         step, gain = _damped_step(point, damping)
         tried = cars[rows]
         tried[:, free] -= step
-        new = _evaluate(sightings, tried, free, precision, kernel)
+        new = _evaluate(observed, tried, free, precision, kernel)
         better = new.cost <= point.cost
         cars[rows[better]] = tried[better]
         cost[rows[better]] = new.cost[better]
         normal[rows[better]] = new.normal[better]
         point = _taken(point, new, better)
         damping = np.where(better, damping * 0.1, np.maximum(damping, 1e-6) * 30.0)
-        damping = np.maximum(damping, LEAST_DAMPING)
-        goes_on = (~better | (gain > smallest)) & (damping < MOST_DAMPING)
+        damping = np.maximum(damping, MIN_DAMPING)
+        goes_on = (~better | (gain > smallest)) & (damping < MAX_DAMPING)
         if not goes_on.all():
             rows, damping, kernel = rows[goes_on], damping[goes_on], kernel[goes_on]
-            sightings = sightings.rows(np.flatnonzero(goes_on))
+            observed = observed.rows(np.flatnonzero(goes_on))
             point = _Point(point.cost[goes_on], point.gradient[goes_on], point.normal[goes_on])
     return Solved(cars, cost, normal)
 

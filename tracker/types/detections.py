@@ -1,4 +1,4 @@
-"""What a detector says about one frame."""
+"""The output of a detector for one frame."""
 
 from dataclasses import dataclass
 
@@ -18,7 +18,7 @@ class Detections(Rows):
     yaw: radians about road +y. size: length, height, width in metres. shape: coefficients of
     eq. 1. keypoints: u, v, confidence. descriptor: psi of eq. 5.
     pose_cov: covariance of (yaw, shape), c = 1 + b.
-    A NaN row in a cue column says that the cue was not measured for that box.
+    A NaN row in a cue column: the cue was not measured for that box.
     The constructor trusts its arguments; `Detections.of` checks them.
     """
 

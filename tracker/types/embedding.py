@@ -18,11 +18,11 @@ class Embedding(Rows):
 
     @classmethod
     def of(cls, detections: Detections) -> "Embedding | None":
-        """What detections tell; None without a column of descriptors."""
+        """Those of detections; None without a column of descriptors."""
         return None if detections.descriptor is None else cls(detections.descriptor)
 
     def unknown(self, count: int) -> "Embedding":
-        """So many rows like these, of which nobody knows the look."""
+        """`count` rows whose descriptors were not measured."""
         return Embedding(np.full((count, self.descriptor.shape[1]), np.nan))
 
     def filled_from(self, before: "Embedding | None") -> "Embedding":

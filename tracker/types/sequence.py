@@ -16,7 +16,7 @@ class Frame:
     """Everything that an online tracker may know about one moment. Truth is never in here.
 
     index: counts from 0. time: seconds. T_now_before: moves points of the camera frame of the
-    last frame that was DELIVERED into the camera frame of this one; None when nobody knows how
+    last frame that was DELIVERED into the camera frame of this one; None when it is unknown how
     the camera moved, and at the first frame. motion_cov: covariance of its left perturbation
     (translation, then rotation vector) in the camera frame of now; metres, radians.
     image: RGB, or None.

@@ -25,7 +25,7 @@ class ShapePose(Rows):
     cov: Float[Array, "n c c"]
 
     def unknown(self, count: int) -> "ShapePose":
-        """So many rows like these, of which nobody's shape and pose was measured."""
+        """`count` rows whose shape and pose were not measured."""
         b = self.shape.shape[1]
         c = b + 1
         blank = np.full((count, b), np.nan), np.full(count, np.nan), np.full((count, c, c), np.nan)
@@ -33,9 +33,9 @@ class ShapePose(Rows):
 
     @classmethod
     def of(cls, detections: Detections) -> "ShapePose | None":
-        """What detections tell; None without a column of shapes or of yaws.
+        """Those of detections; None without a column of shapes or of yaws.
 
-        Where a detector states no covariance, the doubt of what it measured is 0.
+        Where a detector states no covariance, that of what it measured is 0.
         """
         shape, yaw, cov = detections.shape, detections.yaw, detections.pose_cov
         if shape is None or yaw is None:

@@ -112,7 +112,7 @@ def test_a_missing_model_is_one_line_before_anything_is_done(
     mot_sim: CommandLine, pictured: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     gone = tmp_path / "gone.npz"
-    monkeypatch.setattr("tracker.descriptors.learned.SHIPPED", gone)
+    monkeypatch.setattr("tracker.descriptors.learned.SHIPPED_WEIGHTS", gone)
     outcome = mot_sim(*TRACK, tmp_path / "out", "--root", pictured, "--cues", "appearance")
     assert outcome.code == 2
     assert outcome.err.startswith(f"error: {gone}: no weights of the appearance descriptor")

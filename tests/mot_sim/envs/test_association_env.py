@@ -4,9 +4,14 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from mot_sim.envs.association_env import AssociationEnv, hungarian_policy
+from mot_sim.envs.association_env import (
+    EMPTY_SLOT,
+    AssociationEnv,
+    Slots,
+    decide,
+    hungarian_policy,
+)
 from mot_sim.envs.errors import BadAction
-from mot_sim.envs.slots import EMPTY, Slots, decide
 from mot_sim.metrics import evaluate_sequence
 from mot_sim.simulation.episodes import EpisodeFolder, record_episodes
 from mot_sim.simulation.registry import find_scene
@@ -133,9 +138,9 @@ def test_nothing_is_decided_of_nothing() -> None:
 
 def test_a_track_keeps_its_slot_while_it_lives() -> None:
     slots = Slots.empty(4).after(np.array([7, 9, 11]))
-    assert slots.ids.tolist() == [7, 9, 11, EMPTY]
+    assert slots.ids.tolist() == [7, 9, 11, EMPTY_SLOT]
     slots = slots.after(np.array([7, 11, 12]))
-    assert slots.ids.tolist() == [7, 12, 11, EMPTY]
+    assert slots.ids.tolist() == [7, 12, 11, EMPTY_SLOT]
     assert slots.of(np.array([12, 7, 11])).tolist() == [1, 0, 2]
     assert slots.taken.tolist() == [True, True, True, False]
 

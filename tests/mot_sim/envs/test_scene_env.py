@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from mot_sim.envs.errors import BadAction, OutOfTurn
-from mot_sim.envs.observing import ObservationBuilder, surest
-from mot_sim.envs.runs import FrameTruth, LazyRollout
+from mot_sim.envs.observations import ObservationBuilder, surest
+from mot_sim.envs.rollouts import FrameTruth, LazyRollout
 from mot_sim.envs.scene_env import SceneEnv
 from mot_sim.simulation.episode import record
 from mot_sim.simulation.imaging import RenderedImages
@@ -186,8 +186,12 @@ def test_under_autopilot_live_traffic_does_what_was_recorded(live) -> None:
     one, told = live.reset(options={"episode_seed": 5})
     other, was_told = recorded.reset(options={"episode_seed": 5})
     for _ in range(12):
-        np.testing.assert_array_equal(told["truth"].world.x, was_told["truth"].world.x)
-        np.testing.assert_array_equal(told["truth"].world.ego, was_told["truth"].world.ego)
+        np.testing.assert_array_equal(
+            told["truth"].traffic_state.x, was_told["truth"].traffic_state.x
+        )
+        np.testing.assert_array_equal(
+            told["truth"].traffic_state.ego, was_told["truth"].traffic_state.ego
+        )
         assert told["truth"] == was_told["truth"]
         np.testing.assert_array_equal(one["boxes"], other["boxes"])
         one, *_, told = live.step(0)

@@ -17,9 +17,9 @@ def arcs(*links: tuple[int, int, float]) -> Arcs:
     return Arcs(np.array(tails, np.int64), np.array(heads, np.int64), np.array(costs, float))
 
 
-def brute_force(sightings: np.ndarray, births: np.ndarray, links: Arcs) -> float:
+def brute_force(nodes: np.ndarray, births: np.ndarray, links: Arcs) -> float:
     """The smallest cost, by trying every forerunner (or birth, or leaving out) of everybody."""
-    n, best = len(sightings), np.inf
+    n, best = len(nodes), np.inf
     into = [np.flatnonzero(links.heads == node).tolist() for node in range(n)]
     for choice in product(*[["out", "born", *arriving] for arriving in into]):
         chosen = [arc for arc in choice if isinstance(arc, int)]
@@ -28,18 +28,18 @@ def brute_force(sightings: np.ndarray, births: np.ndarray, links: Arcs) -> float
             continue
         used = np.array([what != "out" for what in choice], bool)
         born = np.array([what == "born" for what in choice], bool)
-        cost = sightings[used].sum() + births[born].sum() + links.costs[chosen].sum()
+        cost = nodes[used].sum() + births[born].sum() + links.costs[chosen].sum()
         best = min(best, float(cost))
     return best
 
 
-def cost_of(flow: Flow, sightings: np.ndarray, births: np.ndarray, links: Arcs) -> float:
+def cost_of(flow: Flow, nodes: np.ndarray, births: np.ndarray, links: Arcs) -> float:
     """What the tracks of a flow cost, counted one by one."""
     price = dict(zip(zip(links.tails, links.heads, strict=True), links.costs, strict=True))
     born = flow.used.copy()
     born[flow.links[:, 1]] = False
     linked = sum(price[tail, head] for tail, head in flow.links.tolist())
-    return float(sightings[flow.used].sum() + births[born].sum() + linked)
+    return float(nodes[flow.used].sum() + births[born].sum() + linked)
 
 
 @st.composite
@@ -62,7 +62,7 @@ def test_the_flow_is_as_cheap_as_the_best_of_all_sets_of_tracks(problem) -> None
 
 
 @given(problems())
-def test_a_sighting_has_one_forerunner_one_successor_and_one_track(problem) -> None:
+def test_a_node_has_one_forerunner_one_successor_and_one_track(problem) -> None:
     flow = cheapest_flow(*problem)
     for side in flow.links.T:
         assert len(set(side.tolist())) == len(side)
@@ -72,11 +72,11 @@ def test_a_sighting_has_one_forerunner_one_successor_and_one_track(problem) -> N
     assert len(set(tracks.tolist())) == len(tracks) - len(flow.links)
 
 
-def test_weak_sightings_vanish_and_strong_chains_stay() -> None:
+def test_weak_nodes_vanish_and_strong_chains_stay() -> None:
     """Two strong ones 0-2 earn their birth, the single 1 does not; 3 is skipped for 4."""
-    sightings = np.array([-3.0, -3.0, -3.0, 2.0, -3.0])
+    nodes = np.array([-3.0, -3.0, -3.0, 2.0, -3.0])
     links = arcs((0, 2, 0.0), (2, 3, 0.0), (3, 4, 0.0), (2, 4, 1.0))
-    flow = cheapest_flow(sightings, np.full(5, 4.0), links)
+    flow = cheapest_flow(nodes, np.full(5, 4.0), links)
     assert flow.links.tolist() == [[0, 2], [2, 4]]
     assert flow.used.tolist() == [True, False, True, False, True]
     assert flow.cost == pytest.approx(-3.0 * 3 + 1.0 + 4.0)
@@ -102,14 +102,14 @@ def test_the_same_problem_has_the_same_answer() -> None:
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_costs_that_are_not_finite_are_refused(bad: float) -> None:
-    with pytest.raises(BadConfig, match=r"sighting 0 to 1 costs -?(nan|inf).*leave out"):
+    with pytest.raises(BadConfig, match=r"node 0 to 1 costs -?(nan|inf).*leave out"):
         arcs((0, 1, bad))
-    with pytest.raises(BadConfig, match=r"sighting 1 costs.*finite"):
+    with pytest.raises(BadConfig, match=r"node 1 costs.*finite"):
         cheapest_flow(np.array([0.0, bad]), np.zeros(2), arcs())
 
 
 def test_links_backwards_and_links_given_twice_are_refused() -> None:
-    with pytest.raises(BadConfig, match=r"from sighting 2 back to 1.*order of time"):
+    with pytest.raises(BadConfig, match=r"from node 2 back to 1.*order of time"):
         arcs((2, 1, 0.0))
-    with pytest.raises(BadConfig, match="same two sightings"):
+    with pytest.raises(BadConfig, match="same two nodes"):
         cheapest_flow(np.zeros(2), np.ones(2), arcs((0, 1, 0.0), (0, 1, 0.5)))

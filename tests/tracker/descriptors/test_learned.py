@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tracker.descriptors import Classical, Learned, Weights, pool_maps, read_training, write_weights
-from tracker.descriptors.weights import SHIPPED, weights_digest
+from tracker.descriptors.weights import SHIPPED_WEIGHTS, weights_digest
 from tracker.errors import BadWeights, MissingCue
 from tracker.shape import Hourglass
 
@@ -84,7 +84,7 @@ def test_activations_must_be_there_and_of_the_right_network() -> None:
 
 def test_the_shipped_weights_are_for_the_shipped_network_and_say_how_they_came_about() -> None:
     assert Learned.load().hourglass == Hourglass.load().sha256
-    training = read_training(SHIPPED)
+    training = read_training(SHIPPED_WEIGHTS)
     assert {"drives", "options", "cars", "sightings", "versions"} <= training.keys()
 
 

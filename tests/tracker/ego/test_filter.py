@@ -20,18 +20,18 @@ COASTING = Coasting()
 
 def after(*twists: np.ndarray | None) -> tuple[CameraVelocity | None, tuple]:
     """What is known after these measurements, a tenth of a second apart."""
-    rates, motion = None, (None, None)
+    velocity, motion = None, (None, None)
     for twist in twists:
         measured = None if twist is None else MotionMeasurement(twist, SURE)
-        rates, motion = COASTING.step(rates, measured, CAMERA, 0.1)
-    return rates, motion
+        velocity, motion = COASTING.step(velocity, measured, CAMERA, 0.1)
+    return velocity, motion
 
 
 def test_the_first_measurement_is_taken_nearly_as_it_is() -> None:
-    rates, (T, cov) = after(AHEAD)
-    assert rates is not None
+    velocity, (T, cov) = after(AHEAD)
+    assert velocity is not None
     np.testing.assert_allclose(T[:3, 3], AHEAD[:3], atol=0.002)
-    np.testing.assert_allclose(rates.mean, AHEAD * 10.0, atol=0.02)
+    np.testing.assert_allclose(velocity.mean, AHEAD * 10.0, atol=0.02)
     assert np.sqrt(cov[2, 2]) == pytest.approx(np.hypot(0.02, 0.02), rel=0.01)  # and the scale
 
 
@@ -46,8 +46,8 @@ def test_without_measurements_it_goes_on_alike_and_knows_less_and_less() -> None
         np.testing.assert_allclose(T[:3, 3], AHEAD[:3], atol=0.002)
         covs.append(cov)
     assert all(np.linalg.eigvalsh(b - a).min() > -1e-12 for a, b in pairwise(covs))
-    rates, motion = after(AHEAD, *[None] * 11)
-    assert rates is None
+    velocity, motion = after(AHEAD, *[None] * 11)
+    assert velocity is None
     assert motion == (None, None)
 
 
@@ -61,9 +61,9 @@ def test_a_jump_is_left_out_and_believed_when_it_stays() -> None:
 
 @given(st.lists(arrays(float, 6, elements=st.floats(-50.0, 50.0)), max_size=6))
 def test_no_motion_is_wilder_than_a_car(twists: list[np.ndarray]) -> None:
-    rates, motions = None, []
+    velocity, motions = None, []
     for twist in [AHEAD, *twists]:
-        rates, motion = COASTING.step(rates, MotionMeasurement(twist, SURE), CAMERA, 0.1)
+        velocity, motion = COASTING.step(velocity, MotionMeasurement(twist, SURE), CAMERA, 0.1)
         motions.append(motion)
     for T, cov in motions:
         if T is None:

@@ -18,6 +18,7 @@ from tests.tracker.ego.corridor import (
 )
 from tracker.ego import VisualOdometry, prefetch
 from tracker.ego.filter import Motion
+from tracker.ego.odometry import without_boxes
 from tracker.errors import BadConfig, BadDetections, TrackingError
 
 BLACK = np.zeros((188, 620, 3), np.uint8)
@@ -223,3 +224,20 @@ def test_bad_boxes_and_bad_times_are_refused() -> None:
         odometry.step(BLACK, np.array([[1.0, 2, 3, 4], [1.0, np.nan, 3, 4]]))
     with pytest.raises(BadConfig, match="0 s between two images"):
         odometry.step(BLACK, NO_BOXES, 0.0)
+
+
+def test_a_box_hides_its_pixels_and_three_around() -> None:
+    free = without_boxes(np.array([[10.0, 20.0, 12.0, 21.0]]), (40, 30))
+    assert free.shape == (30, 40)
+    v, u = np.nonzero(~free)
+    assert (u.min(), v.min(), u.max(), v.max()) == (7, 17, 15, 24)
+
+
+def test_no_boxes_hide_nothing_and_a_box_beyond_the_edge_is_clipped() -> None:
+    assert without_boxes(np.zeros((0, 4)), (40, 30)).all()
+    assert not without_boxes(np.array([[-50.0, -50.0, 900.0, 900.0]]), (40, 30)).any()
+
+
+def test_boxes_without_area_or_the_wrong_way_round_hide_nothing() -> None:
+    boxes = np.array([[5.0, 5.0, 5.0, 20.0], [30.0, 20.0, 10.0, 5.0]])
+    assert without_boxes(boxes, (40, 30)).all()

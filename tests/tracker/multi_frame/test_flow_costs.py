@@ -5,12 +5,14 @@ import pytest
 
 from tracker.errors import BadConfig
 from tracker.multi_frame import FlowCosts
-from tracker.multi_frame.flow_costs import MOST
+from tracker.multi_frame.flow_costs import MAX_SCORE_NATS
 
 
 def test_scores_count_by_their_log_odds_up_to_a_limit() -> None:
     costs = FlowCosts().of_scores(np.array([0.0, 0.25, 0.5, 0.75, 1.0]))
-    np.testing.assert_allclose(costs, [MOST, np.log(3.0), 0.0, -np.log(3.0), -MOST])
+    np.testing.assert_allclose(
+        costs, [MAX_SCORE_NATS, np.log(3.0), 0.0, -np.log(3.0), -MAX_SCORE_NATS]
+    )
 
 
 def test_a_link_at_the_largest_cost_is_as_dear_as_a_birth_and_a_perfect_one_gains() -> None:

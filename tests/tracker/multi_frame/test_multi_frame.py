@@ -46,7 +46,7 @@ def test_a_gap_is_filled_where_the_car_was(framework) -> None:
 
 
 def test_a_window_fills_no_more_than_it_sees_the_end_of() -> None:
-    """Frame 16 is decided before 22 is seen; at 17 one sighting after the gap is too little."""
+    """Frame 16 is decided before 22 is seen; at 17 one detection after the gap is too little."""
     _, holed = gap(8, 22)
     rows = rows_of(Window(Tracker.default(LEVEL), lag=5), holed.frames)
     assert sorted(set(range(30)) - set(rows.frames.tolist())) == list(range(8, 18))
@@ -99,7 +99,7 @@ def test_a_window_remembers_its_frames_and_no_more() -> None:
     memory = Tracker.default(LEVEL).lifecycle.max_gap
     assert len(window.state.window) == 5
     assert len(window.state.past) <= 10 * memory + 1
-    assert len(window.state.pool.recent) <= 10 * memory + 2
+    assert len(window.state.linker.recent) <= 10 * memory + 2
     assert len(window.state.ends) == 1
 
 
@@ -124,45 +124,47 @@ def test_a_largest_cost_that_forbids_all_links_is_refused(limit: float) -> None:
         Linker(tracker)
 
 
-def test_sightings_are_numbered_in_the_order_of_time_and_linked_to_those_before() -> None:
-    linking, pool, firsts = Linker(Tracker.default(LEVEL)), LinkerState(), []
+def test_nodes_are_numbered_in_the_order_of_time_and_linked_to_those_before() -> None:
+    linker, state, firsts = Linker(Tracker.default(LEVEL)), LinkerState(), []
     for frame in drive([Car(0.0, 25.0), Car(-4.0, 30.0)], count=6).frames:
-        pool, sighted = linking(pool, frame)
-        firsts.append(sighted.first)
-        assert set(sighted.arcs.heads.tolist()) <= set(sighted.sightings.tolist())
+        state, frame_nodes = linker(state, frame)
+        firsts.append(frame_nodes.first)
+        assert set(frame_nodes.arcs.heads.tolist()) <= set(frame_nodes.nodes.tolist())
     assert firsts == [0, 2, 4, 6, 8, 10]
-    assert pool.statistics.frames == 6
-    assert len(pool.recent) == 12
+    assert state.statistics.frames == 6
+    assert len(state.recent) == 12
 
 
-def test_the_boxes_of_sightings_lose_noise_along_their_likeliest_links() -> None:
+def test_the_boxes_of_nodes_lose_noise_along_their_likeliest_links() -> None:
     """As in the online tracker: the gain is learned, and the expected boxes are the better ones."""
     rng = np.random.default_rng(4)
     cars = [Car(-9.0, 40.0), Car(-3.0, 30.0), Car(3.0, 35.0), Car(9.0, 45.0)]
     standing = drive(cars, count=80).frames
-    linking, pool = Linker(Tracker.default(LEVEL)), LinkerState()
+    linker, state = Linker(Tracker.default(LEVEL)), LinkerState()
     raw, filtered = [], []
     for frame in standing:
         true = frame.detections.boxes
         noisy = replace(frame.detections, boxes=true + rng.normal(0.0, 3.0, true.shape))
-        pool, sighted = linking(pool, replace(frame, detections=noisy))
-        raw.append(sighted.detections.boxes - true)
-        filtered.append(sighted.beliefs.boxes - true)
-    assert pool.gains is not None
-    assert pool.gains.gains[0].max() < 0.75  # it began at .8
+        state, frame_nodes = linker(state, replace(frame, detections=noisy))
+        raw.append(frame_nodes.detections.boxes - true)
+        filtered.append(frame_nodes.beliefs.boxes - true)
+    assert state.gains is not None
+    assert state.gains.gains[0].max() < 0.75  # it began at .8
     assert np.std(filtered[40:]) < 0.85 * np.std(raw[40:])
     unfiltered = Linker(replace(Tracker.default(LEVEL), box_filter=None))
-    _, sighted = unfiltered(pool, replace(standing[-1], index=80, time=8.0))
-    np.testing.assert_array_equal(sighted.beliefs.boxes, sighted.detections.boxes)
+    _, frame_nodes = unfiltered(state, replace(standing[-1], index=80, time=8.0))
+    np.testing.assert_array_equal(frame_nodes.beliefs.boxes, frame_nodes.detections.boxes)
 
 
 def test_the_path_of_the_ego_car_is_composed_on_the_road() -> None:
-    linking, pool = Linker(Tracker.default(LEVEL)), LinkerState()
+    linker, state = Linker(Tracker.default(LEVEL)), LinkerState()
     for frame in drive([], forward, 21).frames:
-        pool, sighted = linking(pool, frame)
+        state, frame_nodes = linker(state, frame)
     x, z, turn = forward(2.0)
-    np.testing.assert_allclose(sighted.T_world_road[:3, 3], [x, 0.0, z], atol=1e-9)
-    assert np.arctan2(sighted.T_world_road[0, 2], sighted.T_world_road[0, 0]) == pytest.approx(turn)
+    np.testing.assert_allclose(frame_nodes.T_world_road[:3, 3], [x, 0.0, z], atol=1e-9)
+    assert np.arctan2(
+        frame_nodes.T_world_road[0, 2], frame_nodes.T_world_road[0, 0]
+    ) == pytest.approx(turn)
 
 
 def test_a_box_that_would_lie_outside_the_image_is_not_filled_in() -> None:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tracker.shape import CROP_MARGIN, CROP_SIDE, cut_crops, from_shares, to_shares, windows_of
-from tracker.shape.crops import OUTSIDE, show_something
+from tracker.shape.crops import OUTSIDE_COLOUR, show_something
 
 
 def test_a_window_is_a_square_around_the_middle_of_its_box() -> None:
@@ -30,7 +30,7 @@ def test_a_large_window_is_averaged() -> None:
 def test_beyond_the_image_is_grey() -> None:
     image = np.zeros((40, 40, 3), np.uint8)
     crop = cut_crops(image, np.array([[0.0, 20.0, 64.0]]))[0]
-    assert tuple(crop[32, 0]) == OUTSIDE
+    assert tuple(crop[32, 0]) == OUTSIDE_COLOUR
     assert tuple(crop[32, -1]) == (0, 0, 0)
 
 

@@ -21,7 +21,7 @@ from tracker.shape import (
     metric,
     no_car_fits,
 )
-from tracker.shape.fit import CHUNK
+from tracker.shape.fit import MAX_CARS_AT_ONCE
 
 FIT = ShapeFit(MODEL)
 
@@ -92,9 +92,9 @@ def test_the_stated_doubt_is_the_real_one() -> None:
 
 
 def test_every_car_is_fitted_as_if_it_were_alone() -> None:
-    cars = draw(CHUNK + 7, sigma=2.0, missing=0.3)
+    cars = draw(MAX_CARS_AT_ONCE + 7, sigma=2.0, missing=0.3)
     together = FIT(cars.keypoints, LEVEL)
-    rows = np.array([0, CHUNK - 1, CHUNK, CHUNK + 6])
+    rows = np.array([0, MAX_CARS_AT_ONCE - 1, MAX_CARS_AT_ONCE, MAX_CARS_AT_ONCE + 6])
     for row in rows.tolist():
         alone = FIT(cars.keypoints[row : row + 1], LEVEL)
         assert_equal(alone, together.select(slice(row, row + 1)), atol=1e-4)

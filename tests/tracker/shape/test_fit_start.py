@@ -7,7 +7,7 @@ from tests.tracker.samples import LEVEL, PITCHED
 from tests.tracker.shape.drawn import MODEL, keypoints_of
 from tracker.geometry import wrap_angle
 from tracker.shape.fit_start import (
-    YAWS,
+    YAW_COUNT,
     Rays,
     rays_to,
     scan_yaws,
@@ -39,8 +39,8 @@ def rays_of(camera) -> Rays:
 def test_the_mean_car_is_found_within_the_grid(camera) -> None:
     cost, place = scan_yaws(rays_of(camera))
     best = cost.argmin(axis=1)
-    off = wrap_angle(best * (2 * np.pi / YAWS) - ANGLES)
-    assert (np.abs(off) <= np.pi / YAWS + 0.05).all()
+    off = wrap_angle(best * (2 * np.pi / YAW_COUNT) - ANGLES)
+    assert (np.abs(off) <= np.pi / YAW_COUNT + 0.05).all()
     np.testing.assert_allclose(place[np.arange(3), best], BASE[:, ::2], atol=0.3)
 
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tracker.shape import decode
-from tracker.shape.heatmaps import chances
+from tracker.shape.keypoints import chances
 
 CELLS = 16
 

@@ -7,14 +7,14 @@ from mot_sim.simulation.cars import load_fleet
 from tests.tracker.shape.drawn import MODEL
 from tracker.errors import BadConfig
 from tracker.shape import KEYPOINTS_14, CarModel, ShapeBasis, load_prior, metric
-from tracker.shape.model import BINS, MEAN_SIZE
+from tracker.shape.model import DIRECTION_BINS, MEAN_SIZE
 
 NAMES = MODEL.basis.points
 
 
 def seen_from(degrees: float) -> dict[str, float]:
     """The visible share of each point, from a direction counted from ahead towards the right."""
-    row = MODEL.visibility[int(degrees / 360.0 * BINS)]
+    row = MODEL.visibility[int(degrees / 360.0 * DIRECTION_BINS)]
     return dict(zip(NAMES, row.tolist(), strict=True))
 
 

@@ -13,7 +13,7 @@ from tracker.types import Camera
 
 @runtime_checkable
 class EpisodeSource(Protocol):
-    """Numbered episodes that one camera saw."""
+    """Numbered episodes of one camera."""
 
     def __len__(self) -> int:
         """How many there are."""
@@ -21,7 +21,7 @@ class EpisodeSource(Protocol):
 
     @property
     def camera(self) -> Camera:
-        """What saw them."""
+        """The camera of all of them."""
         ...
 
     def load(self, number: int) -> SimulatedDrive:

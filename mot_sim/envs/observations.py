@@ -12,16 +12,16 @@ from tracker.errors import BadConfig
 from tracker.types import Camera, Detections, Frame, Tracks
 
 Observation = dict[str, Any]
-FARTHEST = 1e3  # metres of the camera's motion between two frames
-MOST_IDS = 2**31 - 1
+MAX_MOTION_METRES = 1e3  # metres of the camera's motion between two frames
+MAX_ID = 2**31 - 1
 NO_ID = -1
-MOST_ROWS = 4096
+MAX_ROWS = 4096
 
 
 def require_padding(name: str, count: int) -> None:
     """BadConfig for a number of padded rows that is out of range."""
-    if not 1 <= count <= MOST_ROWS:
-        raise BadConfig(f"{name} is {count}: give 1 to {MOST_ROWS}")
+    if not 1 <= count <= MAX_ROWS:
+        raise BadConfig(f"{name} is {count}: give 1 to {MAX_ROWS}")
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class ObservationBuilder:
             "boxes": box_space(self.camera, self.max_detections),
             "scores": spaces.Box(0.0, 1.0, (self.max_detections,), np.float64),
             "mask": spaces.MultiBinary(self.max_detections),
-            "odometry": spaces.Box(-FARTHEST, FARTHEST, (4, 4), np.float64),
+            "odometry": spaces.Box(-MAX_MOTION_METRES, MAX_MOTION_METRES, (4, 4), np.float64),
             "time": spaces.Box(0.0, self.duration, (1,), np.float64),
         }
         if self.image:
@@ -57,7 +57,7 @@ class ObservationBuilder:
     def observe(self, frame: Frame) -> Observation:
         """The padded arrays of a frame, new ones every time.
 
-        odometry: T_now_before, the identity where nobody knows it.
+        odometry: T_now_before, the identity where it is not known.
         """
         detections = surest(frame.detections, self.max_detections)
         motion = np.eye(4) if frame.T_now_before is None else frame.T_now_before.copy()
@@ -65,7 +65,7 @@ class ObservationBuilder:
             "boxes": pad_boxes(detections.boxes, self.camera, self.max_detections),
             "scores": pad(detections.scores.clip(0.0, 1.0), self.max_detections),
             "mask": pad(np.ones(len(detections), np.int8), self.max_detections),
-            "odometry": motion.clip(-FARTHEST, FARTHEST),
+            "odometry": motion.clip(-MAX_MOTION_METRES, MAX_MOTION_METRES),
             "time": np.array([frame.time]),
         }
         if self.image:
@@ -97,7 +97,7 @@ def pad_boxes(boxes: Float[Array, "n 4"], camera: Camera, count: int) -> Float[A
 
 
 def pad(rows: Shaped[Array, "n *d"], count: int, value: int = 0) -> Shaped[Array, "c *d"]:
-    """A new array of so many rows, the given ones first."""
+    """A new array of `count` rows, the given ones first."""
     padded = np.full((count, *rows.shape[1:]), value, rows.dtype)
     padded[: len(rows)] = rows[:count]
     return padded
@@ -105,11 +105,13 @@ def pad(rows: Shaped[Array, "n *d"], count: int, value: int = 0) -> Shaped[Array
 
 def track_space(camera: Camera, count: int) -> spaces.Space[Any]:
     """boxes (n 4), ids (n; -1 where there is none), mask (n)."""
-    return spaces.Dict({
-        "boxes": box_space(camera, count),
-        "ids": spaces.Box(NO_ID, MOST_IDS, (count,), np.int64),
-        "mask": spaces.MultiBinary(count),
-    })  # fmt: skip
+    return spaces.Dict(
+        {
+            "boxes": box_space(camera, count),
+            "ids": spaces.Box(NO_ID, MAX_ID, (count,), np.int64),
+            "mask": spaces.MultiBinary(count),
+        }
+    )
 
 
 def observe_tracks(tracks: Tracks, camera: Camera, count: int) -> Observation:

@@ -1,0 +1,234 @@
+"""Rollouts of a scene whose frames and truth are made when asked for, and their replay."""
+
+from dataclasses import dataclass, field, fields, is_dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.datasets.recorded import DetectionLog
+from mot_sim.simulation import random_numbers
+from mot_sim.simulation.cars.vehicles import Vehicles
+from mot_sim.simulation.registry import find_scene
+from mot_sim.simulation.scene import Knob, Rollout, Scene
+from mot_sim.simulation.scene_meshes import SceneMeshes
+from mot_sim.simulation.sensors import Sightings
+from mot_sim.simulation.traffic.driving import Driven
+from mot_sim.simulation.traffic.recording import RecordedTraffic
+from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
+from mot_sim.simulation.truth import Annotations, Occlusions, Truth, annotate_frame, labels
+from tracker.errors import BadConfig
+from tracker.geometry import invert
+from tracker.types import Detections, Frame, Tracks
+
+# Frames that are labelled at once where they are known: detectors have long memories.
+BLOCK_FRAMES = 16
+# What a pickled environment keeps beside its arguments and actions.
+KEPT_ATTRIBUTES = (
+    "spec",
+    "_np_random",
+    "_np_random_seed",
+    "observation_space",
+    "action_space",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class FrameTruth:
+    """Everything that is true in one frame; equal to another where all arrays are.
+
+    exact: of every car. occlusions: which car hides which. labels: as KITTI writes them, which is
+    what is scored. traffic_state: where every car is.
+    """
+
+    exact: Truth
+    occlusions: Occlusions
+    labels: Tracks
+    traffic_state: TrafficState
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, FrameTruth) and same(self, other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def same(one: Any, other: Any) -> bool:
+    """Whether two tables hold the same numbers in all columns; NaN is like NaN."""
+    if type(one) is not type(other):
+        return False
+    if is_dataclass(one):
+        return all(same(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
+    if isinstance(one, Array):
+        is_float = np.issubdtype(one.dtype, np.floating)
+        return np.array_equal(one, other, equal_nan=bool(is_float))
+    return bool(one == other)
+
+
+@dataclass(frozen=True, eq=False)
+class LiveRollout(Rollout):
+    """A rollout in progress: its ego car obeys commands, its states and vehicles grow."""
+
+    driver: Driven
+    log: list[TrafficState] = field(default_factory=list)
+    meshes: list[SceneMeshes] = field(default_factory=list)  # one: of all cars so far
+
+    @classmethod
+    def begin(cls, scene: Scene, seed: int) -> "LiveRollout":
+        """A new rollout. Raises BadConfig for a scene whose ego car cannot be driven."""
+        driver = driver_of(scene, seed)
+        first = driver.reset_live(random_numbers.named_stream(seed, "traffic"))
+        rollout = cls(scene, seed, RecordedTraffic.of([first]), driver)
+        rollout.log.append(first)
+        vehicles = scene.vehicle_sampler.cast(rollout.traffic, seed)
+        rollout.meshes.append(SceneMeshes(vehicles, scene.rig))
+        return rollout
+
+    def __len__(self) -> int:
+        return len(self.log)
+
+    @property
+    def scene_meshes(self) -> SceneMeshes:
+        """The cars so far, and the camera."""
+        return self.meshes[-1]
+
+    @property
+    def traffic_states(self) -> tuple[TrafficState, ...]:
+        """The states so far."""
+        return tuple(self.log)
+
+    def advance(self, command: str) -> None:
+        """0.1 s of traffic under a command."""
+        self.driver.command(command)
+        now, known = self.driver.step(), self.scene_meshes.vehicles
+        self.log.append(now)
+        is_new = ~np.isin(now.ids, known.ids)
+        if is_new.any():
+            traffic = RecordedTraffic.of([only(now, is_new)])
+            new = self.scene.vehicle_sampler.cast(traffic, self.seed)
+            vehicles = Vehicles.concatenate((known, new))
+            vehicles = vehicles.select(np.argsort(vehicles.ids))
+            self.meshes[:] = [SceneMeshes(vehicles, self.scene.rig)]
+
+
+def driver_of(scene: Scene, seed: int) -> Driven:
+    """The traffic of a scene, if it is driven live. Raises BadConfig."""
+    traffic = scene.make_traffic(scene.vehicle_sampler.models_of(seed))
+    if not isinstance(traffic, Driven):
+        raise BadConfig(
+            f"scene {scene.name} has no live traffic ({type(traffic).__name__} cannot answer): "
+            "take traffic='recorded'"
+        )
+    return traffic
+
+
+def only(state: TrafficState, rows: Array) -> TrafficState:
+    """A state with some of its cars."""
+    columns = {f.name: getattr(state, f.name) for f in fields(state)}
+    of_no_car = {"time", "ego", "ego_size"}
+    return TrafficState(
+        **{
+            name: column if name in of_no_car or column is None else column[rows]
+            for name, column in columns.items()
+        }
+    )
+
+
+@dataclass(eq=False)
+class LazyRollout:
+    """A rollout, and the labels and detections of its frames so far; none is made twice."""
+
+    rollout: Rollout
+    annotations: list[Annotations] = field(default_factory=list)
+    detections: list[Detections] = field(default_factory=list)
+
+    def frame(self, index: int, image: Array | None = None) -> Frame:
+        """What a tracker may know of a frame."""
+        self._sense_up_to(index)
+        return Frame(
+            index, index * STEP, self.detections[index], self.T_now_before(index), None, image
+        )
+
+    def truth(self, index: int) -> FrameTruth:
+        """What is true in a frame."""
+        self._sense_up_to(index)
+        found = self.annotations[index]
+        return FrameTruth(
+            found.truth, found.occlusions, labels(found.truth), self.rollout.traffic_states[index]
+        )
+
+    def T_now_before(self, index: int) -> Float[Array, "4 4"] | None:
+        """The motion of the camera since the frame before; None at the first."""
+        if index == 0:
+            return None
+        before, now = (self.rollout.traffic_states[at].ego for at in (index - 1, index))
+        rig = self.rollout.scene.rig
+        return invert(rig.T_world_cam(now)) @ rig.T_world_cam(before)
+
+    def _sense_up_to(self, index: int) -> None:
+        """Label and sense the frames up to this one, and some more where they are known."""
+        first = len(self.annotations)
+        if index < first:
+            return
+        last = min(max(first + BLOCK_FRAMES, index + 1), len(self.rollout))
+        found = [annotation_of(self.rollout, frame) for frame in range(first, last)]
+        self.annotations += found
+        log = sense(self.rollout, Annotations.concatenate(found).truth, np.arange(first, last))
+        self.detections += [log.at(frame) for frame in range(first, last)]
+
+
+def annotation_of(rollout: Rollout, frame: int) -> Annotations:
+    """The truth of a frame."""
+    states = rollout.traffic_states
+    now, before = states[frame], states[frame - 1] if frame else None
+    return annotate_frame(now, rollout.scene_meshes, frame, before, rollout.scenery_in(now))
+
+
+def sense(rollout: Rollout, truth: Truth, frames: Array) -> DetectionLog:
+    """What the scene's detector reports of some frames."""
+    seen = Sightings.from_truth(truth, rollout.scene_meshes.vehicles)
+    camera = rollout.scene.rig.camera
+    return rollout.scene.detector.sense(seen, rollout.seed, camera, STEP, frames).log
+
+
+@lru_cache(maxsize=32)
+def scene_made(name: str, knobs: tuple[tuple[str, Knob], ...]) -> Scene:
+    """The one scene of a name and its knobs: what stands beside its roads is kept."""
+    return find_scene(name, **dict(knobs))
+
+
+class ReplayPickle:
+    """Mixin of environments that are pickled as how they were made and what was done since.
+
+    A copy begins the same episode and does the same actions, so it goes on where this one is.
+    """
+
+    _arguments: dict[str, Any]
+    """Of the constructor."""
+    _episode: int | None
+    """The number that the episode follows from; None where none has begun."""
+    _actions: list[Any]
+    """Since the reset."""
+
+    def _begin(self, episode: int) -> None:
+        """Start an episode."""
+        raise NotImplementedError
+
+    def _advance(self, action: Any) -> None:
+        """Do an action that is in the space."""
+        raise NotImplementedError
+
+    def __getstate__(self) -> dict[str, Any]:
+        begun = None if self._episode is None else (self._episode, self._actions)
+        kept = {name: getattr(self, name) for name in KEPT_ATTRIBUTES}
+        return {"arguments": self._arguments, "begun": begun, "kept": kept}
+
+    def __setstate__(self, pickled: dict[str, Any]) -> None:
+        type(self).__init__(self, **pickled["arguments"])
+        vars(self).update(pickled["kept"])
+        if pickled["begun"] is not None:
+            episode, actions = pickled["begun"]
+            self._begin(episode)
+            for action in actions:
+                self._advance(action)
