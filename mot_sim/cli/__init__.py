@@ -43,8 +43,8 @@ DESCRIPTION = """\
 Camera-only multi-object tracking with geometry, and the testbed for it.
 
 Units: metres, seconds, pixels, degrees. Exit codes: 0 done, 1 (doctor, verify,
-compare, sweep, stress, breaking-point) something is wrong, 2 wrong input, 130 interrupted. Help on a
-command: mot-sim COMMAND --help. Version: --version."""
+compare, sweep, stress, breaking-point) something is wrong, 2 wrong input, 130
+interrupted. Help on a command: mot-sim COMMAND --help. Version: --version."""
 
 
 @runtime_checkable
@@ -144,10 +144,12 @@ def _overview(name: str) -> Any:
 
 def run_parsed(command: Command, terminal: Terminal) -> int:
     """Run a command; a TrackingError, or a file that the system refuses, is one line."""
+    from mot_sim.files.named_objects import importable
     from tracker.errors import TrackingError
 
     try:
-        return command(terminal)
+        with importable(os.getcwd()):  # the console script does not look there
+            return command(terminal)
     except TrackingError as error:
         terminal.error(str(error))
     except BrokenPipeError:

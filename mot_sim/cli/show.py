@@ -151,10 +151,10 @@ class Show:
     def _wanted(self, span: tuple[int, int | None]) -> "mot_sim.report.opening.Wanted":
         """The drive that is meant."""
         from mot_sim.report.opening import Wanted
-        from mot_sim.simulation.registry import SCENES
+        from mot_sim.simulation.registry import SCENE_NAMES
         from tracker.errors import BadConfig
 
-        is_scene = self.episode in SCENES and not Path(self.episode).is_dir()
+        is_scene = self.episode in SCENE_NAMES and not Path(self.episode).is_dir()
         if self.knobs and not is_scene:
             raise BadConfig(f"--knobs {self.knobs}: '{self.episode}' is no scene")
         knobs = parse_knobs(self.episode, self.knobs) if is_scene else {}

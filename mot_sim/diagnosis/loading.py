@@ -12,8 +12,8 @@ from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.seeded_episodes import default_cache
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.files.fingerprint import code_digest
-from mot_sim.simulation.scene_names import SCENES
-from tracker.errors import BadConfig, DatasetNotFound, UnknownName
+from mot_sim.simulation.registry import scene_maker
+from tracker.errors import BadConfig, DatasetNotFound
 
 
 def scene_tasks(
@@ -27,8 +27,7 @@ def scene_tasks(
 
     Raises UnknownName and BadConfig for what cannot be run.
     """
-    if scene not in SCENES:
-        raise UnknownName.of("scene", scene, SCENES)
+    scene_maker(scene)
     if not len(seeds):
         raise BadConfig("--seeds 0: give 1 or more")
     if min(seeds) < 0:

@@ -6,9 +6,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker import TRACKERS, Camera, Tracker
+from mot_sim.files.named_objects import make_tracker
+from tracker import Camera, Tracker
 from tracker.association import Match
-from tracker.errors import UnknownName
 
 
 @dataclass(eq=False)
@@ -27,9 +27,7 @@ class ForcedAssociation:
 
 
 def forced_tracker(name: str, camera: Camera, told: ForcedAssociation) -> Tracker:
-    """A tracker of TRACKERS that matches, and begins tracks, as it is told."""
-    if name not in TRACKERS:
-        raise UnknownName.of("tracker", name, TRACKERS)
-    tracker = TRACKERS[name](camera)
+    """The tracker of a name, which matches and begins tracks as it is told."""
+    tracker: Tracker = make_tracker(name, camera, Tracker)
     lifecycle = replace(tracker.lifecycle, birth_score=-np.inf)
     return replace(tracker, associate=told, lifecycle=lifecycle, strong_score=-np.inf)

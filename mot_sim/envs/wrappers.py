@@ -1,6 +1,7 @@
 """Wrappers of scene environments: tracks in the observation, running scores in the info."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import gymnasium as gym
@@ -10,9 +11,10 @@ from gymnasium.utils import RecordConstructorArgs
 from mot_sim.envs.counting import RunningClear
 from mot_sim.envs.observing import Observation, observe_tracks, require_padding, track_space
 from mot_sim.envs.runs import FrameTruth
+from mot_sim.files.named_objects import make_tracker
 from mot_sim.metrics import evaluate_sequence
-from tracker import TRACKERS, Camera, Frame, Tracker, Tracks
-from tracker.errors import BadConfig, UnknownName
+from tracker import Camera, Frame, Tracker, Tracks
+from tracker.errors import BadConfig
 
 Step = tuple[Observation, Any, bool, bool, dict[str, Any]]
 TRACKS = "tracks"
@@ -21,8 +23,8 @@ TRACKS = "tracks"
 class TrackObservation(gym.Wrapper[Observation, Any, Observation, Any], RecordConstructorArgs):
     """Adds `tracks` (boxes, ids, mask) to the observation: what a tracker makes of the frames.
 
-    tracker: a name of TRACKERS, or what builds a tracker for a camera. The rows of this moment
-    are `env.tracks`.
+    tracker: a name (`module:name` too), or what builds a tracker for a camera. The rows of this
+    moment are `env.tracks`.
     """
 
     def __init__(
@@ -34,12 +36,11 @@ class TrackObservation(gym.Wrapper[Observation, Any, Observation, Any], RecordCo
         RecordConstructorArgs.__init__(self, tracker=tracker, max_tracks=max_tracks)
         super().__init__(env)
         require_padding("max_tracks", max_tracks)
-        if isinstance(tracker, str) and tracker not in TRACKERS:
-            raise UnknownName.of("tracker", tracker, TRACKERS)
-        build = TRACKERS[tracker] if isinstance(tracker, str) else tracker
+        if isinstance(tracker, str):
+            tracker = partial(make_tracker, tracker)
         self.max_tracks = max_tracks
         self.seen_by: Camera = env.get_wrapper_attr("camera")
-        self.tracker = build(self.seen_by)
+        self.tracker = tracker(self.seen_by)
         self.tracks = Tracks.empty()
         space = env.observation_space
         if not isinstance(space, spaces.Dict):

@@ -16,7 +16,7 @@ from mot_sim.experiments.sweep.tracker_specs import (
 )
 from mot_sim.metrics import RULES
 from mot_sim.simulation.rig import Rig
-from mot_sim.simulation.scene_names import SCENES
+from mot_sim.simulation.registry import scene_maker
 from tracker.errors import BadConfig, UnknownName
 
 TRACKER = "tracker."  # what the names of the trackers' axes begin with
@@ -46,10 +46,12 @@ class Design:
 
     def __post_init__(self) -> None:
         for what, name, known in (
-            ("scene", self.scene, SCENES), ("mode", self.mode, MODES), ("rules", self.rules, RULES),
-        ):  # fmt: skip
+            ("mode", self.mode, MODES),
+            ("rules", self.rules, RULES),
+        ):
             if name not in known:
                 raise UnknownName.of(what, name, known)
+        scene_maker(self.scene)
         for what, count in (("seeds", self.seeds), ("frames", self.frames)):
             if count < 1:
                 raise BadConfig(f"{count} {what}: give 1 or more")

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from pickle import dumps, loads
 from typing import Any
 
@@ -11,6 +12,7 @@ from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from mot_sim.experiments.sweep.cluster import KEPT, WorkersLost, cluster_backend
 from mot_sim.experiments.sweep.work import Job, one_thread, run_alone, run_job
+from mot_sim.files.named_objects import importable
 from tracker.errors import BadConfig
 
 
@@ -72,7 +74,8 @@ class WorkerPool:
         """
         with parallel_config(**self.backend):
             work = Parallel(n_jobs=self.jobs, batch_size=1, return_as="generator_unordered")
-            yield from work(delayed(run_packed)(dumps(job)) for job in jobs)
+            here = str(Path.cwd())
+            yield from work(delayed(run_packed)(dumps(job), here) for job in jobs)
 
 
 def _is_loss(error: Exception) -> bool:
@@ -81,10 +84,11 @@ def _is_loss(error: Exception) -> bool:
     return isinstance(error, TerminatedWorkerError | TimeoutError) or is_dask
 
 
-def run_packed(packed: bytes) -> int:
-    """A job that was packed by whoever asks for it."""
-    job: Job = loads(packed)
-    return run_alone(job)
+def run_packed(packed: bytes, folder: str) -> int:
+    """A job that was packed by whoever asks for it in a working folder, which may hold modules."""
+    with importable(folder):
+        job: Job = loads(packed)
+        return run_alone(job)
 
 
 __all__ = ["Executor", "WorkerPool", "WorkersLost"]
