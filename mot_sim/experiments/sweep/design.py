@@ -15,8 +15,8 @@ from mot_sim.experiments.sweep.tracker_specs import (
     tracker_specs_of,
 )
 from mot_sim.metrics import RULES
-from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.registry import scene_maker
+from mot_sim.simulation.rig import Rig
 from tracker.errors import BadConfig, UnknownName
 
 TRACKER = "tracker."  # what the names of the trackers' axes begin with
