@@ -143,8 +143,11 @@ def _overview(name: str) -> Any:
 
 
 def run_parsed(command: Command, terminal: Terminal) -> int:
-    """Run a command; a TrackingError, or a file that the system refuses, is one line."""
-    from mot_sim.files.named_objects import importable
+    """Run a command; a TrackingError, or a file that the system refuses, is one line.
+
+    So is what the user's own code raises, a scene, a cost or a tracker of the working folder.
+    """
+    from mot_sim.files.named_objects import importable, place_of
     from tracker.errors import TrackingError
 
     try:
@@ -156,6 +159,11 @@ def run_parsed(command: Command, terminal: Terminal) -> int:
         raise
     except OSError as error:
         terminal.error(f"{error.filename or 'input or output'}: {error.strerror or error}")
+    except Exception as error:
+        place = place_of(error, own=True)
+        if place is None:
+            raise  # a fault of ours
+        terminal.error(f"{place}: {type(error).__name__}: {error}")
     return WRONG
 
 

@@ -61,8 +61,8 @@ class Compare:
     """
 
     trackers: Annotated[str, option("NAMES", TRACKERS)] = TRACKERS
-    """Ours: default, paper. Baselines over two frames: iou, iou-greedy. Guests: sort, bytetrack,
-    oc-sort, c-biou, and those of --guest."""
+    """Ours and yours as for mot-sim sweep: default, paper, mine=MODULE:CALLABLE. Baselines over two
+    frames: iou, iou-greedy. Guests: sort, bytetrack, oc-sort, c-biou, and those of --guest."""
     setup: Annotated[str | None, option("NAMES")] = None
     """Do nothing but make the environments of these guests (all: every one), once; this needs a
     package index. They lie in $MOT_SIM_GUESTS, else in your cache folder."""

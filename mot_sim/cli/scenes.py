@@ -31,7 +31,7 @@ class Scenes:
     """
 
     scene: Annotated[str | None, tyro.conf.Positional, option("SCENE", "all")] = None
-    """Show the knobs of this one instead."""
+    """Show the knobs of this one instead; MODULE:FUNCTION for one of your own."""
     seeds: int = SEEDS
     """How many runs each figure is the mean of."""
     json: Flag = False

@@ -50,7 +50,8 @@ class Show:
     """
 
     episode: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="EPISODE")]
-    """A folder of mot-sim record, a KITTI root, or the name of a scene (mot-sim list)."""
+    """A folder of mot-sim record, a KITTI root, or a scene: its name (mot-sim list), or
+    MODULE:FUNCTION of your own."""
     out: Annotated[Path | None, option("FILE|DIR")] = None
     """FILE.mp4 (H.264), FILE.gif, or a folder for 000000.png, ..."""
     rerun: Annotated[Path | None, option("FILE.rrd")] = None

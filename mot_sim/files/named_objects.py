@@ -1,6 +1,5 @@
 """What goes by a name: ours, those of installed packages, and anybody's own as `module:name`."""
 
-import os
 import re
 import sys
 from collections.abc import Iterator, Mapping
@@ -12,11 +11,11 @@ from importlib import import_module, invalidate_caches
 from importlib.metadata import EntryPoint, entry_points
 from inspect import signature
 from pathlib import Path
-from traceback import extract_tb
+from traceback import walk_tb
 from types import ModuleType
 from typing import Any, NoReturn
 
-from mot_sim.files.fingerprint import source_digest
+from mot_sim.files.fingerprint import PACKAGES, source_digest
 from tracker import FRAMEWORKS, TRACKERS, Camera
 from tracker.costs import COSTS
 from tracker.errors import BadConfig, TrackingError, UnknownName
@@ -212,16 +211,31 @@ def _import(where: str, module: str) -> ModuleType:
 def _refuse(where: str, error: BaseException) -> NoReturn:
     """Raise BadConfig: the error of somebody else's code in one line, with file and line."""
     words = " ".join(str(error.msg if isinstance(error, SyntaxError) else error).split())
-    frames = [
-        f"{each.filename}:{each.lineno}"
-        for each in extract_tb(error.__traceback__)
-        if not each.filename.startswith(("<", __file__)) and "importlib" not in each.filename
-    ]
+    place = place_of(error)
+    raise BadConfig(
+        f"{where}: {type(error).__name__}: {words}{f' ({place})' if place else ''}"
+    ) from None
+
+
+def place_of(error: BaseException, own: bool = False) -> str | None:
+    """FILE:LINE of somebody else's code that an error comes from; None where none has a part in it.
+
+    The last line of a module in the working folder; own: of no other.
+    """
+    here = Path.cwd()
+    near, other = [], []
+    for frame, line in walk_tb(error.__traceback__):
+        file = Path(frame.f_code.co_filename)
+        if str(frame.f_globals.get("__name__")).partition(".")[0] in (*PACKAGES, "importlib"):
+            continue
+        is_near = file.is_relative_to(here) and not file.is_relative_to(sys.prefix)
+        (near if is_near else other).append((file, line))
     if isinstance(error, SyntaxError) and error.filename is not None:
-        frames.append(f"{error.filename}:{error.lineno}")
-    near = [each for each in frames if each.startswith(f"{os.getcwd()}{os.sep}")] or frames
-    place = f" ({os.path.relpath(near[-1]) if near is not frames else near[-1]})" if near else ""
-    raise BadConfig(f"{where}: {type(error).__name__}: {words}{place}") from None
+        near.append((Path(error.filename), error.lineno or 1))
+    if near:
+        file, line = near[-1]
+        return f"{file.relative_to(here) if file.is_relative_to(here) else file}:{line}"
+    return f"{other[-1][0]}:{other[-1][1]}" if other and not own else None
 
 
 def _require_not_hidden(where: str, module: str) -> None:
@@ -250,4 +264,5 @@ __all__ = [
     "NameRegister",
     "importable",
     "make_tracker",
+    "place_of",
 ]
