@@ -62,14 +62,16 @@ _ROOMS = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    """One of the names above, from its room."""
-    if name not in _ROOMS:
-        close = get_close_matches(name, _ROOMS, n=1)
-        hint = f"; did you mean {close[0]!r}?" if close else ""
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}")
-    value = globals()[name] = getattr(import_module(_ROOMS[name]), name)
-    return value
+if not TYPE_CHECKING:  # a type checker knows the names above, and no others
+
+    def __getattr__(name: str) -> Any:
+        """One of the names above, from its room."""
+        if name not in _ROOMS:
+            close = get_close_matches(name, _ROOMS, n=1)
+            hint = f"; did you mean {close[0]!r}?" if close else ""
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}")
+        value = globals()[name] = getattr(import_module(_ROOMS[name]), name)
+        return value
 
 
 def __dir__() -> list[str]:
