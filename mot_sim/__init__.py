@@ -5,6 +5,7 @@ record, find_scene`. Rooms may move, these names stay. Importing the package reg
 Gymnasium ids, so that `gym.make("mot_sim/Crossing-v0")` finds them.
 """
 
+from difflib import get_close_matches
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -13,17 +14,21 @@ from mot_sim.envs.registration import register_environments
 if TYPE_CHECKING:
     from mot_sim.datasets import box_sequence, kitti_sequence, read_labels, read_results
     from mot_sim.evaluation.runs import track_sequence
+    from mot_sim.experiments.stress.suites import Suite
     from mot_sim.experiments.sweep import Design, sweep
+    from mot_sim.experiments.sweep.bounds import Bound
     from mot_sim.metrics import Scores, evaluate, evaluate_sequence
     from mot_sim.simulation.episode import Episode, record
     from mot_sim.simulation.registry import SCENES, find_scene
     from mot_sim.simulation.scene import Scene
     from mot_sim.simulation.sensors import Detector
+    from mot_sim.simulation.traffic import Roads, Route, Script, Scripted
     from mot_sim.testing import assert_tracks, mot_episode
     from tracker import Camera, Cuboids, Detections, Frame, Sequence, Tracker, Tracks
 
 # The room that each of these names lives in.
 _ROOMS = {
+    "Bound": "mot_sim.experiments.sweep.bounds",
     "Camera": "tracker",
     "Cuboids": "tracker",
     "Design": "mot_sim.experiments.sweep",
@@ -31,10 +36,15 @@ _ROOMS = {
     "Detector": "mot_sim.simulation.sensors",
     "Episode": "mot_sim.simulation.episode",
     "Frame": "tracker",
+    "Roads": "mot_sim.simulation.traffic",
+    "Route": "mot_sim.simulation.traffic",
     "SCENES": "mot_sim.simulation.registry",
     "Scene": "mot_sim.simulation.scene",
     "Scores": "mot_sim.metrics",
+    "Script": "mot_sim.simulation.traffic",
+    "Scripted": "mot_sim.simulation.traffic",
     "Sequence": "tracker",
+    "Suite": "mot_sim.experiments.stress.suites",
     "Tracker": "tracker",
     "Tracks": "tracker",
     "assert_tracks": "mot_sim.testing",
@@ -52,12 +62,16 @@ _ROOMS = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    """One of the names above, from its room."""
-    if name not in _ROOMS:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = globals()[name] = getattr(import_module(_ROOMS[name]), name)
-    return value
+if not TYPE_CHECKING:  # a type checker knows the names above, and no others
+
+    def __getattr__(name: str) -> Any:
+        """One of the names above, from its room."""
+        if name not in _ROOMS:
+            close = get_close_matches(name, _ROOMS, n=1)
+            hint = f"; did you mean {close[0]!r}?" if close else ""
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}")
+        value = globals()[name] = getattr(import_module(_ROOMS[name]), name)
+        return value
 
 
 def __dir__() -> list[str]:
@@ -69,6 +83,7 @@ register_environments()
 
 __all__ = [
     "SCENES",
+    "Bound",
     "Camera",
     "Cuboids",
     "Design",
@@ -76,9 +91,14 @@ __all__ = [
     "Detector",
     "Episode",
     "Frame",
+    "Roads",
+    "Route",
     "Scene",
     "Scores",
+    "Script",
+    "Scripted",
     "Sequence",
+    "Suite",
     "Tracker",
     "Tracks",
     "assert_tracks",

@@ -41,8 +41,8 @@ DESCRIPTION = """\
 Camera-only multi-object tracking with geometry, and the testbed for it.
 
 Units: metres, seconds, pixels, degrees. Exit codes: 0 done, 1 (doctor, verify,
-compare, sweep, stress, breaking-point) something is wrong, 2 wrong input, 130 interrupted. Help on a
-command: mot-sim COMMAND --help. Version: --version."""
+compare, sweep, stress, breaking-point) something is wrong, 2 wrong input, 130
+interrupted. Help on a command: mot-sim COMMAND --help. Version: --version."""
 
 
 @runtime_checkable
@@ -141,17 +141,27 @@ def _overview(name: str) -> Any:
 
 
 def run_parsed(command: Command, terminal: Terminal) -> int:
-    """Run a command; a TrackingError, or a file that the system refuses, is one line."""
+    """Run a command; a TrackingError, or a file that the system refuses, is one line.
+
+    So is what the user's own code raises, a scene, a cost or a tracker of the working folder.
+    """
+    from mot_sim.files.named_objects import importable, place_of
     from tracker.errors import TrackingError
 
     try:
-        return command(terminal)
+        with importable(os.getcwd()):  # the console script does not look there
+            return command(terminal)
     except TrackingError as error:
         terminal.error(str(error))
     except BrokenPipeError:
         raise
     except OSError as error:
         terminal.error(f"{error.filename or 'input or output'}: {error.strerror or error}")
+    except Exception as error:
+        place = place_of(error, own=True)
+        if place is None:
+            raise  # a fault of ours
+        terminal.error(f"{place}: {type(error).__name__}: {error}")
     return WRONG
 
 

@@ -63,8 +63,8 @@ class Compare:
     """
 
     trackers: Annotated[str, option("NAMES", DEFAULT_TRACKERS)] = DEFAULT_TRACKERS
-    """Ours: default, paper. Baselines over two frames: iou, iou-greedy. Guests: sort, bytetrack,
-    oc-sort, c-biou, and those of --guest."""
+    """Ours and yours as for mot-sim sweep: default, paper, mine=MODULE:CALLABLE. Baselines over two
+    frames: iou, iou-greedy. Guests: sort, bytetrack, oc-sort, c-biou, and those of --guest."""
     setup: Annotated[str | None, option("NAMES")] = None
     """Only create the environments of these guests (or: all), once; this needs a package index.
     They are put into $MOT_SIM_GUESTS, else into your cache folder."""

@@ -1,12 +1,14 @@
 """`mot-sim list`: the names that the other commands take."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import import_module
-from inspect import getdoc
+from inspect import getdoc, getmodule
+from typing import TYPE_CHECKING, Any
 
 from mot_sim.cli.options import Flag, Verbose
 from mot_sim.cli.terminal import OK, Terminal
+
+if TYPE_CHECKING:
+    from mot_sim.files.named_objects import NameRegister
 
 
 @dataclass(frozen=True)
@@ -15,8 +17,9 @@ class List:
 
     mot-sim list
 
-    Scenes, renderers, trackers, costs, associations, detectors, sources of ego-motion, rules,
-    export formats.
+    Scenes, renderers, trackers, costs, associations, suites, detectors, sources of ego-motion,
+    rules, export formats; of mot-sim and of installed packages. Where a scene, tracker, cost,
+    association, suite or renderer is wanted, MODULE:NAME of your own will do as well.
     """
 
     json: Flag = False
@@ -42,37 +45,42 @@ class List:
 
 
 def registers() -> dict[str, dict[str, str]]:
-    """By option: the names it takes, and the first line of what each is."""
+    """By option: the names it takes, and the first line of what each is, or what is wrong."""
     from mot_sim.cli.export import FORMATS
     from mot_sim.datasets import DETECTORS, EGO
+    from mot_sim.experiments.stress.suites import read_suites, suite_names
+    from mot_sim.files.named_objects import ASSOCIATION_NAMES, COST_NAMES, TRACKER_NAMES
     from mot_sim.metrics import RULES
-    from mot_sim.simulation.registry import SCENES
-    from mot_sim.simulation.renderers import AUTO, RENDERERS
-    from tracker import FRAMEWORKS, TRACKERS
-    from tracker.costs import COSTS
+    from mot_sim.simulation.registry import SCENE_NAMES
+    from mot_sim.simulation.renderers import AUTO, RENDERER_NAMES
 
     rows = {name: f"rows of {' '.join(form.columns[:7])}" for name, form in DETECTORS.items()}
     return {
-        "SCENE": _first_lines(SCENES),
-        "--renderer": _first_lines(RENDERERS) | {AUTO: "mesh where there is OpenGL, else raster"},
-        "--tracker": _described(TRACKERS),
-        "--costs": _described(COSTS),
-        "--association": _described(FRAMEWORKS),
+        "SCENE": _named(SCENE_NAMES),
+        "--renderer": _named(RENDERER_NAMES) | {AUTO: "mesh where there is OpenGL, else raster"},
+        "--tracker": _named(TRACKER_NAMES),
+        "--costs": _named(COST_NAMES),
+        "--association": _named(ASSOCIATION_NAMES),
+        "SUITE": _named(suite_names(read_suites())),
         "--detections": dict(sorted(rows.items())),
-        "--ego": _described({name: type(source) for name, source in EGO.items()}),
-        "--rules": _described(RULES),
-        "--to": _described(FORMATS),
+        "--ego": {name: _about(type(source)) for name, source in sorted(EGO.items())},
+        "--rules": {name: _about(rules) for name, rules in sorted(RULES.items())},
+        "--to": {name: _about(form) for name, form in sorted(FORMATS.items())},
     }
 
 
-def _first_lines(register: Mapping[str, str]) -> dict[str, str]:
-    """Of the modules that a register names by string."""
-    modules = {name: place.partition(":")[0] for name, place in sorted(register.items())}
-    return {
-        name: (getdoc(import_module(module)) or "").split("\n")[0]
-        for name, module in modules.items()
-    }
+def _named(register: "NameRegister") -> dict[str, str]:
+    """Of what goes by name."""
+    broken = {name: f"broken: {why}" for name, why in register.broken().items()}
+    whole = [name for name in register.names() if name in register.ours or name not in broken]
+    told = {}
+    for name in sorted(whole):
+        thing = register.find(name)
+        is_in_its_module = isinstance(register.ours.get(name), str)
+        told[name] = _about(getmodule(thing) if is_in_its_module else thing)
+    return told | {name: why for name, why in broken.items() if name not in told}
 
 
-def _described(register: dict) -> dict[str, str]:
-    return {name: (getdoc(thing) or "").split("\n")[0] for name, thing in sorted(register.items())}
+def _about(thing: Any) -> str:
+    """The first line of what a thing says of itself."""
+    return str(getattr(thing, "about", None) or getdoc(thing) or "").split("\n")[0]

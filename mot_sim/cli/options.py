@@ -119,7 +119,8 @@ class TrackerOptions:
     """What is changed in a tracker."""
 
     costs: Annotated[str | None, option("NAME=WEIGHT,...", "the tracker's own")] = None
-    """Pairwise costs and their weights, for example volume=0.6,reprojection=0.4."""
+    """Pairwise costs and their weights, for example volume=0.6,reprojection=0.4; of your own too:
+    my_module:MyCost=0.5."""
     association: Annotated[str | None, option("NAME", "the tracker's own")] = None
     """hungarian or greedy: two frames, online; window: decided a second later, over the frames
     until then; network_flow: over the whole drive. The last two fill gaps and drop weak tracks."""
@@ -141,16 +142,24 @@ class TrackerOptions:
         return self.cues not in (None, "none")
 
     def settings(self, tracker: str) -> "mot_sim.files.settings.Settings":
-        """What decides the results."""
+        """What decides the results; source: of what is none of ours."""
         from mot_sim.evaluation.runs import parse_costs
+        from mot_sim.files.named_objects import ASSOCIATION_NAMES, COST_NAMES, TRACKER_NAMES
 
         costs = None if self.costs is None else parse_costs(self.costs)
+        sources = [
+            TRACKER_NAMES.source(tracker),
+            *(COST_NAMES.source(name) for name in costs or {}),
+            None if self.association is None else ASSOCIATION_NAMES.source(self.association),
+        ]
+        own = [source for source in sources if source is not None]
         weights = [f"{name}={weight!r}" for name, weight in sorted((costs or {}).items())]
         return {
             "tracker": tracker,
             "costs": ",".join(weights) or None,
             "association": self.association,
             "cues": self.cues if self.wants_images else None,
+            **({"source": ",".join(own)} if own else {}),
         }
 
 

@@ -30,7 +30,7 @@ class Record:
     """
 
     scene: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="SCENE")]
-    """Its name (mot-sim list)."""
+    """Its name (mot-sim list), or MODULE:FUNCTION of your own."""
     out: Annotated[Path, option("DIR", "none: it must be given")]
     """A new or empty folder, unless --resume or --overwrite is given."""
     knobs: Annotated[str | None, option("NAME=VALUE,...", "the scene's own")] = None
@@ -104,7 +104,10 @@ class Record:
         scene: "mot_sim.simulation.scene.Scene",
         pictures: "mot_sim.simulation.episodes.PictureOptions",
     ) -> "mot_sim.files.settings.Settings":
-        """What decides the files."""
+        """What decides the files; source: of a scene that is none of ours."""
+        from mot_sim.simulation.registry import SCENE_NAMES
+
+        source = SCENE_NAMES.source(self.scene)
         return {
             "scene": self.scene,
             "knobs": ",".join(f"{name}={value}" for name, value in sorted(scene.knobs.items())),
@@ -113,6 +116,7 @@ class Record:
             "frames": scene.frame_count,
             "pictures": ",".join(pictures.parts) or None,
             "renderer": pictures.renderer if pictures.parts else None,
+            **({} if source is None else {"source": source}),
         }
 
     def _say_interrupted(self, terminal: Terminal) -> None:

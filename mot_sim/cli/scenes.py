@@ -31,7 +31,7 @@ class Scenes:
     """
 
     scene: Annotated[str | None, tyro.conf.Positional, option("SCENE", "all")] = None
-    """Show the knobs of this one instead."""
+    """Show the knobs of this one instead; MODULE:FUNCTION for one of your own."""
     seeds: int = SEEDS
     """How many runs each figure is the mean of."""
     json: Flag = False
@@ -46,13 +46,18 @@ class Scenes:
             return OK
         from functools import partial
 
-        from mot_sim.simulation.registry import SCENES, find_scene
+        from mot_sim.simulation.registry import SCENE_NAMES, find_scene
         from mot_sim.simulation.scene_figures import figures_of
         from tracker.errors import BadConfig
 
         if self.seeds < 1:
             raise BadConfig(f"--seeds {self.seeds}: give 1 or more")
-        scenes = {name: find_scene(name) for name in SCENES}
+        broken = SCENE_NAMES.broken()
+        for why in broken.values():
+            terminal.note(why)
+        ours = SCENE_NAMES.ours
+        names = [each for each in SCENE_NAMES.names() if each in ours or each not in broken]
+        scenes = {name: find_scene(name) for name in names}
         total = self.seeds * sum(scene.frame_count for scene in scenes.values())
         with terminal.progress(total, unit="frames") as advance:
             measured = {

@@ -51,7 +51,8 @@ class Show:
     """
 
     episode: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="EPISODE")]
-    """A folder of mot-sim record, a KITTI root, or the name of a scene (mot-sim list)."""
+    """A folder of mot-sim record, a KITTI root, or a scene: its name (mot-sim list), or
+    MODULE:FUNCTION of your own."""
     out: Annotated[Path | None, option("FILE|DIR")] = None
     """FILE.mp4 (H.264), FILE.gif, or a folder for 000000.png, ..."""
     rerun: Annotated[Path | None, option("FILE.rrd")] = None
@@ -156,10 +157,10 @@ class Show:
     def _request(self, span: tuple[int, int | None]) -> "mot_sim.report.opening.DriveRequest":
         """The drive that the options name."""
         from mot_sim.report.opening import DriveRequest
-        from mot_sim.simulation.registry import SCENES
+        from mot_sim.simulation.registry import SCENE_NAMES
         from tracker.errors import BadConfig
 
-        is_scene = self.episode in SCENES and not Path(self.episode).is_dir()
+        is_scene = self.episode in SCENE_NAMES and not Path(self.episode).is_dir()
         if self.knobs and not is_scene:
             raise BadConfig(f"--knobs {self.knobs}: '{self.episode}' is no scene")
         knobs = parse_knobs(self.episode, self.knobs) if is_scene else {}

@@ -28,7 +28,7 @@ class Stress:
     """
 
     suites: tyro.conf.Positional[Annotated[tuple[str, ...], option("SUITE", "all of them")]] = ()
-    """Names of suites, see --list."""
+    """Names of suites, see --list; or MODULE:NAME of your own."""
     list_suites: Annotated[bool, tyro.conf.arg(name="list", help_behavior_hint="")] = False
     """Show the suites and their bounds."""
     trackers: Annotated[str, option("NAMES", "default")] = "default"

@@ -93,8 +93,8 @@ class Tables:
         """How much is measured."""
         from mot_sim.datasets import find_root
         from mot_sim.experiments.paper.studies import JUNCTIONS, PaperConfig
-        from mot_sim.simulation.scene_names import SCENES
-        from tracker.errors import BadConfig, UnknownName
+        from mot_sim.simulation.registry import scene_maker
+        from tracker.errors import BadConfig
 
         seeds = (
             self.seeds if self.seeds is not None else QUICK_SEEDS if self.quick else DEFAULT_SEEDS
@@ -104,8 +104,7 @@ class Tables:
         named = self.scenes.split(",") if self.scenes else None
         scenes = tuple(name.strip() for name in named) if named else JUNCTIONS
         for name in scenes:
-            if name not in SCENES:
-                raise UnknownName.of("scene", name, SCENES)
+            scene_maker(name)
         has_kitti = self.root is not None or bool(os.environ.get("MOT_SIM_KITTI_ROOT"))
         return PaperConfig(
             self.out,

@@ -16,6 +16,7 @@ OK, BROKEN, WRONG, INTERRUPTED = 0, 1, 2, 130
 STDOUT = "-"
 LEVELS = (logging.WARNING, logging.INFO, logging.DEBUG)
 LOGGERS = ("mot_sim", "tracker")
+PLAIN = {"highlight": False, "emoji": False}  # `module:car:` is no picture
 REDRAW_SECONDS = 0.1  # between redraws of the bar; faster trackers must not wait for it
 NOTE_SECONDS = 30.0  # between lines about the progress where no bar can be drawn
 
@@ -32,8 +33,8 @@ class PipeConsole(Console):
 class Terminal:
     """The two streams of this process. Text is shown as it is: no markup, no highlighting."""
 
-    out: Console = field(default_factory=lambda: PipeConsole(highlight=False))
-    err: Console = field(default_factory=lambda: PipeConsole(stderr=True, highlight=False))
+    out: Console = field(default_factory=lambda: PipeConsole(**PLAIN))
+    err: Console = field(default_factory=lambda: PipeConsole(stderr=True, **PLAIN))
 
     def show(self, what: RenderableType) -> None:
         """A table on stdout; as wide as the terminal, or 80 columns."""

@@ -31,7 +31,8 @@ class Track:
     out: Annotated[Path, option("DIR", "none: it must be given")]
     """Where the results go: a new or empty folder, unless --resume or --overwrite is given."""
     tracker: Annotated[str, option("NAME", "default")] = "default"
-    """default (memory, motion model, two score stages) or paper (the paper's two frames)."""
+    """default (memory, motion model, two score stages), paper (the paper's two frames), or
+    MODULE:FUNCTION of your own that gives a Tracker."""
     method: TrackerOptions = field(default_factory=TrackerOptions)
     kitti: KittiOptions = field(default_factory=KittiOptions)
     boxes: Annotated[Path | None, option("FILE")] = None

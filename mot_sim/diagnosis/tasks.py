@@ -21,9 +21,9 @@ from mot_sim.experiments.sweep.seeded_episodes import default_cache
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.files.fingerprint import DIGEST_LETTERS, code_digest, digest
 from mot_sim.simulation.episodes.extra import Extra
-from mot_sim.simulation.scene_names import SCENES
+from mot_sim.simulation.registry import scene_maker
 from mot_sim.simulation.truth import labels
-from tracker.errors import BadConfig, DatasetNotFound, UnknownName
+from tracker.errors import BadConfig, DatasetNotFound
 from tracker.types import Tracks
 
 
@@ -161,8 +161,7 @@ def scene_tasks(
 
     Raises UnknownName and BadConfig for what cannot be run.
     """
-    if scene not in SCENES:
-        raise UnknownName.of("scene", scene, SCENES)
+    scene_maker(scene)
     if not len(seeds):
         raise BadConfig("--seeds 0: give 1 or more")
     if min(seeds) < 0:

@@ -26,10 +26,11 @@ from mot_sim.envs.observations import (
 )
 from mot_sim.envs.rollouts import ReplayPickle, scene_made
 from mot_sim.envs.wrappers import RunningClear, counted_labels
+from mot_sim.files.named_objects import make_tracker
 from mot_sim.simulation.scene import Knob
-from tracker import TRACKERS, CostMatrix, Tracks
+from tracker import CostMatrix, Tracker, Tracks
 from tracker.association import Hungarian, Match
-from tracker.errors import BadConfig, UnknownName
+from tracker.errors import BadConfig
 from tracker.types import Detections, Frame
 
 EMPTY_SLOT = -1  # the id in a slot without a track
@@ -89,9 +90,7 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
         self.metadata, self.render_mode = {"render_modes": []}, None
         self.max_detections, self.max_tracks = max_detections, max_tracks
         self._source: EpisodeSource = _source_of(scene, episodes, pool, knobs)
-        if tracker not in TRACKERS:
-            raise UnknownName.of("tracker", tracker, TRACKERS)
-        ours = TRACKERS[tracker](self._source.camera)
+        ours: Tracker = make_tracker(tracker, self._source.camera, Tracker)
         # Tracks begin where the action says so, whatever the score.
         self._tracker = replace(ours, lifecycle=replace(ours.lifecycle, birth_score=-np.inf))
         self._episode: int | None = None

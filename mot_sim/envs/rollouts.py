@@ -81,7 +81,7 @@ class LiveRollout(Rollout):
         first = driver.reset_live(random_numbers.named_stream(seed, "traffic"))
         rollout = cls(scene, seed, RecordedTraffic.of([first]), driver)
         rollout.log.append(first)
-        vehicles = scene.vehicle_sampler.cast(rollout.traffic, seed)
+        vehicles = scene.vehicle_sampler.sample(rollout.traffic, seed)
         rollout.meshes.append(SceneMeshes(vehicles, scene.rig))
         return rollout
 
@@ -106,7 +106,7 @@ class LiveRollout(Rollout):
         is_new = ~np.isin(now.ids, known.ids)
         if is_new.any():
             traffic = RecordedTraffic.of([only(now, is_new)])
-            new = self.scene.vehicle_sampler.cast(traffic, self.seed)
+            new = self.scene.vehicle_sampler.sample(traffic, self.seed)
             vehicles = Vehicles.concatenate((known, new))
             vehicles = vehicles.select(np.argsort(vehicles.ids))
             self.meshes[:] = [SceneMeshes(vehicles, self.scene.rig)]

@@ -22,7 +22,7 @@ from mot_sim.envs.rollouts import (
 from mot_sim.envs.wrappers import Scored, TrackObservation
 from mot_sim.simulation.imaging import RenderedImages
 from mot_sim.simulation.registry import knobs_of
-from mot_sim.simulation.renderers import AUTO, RENDERERS
+from mot_sim.simulation.renderers import AUTO, RENDERER_NAMES, RENDERERS
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scene import Knob, Rollout, Scene
 from mot_sim.simulation.traffic.driving import COMMANDS, driving_reward
@@ -231,7 +231,7 @@ def require_words(traffic: str, render_mode: str | None, renderer: str, kept_run
         raise UnknownName.of("traffic", traffic, TRAFFIC)
     if render_mode not in (None, *RENDER_MODES):
         raise UnknownName.of("render mode", str(render_mode), RENDER_MODES)
-    if renderer not in (*RENDERERS, AUTO):
+    if renderer != AUTO and renderer not in RENDERER_NAMES:
         raise UnknownName.of("renderer", renderer, (*RENDERERS, AUTO))
     if kept_runs < 0:
         raise BadConfig(f"kept_runs is {kept_runs}: give 0 or more")
@@ -243,7 +243,7 @@ def find_long_scene(name: str, knobs: dict[str, Knob]) -> Scene:
     for knob in knobs:
         if knob not in known:
             raise UnknownName.of(f"option or knob of scene {name}:", knob, (*OPTIONS, *known))
-    frames = knobs.get("frames", known["frames"])
+    frames = knobs.get("frames", known.get("frames"))
     if type(frames) is int and frames < 2:
         raise BadConfig(f"frames of scene {name} is {frames}: an environment needs 2 or more")
     return scene_made(name, tuple(sorted(knobs.items())))

@@ -6,6 +6,7 @@ far.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import gymnasium as gym
@@ -20,12 +21,13 @@ from mot_sim.envs.observations import (
     track_space,
 )
 from mot_sim.envs.rollouts import FrameTruth
+from mot_sim.files.named_objects import make_tracker
 from mot_sim.metrics import evaluate_sequence
 from mot_sim.metrics.clear import CONTINUING_BONUS
 from mot_sim.metrics.matching import EPSILON, Overlaps, solve_frame
 from mot_sim.metrics.preprocessing import MIN_OVERLAP, counted_output, prepare_sequence
-from tracker import TRACKERS, Camera, Frame, Tracker, Tracks
-from tracker.errors import BadConfig, UnknownName
+from tracker import Camera, Frame, Tracker, Tracks
+from tracker.errors import BadConfig
 
 Step = tuple[Observation, Any, bool, bool, dict[str, Any]]
 TRACKS_KEY = "tracks"
@@ -34,8 +36,8 @@ TRACKS_KEY = "tracks"
 class TrackObservation(gym.Wrapper[Observation, Any, Observation, Any], RecordConstructorArgs):
     """Adds `tracks` (boxes, ids, mask) to the observation: what a tracker makes of the frames.
 
-    tracker: a name of TRACKERS, or a function that builds a tracker for a camera. The rows of
-    this moment are `env.tracks`.
+    tracker: a name (`module:name` too), or what builds a tracker for a camera. The rows of this
+    moment are `env.tracks`.
     """
 
     def __init__(
@@ -47,12 +49,11 @@ class TrackObservation(gym.Wrapper[Observation, Any, Observation, Any], RecordCo
         RecordConstructorArgs.__init__(self, tracker=tracker, max_tracks=max_tracks)
         super().__init__(env)
         require_padding("max_tracks", max_tracks)
-        if isinstance(tracker, str) and tracker not in TRACKERS:
-            raise UnknownName.of("tracker", tracker, TRACKERS)
-        build = TRACKERS[tracker] if isinstance(tracker, str) else tracker
+        if isinstance(tracker, str):
+            tracker = partial(make_tracker, tracker)
         self.max_tracks = max_tracks
         self.seen_by: Camera = env.get_wrapper_attr("camera")
-        self.tracker = build(self.seen_by)
+        self.tracker = tracker(self.seen_by)
         self.tracks = Tracks.empty()
         space = env.observation_space
         if not isinstance(space, spaces.Dict):

@@ -12,9 +12,15 @@ from numpy import ndarray as Array
 
 from mot_sim.datasets import KittiSequence, read_results
 from mot_sim.evaluation.run_folder import RunFolder, SequenceStatistics
-from tracker import FRAMEWORKS, TRACKERS, Camera, Delayed, Sequence, Tracker, Tracks
-from tracker.costs import COSTS, WeightedCosts
-from tracker.errors import BadConfig, UnknownName
+from mot_sim.files.named_objects import (
+    ASSOCIATION_NAMES,
+    COST_NAMES,
+    TRACKER_NAMES,
+    make_tracker,
+)
+from tracker import Camera, Delayed, Sequence, Tracker, Tracks
+from tracker.costs import Cost, WeightedCosts
+from tracker.errors import BadConfig
 from tracker.front_end import STAGES, FrontEnd, SequenceWithCues, parse_cues
 
 # Called after every frame with the name of its sequence and the number of frames so far.
@@ -34,6 +40,7 @@ log = logging.getLogger(__name__)
 class Recipe:
     """How to build a tracker, all by name; the names are checked here, the camera comes later.
 
+    tracker, costs and associate may be your own as well: `module:name`, see `NameRegister`.
     costs: weights by the cost's name in place of the tracker's own, to which those of CUE_COSTS
     are added for measured cues. associate: likewise. cues: what is measured in images, see
     `tracker.front_end.parse_cues`.
@@ -45,13 +52,11 @@ class Recipe:
     cues: str = "none"
 
     def __post_init__(self) -> None:
-        if self.tracker not in TRACKERS:
-            raise UnknownName.of("tracker", self.tracker, TRACKERS)
-        if self.associate is not None and self.associate not in FRAMEWORKS:
-            raise UnknownName.of("association", self.associate, FRAMEWORKS)
+        TRACKER_NAMES.find(self.tracker)
+        if self.associate is not None:
+            ASSOCIATION_NAMES.find(self.associate)
         for name, weight in (self.costs or {}).items():
-            if name not in COSTS:
-                raise UnknownName.of("cost", name, COSTS)
+            COST_NAMES.make(name, Cost)
             if not (isfinite(weight) and weight > 0.0):
                 raise BadConfig(f"the weight of {name} is {weight:g}; weights are above 0")
         _ = self.front_end
@@ -63,17 +68,22 @@ class Recipe:
 
     def build(self, camera: Camera) -> Tracker | Delayed:
         """The tracker for a camera; another association keeps the tracker's largest cost."""
-        tracker = TRACKERS[self.tracker](camera)
+        tracker: Tracker = make_tracker(self.tracker, camera, Tracker)
         added = {CUE_COSTS[cue][0]: CUE_COSTS[cue][1] for cue in parse_cues(self.cues)}
         own: WeightedCosts = () if self.costs is not None else tracker.costs
         named = (added if self.costs is None else self.costs).items()
-        costs = own + tuple((weight, COSTS[name]()) for name, weight in named)
+        costs = own + tuple((weight, COST_NAMES.make(name, Cost)) for name, weight in named)
         tracker = replace(tracker, costs=costs)
-        return tracker if self.associate is None else FRAMEWORKS[self.associate](tracker)
+        if self.associate is None:
+            return tracker
+        whole: Tracker | Delayed = ASSOCIATION_NAMES.make(
+            self.associate, (Tracker, Delayed), tracker
+        )
+        return whole
 
 
 def parse_costs(text: str) -> dict[str, float]:
-    """Weights by cost from `volume=0.6,reprojection=0.4`; a name alone weighs 1."""
+    """Weights by cost from `volume=0.6,my_module:MyCost=0.4`; a name alone weighs 1."""
     weights: dict[str, float] = {}
     for part in text.split(","):
         name, _, weight = (piece.strip() for piece in part.partition("="))

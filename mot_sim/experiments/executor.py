@@ -10,6 +10,7 @@ from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib import import_module
+from pathlib import Path
 from pickle import dumps, loads
 from threading import Event, Thread
 from typing import Any, TypeVar
@@ -19,6 +20,7 @@ from joblib import Parallel, delayed, parallel_config
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 from threadpoolctl import threadpool_limits
 
+from mot_sim.files.named_objects import importable
 from tracker.errors import BadConfig, TrackingError
 
 CONNECT_TIMEOUT = 10.0  # seconds that a scheduler may take to answer
@@ -109,17 +111,24 @@ class WorkerPool:
         """
         with parallel_config(**self.backend):
             work = Parallel(n_jobs=self.jobs, batch_size=1, return_as="generator_unordered")
+            here = str(Path.cwd())
             yield from work(
-                delayed(_run_packed)(function, place, dumps(task))
+                delayed(_run_packed)(function, place, dumps(task), here)
                 for place, task in enumerate(tasks)
             )
 
 
-def _run_packed(function: Callable[[Any], Result], place: int, packed: bytes) -> tuple[int, Result]:
-    """A task in a worker process, whose libraries have one thread from now on."""
+def _run_packed(
+    function: Callable[[Any], Result], place: int, packed: bytes, folder: str
+) -> tuple[int, Result]:
+    """A task in a worker process, whose libraries have one thread from now on.
+
+    folder: the working folder of whoever asks for it, which may hold modules of the user's own.
+    """
     threadpool_limits(1)
     cv2.setNumThreads(1)
-    return place, function(loads(packed))
+    with importable(folder):
+        return place, function(loads(packed))
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 """What a result hangs on, as one short word: settings, the code, and the libraries it runs on."""
 
 import json
+import sys
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from functools import lru_cache
@@ -14,6 +15,7 @@ import numpy as np
 from mot_sim.files.settings import versions
 
 FORMAT = 1  # of a sweep's folder and of its trials; raised when either changes
+PACKAGES = ("tracker", "mot_sim", "scenes")  # ours
 DIGEST_LETTERS = 32  # hexadecimal digits of a digest that are kept: 128 bits
 
 # The rooms of mot_sim that decide no number of a trial, and what of the experiments does.
@@ -57,15 +59,26 @@ def canonical(content: Any) -> Any:
             for each in fields(content)
             if each.init
         }
-        return {f"{kind.__module__}:{kind.__qualname__}": values}
-    return f"{type(content).__module__}:{type(content).__qualname__}"
+        return {_kind(kind): values}
+    return _kind(type(content))
+
+
+def _kind(kind: type) -> str:
+    """A class by name; one that is neither ours nor of a library that `versions` tells, and source.
+
+    So a cost or an effect of somebody's own counts as another when its file is edited.
+    """
+    name = f"{kind.__module__}:{kind.__qualname__}"
+    top = kind.__module__.partition(".")[0]
+    known = {*PACKAGES, *sys.stdlib_module_names, "numpy", "scipy", "__main__"}
+    return name if top in known else f"{name}:{source_digest(kind.__module__)}"
 
 
 @lru_cache(maxsize=1)
 def code_digest() -> str:
     """Of the source of everything that computes a trial, and of the versions it runs on."""
     total = sha256()
-    for package in ("tracker", "mot_sim", "scenes"):
+    for package in PACKAGES:
         home = _home(package)
         for path in sorted(path for path in home.rglob("*") if path.suffix in CODE_SUFFIXES):
             name = path.relative_to(home.parent)

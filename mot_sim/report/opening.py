@@ -23,7 +23,7 @@ from mot_sim.evaluation.runs import Recipe, track_sequence
 from mot_sim.metrics.matching import same_frame_pairs
 from mot_sim.simulation.episode import SimulatedDrive, record
 from mot_sim.simulation.episodes import EpisodeFiles, read_episode, stored_episodes
-from mot_sim.simulation.registry import SCENES, find_scene
+from mot_sim.simulation.registry import SCENE_NAMES, find_scene
 from mot_sim.simulation.scene import Knob
 from tracker.errors import BadConfig, BadTracks, DatasetNotFound, UnknownName
 from tracker.geometry import box_iou
@@ -68,13 +68,13 @@ class DriveRequest:
                 raise BadConfig(f"--knobs belong to a scene; {folder} is recorded already")
             stored = stored_episodes(folder)
             return self._stored(folder, stored) if stored else self._kitti(folder)
-        if self.episode in SCENES:
+        if self.episode in SCENE_NAMES:
             return self._scene()
         if len(folder.parts) > 1 or folder.exists():
             raise DatasetNotFound(
                 f"{folder}: no such folder; give one of mot-sim record, a KITTI root, or a scene"
             )
-        raise UnknownName.of("folder or scene", self.episode, SCENES)
+        raise UnknownName.of("folder or scene", self.episode, SCENE_NAMES.names())
 
     def _scene(self) -> RecordedSequence:
         """A scene, run on the way; images are drawn when they are asked for."""

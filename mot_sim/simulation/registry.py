@@ -2,31 +2,39 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from importlib import import_module
 from inspect import Parameter, signature
 from typing import Any
 
+from mot_sim.files.named_objects import NameRegister
 from mot_sim.simulation.scene import Knob, Scene
-from mot_sim.simulation.scene_names import SCENES
+from mot_sim.simulation.scene_names import SCENE_GROUP, SCENES
 from mot_sim.simulation.scenery import Knobs as Surroundings
 from mot_sim.simulation.scenery import find_weather
 from tracker.errors import BadConfig, UnknownName
 
-# What can be set for every scene: a name of `mot_sim.simulation.scenery.WEATHERS`, and how many houses, trees,
-# lamps and signs stand beside the roads (1 = as in a usual town, at most 3).
-# profile: of the detector's noise, a name of `mot_sim.simulation.sensors.PROFILES` or a TOML file.
+SCENE_NAMES = NameRegister("scene", SCENES, SCENE_GROUP)
+# What can be set for every scene: the detector's noise (see `mot_sim.simulation.sensors.
+# find_profile`), a name of `mot_sim.simulation.scenery.WEATHERS`, and how many houses, trees, lamps
+# and signs stand beside the roads (1 = as in a usual town, at most 3).
 COMMON: dict[str, Any] = {
-    "profile": "rrc", "weather": "noon", "houses": 1.0, "trees": 1.0, "furniture": 1.0,
-}  # fmt: skip
+    "profile": "rrc",
+    "weather": "noon",
+    "houses": 1.0,
+    "trees": 1.0,
+    "furniture": 1.0,
+}
+KNOB_TYPES = (int, float, str, bool)
 
 
 def find_scene(name: str, **knobs: Knob) -> Scene:
     """The scene of a name, with some of its knobs turned.
 
-    Raises UnknownName for names and knobs that are not there, with the nearest known one, and
-    BadConfig for values of another type or outside a knob's range.
+    name: of SCENES, of a scene that an installed package registers, or `module:function` of one
+    of your own. Raises UnknownName for names and knobs that are not there, with the nearest known
+    one, and BadConfig for values of another type or outside a knob's range, and for a function
+    that cannot be loaded, raises, or gives no Scene.
     """
-    make, known = scene_maker(name), knobs_of(name)
+    known = knobs_of(name)
     own = set(known) - set(COMMON)
     for knob, value in knobs.items():
         if knob not in known:
@@ -39,7 +47,7 @@ def find_scene(name: str, **knobs: Knob) -> Scene:
                 f"example {known[knob]!r}"
             )
     values = known | {knob: type(known[knob])(value) for knob, value in knobs.items()}
-    scene = make(**{knob: values[knob] for knob in own})
+    scene: Scene = SCENE_NAMES.make(name, Scene, **{knob: values[knob] for knob in own})
     amounts = {knob: values[knob] for knob in ("houses", "trees", "furniture")}
     return replace(
         scene,
@@ -52,19 +60,36 @@ def find_scene(name: str, **knobs: Knob) -> Scene:
 
 
 def knobs_of(name: str) -> dict[str, Any]:
-    """The knobs of a scene with their defaults, its own and those that all scenes have."""
-    parameters = signature(scene_maker(name)).parameters.values()
-    own = {each.name: each.default for each in parameters if each.kind is Parameter.KEYWORD_ONLY}
+    """The knobs of a scene with their defaults, its own and those that all scenes have.
+
+    Raises as `find_scene`, and BadConfig for arguments that cannot be knobs.
+    """
+    try:
+        parameters = signature(scene_maker(name)).parameters.values()
+    except (TypeError, ValueError) as error:  # not callable, or of C
+        raise BadConfig(f"scene {name!r} is no function: {error}") from None
+    own: dict[str, Any] = {}
+    for each in parameters:
+        if each.kind in (Parameter.VAR_POSITIONAL, Parameter.VAR_KEYWORD):
+            continue
+        if each.kind is Parameter.POSITIONAL_ONLY or type(each.default) not in KNOB_TYPES:
+            raise BadConfig(
+                f"scene {name!r}: argument {each} cannot be a knob: give it a default that is a "
+                "number, a word, True or False, as in def my_scene(*, speed=14.0, frames=100)"
+            )
+        if each.name in COMMON:
+            raise BadConfig(
+                f"scene {name!r}: argument {each.name} is a knob that all scenes have: "
+                "give it another name"
+            )
+        own[each.name] = each.default
     return own | COMMON
 
 
 def scene_maker(name: str) -> Callable[..., Scene]:
-    """The function that makes the scene of a name."""
-    if name not in SCENES:
-        raise UnknownName.of("scene", name, SCENES)
-    module, _, attribute = SCENES[name].partition(":")
-    maker: Callable[..., Scene] = getattr(import_module(module), attribute)
+    """The function that makes the scene of a name. Raises as `find_scene`."""
+    maker: Callable[..., Scene] = SCENE_NAMES.find(name)
     return maker
 
 
-__all__ = ["COMMON", "SCENES", "find_scene", "knobs_of", "scene_maker"]
+__all__ = ["COMMON", "SCENES", "SCENE_NAMES", "find_scene", "knobs_of", "scene_maker"]

@@ -1,5 +1,6 @@
 """The register of scenes; it imports nothing, so that their names cost nothing."""
 
+SCENE_GROUP = "mot_sim.scenes"  # of the entry points by which other packages register theirs
 # The name of a scene: the module and the function that makes it; its arguments are its knobs.
 SCENES: dict[str, str] = {
     "crossing": "scenes.crossing:crossing",

@@ -14,13 +14,13 @@ from gymnasium.utils.env_checker import check_env
 
 import mot_sim  # noqa: F401  (registers the ids)
 from mot_sim.envs.errors import BadAction, OutOfTurn
-from mot_sim.envs.registration import environment_id
+from mot_sim.envs.registration import ANY_SCENE, environment_id
 from mot_sim.simulation.registry import SCENES, knobs_of
 from mot_sim.simulation.traffic.driving import COMMANDS
 from tracker.errors import BadConfig, UnknownName
 
 ASSOCIATION = "mot_sim/Association-v0"
-SCENE_OF = {environment_id(name): name for name in SCENES}
+SCENE_OF = {environment_id(name): name for name in SCENES} | {ANY_SCENE: "crossing"}
 IDS = sorted(name for name in gym.registry if name.startswith("mot_sim/"))
 # As little as a scene can be asked for, so that all of this takes seconds.
 LITTLE = {

@@ -13,8 +13,11 @@ from mot_sim.experiments.guests.exchange import read_guest_results, read_seconds
 from mot_sim.experiments.guests.failure import ExternalTrackerFailed
 from mot_sim.experiments.guests.processes import run_process
 from mot_sim.experiments.guests.register import GUESTS, ExternalTracker
+from mot_sim.experiments.sweep.tracker_specs import Steps, TrackerSpec
+from mot_sim.experiments.sweep.trial import require_rows
+from mot_sim.files.named_objects import TRACKER_NAMES
 from mot_sim.files.settings import require_empty
-from tracker import TRACKERS, Camera, Tracker, Tracks
+from tracker import Camera, Tracker, Tracks
 from tracker.association import Greedy, Hungarian
 from tracker.costs import ImageOverlap
 from tracker.dynamics import ConstantPosition
@@ -55,35 +58,51 @@ class SequenceTracker(Protocol):
 
 @dataclass(frozen=True)
 class OwnTracker:
-    """A tracker of this process, made anew for every drive.
+    """A tracker of this process, ours or yours, made anew for every drive.
 
     uses_motion: whether it is told how the camera moved.
     """
 
     name: str
-    build: Callable[[Camera], Tracker]
+    build: Callable[[Camera], Steps]
     uses_motion: bool = True
 
     def track(self, drives: Sequence[RecordedSequence]) -> TrackedSequences:
-        """The tracks of every drive."""
+        """The tracks of every drive. Raises TrackingError for whatever the tracker raises."""
         tracks, seconds, min_score = {}, {}, 0.0
         for drive in drives:
             tracker = self.build(drive.camera)
-            min_score = tracker.suppress.min_score
-            tracks[drive.name], seconds[drive.name] = self._track(tracker, drive)
+            min_score = getattr(getattr(tracker, "suppress", None), "min_score", 0.0)
+            try:
+                tracks[drive.name], seconds[drive.name] = self._track(tracker, drive)
+            except TrackingError:
+                raise
+            except (Exception, SystemExit) as error:  # noqa: BLE001
+                words = " ".join(f"{type(error).__name__}: {error}".split())
+                raise TrackingError(
+                    f"tracker {self.name} failed on {drive.name}: {words}"
+                ) from None
         return TrackedSequences(tracks, seconds, min_score)
 
-    def _track(self, tracker: Tracker, drive: RecordedSequence) -> tuple[Tracks, float]:
-        """The tracks of one drive, and the CPU seconds of the steps."""
+    def _track(self, tracker: Steps, drive: RecordedSequence) -> tuple[Tracks, float]:
+        """The tracks of one drive, and the CPU seconds of the calls."""
+        finish = getattr(tracker, "finish", None)
+        came: list[int] = []
         parts, seconds = [Tracks.empty()], 0.0
         for frame in drive:
             if not self.uses_motion:
                 frame = replace(frame, T_now_before=None, motion_cov=None)  # noqa: PLW2901
             start = process_time()
-            rows = tracker.step(frame)
+            parts.append(tracker.step(frame))
             seconds += process_time() - start
-            parts.append(replace(rows, cuboids=None))
-        return Tracks.concatenate(parts), seconds
+            came.append(frame.index)
+            require_rows(parts[-1], came if finish else came[-1:])
+        if finish:
+            start = process_time()
+            parts.append(finish())
+            seconds += process_time() - start
+            require_rows(parts[-1], came)
+        return Tracks.concatenate([replace(rows, cuboids=None) for rows in parts]), seconds
 
 
 @dataclass(frozen=True)
@@ -104,8 +123,8 @@ class ExternalSequenceTracker:
     def track(self, drives: Sequence[RecordedSequence]) -> TrackedSequences:
         """The tracks of every drive.
 
-        Raises ExternalTrackerFailed, with the guest's stderr, when it fails, takes too long or writes
-        rubbish (file, line and value are named).
+        Raises ExternalTrackerFailed, with the guest's stderr, when it fails, takes too long or
+        writes rubbish (file, line and value are named).
         """
         require_different_names(drives)
         with self._exchange() as folder:
@@ -158,17 +177,20 @@ BASELINES: dict[str, Callable[[Camera], Tracker]] = {
 def find_sequence_tracker(
     name: str, guests: Mapping[str, ExternalTracker] = GUESTS, folder: Path | None = None
 ) -> SequenceTracker:
-    """A tracker by name: of TRACKERS, of BASELINES, or a guest.
+    """A tracker by name: of BASELINES, a guest, or as `mot-sim sweep --trackers` takes it.
 
-    folder: where a guest's files stay. Raises UnknownName with the nearest name.
+    folder: where a guest's files stay. Raises UnknownName with the nearest name, BadConfig for a
+    tracker of yours that cannot be built.
     """
-    if name in TRACKERS:
-        return OwnTracker(name, TRACKERS[name])
     if name in BASELINES:
         return OwnTracker(name, BASELINES[name], uses_motion=False)
     if name in guests:
         return ExternalSequenceTracker(guests[name], folder)
-    raise UnknownName.of("tracker", name, [*TRACKERS, *BASELINES, *guests])
+    spec = TrackerSpec.parse(name)
+    if ":" not in spec.made_by and spec.made_by not in TRACKER_NAMES:
+        raise UnknownName.of("tracker", name, [*TRACKER_NAMES.names(), *BASELINES, *guests])
+    spec.check()
+    return OwnTracker(spec.name, spec.build)
 
 
 def require_different_names(drives: Sequence[RecordedSequence]) -> None:

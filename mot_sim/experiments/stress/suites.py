@@ -13,6 +13,7 @@ from mot_sim.experiments.sweep.running import Progress, sweep
 from mot_sim.experiments.sweep.summary import Interval, summary
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.files.documents import read_toml, require_inside
+from mot_sim.files.named_objects import NameRegister
 from mot_sim.tables.grid import COUNTS
 from tracker.errors import BadFile, UnknownName
 
@@ -101,12 +102,22 @@ def _suite(name: str, table: Any, path: Path) -> Suite:
     return Suite(name=name, bounds=bounds, **given)
 
 
+def suite_names(known: Mapping[str, Suite]) -> NameRegister:
+    """These suites, and what else a suite can be named by."""
+    return NameRegister("suite", known, "mot_sim.suites", "suite")
+
+
 def find_suites(names: Sequence[str], known: Mapping[str, Suite]) -> list[Suite]:
-    """The suites of these names; all of them for no name. Raises UnknownName."""
-    for name in names:
-        if name not in known:
-            raise UnknownName.of("suite", name, known)
-    return [known[name] for name in names or known]
+    """The suites of these names; all of the known ones for no name.
+
+    A name is a known one, one of an installed package, or `module:name` of a Suite, or of what
+    gives one. Raises UnknownName, and BadConfig for what is no suite.
+    """
+    found, register = [], suite_names(known)
+    for name in names or known:
+        suite = register.find(name)
+        found.append(suite if isinstance(suite, Suite) else register.make(name, Suite))
+    return found
 
 
 def stress(
@@ -181,5 +192,6 @@ __all__ = [
     "measured",
     "read_suites",
     "stress",
+    "suite_names",
     "verdict_content",
 ]  # fmt: skip

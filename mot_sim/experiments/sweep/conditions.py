@@ -11,7 +11,7 @@ from jaxtyping import Int
 from numpy import ndarray as Array
 
 from mot_sim.experiments.sweep.paths import Level, fitting, scalars, unknown, with_value
-from mot_sim.simulation.registry import find_scene, knobs_of
+from mot_sim.simulation.registry import SCENE_NAMES, find_scene, knobs_of
 from mot_sim.simulation.rig import KITTI_HEIGHT_METRES, KITTI_IMAGE_SIZE, KITTI_K, Rig
 from mot_sim.simulation.scene import Scene
 from mot_sim.simulation.sensors import (
@@ -114,6 +114,11 @@ class Conditions:
         Raises UnknownName for axes that are not there, BadConfig for values that cannot be.
         """
         knobs = knobs_of(scene)
+        if "frames" not in knobs and "scene.frames" in settings:
+            raise BadConfig(
+                f"scene {scene!r} has no knob frames, how long it is, as in "
+                "def my_scene(*, frames=100)"
+            )
         found = cls(scene, knobs, _profile_of(str(knobs["profile"])))
         in_order = sorted(settings.items(), key=lambda each: not each[0].startswith("scene."))
         for axis, level in in_order:
@@ -183,8 +188,9 @@ class Conditions:
         return np.arange(0, count, self.rig.every)
 
     def traffic(self) -> dict[str, Any]:
-        """What decides who is where."""
-        return {"scene": self.scene, "knobs": _without(self.knobs, KNOBS_OF_PICTURES)}
+        """What decides who is where; source: of a scene that is none of ours."""
+        knobs = _without(self.knobs, KNOBS_OF_PICTURES)
+        return {"scene": self.scene, "source": SCENE_NAMES.source(self.scene), "knobs": knobs}
 
     def truth(self) -> dict[str, Any]:
         """What decides what is true of every car in the image."""
@@ -193,8 +199,7 @@ class Conditions:
 
     def description(self) -> dict[str, Any]:
         """What decides what trackers are given, and what they are scored against."""
-        told = {each.name: getattr(self, each.name) for each in fields(self)}
-        return told | {"knobs": _without(self.knobs, KNOBS_OF_PICTURES)}
+        return {each.name: getattr(self, each.name) for each in fields(self)} | self.traffic()
 
 
 @lru_cache(maxsize=256)

@@ -25,8 +25,8 @@ from mot_sim.experiments.sweep.tracker_specs import (
 )
 from mot_sim.files.documents import read_toml, require_inside
 from mot_sim.metrics import RULES
+from mot_sim.simulation.registry import scene_maker
 from mot_sim.simulation.rig import Rig
-from mot_sim.simulation.scene_names import SCENES
 from tracker.errors import BadConfig, UnknownName
 
 DESIGNS_FOLDER = Path(__file__).parent / "designs"
@@ -57,9 +57,13 @@ class Design:
     rules: str = "trackeval"
 
     def __post_init__(self) -> None:
-        for what, known in (("scene", SCENES), ("mode", DESIGN_MODES), ("rules", RULES)):
-            if getattr(self, what) not in known:
-                raise UnknownName.of(what, getattr(self, what), known)
+        for what, name, known in (
+            ("mode", self.mode, DESIGN_MODES),
+            ("rules", self.rules, RULES),
+        ):
+            if name not in known:
+                raise UnknownName.of(what, name, known)
+        scene_maker(self.scene)
         for what, count in (("seeds", self.seeds), ("frames", self.frames)):
             if count < 1:
                 raise BadConfig(f"{count} {what}: give 1 or more")

@@ -1,9 +1,7 @@
 """Trackers side by side: ours with parameters changed, or any object with `step` or `update`."""
 
-import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from importlib import import_module
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -17,10 +15,10 @@ from mot_sim.experiments.sweep.paths import (
     unknown,
     with_value,
 )
-from mot_sim.files.fingerprint import source_digest
+from mot_sim.files.named_objects import ASSOCIATION_NAMES, COST_NAMES, TRACKER_NAMES, make_tracker
 from mot_sim.simulation.rig import Rig
 from tracker import TRACKERS, Camera, Frame, Tracks
-from tracker.errors import BadConfig, TrackingError, UnknownName
+from tracker.errors import BadConfig, TrackingError
 
 NOT_SETTINGS = ("camera", "state", "explanation", "explain", "tracker")  # fields
 BY_NAME = ("costs", "associate")  # settings that name a component
@@ -43,10 +41,10 @@ class Steps(Protocol):
 class TrackerSpec:
     """One tracker of a sweep.
 
-    name: in tables. made_by: a name of TRACKERS, or MODULE:CALLABLE, which is given the camera
-    if it takes an argument of that name. settings: for a tracker of ours, its fields by dotted
-    names (lifecycle.max_gap), costs (volume=0.6+reprojection=0.4) and associate; for another
-    tracker, arguments of the callable.
+    name: in tables. made_by: a name of TRACKERS or of an installed package, or MODULE:CALLABLE,
+    which is given the camera if it takes an argument of that name. settings: for a tracker of
+    ours, its fields by dotted names (lifecycle.max_gap), costs (volume=0.6+reprojection=0.4) and
+    associate; for another tracker, arguments of the callable.
     """
 
     name: str
@@ -63,7 +61,7 @@ class TrackerSpec:
         if parts and "=" not in parts[0]:
             made_by, parts = f"{made_by}:{parts[0]}", parts[1:]
         settings: dict[str, Level] = {}
-        for part in parts:
+        for part in _joined(parts):
             key, equals, value = part.partition("=")
             if not (key and equals and value) or key in settings:
                 raise BadConfig(
@@ -76,7 +74,7 @@ class TrackerSpec:
     @property
     def is_ours(self) -> bool:
         """Whether it is a tracker of TRACKERS."""
-        return ":" not in self.made_by
+        return self.made_by in TRACKERS
 
     def with_settings(self, more: Mapping[str, Level]) -> "TrackerSpec":
         """The same with more set."""
@@ -91,13 +89,17 @@ class TrackerSpec:
     def description(self) -> dict[str, Any]:
         """What decides what it does."""
         if not self.is_ours:
-            source = source_digest(_module(self.made_by).__name__)
+            source = TRACKER_NAMES.source(self.made_by)
             return {"made_by": self.made_by, "source": source, "settings": self.settings}
         return _described(self._ours(Rig.kitti().camera))
 
     def build(self, camera: Camera) -> Steps:
         """A fresh tracker for this camera."""
-        made = self._ours(camera) if self.is_ours else self._foreign(camera)
+        made: Any
+        if self.is_ours:
+            made = self._ours(camera)
+        else:
+            made = make_tracker(self.made_by, camera, **self.settings)
         if callable(getattr(made, "step", None)):
             return made
         if callable(getattr(made, "update", None)):
@@ -125,32 +127,24 @@ class TrackerSpec:
                 built = replace(built, tracker=with_value(built.tracker, path, level))
         return built
 
-    def _foreign(self, camera: Camera) -> Any:
-        """What the callable makes. Raises BadConfig where it is not there or refuses."""
-        make = getattr(_module(self.made_by), self.made_by.partition(":")[2], None)
-        if not callable(make):
-            raise BadConfig(f"tracker {self.name}: there is no callable {self.made_by}")
-        given: dict[str, Any] = dict(self.settings)
-        if "camera" in inspect.signature(make).parameters:
-            given["camera"] = camera
-        try:
-            return make(**given)
-        except TypeError as error:
-            raise BadConfig(
-                f"tracker {self.name}: {self.made_by} cannot be built: {error}"
-            ) from None
 
+def _joined(parts: Sequence[str]) -> list[str]:
+    """The settings of a tracker's text, cut at colons, put together where a name has one.
 
-def _module(made_by: str) -> Any:
-    """The module of MODULE:CALLABLE."""
-    name = made_by.partition(":")[0]
-    try:
-        return import_module(name)
-    except (ImportError, ValueError, TypeError) as error:  # the latter two: no name of a module
-        raise BadConfig(
-            f"tracker {made_by}: {error}; name a tracker of {', '.join(sorted(TRACKERS))}, or "
-            "MODULE:CALLABLE of a module that Python finds (PYTHONPATH)"
-        ) from None
+    `costs=volume=0.6+my_module` and `MyCost=0.4` are one: my_module is no cost.
+    """
+    joined: list[str] = []
+    for part in parts:
+        key, _, value = (joined[-1] if joined else "").partition("=")
+        last = value.rpartition("+")[2]
+        is_cut = (key == "costs" and "=" not in last and last not in COST_NAMES) or (
+            key == "associate" and last not in ASSOCIATION_NAMES
+        )
+        if is_cut:
+            joined[-1] += f":{part}"
+        else:
+            joined.append(part)
+    return joined
 
 
 def tracker_settings(built: Any) -> dict[str, Level]:
@@ -188,8 +182,8 @@ def tracker_specs_of(trackers: Sequence[str | TrackerSpec]) -> tuple[TrackerSpec
     for each in found:
         if names.count(each.name) > 1:
             raise BadConfig(f"two trackers are named {each.name}: write OTHER={each.name}")
-        if each.is_ours and each.made_by not in TRACKERS:
-            raise UnknownName.of("tracker", each.made_by, TRACKERS)
+        if ":" not in each.made_by:
+            TRACKER_NAMES.find(each.made_by)
     return tuple(found)
 
 

@@ -14,10 +14,11 @@ from mot_sim.experiments.tuning.labelled import LabelledSequence
 from mot_sim.experiments.tuning.pair_costs import Checked, PairCosts
 from mot_sim.experiments.tuning.score_cache import ScoreCache
 from mot_sim.files.fingerprint import code_digest, digest
+from mot_sim.files.named_objects import COST_NAMES
 from mot_sim.metrics import Scores, evaluate_sequence
 from tracker import Delayed, Tracker
-from tracker.costs import COSTS
-from tracker.errors import BadConfig, UnknownName
+from tracker.costs import Cost
+from tracker.errors import BadConfig
 
 # Called with how many weight vectors are done, and of how many.
 Progress = Callable[[int, int], None]
@@ -54,8 +55,7 @@ class Method:
 
     def __post_init__(self) -> None:
         for name in self.names:
-            if name not in COSTS:
-                raise UnknownName.of("cost", name, COSTS)
+            COST_NAMES.make(name, Cost)
         if not self.names or len(set(self.names)) < len(self.names):
             raise BadConfig(f"costs {', '.join(self.names) or '(none)'}: name each once")
         if not self.contender.is_ours:
@@ -67,7 +67,7 @@ class Method:
         """The tracker for a drive, its costs checked as they come."""
         made: Any = self.contender.build(drive.sequence.camera)
         costs = tuple(
-            (weight / WEIGHT_SUM, Checked(name, COSTS[name]()))
+            (weight / WEIGHT_SUM, Checked(name, COST_NAMES.make(name, Cost)))
             for name, weight in zip(self.names, weights, strict=True)
             if weight > 0
         )
@@ -147,7 +147,8 @@ class Scale:
         """The hash of all that decides what these weights are worth."""
         costs = dict(zip(self.method.names, weights, strict=True))
         does = self.method.contender.description()
-        return digest([code_digest(), self.rules, self._content, does, costs])
+        sources = [COST_NAMES.source(name) for name in self.method.names]
+        return digest([code_digest(), self.rules, self._content, does, costs, sources])
 
     def weigh(self, wanted: Sequence[Weights], tell: Progress | None = None) -> None:
         """Make sure that all of these are known; each is kept as soon as it is."""

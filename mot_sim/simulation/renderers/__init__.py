@@ -1,9 +1,9 @@
 """Renderers: image, depth, instance and semantic ids of a view, all from one pass."""
 
-from importlib import import_module
 from logging import getLogger
 from typing import Protocol, runtime_checkable
 
+from mot_sim.files.named_objects import NameRegister
 from mot_sim.simulation.renderers.silhouettes import (
     Hidden,
     Layer,
@@ -29,6 +29,7 @@ __all__ = [
     "NEAR_METRES",
     "NO_INSTANCE",
     "RENDERERS",
+    "RENDERER_NAMES",
     "Hidden",
     "Layer",
     "Mesh",
@@ -52,6 +53,7 @@ RENDERERS: dict[str, str] = {
     "raster": "mot_sim.simulation.renderers.raster:RasterRenderer",
     "mesh": "mot_sim.simulation.renderers.mesh:MeshRenderer",
 }
+RENDERER_NAMES = NameRegister("renderer", RENDERERS)
 AUTO = "auto"  # mesh where there is OpenGL, else raster
 
 
@@ -75,8 +77,7 @@ def find_renderer(name: str = "raster") -> Renderer:
         except TrackingError as error:
             getLogger(__name__).warning("drawing with 'raster': %s", error)
             return find_renderer("raster")
-    if name not in RENDERERS:
+    if ":" not in name and name not in RENDERERS:
         raise UnknownName.of("renderer", name, [*RENDERERS, AUTO])
-    module, _, attribute = RENDERERS[name].partition(":")
-    renderer: Renderer = getattr(import_module(module), attribute)()
+    renderer: Renderer = RENDERER_NAMES.make(name, Renderer)
     return renderer

@@ -8,6 +8,7 @@ from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
 from mot_sim.files.documents import read_toml
+from mot_sim.files.named_objects import NameRegister
 from mot_sim.simulation.sensors.boxes import Border, Jitter, VisiblePart
 from mot_sim.simulation.sensors.clutter import Clutter
 from mot_sim.simulation.sensors.cues import AppearanceNoise, Keypoints, Pose, Shape
@@ -28,6 +29,8 @@ FORMER_PARAMETERS = {
     "by_cut": "by_truncation",
     "cut_by_height": "truncation_by_height",
 }
+PROFILE_NAMES = NameRegister("profile", {})
+
 EFFECTS: dict[str, type] = {
     "confusion": Confusion,
     "misses": Misses,
@@ -72,11 +75,17 @@ class Profile:
 
 
 def find_profile(name: str) -> Profile:
-    """The profile of a name, or of a TOML file. Raises UnknownName, BadFile and BadConfig."""
+    """The profile of a name, of a TOML file, or of `module:function`, which gives one.
+
+    Raises UnknownName, BadFile and BadConfig.
+    """
     if name in PROFILES:
         return read_profile(FOLDER / f"{name}.toml")
     if name.endswith(".toml"):
         return read_profile(Path(name))
+    if ":" in name:
+        profile: Profile = PROFILE_NAMES.make(name, Profile)
+        return profile
     raise UnknownName.of("profile", name, PROFILES)
 
 

@@ -19,7 +19,7 @@ def console_script(*arguments: str, **more: object) -> subprocess.CompletedProce
     script = Path(sys.executable).with_name("mot-sim")
     command = [str(script)] if script.is_file() else [sys.executable, "-m", "mot_sim"]
     return subprocess.run(
-        [*command, *arguments], capture_output=True, text=True, check=False, timeout=60, **more
+        [*command, *arguments], capture_output=True, text=True, check=False, timeout=300, **more
     )
 
 
