@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class BreakingPointCommand:
     """Find the level of an axis at which HOTA or IDF1 has fallen by so much.
 
-    mot-sim breaking-point --axis detector.jitter --drop 0.05 --costs volume,reprojection,image_overlap
+    mot-sim breaking-point --axis detector.jitter --drop 0.05 --costs volume,reprojection
 
     mot-sim breaking-point --axis rig.frame_rate --levels 10,5,3.333,2.5,2,1 --metric IDF1
 
@@ -132,11 +132,14 @@ class BreakingPointCommand:
         self, terminal: Terminal, question: "BreakingPointSpec", points: "Sequence[BreakingPoint]"
     ) -> int:
         """The table, the JSON, the picture, what failed; the exit code."""
-        from mot_sim.experiments.results.result_tables import breaking_tables
-        from mot_sim.experiments.stress.breaking_table import breaking_content, breaking_table
+        from mot_sim.experiments.stress.breaking_table import (
+            breaking_content,
+            breaking_table,
+            breaking_tables,
+        )
         from mot_sim.experiments.sweep.curves import save_curves
 
-        tables = breaking_tables(self.axis, self.metric, self.drop, points)
+        tables = breaking_tables(question, points)
         keep(self.out, "breaking-point", self._title(question), tables)
         if self.json is not None:
             content = breaking_content(question, points)

@@ -104,7 +104,7 @@ class Compare:
         contest = run_comparison(contestants, drives, truths, self.rules, self._keep(drives))
         title = f"{what}, rules {self.rules}, rates and scores in %"
         deliver(terminal, contest.table(title), contest.as_dict(), self.json, self.csv)
-        self._keep_result(contest, f"{what}, rules {self.rules}")
+        keep(self.out, "compare", f"{what}, rules {self.rules}", contest.tables())
         say_unlabelled(terminal, unlabelled)
         say_failures(terminal, contest.failures)
         return BROKEN if contest.failures else OK
@@ -128,12 +128,6 @@ class Compare:
                     raise
                 terminal.write(f"{name}: ready in {environment.path}\n")
         return OK
-
-    def _keep_result(self, contest: "mot_sim.experiments.guests.Comparison", title: str) -> None:
-        """What the report reads."""
-        from mot_sim.experiments.results.result_tables import contest_tables
-
-        keep(self.out, "compare", title, tuple(contest_tables(contest)))
 
     def _contestants(self) -> "list[mot_sim.experiments.guests.SequenceTracker]":
         """The trackers that were named, the guests among them as the options say."""

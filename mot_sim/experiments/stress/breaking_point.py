@@ -13,8 +13,9 @@ from mot_sim.experiments.stress.bisection import Reach
 from mot_sim.experiments.stress.breaking_point_spec import BreakingPointSpec
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.running import sweep
-from mot_sim.experiments.sweep.summary import Interval, SummaryRow
+from mot_sim.experiments.sweep.summary import SummaryRow
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
+from mot_sim.tables import Interval, limits_of
 from tracker.errors import BadConfig
 
 RUNS = "runs"  # the sweep's folder inside that of a search
@@ -126,10 +127,12 @@ class BreakingPointSearch:
     def _fall(self, level: Level) -> Interval:
         """What is lost at a level, of the seeds that were finished there and at the start."""
         before, now = self._scores(self.question.best), self._scores(level)
-        return Interval.of(np.array([before[seed] - now[seed] for seed in now if seed in before]))
+        lost = np.array([before[seed] - now[seed] for seed in now if seed in before])
+        return Interval.of(lost, limits_of(self.question.metric, is_difference=True))
 
     def _interval(self, scores: Mapping[int, float]) -> Interval:
-        return Interval.of(np.array(list(scores.values()), dtype=float))
+        values = np.array(list(scores.values()), dtype=float)
+        return Interval.of(values, limits_of(self.question.metric))
 
     def _scores(self, level: Level) -> dict[int, float]:
         """The scores at a level, by seed."""

@@ -9,7 +9,7 @@ from mot_sim.experiments.stress.bisection import Reach
 from mot_sim.experiments.sweep.design import Design
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
-from mot_sim.tables.grid import RATES
+from mot_sim.tables import RATES
 from tracker.errors import BadConfig, UnknownName
 
 FARTHEST = 64.0  # first steps, where nobody says how far to go

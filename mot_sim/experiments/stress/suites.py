@@ -1,6 +1,6 @@
 """Stress tests: named suites, each a hard situation and the scores that must be reached in it."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from math import ceil, floor
 from pathlib import Path
@@ -10,15 +10,15 @@ from mot_sim.experiments.sweep.bounds import Bound, bounds_of
 from mot_sim.experiments.sweep.design import Design
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.running import Progress, sweep
-from mot_sim.experiments.sweep.summary import Interval, summary
+from mot_sim.experiments.sweep.summary import summary
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.files.documents import read_toml, require_inside
-from mot_sim.tables.grid import COUNTS
+from mot_sim.tables import NO_INTERVAL, Interval, is_count
 from tracker.errors import BadFile, UnknownName
 
 SUITES = Path(__file__).with_name("suites.toml")
 SEEDS = 8  # that the bounds were measured on
-MEASURED = ("HOTA", "IDF1", "MOTA", "IDSW")
+MEASURED_METRICS = ("HOTA", "IDF1", "MOTA", "IDSW")
 # Least margins between what was measured and its bound, and what bounds are rounded to.
 RATE_MARGIN, RATE_STEP = 0.02, 0.01
 COUNT_MARGIN, COUNT_STEP = 1.0, 0.1
@@ -131,7 +131,7 @@ def stress(
     return [
         Verdict(
             suite.name, line.tracker, bound,
-            line.metrics.get(bound.metric, Interval(None, None, None, 0)),
+            line.metrics.get(bound.metric, NO_INTERVAL),
             line.failed, line.first_error,
         )
         for line in lines
@@ -139,7 +139,7 @@ def stress(
     ]  # fmt: skip
 
 
-def measured(suite: Suite, metrics: Sequence[str] = MEASURED) -> Suite:
+def measured(suite: Suite, metrics: Sequence[str] = MEASURED_METRICS) -> Suite:
     """The suite with other metrics and no real bounds: for what they come to."""
     bounds = tuple(Bound(name, float("-inf")) for name in metrics)
     given = {each.name: getattr(suite, each.name) for each in fields(suite)}
@@ -151,25 +151,13 @@ def bound_from(metric: str, reached: Interval) -> Bound | None:
 
     The margin is half of the interval, but never less than the least margin.
     """
-    if reached.mean is None or reached.high is None:
+    if reached.mean is None or reached.half is None:
         return None
-    half = reached.high - reached.mean
-    is_count = metric in COUNTS.values()
-    least, step = (COUNT_MARGIN, COUNT_STEP) if is_count else (RATE_MARGIN, RATE_STEP)
-    margin = max(half, least)
+    margin, step = (COUNT_MARGIN, COUNT_STEP) if is_count(metric) else (RATE_MARGIN, RATE_STEP)
+    margin = max(reached.half, margin)
     if Bound(metric, 0.0).is_upper:
         return Bound(metric, round(ceil((reached.mean + margin) / step) * step, 6))
     return Bound(metric, round(floor((reached.mean - margin) / step) * step, 6))
-
-
-def verdict_content(verdicts: Sequence[Verdict]) -> Iterator[dict[str, Any]]:
-    """The verdicts in plain values, ready for JSON."""
-    for each in verdicts:
-        yield {
-            "suite": each.suite, "tracker": each.tracker, "passed": each.passed,
-            "metric": each.bound.metric, "bound": each.bound.value, "kind": each.bound.word,
-            **vars(each.reached), "failed": each.failed, "error": each.error,
-        }  # fmt: skip
 
 
 __all__ = [
@@ -181,5 +169,4 @@ __all__ = [
     "measured",
     "read_suites",
     "stress",
-    "verdict_content",
-]  # fmt: skip
+]

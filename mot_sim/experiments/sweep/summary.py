@@ -3,46 +3,17 @@
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import sqrt
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 from jaxtyping import Float
 from numpy import ndarray as Array
-from scipy.special import stdtrit
 
 from mot_sim.experiments.sweep.paths import Level
+from mot_sim.tables import Interval, limits_of
 
-CONFIDENCE = 0.95
 METRICS = ("HOTA", "DetA", "AssA", "MOTA", "IDF1", "CLR_FP", "CLR_FN", "IDSW", "Frag")
-
-
-@dataclass(frozen=True)
-class Interval:
-    """A mean over `count` seeds and the ends of its 95 % interval; None where there are too few.
-
-    Student's t: mean ± t(count - 1) * std / sqrt(count). It holds for the mean over seeds of
-    this scene, not for a single run.
-    """
-
-    mean: float | None
-    low: float | None
-    high: float | None
-    count: int
-
-    @classmethod
-    def of(cls, values: Float[Array, " n"]) -> "Interval":
-        """Of the values of the seeds."""
-        count = len(values)
-        if count == 0:
-            return cls(None, None, None, 0)
-        mean = float(values.mean())
-        if count == 1:
-            return cls(mean, None, None, 1)
-        t = float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE))
-        half = t * float(values.std(ddof=1)) / sqrt(count)
-        return cls(mean, mean - half, mean + half, count)
 
 
 @dataclass(frozen=True)
@@ -88,13 +59,16 @@ def summary(table: pa.Table, metrics: Sequence[str] = METRICS) -> list[SummaryRo
         rivals = rows.get((point, first), [])
         less = None
         if tracker != first:
-            less = {name: Interval.of(_differences(trials, rivals, name)) for name in there}
+            less = {
+                name: Interval.of(_differences(trials, rivals, name), limits_of(name, True))
+                for name in there
+            }
         lines.append(
             SummaryRow(
                 point,
                 {axis: trials[0][axis] for axis in axes},
                 tracker,
-                {name: Interval.of(np.array(_values(trials, name))) for name in there},
+                {name: Interval.of(_values(trials, name), limits_of(name)) for name in there},
                 less,
                 len(errors),
                 errors[0] if errors else None,
@@ -103,9 +77,9 @@ def summary(table: pa.Table, metrics: Sequence[str] = METRICS) -> list[SummaryRo
     return lines
 
 
-def _values(trials: list[dict[str, Any]], name: str) -> list[float]:
+def _values(trials: list[dict[str, Any]], name: str) -> Float[Array, " n"]:
     """A metric of the trials without an error."""
-    return [float(row[name]) for row in trials if row["error"] is None]
+    return np.array([float(row[name]) for row in trials if row["error"] is None])
 
 
 def _differences(

@@ -1,18 +1,32 @@
-"""A sweep's summary as tables: means with intervals, differences, and what failed."""
+"""A sweep as tables: means with intervals, differences, what failed, and what was run."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import pyarrow as pa
 
+from mot_sim.experiments.sweep.curves import axes_in, metrics_in
 from mot_sim.experiments.sweep.paths import Level
-from mot_sim.experiments.sweep.summary import Interval, SummaryRow
-from mot_sim.tables.grid import COUNTS, RATES, Column, Table
+from mot_sim.experiments.sweep.summary import METRICS, SummaryRow
+from mot_sim.tables import (
+    NO_INTERVAL,
+    Cell,
+    Column,
+    Interval,
+    Row,
+    Table,
+    few_seeds_note,
+    mean_column,
+    with_ends,
+)
 
-SHOWN = ("HOTA", "AssA", "MOTA", "IDF1", "IDSW")
-MOST_ERRORS = 10  # different ones that are listed
-TITLES = {name: title for title, name in (RATES | COUNTS).items()}  # by TrackEval's name
+PRINTED_METRICS = ("HOTA", "AssA", "MOTA", "IDF1", "IDSW")
+MAX_ERRORS = 10  # different ones that are printed
+INTERVAL_NOTE = (
+    "Means over seeds with their 95 % intervals (Student's t); rates are fractions in the file."
+)
 
 
 def words(levels: Mapping[str, Level | None]) -> str:
@@ -26,65 +40,113 @@ def words(levels: Mapping[str, Level | None]) -> str:
     )
 
 
-def mean_table(lines: Sequence[SummaryRow], metrics: Sequence[str] = SHOWN) -> Table:
-    """A row a point and tracker: mean ± half of the 95 % interval over the seeds."""
-    rows = tuple(
-        (
-            words(line.levels), line.tracker,
-            *(shown(line.metrics.get(name), name) for name in metrics),
-            str(max((each.count for each in line.metrics.values()), default=0)),
-            str(line.failed or ""),
-        )
-        for line in lines
+def mean_table(lines: Sequence[SummaryRow], metrics: Sequence[str] = METRICS) -> Table:
+    """A row a point and tracker: levels by axis (None: its own value), scores, seeds, failures."""
+    table = _of_lines("means", "Scores", lines, metrics, lambda line: line.metrics)
+    rows = [(*row, line.failed) for row, line in zip(table.rows, lines, strict=True)]
+    return replace(table, columns=(*table.columns, Column.named("failed")), rows=tuple(rows))
+
+
+def difference_table(lines: Sequence[SummaryRow], metrics: Sequence[str] = METRICS) -> Table | None:
+    """The differences to the first tracker, paired by seed; None where there is only one."""
+    others = [line for line in lines if line.less is not None]
+    if not others:
+        return None
+    first = next((line.tracker for line in lines if line.less is None), "the first tracker")
+    title = f"Differences to {first}, seed by seed"
+    return _of_lines("differences", title, others, metrics, lambda line: line.less or {})
+
+
+def _of_lines(
+    name: str, title: str, lines: Sequence[SummaryRow], metrics: Sequence[str],
+    scores: Callable[[SummaryRow], Mapping[str, Interval]],
+) -> Table:  # fmt: skip
+    """A row a line, with the intervals that `scores` gives of it."""
+    there = [each for each in metrics if each in scores(lines[0])]
+    columns: tuple[str | Column, ...] = (
+        *lines[0].levels, Column.named("tracker", "name"),
+        *(column for each in there for column in with_ends(each)), "seeds",
     )  # fmt: skip
+    rows: list[Row] = []
+    for line in lines:
+        found = scores(line)
+        values = (cell for each in there for cell in found.get(each, NO_INTERVAL).cells)
+        count = max((each.count for each in found.values()), default=0)
+        rows.append((*line.levels.values(), line.tracker, *values, count))
+    few = few_seeds_note(int(row[-1] or 0) for row in rows)
+    return Table.of(name, title, columns, rows, f"{INTERVAL_NOTE} {few}".strip())
+
+
+def printed(table: Table, metrics: Sequence[str] = PRINTED_METRICS) -> Table:
+    """`mean_table` or `difference_table` for the terminal: points in words, a few scores."""
+    axes, is_less = axes_in(table), table.name == "differences"
+    there = [name for name in metrics if name in metrics_in(table)]
+    seeds = "pairs" if is_less else "seeds"
+    columns = (
+        Column("point", "name"), Column("tracker", "name"),
+        *(each for name in there for each in with_ends(mean_column(name, is_signed=is_less))),
+        Column(seeds, "count"), *([] if is_less else [Column("failed", "count")]),
+    )  # fmt: skip
+    names = ["tracker", *(each for name in there for each in (name, f"{name} low", f"{name} high"))]
+    rows: list[Row] = []
+    for row in table.as_records():
+        counts: list[Cell] = [row["seeds"], *([] if is_less else [row["failed"] or None])]
+        point = words({axis: row[axis] for axis in axes})
+        rows.append((point, *(row[name] for name in names), *counts))
+    few = few_seeds_note((int(row["seeds"] or 0) for row in table.as_records()), seeds[:-1])
     title = "mean ± half of the 95 % interval over the seeds (Student's t); rates in %"
-    return Table(_columns(metrics, "seeds", "failed"), rows, title)
+    if is_less:
+        first = table.title.removeprefix("Differences to ").removesuffix(", seed by seed")
+        title = f"less {first}, seed by seed: mean ± half of the 95 % interval; rates in points"
+    return Table(columns, tuple(rows), title, note=few)
 
 
-def difference_table(lines: Sequence[SummaryRow], metrics: Sequence[str] = SHOWN) -> Table | None:
-    """A row a point and tracker but the first: its differences to the first, paired by seed."""
-    first = lines[0].tracker
-    rows = tuple(
-        (
-            words(line.levels), line.tracker,
-            *(shown(line.less.get(name), name, signed=True) for name in metrics),
-            str(max((each.count for each in line.less.values()), default=0)),
-        )
-        for line in lines
-        if line.less is not None
-    )  # fmt: skip
-    title = f"less {first}, seed by seed: mean ± half of the 95 % interval; rates in points"
-    return Table(_columns(metrics, "pairs"), rows, title) if rows else None
-
-
-def _columns(metrics: Sequence[str], *more: str) -> tuple[Column, ...]:
-    titles = ("point", "tracker", *(TITLES.get(name, name) for name in metrics), *more)
-    return tuple(Column(title) for title in titles)
-
-
-def shown(interval: Interval | None, name: str, signed: bool = False) -> str:
-    """A mean and half of its interval; rates in percent."""
-    if interval is None or interval.mean is None:
-        return ""
-    is_rate = name in RATES.values()
-    scale, digits = (100.0, 2) if is_rate else (1.0, 1)
-    sign = "+" if signed else ""
-    mean = f"{scale * interval.mean:{sign}.{digits}f}"
-    if interval.high is None:
-        return mean
-    return f"{mean} ±{scale * (interval.high - interval.mean):.{digits}f}"
-
-
-def failures(table: pa.Table) -> list[str]:
-    """Each different error with its tracker and how often it came, the most frequent first."""
+def failure_table(table: pa.Table) -> Table | None:
+    """Each different error, its tracker, and how often it came; None where nothing failed."""
     rows = table.select(["tracker", "error"]).to_pylist()
     counted = Counter((row["tracker"], row["error"]) for row in rows if row["error"] is not None)
+    if not counted:
+        return None
+    found = [(tracker, count, error) for (tracker, error), count in counted.most_common()]
+    return Table.of("failures", "Trials that failed", ("tracker", "trials", "error"), found)
+
+
+def failure_lines(table: pa.Table) -> list[str]:
+    """Each different error with its tracker and how often it came, the most frequent first."""
+    failed = failure_table(table)
+    rows = () if failed is None else failed.rows
     lines = [
         f"{tracker}: {count} trial{'s' * (count != 1)} failed: {error}"
-        for (tracker, error), count in counted.most_common(MOST_ERRORS)
+        for tracker, count, error in rows[:MAX_ERRORS]
     ]
-    more = len(counted) - len(lines)
+    more = len(rows) - len(lines)
     return lines + [f"and {more} other errors: see the table's column error"] * (more > 0)
+
+
+def design_table(design: Mapping[str, Any]) -> Table:
+    """The settings of a sweep, from `Design.description()`."""
+    plain = ("scene", "frames", "seeds", "first_seed", "mode", "samples", "rules")
+    rows: list[Row] = [(name.replace("_", " "), design[name]) for name in plain if design.get(name)]
+    for axis, levels in design["axes"].items():
+        told = (
+            f"{levels['low']:g} to {levels['high']:g}"
+            if isinstance(levels, Mapping)
+            else ", ".join(f"{each:g}" if isinstance(each, float) else str(each) for each in levels)
+        )
+        rows.append((f"axis {axis}", told))
+    rows += [(f"fixed {axis}", level) for axis, level in design["fixed"].items()]
+    for name, settings in design["trackers"].items():
+        told = ", ".join(f"{key}={settings[key]}" for key in settings if key != "made_by")
+        rows.append((f"tracker {name}", f"{settings['made_by']}{told and ': ' + told}"))
+    return Table.of("design", "What was run", ("setting", "value"), rows)
+
+
+def sweep_tables(
+    table: pa.Table, lines: Sequence[SummaryRow], design: Mapping[str, Any]
+) -> tuple[Table, ...]:
+    """The tables of a sweep: means, differences, failures, and the design."""
+    found = (mean_table(lines), difference_table(lines), failure_table(table), design_table(design))
+    return tuple(each for each in found if each is not None)
 
 
 def summary_content(lines: Sequence[SummaryRow]) -> list[dict[str, Any]]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from mot_sim.experiments.results.result_file import FAULTS
+from mot_sim.experiments.result_file import FAULTS
 from mot_sim.experiments.sweep.design import Design
 from mot_sim.experiments.sweep.points import Range
 from mot_sim.experiments.sweep.running import SweepPlan

@@ -5,7 +5,7 @@ from typing import Any
 
 from mot_sim.plotting.charts import Chart, Series
 from mot_sim.plotting.charts.chart import COLOURS, DASHES, SYMBOLS
-from mot_sim.report.page.cells import with_ends
+from mot_sim.tables import show_value
 
 HEIGHT = 340  # pixels of a chart over levels
 ROW = 24  # pixels of a row of words and series
@@ -32,7 +32,7 @@ def _trace(chart: Chart, series: Series, many: bool) -> dict[str, Any]:
     trace: dict[str, Any] = {
         "name": _text(series.name),
         "legendgroup": _text(series.name),
-        "customdata": [_text(with_ends(*point[1:])) for point in points],
+        "customdata": [_text(show_value(*point[1:])) for point in points],
         "hovertemplate": "%{customdata}",
         "showlegend": many,
     }

@@ -16,7 +16,8 @@ from tracker.errors import BadConfig, TrackingError, UnknownName
 
 ODD = "tests.mot_sim.experiments.odd"
 SMALL = [
-    "breaking-point", "--scene", "crossing", "--seeds", "2", "--frames", "6", "--trackers", "default",
+    "breaking-point", "--scene", "crossing", "--seeds", "2", "--frames", "6",
+    "--trackers", "default",
     *(word for axis in BARE for word in ("--set", f"{axis}=0")),
 ]  # fmt: skip
 

@@ -7,7 +7,7 @@ import pyarrow as pa
 import pytest
 
 from mot_sim.evaluation.run_folder import RunFolder, SequenceStatistics
-from mot_sim.experiments.results.result_file import write_result
+from mot_sim.experiments.result_file import write_result
 from mot_sim.experiments.sweep.running import sweep
 from mot_sim.report.page import find_sources
 from tests.mot_sim.experiments.small import small_design, trial_files
