@@ -156,10 +156,9 @@ class Sweep:
         from mot_sim.experiments.sweep.curves import save_curves
         from mot_sim.experiments.sweep.summary import summary
         from mot_sim.experiments.sweep.summary_tables import (
-            difference_table,
             failure_lines,
             mean_table,
-            printed,
+            printed_tables,
             summary_content,
             sweep_tables,
         )
@@ -169,9 +168,8 @@ class Sweep:
         if self.json is not None:
             terminal.save(jsonlib.dumps(summary_content(lines), indent=2) + "\n", self.json)
         if self.json != STDOUT:
-            for found in (mean_table(lines), difference_table(lines)):
-                if found is not None:
-                    terminal.show(printed(found))
+            for found in printed_tables(lines):
+                terminal.show(found)
         if self.plot is not None:
             save_curves(mean_table(lines), self.plot)
             terminal.note(f"written: {self.plot}")

@@ -74,7 +74,7 @@ def interval_table(
         ]
         rows.append((tracker, *(cell for each in found for cell in each.cells), len(drives)))
     note = few_seeds_note(map(len, pooled.rows.values()), "drive")
-    told = f"{title}; mean ± half of the 95 % interval, rates in %"
+    told = f"{title}; mean ± half of the 95 % interval, or its ends, rates in %"
     return Table(columns, tuple(rows), told, note=note)
 
 

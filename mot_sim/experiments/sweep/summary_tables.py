@@ -12,7 +12,6 @@ from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.summary import METRICS, SummaryRow
 from mot_sim.tables import (
     NO_INTERVAL,
-    Cell,
     Column,
     Interval,
     Row,
@@ -52,8 +51,7 @@ def difference_table(lines: Sequence[SummaryRow], metrics: Sequence[str] = METRI
     others = [line for line in lines if line.less is not None]
     if not others:
         return None
-    first = next((line.tracker for line in lines if line.less is None), "the first tracker")
-    title = f"Differences to {first}, seed by seed"
+    title = f"Differences to {_first(lines)}, seed by seed"
     return _of_lines("differences", title, others, metrics, lambda line: line.less or {})
 
 
@@ -77,27 +75,40 @@ def _of_lines(
     return Table.of(name, title, columns, rows, f"{INTERVAL_NOTE} {few}".strip())
 
 
-def printed(table: Table, metrics: Sequence[str] = PRINTED_METRICS) -> Table:
-    """`mean_table` or `difference_table` for the terminal: points in words, a few scores."""
-    axes, is_less = axes_in(table), table.name == "differences"
-    there = [name for name in metrics if name in metrics_in(table)]
+def printed_tables(
+    lines: Sequence[SummaryRow], metrics: Sequence[str] = PRINTED_METRICS
+) -> list[Table]:
+    """Both for the terminal: points in words, a few scores."""
+    means, less = mean_table(lines, metrics), difference_table(lines, metrics)
+    told = "mean ± half of the 95 % interval, or its ends"
+    found = [_printed(means, f"{told}, over the seeds (Student's t); rates in %")]
+    if less is not None:
+        title = f"less {_first(lines)}, seed by seed: {told}; rates in points"
+        found.append(_printed(less, title, is_less=True))
+    return found
+
+
+def _first(lines: Sequence[SummaryRow]) -> str:
+    """The tracker that the others are compared with."""
+    return next((line.tracker for line in lines if line.less is None), "the first tracker")
+
+
+def _printed(table: Table, title: str, is_less: bool = False) -> Table:
+    """A table of means or differences, its axes in one column of words."""
+    axes, metrics = axes_in(table), metrics_in(table)
     seeds = "pairs" if is_less else "seeds"
     columns = (
         Column("point", "name"), Column("tracker", "name"),
-        *(each for name in there for each in with_ends(mean_column(name, is_signed=is_less))),
+        *(each for name in metrics for each in with_ends(mean_column(name, is_signed=is_less))),
         Column(seeds, "count"), *([] if is_less else [Column("failed", "count")]),
     )  # fmt: skip
-    names = ["tracker", *(each for name in there for each in (name, f"{name} low", f"{name} high"))]
+    place = len(axes)  # of the column `tracker`
     rows: list[Row] = []
-    for row in table.as_records():
-        counts: list[Cell] = [row["seeds"], *([] if is_less else [row["failed"] or None])]
-        point = words({axis: row[axis] for axis in axes})
-        rows.append((point, *(row[name] for name in names), *counts))
-    few = few_seeds_note((int(row["seeds"] or 0) for row in table.as_records()), seeds[:-1])
-    title = "mean ± half of the 95 % interval over the seeds (Student's t); rates in %"
-    if is_less:
-        first = table.title.removeprefix("Differences to ").removesuffix(", seed by seed")
-        title = f"less {first}, seed by seed: mean ± half of the 95 % interval; rates in points"
+    for row in table.rows:
+        point = words(dict(zip(axes, row, strict=False)))
+        rest = row[place:] if is_less else (*row[place:-1], row[-1] or None)
+        rows.append((point, *rest))
+    few = few_seeds_note((int(count or 0) for count in table.column("seeds")), seeds[:-1])
     return Table(columns, tuple(rows), title, note=few)
 
 

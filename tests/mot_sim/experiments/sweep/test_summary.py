@@ -8,7 +8,7 @@ from mot_sim.experiments.sweep.summary_tables import (
     difference_table,
     failure_lines,
     mean_table,
-    printed,
+    printed_tables,
     summary_content,
     words,
 )
@@ -67,12 +67,11 @@ def test_tables_show_percent_and_half_the_interval() -> None:
     assert mean_text(Interval(3.0, 1.0, 5.0, 9), "IDSW", is_signed=True) == "+3.0 ±2.0"
     assert mean_text(Interval(0.5, None, None, 1), "HOTA") == "50.00"
     assert mean_text(None, "HOTA") == ""
-    rows = printed(mean_table(lines, ("HOTA",))).shown_rows()
+    means, different = printed_tables(lines, ("HOTA",))
+    rows = means.shown_rows()
     assert rows[1][:2] == ("noise=0", "b")
     assert rows[1][3:] == ("2", "1")
-    different = difference_table(lines, ("HOTA",))
-    assert different is not None
-    assert printed(different).shown_rows()[1] == ("noise=2", "b", "-10.00 ±0.00", "3")
+    assert different.shown_rows()[1] == ("noise=2", "b", "-10.00 ±0.00", "3")
     assert difference_table([line for line in lines if line.tracker == "a"]) is None
     assert summary_content(lines)[1]["metrics"]["HOTA"]["count"] == 2
 
@@ -101,8 +100,7 @@ def test_intervals_are_possible_and_two_seeds_are_called_too_few() -> None:
     assert less.column("HOTA low")[0] == pytest.approx(-0.05 - 12.7062 * 0.05)
     told = "too few for an interval to mean much; 5 or more are better."
     assert means.note.endswith(f"2 seeds: {told}")
-    assert printed(means).note == f"2 seeds: {told}"
-    assert printed(less).note == f"2 pairs: {told}"
-    assert printed(means).shown_rows()[0][2] == "80.00 [0.00, 100.00]"
-    enough = summary(made_table())
-    assert "3 seeds" in printed(mean_table(enough)).note
+    shown = printed_tables(lines)
+    assert [table.note for table in shown] == [f"2 seeds: {told}", f"2 pairs: {told}"]
+    assert shown[0].shown_rows()[0][2] == "80.00 [0.00, 100.00]"
+    assert "3 seeds" in printed_tables(summary(made_table()))[0].note
