@@ -31,7 +31,7 @@ from mot_sim.experiments.tuning.folds import balanced_folds, traits_of
 from mot_sim.experiments.tuning.labelled import LabelledSequence, kitti_drives, made_drives
 from mot_sim.experiments.tuning.measuring import KittiBenchmark
 from mot_sim.metrics import Scores, combine
-from mot_sim.tables import Column, Interval, Row, Table, mean_text
+from mot_sim.tables import Column, Interval, Row, Table, mean_column
 from tracker import FRAMEWORKS
 from tracker.errors import TrackingError
 
@@ -146,7 +146,8 @@ def made_table(bench: KittiBenchmark, seeds: range, frames: int) -> None:
 
     def cells(some: Array, signed: bool) -> tuple[str, ...]:
         return tuple(
-            mean_text(Interval.of(row), "HOTA", signed) for row in (*some, some.mean(axis=0))
+            mean_column("HOTA", is_signed=signed).show(*Interval.of(row).cells)
+            for row in (*some, some.mean(axis=0))
         )
 
     lines = [(each, *cells(values[each] - values[ALONE], True)) for each in costs]

@@ -34,7 +34,7 @@ from mot_sim.experiments.tuning.labelled import LabelledSequence, made_drives
 from mot_sim.experiments.tuning.measuring import KittiBenchmark
 from mot_sim.simulation.sensors import Sightings
 from mot_sim.simulation.traffic.traffic_state import STEP
-from mot_sim.tables import Row, mean_text
+from mot_sim.tables import Row, mean_column
 from tracker.errors import TrackingError
 
 SCENE = "intersection"
@@ -76,7 +76,8 @@ def row_of(
     pooled = PairedScores({name: [each[name].numbers() for each in found] for name in PAPER_ROWS})
     means = [f"{100.0 * pooled.values(name, 'MOTA').mean():.2f}" for name in PAPER_ROWS]
     steps = [pooled.less(after, before, "MOTA") for before, after in pairwise(PAPER_ROWS)]
-    return (*means, *(mean_text(step, "MOTA", is_signed=True) for step in steps))
+    signed = mean_column("MOTA", is_signed=True)
+    return (*means, *(signed.show(*step.cells) for step in steps))
 
 
 def profile_table(bench: KittiBenchmark, name: str, seeds: range, frames: int) -> None:

@@ -21,8 +21,8 @@ class Report:
     mot-sim report out --out report.html --figures out/figures
 
     FOLDER is what another command got as --out (sweep, stress, breaking-point, compare, tables,
-    tune, diagnose, track), or a folder of such folders; a sweep that is half finished is shown as far
-    as it is. The page opens from disk, without a network; clips and pictures are in it as long
+    tune, diagnose, track), or a folder of such folders; a sweep that is half finished is shown as
+    far as it is. The page opens from disk, without a network; clips and pictures are in it as long
     as it stays below 10 MB.
     """
 

@@ -58,7 +58,7 @@ class Stress:
         require_targets(self.json, None)
         suites = find_suites(self.suites, read_suites(self.file or SUITES))
         if self.list_suites:
-            from mot_sim.experiments.stress.suite_tables import bound_table
+            from mot_sim.experiments.stress.suites import bound_table
 
             terminal.show(bound_table(suites))
             return OK
@@ -96,7 +96,7 @@ class Stress:
 
     def _keep(self, suites: "Sequence[Suite]", found: "Sequence[Verdict]", done: int) -> None:
         """What there is so far, for the report; done: suites."""
-        from mot_sim.experiments.stress.suite_tables import suite_table, verdict_table
+        from mot_sim.experiments.stress.suites import suite_table, verdict_table
 
         trials = len(self.trackers.split(",")) * self.seeds
         title = ", ".join(suite.name for suite in suites[:3]) + ", ..." * (len(suites) > 3)
@@ -107,7 +107,7 @@ class Stress:
 
     def _conclude(self, terminal: Terminal, verdicts: "Sequence[Verdict]") -> int:
         """The errors, the JSON, the sum; the exit code."""
-        from mot_sim.experiments.stress.suite_tables import verdict_content
+        from mot_sim.experiments.stress.suites import verdict_content
         from mot_sim.tables import few_seeds_note
 
         if self.json is not None:
@@ -131,7 +131,7 @@ class Stress:
 
 def verdict_line(verdict: "Verdict") -> str:
     """A verdict as one line: pass or fail, where, what was reached, and the bound."""
-    from mot_sim.experiments.stress.suite_tables import score_word
+    from mot_sim.experiments.stress.suites import score_word
 
     word = "pass" if verdict.passed else "FAIL"
     bound = f"{verdict.bound.word} {score_word(verdict.bound.metric, verdict.bound.value)}"
@@ -151,7 +151,7 @@ def measured_line(verdict: "Verdict") -> str:
 
 def _reached(verdict: "Verdict") -> str:
     """Where, which score, its mean, and its interval."""
-    from mot_sim.experiments.stress.suite_tables import score_word
+    from mot_sim.experiments.stress.suites import score_word
 
     reached, metric = verdict.reached, verdict.bound.metric
     mean = "none" if reached.mean is None else score_word(metric, reached.mean)

@@ -154,11 +154,12 @@ class Sweep:
     ) -> int:
         """The tables, the picture, the result for the report, what failed; the exit code."""
         from mot_sim.experiments.sweep.curves import save_curves
-        from mot_sim.experiments.sweep.summary import summary
-        from mot_sim.experiments.sweep.summary_tables import (
+        from mot_sim.experiments.sweep.summary import (
+            PRINTED_METRICS,
+            difference_table,
             failure_lines,
             mean_table,
-            printed_tables,
+            summary,
             summary_content,
             sweep_tables,
         )
@@ -168,8 +169,10 @@ class Sweep:
         if self.json is not None:
             terminal.save(jsonlib.dumps(summary_content(lines), indent=2) + "\n", self.json)
         if self.json != STDOUT:
-            for found in printed_tables(lines):
-                terminal.show(found)
+            for show in (mean_table, difference_table):
+                shown = show(lines, PRINTED_METRICS, is_printed=True)
+                if shown is not None:
+                    terminal.show(shown)
         if self.plot is not None:
             save_curves(mean_table(lines), self.plot)
             terminal.note(f"written: {self.plot}")

@@ -14,7 +14,6 @@ from mot_sim.tables.score_names import (
 from mot_sim.tables.table import (
     Table,
     mean_column,
-    mean_text,
     score_table,
     table_of,
     with_ends,
@@ -36,7 +35,6 @@ __all__ = [
     "is_rate",
     "limits_of",
     "mean_column",
-    "mean_text",
     "score_table",
     "show_value",
     "table_of",

@@ -71,8 +71,3 @@ def few_seeds_note(counts: Iterable[int], what: str = "seed") -> str:
     if fewest == 1:
         said = f"1 {what}: too few for an interval"
     return f"{said}; {MIN_SEEDS} or more are better."
-
-
-def notes(*parts: str) -> str:
-    """Sentences of a note, one after the other; empty ones are left out."""
-    return " ".join(part for part in parts if part)

@@ -3,7 +3,7 @@
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,6 @@ from rich.text import Text
 from mot_sim.metrics import Scores
 from mot_sim.tables.columns import COLUMN_KINDS, Cell, Column, Row, ShownColumn
 from mot_sim.tables.folding import folded
-from mot_sim.tables.interval import NO_INTERVAL, Interval
 from mot_sim.tables.score_names import COUNTS, RATES
 from tracker.errors import BadConfig, UnknownName
 
@@ -188,15 +187,7 @@ def mean_column(metric: str, title: str = "", is_signed: bool = False) -> Column
     """How a mean of a score over seeds is printed: rates with two digits, others with one."""
     plain = Column.named(metric)
     digits = None if plain.kind == "rate" else 1
-    return replace(
-        plain, title=title or plain.title, name=title or metric, digits=digits,
-        is_signed=is_signed,
-    )  # fmt: skip
-
-
-def mean_text(interval: Interval | None, metric: str, is_signed: bool = False) -> str:
-    """A mean of a score with its interval; nothing of nothing."""
-    return mean_column(metric, is_signed=is_signed).show(*(interval or NO_INTERVAL).cells)
+    return Column(title or plain.title, plain.kind, title or metric, digits, is_signed)
 
 
 def score_table(

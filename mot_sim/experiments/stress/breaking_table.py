@@ -6,7 +6,7 @@ from typing import Any
 from mot_sim.experiments.stress.breaking_point import BreakingPoint
 from mot_sim.experiments.stress.breaking_point_spec import BreakingPointSpec
 from mot_sim.experiments.sweep.paths import Level
-from mot_sim.experiments.sweep.summary_tables import INTERVAL_NOTE
+from mot_sim.experiments.sweep.summary import INTERVAL_NOTE
 from mot_sim.tables import Column, Table, few_seeds_note, mean_column, with_ends
 
 

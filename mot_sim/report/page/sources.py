@@ -9,8 +9,7 @@ from pathlib import Path
 from mot_sim.evaluation.run_folder import RUN_FILE
 from mot_sim.experiments.result_file import FAULTS, RESULT_FILE, Made, Result, read_result
 from mot_sim.experiments.sweep.store import SWEEP_FILE
-from mot_sim.experiments.sweep.summary import summary
-from mot_sim.experiments.sweep.summary_tables import sweep_tables
+from mot_sim.experiments.sweep.summary import summary, sweep_tables
 from mot_sim.experiments.sweep.unfinished import read_partial
 from mot_sim.files.text import read_text
 from mot_sim.tables import Cell, Table

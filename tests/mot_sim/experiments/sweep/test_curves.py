@@ -6,8 +6,7 @@ import pyarrow as pa
 import pytest
 
 from mot_sim.experiments.sweep.curves import axes_in, curve_charts, metrics_in, save_curves
-from mot_sim.experiments.sweep.summary import summary
-from mot_sim.experiments.sweep.summary_tables import mean_table
+from mot_sim.experiments.sweep.summary import mean_table, summary
 from mot_sim.tables import Cell, Table
 from tests.mot_sim.report.page.made import sweep_result
 from tracker.errors import BadConfig

@@ -3,16 +3,15 @@
 import pyarrow as pa
 import pytest
 
-from mot_sim.experiments.sweep.summary import summary
-from mot_sim.experiments.sweep.summary_tables import (
+from mot_sim.experiments.sweep.summary import (
     difference_table,
     failure_lines,
     mean_table,
-    printed_tables,
+    summary,
     summary_content,
     words,
 )
-from mot_sim.tables import Interval, mean_text
+from mot_sim.tables import NO_INTERVAL, Interval, mean_column
 
 
 def made_table(errors: bool = False) -> pa.Table:
@@ -63,14 +62,17 @@ def test_failed_trials_are_counted_named_and_in_no_mean() -> None:
 
 def test_tables_show_percent_and_half_the_interval() -> None:
     lines = summary(made_table(errors=True))
-    assert mean_text(Interval(0.5, 0.4, 0.6, 9), "HOTA") == "50.00 ±10.00"
-    assert mean_text(Interval(3.0, 1.0, 5.0, 9), "IDSW", is_signed=True) == "+3.0 ±2.0"
-    assert mean_text(Interval(0.5, None, None, 1), "HOTA") == "50.00"
-    assert mean_text(None, "HOTA") == ""
-    means, different = printed_tables(lines, ("HOTA",))
-    rows = means.shown_rows()
+    assert mean_column("HOTA").show(*Interval(0.5, 0.4, 0.6, 9).cells) == "50.00 ±10.00"
+    assert (
+        mean_column("IDSW", is_signed=True).show(*Interval(3.0, 1.0, 5.0, 9).cells) == "+3.0 ±2.0"
+    )
+    assert mean_column("HOTA").show(*Interval(0.5, None, None, 1).cells) == "50.00"
+    assert mean_column("HOTA").show(*NO_INTERVAL.cells) == ""
+    rows = mean_table(lines, ("HOTA",), is_printed=True).shown_rows()
     assert rows[1][:2] == ("noise=0", "b")
     assert rows[1][3:] == ("2", "1")
+    different = difference_table(lines, ("HOTA",), is_printed=True)
+    assert different is not None
     assert different.shown_rows()[1] == ("noise=2", "b", "-10.00 ±0.00", "3")
     assert difference_table([line for line in lines if line.tracker == "a"]) is None
     assert summary_content(lines)[1]["metrics"]["HOTA"]["count"] == 2
@@ -100,7 +102,8 @@ def test_intervals_are_possible_and_two_seeds_are_called_too_few() -> None:
     assert less.column("HOTA low")[0] == pytest.approx(-0.05 - 12.7062 * 0.05)
     told = "too few for an interval to mean much; 5 or more are better."
     assert means.note.endswith(f"2 seeds: {told}")
-    shown = printed_tables(lines)
-    assert [table.note for table in shown] == [f"2 seeds: {told}", f"2 pairs: {told}"]
-    assert shown[0].shown_rows()[0][2] == "80.00 [0.00, 100.00]"
-    assert "3 seeds" in printed_tables(summary(made_table()))[0].note
+    printed, pairs = (table(lines, is_printed=True) for table in (mean_table, difference_table))
+    assert printed.note == f"2 seeds: {told}"
+    assert pairs.note == f"2 pairs: {told}"
+    assert printed.shown_rows()[0][2] == "80.00 [0.00, 100.00]"
+    assert "3 seeds" in mean_table(summary(made_table()), is_printed=True).note
