@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import floor, log10
 from typing import Literal, get_args
 
-from mot_sim.tables.score_names import is_rate, title_of
+from mot_sim.tables.score_names import is_count, is_rate, title_of
 
 Cell = str | float | int | None
 Row = tuple[Cell, ...]
@@ -38,8 +38,9 @@ class Column:
 
     @classmethod
     def named(cls, name: str, kind: Kind | None = None) -> "Column":
-        """What a name stands for in files; without a kind, a rate where the name says so."""
-        return cls(title_of(name), kind or ("rate" if is_rate(name) else "value"), name)
+        """What a name stands for in files; without a kind, the one of the score of this name."""
+        known: Kind = "rate" if is_rate(name) else "count" if is_count(name) else "value"
+        return cls(title_of(name), kind or known, name)
 
     def show(self, value: Cell, low: Cell = None, high: Cell = None) -> str:
         """The value as text, with its interval where there is one."""

@@ -27,6 +27,7 @@ from mot_sim.tables import (
 METRICS = ("HOTA", "DetA", "AssA", "MOTA", "IDF1", "CLR_FP", "CLR_FN", "IDSW", "Frag")
 PRINTED_METRICS = ("HOTA", "AssA", "MOTA", "IDF1", "IDSW")
 PRINTED_AS = "mean ± half of the 95 % interval, or its ends"
+DIFFERENCES = "differences"  # the name of their table
 MAX_ERRORS = 10  # different ones that are printed
 INTERVAL_NOTE = (
     "Means over seeds with their 95 % intervals (Student's t); rates are fractions in the file."
@@ -131,7 +132,8 @@ def mean_table(
 
     is_printed: for the terminal, with the levels in one column of words.
     """
-    table = _of_lines(lines, lines, metrics, is_printed, is_less=False)
+    printed = f"{PRINTED_AS}, over the seeds (Student's t); rates in %"
+    table = _of_lines("means", printed if is_printed else "Scores", lines, metrics, is_printed)
     failed = (line.failed or (None if is_printed else 0) for line in lines)
     rows = tuple((*row, count) for row, count in zip(table.rows, failed, strict=True))
     return replace(table, columns=(*table.columns, Column.named("failed")), rows=rows)
@@ -142,40 +144,34 @@ def difference_table(
 ) -> Table | None:
     """The differences to the first tracker, paired by seed; None where there is only one."""
     others = [line for line in lines if line.less is not None]
-    return _of_lines(lines, others, metrics, is_printed, is_less=True) if others else None
+    first = next((line.tracker for line in lines if line.less is None), "the first tracker")
+    title = f"Differences to {first}, seed by seed"
+    if is_printed:
+        title = f"less {first}, seed by seed: {PRINTED_AS}; rates in points"
+    return _of_lines(DIFFERENCES, title, others, metrics, is_printed) if others else None
 
 
 def _of_lines(
-    all_lines: Sequence[SummaryRow],
-    lines: Sequence[SummaryRow],
-    metrics: Sequence[str],
-    is_printed: bool,
-    is_less: bool,
+    name: str, title: str, lines: Sequence[SummaryRow], metrics: Sequence[str], is_printed: bool
 ) -> Table:
     """A row a line, with the intervals of its scores, or of their differences."""
+    is_less = name == DIFFERENCES
     found = [(line.less or {}) if is_less else line.metrics for line in lines]
     there = [each for each in metrics if each in found[0]]
-    seeds = "pairs" if is_less and is_printed else "seeds"
     scores = [mean_column(each, is_signed=is_less) if is_printed else each for each in there]
-    columns: list[str | Column] = [Column("point", "name")] if is_printed else [*lines[0].levels]
-    columns += [Column.named("tracker", "name")]
-    columns += [column for each in scores for column in with_ends(each)]
+    seeds = "pairs" if is_less and is_printed else "seeds"
+    levels: list[str | Column] = [Column("point", "name")] if is_printed else [*lines[0].levels]
+    ends = (column for each in scores for column in with_ends(each))
+    columns = (*levels, Column.named("tracker", "name"), *ends, seeds)
     rows: list[Row] = []
     for line, scored in zip(lines, found, strict=True):
-        levels = [words(line.levels)] if is_printed else line.levels.values()
+        at = [words(line.levels)] if is_printed else line.levels.values()
         values = (cell for each in there for cell in scored.get(each, NO_INTERVAL).cells)
         count = max((each.count for each in scored.values()), default=0)
-        rows.append((*levels, line.tracker, *values, count))
+        rows.append((*at, line.tracker, *values, count))
     few = few_seeds_note((int(row[-1] or 0) for row in rows), seeds[:-1])
-    first = next((line.tracker for line in all_lines if line.less is None), "the first tracker")
-    name, title = "means", "Scores"
-    printed_title = f"{PRINTED_AS}, over the seeds (Student's t); rates in %"
-    if is_less:
-        name, title = "differences", f"Differences to {first}, seed by seed"
-        printed_title = f"less {first}, seed by seed: {PRINTED_AS}; rates in points"
-    if is_printed:
-        return Table.of(name, printed_title, [*columns, seeds], rows, few)
-    return Table.of(name, title, [*columns, seeds], rows, f"{INTERVAL_NOTE} {few}".strip())
+    note = few if is_printed else f"{INTERVAL_NOTE} {few}".strip()
+    return Table.of(name, title, columns, rows, note)
 
 
 def failure_table(table: pa.Table) -> Table | None:

@@ -46,7 +46,7 @@ def test_digits_are_the_same_in_all_rows_where_they_are_given() -> None:
 
 
 def test_a_name_stands_for_its_title_and_its_kind() -> None:
-    assert Column.named("CLR_FP") == Column("FP", "value", "CLR_FP")
+    assert Column.named("CLR_FP") == Column("FP", "count", "CLR_FP")
     assert Column.named("HOTA").kind == Column.named("MOTA - all").kind == "rate"
     assert [each.name for each in with_ends("IDF1")] == ["IDF1", "IDF1 low", "IDF1 high"]
     assert {each.kind for each in with_ends("IDF1")} == {"rate"}
