@@ -164,5 +164,5 @@ def test_nothing_of_ours_is_refused_with_the_cure(tmp_path: Path) -> None:
 def test_one_damaged_result_among_others_is_named(tmp_path: Path) -> None:
     folders = write_every(tmp_path)
     (folders[2] / "result.json").write_text("{")
-    with pytest.raises(BadFile, match=r"break.result\.json:1: damaged"):
+    with pytest.raises(BadFile, match=r"breaking-point.result\.json:1: damaged"):
         find_sources([tmp_path])
