@@ -25,14 +25,12 @@ from mot_sim.cli.terminal import Terminal
 from mot_sim.experiments.paper.cue_sets import SINGLE, in_frameworks, with_cues
 from mot_sim.experiments.paper.intersections import TUNING_SEEDS
 from mot_sim.experiments.sweep.paths import Level
-from mot_sim.experiments.sweep.summary import Interval
-from mot_sim.experiments.sweep.summary_tables import shown
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.tuning.folds import balanced_folds, traits_of
 from mot_sim.experiments.tuning.labelled import LabelledSequence, kitti_drives, made_drives
 from mot_sim.experiments.tuning.measuring import KittiBenchmark
 from mot_sim.metrics import Scores, combine
-from mot_sim.tables.grid import Column, Table, Value
+from mot_sim.tables import Column, Interval, Row, Table, mean_column
 from tracker import FRAMEWORKS
 from tracker.errors import TrackingError
 
@@ -78,7 +76,7 @@ def by_drive(
     return [{name: scores[rules] for name, scores in each.items()} for each in found]
 
 
-def show(title: str, heads: Sequence[str], rows: Sequence[tuple[Value, ...]]) -> None:
+def show(title: str, heads: Sequence[str], rows: Sequence[Row]) -> None:
     """A Markdown table."""
     print(f"**{title}**\n\n{Table(tuple(map(Column, heads)), tuple(rows)).as_markdown()}")
 
@@ -146,7 +144,10 @@ def made_table(bench: KittiBenchmark, seeds: range, frames: int) -> None:
     }
 
     def cells(some: Array, signed: bool) -> tuple[str, ...]:
-        return tuple(shown(Interval.of(row), "HOTA", signed) for row in (*some, some.mean(axis=0)))
+        return tuple(
+            mean_column("HOTA", is_signed=signed).show(*Interval.of(row).cells)
+            for row in (*some, some.mean(axis=0))
+        )
 
     lines = [(each, *cells(values[each] - values[ALONE], True)) for each in costs]
     title = (

@@ -29,12 +29,11 @@ from mot_sim.experiments.paper.made_rows import PairedScores
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import Recordings
 from mot_sim.experiments.sweep.paths import Level
-from mot_sim.experiments.sweep.summary_tables import shown
 from mot_sim.experiments.tuning.labelled import LabelledSequence, made_drives
 from mot_sim.experiments.tuning.measuring import KittiBenchmark
 from mot_sim.simulation.sensors import Sightings
 from mot_sim.simulation.traffic.traffic_state import STEP
-from mot_sim.tables.grid import Value
+from mot_sim.tables import Row, mean_column
 from tracker.errors import TrackingError
 
 SCENE = "intersection"
@@ -76,7 +75,8 @@ def row_of(
     pooled = PairedScores({name: [each[name].numbers() for each in found] for name in PAPER_ROWS})
     means = [f"{100.0 * pooled.values(name, 'MOTA').mean():.2f}" for name in PAPER_ROWS]
     steps = [pooled.less(after, before, "MOTA") for before, after in pairwise(PAPER_ROWS)]
-    return (*means, *(shown(step, "MOTA", signed=True) for step in steps))
+    signed = mean_column("MOTA", is_signed=True)
+    return (*means, *(signed.show(*step.cells) for step in steps))
 
 
 def profile_table(bench: KittiBenchmark, name: str, seeds: range, frames: int) -> None:
@@ -87,7 +87,7 @@ def profile_table(bench: KittiBenchmark, name: str, seeds: range, frames: int) -
     }  # fmt: skip
     own = Conditions.of(SCENE, base).axes()
     levels = ((float(own[NOISE]), float(own[SECONDS])), *((noise, 0.0) for noise in WHITE))
-    rows: list[tuple[Value, ...]] = []
+    rows: list[Row] = []
     for number, (noise, seconds) in enumerate(levels):
         settings = base | {NOISE: noise, SECONDS: seconds}
         bench.tell(f"{name}, drives with noise {noise:g} over {seconds:g} s", 0, len(seeds))

@@ -19,16 +19,11 @@ from time import perf_counter, process_time
 
 import numpy as np
 
-from mot_sim.experiments.results.result_file import (
-    Made,
-    Result,
-    ResultTable,
-    made_here,
-    write_result,
-)
+from mot_sim.experiments.result_file import Made, Result, made_here, write_result
 from mot_sim.experiments.sweep.summary import METRICS
 from mot_sim.plotting import write_video
 from mot_sim.report.page import MAX_PAGE_BYTES, write_report
+from mot_sim.tables import Table
 
 AXES, LEVELS, TRACKERS = 7, 5, ("default", "paper", "greedy", "window")
 CLIP = (375, 1242)  # height and width of KITTI's images
@@ -49,7 +44,7 @@ def made_sweep(made: Made) -> Result:
                 at = [float(level) if place == number else None for place in range(AXES)]
                 rows.append((*at, tracker, *map(float, spread), 20, 0))
     columns = (*axes, "tracker", *ends, "seeds", "failed")
-    return Result("sweep", "a sweep", made, (ResultTable("means", "Scores", columns, tuple(rows)),))
+    return Result("sweep", "a sweep", made, (Table.of("means", "Scores", columns, tuple(rows)),))
 
 
 def made_stress(made: Made) -> Result:
@@ -64,14 +59,14 @@ def made_stress(made: Made) -> Result:
         for tracker in TRACKERS
         for metric in ("HOTA", "IDF1", "MOTA", "IDSW")
     )
-    return Result("stress", "suites", made, (ResultTable("verdicts", "Bounds", columns, rows),))
+    return Result("stress", "suites", made, (Table.of("verdicts", "Bounds", columns, rows),))
 
 
 def made_peers(made: Made) -> Result:
     """Twelve trackers."""
     columns = ("tracker", "MOTA", "HOTA", "AssA", "IDF1", "IDSW", "frames / CPU s")
     rows = tuple((f"tracker {k}", *(0.9 - 0.01 * k,) * 4, 3 + k, 800.0) for k in range(12))
-    return Result("compare", "peers", made, (ResultTable("scores", "All", columns, rows),))
+    return Result("compare", "peers", made, (Table.of("scores", "All", columns, rows),))
 
 
 def write_inputs(home: Path, clips: int) -> list[Path]:

@@ -17,7 +17,7 @@ from mot_sim.plotting.video import put_in_place
 from mot_sim.report import Film, Layers
 from mot_sim.simulation.episode import Episode, Scene, record
 from mot_sim.simulation.registry import SCENES, find_scene
-from mot_sim.tables.grid import score_grid
+from mot_sim.tables import score_table
 from tracker import Tracker
 from tracker.errors import BadOutput, OutputExists
 from tracker.types import Camera, Tracks
@@ -158,7 +158,7 @@ def _make(
     write_results(outputs[name], result.tracks)
     write_labels(episode.truth, result.truth, episode.camera.T_road_cam)
     write_lines(result.scores_json, [json.dumps(_as_json(episode, scores), indent=1)])
-    write_lines(result.scores_table, score_grid(scores, "tracker").as_markdown().splitlines())
+    write_lines(result.scores_table, score_table(scores, "tracker").as_markdown().splitlines())
     film = Film(episode, outputs[name], name, Layers(truth=True, follow=False), episode.truth)
     frames = _frames(film, {frame: folder / still for frame, still in stills.items()}, progress)
     write_video(result.video, frames, episode.frame_rate)

@@ -141,11 +141,14 @@ class BreakingPointCommand:
         self, terminal: Terminal, spec: "BreakingPointSpec", points: "Sequence[BreakingPoint]"
     ) -> int:
         """The table, the JSON, the picture, what failed; the exit code."""
-        from mot_sim.experiments.results.result_tables import breaking_tables
-        from mot_sim.experiments.stress.breaking_table import breaking_content, breaking_table
+        from mot_sim.experiments.stress.breaking_table import (
+            breaking_content,
+            breaking_table,
+            breaking_tables,
+        )
         from mot_sim.experiments.sweep.curves import save_curves
 
-        tables = breaking_tables(self.axis, self.metric, self.drop, points)
+        tables = breaking_tables(spec, points)
         keep(self.out, "breaking-point", self._title(spec), tables)
         if self.json is not None:
             content = breaking_content(spec, points)

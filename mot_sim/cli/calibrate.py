@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import mot_sim.datasets
     import mot_sim.simulation.sensors.fitting.fit_report
     import mot_sim.simulation.sensors.fitting.measure
-    import mot_sim.tables.grid
+    import mot_sim.tables
 
 SIMULATIONS = 5  # compared with the real detections
 
@@ -92,10 +92,13 @@ class Calibrate:
         name: str,
     ) -> None:
         from mot_sim.cli.evaluate import deliver
-        from mot_sim.tables.grid import Column, Table
+        from mot_sim.tables import Column, Table
 
-        columns = Column("figure"), Column("real"), Column("made")
-        rows = tuple((line.what, f"{line.real:.4f}", f"{line.made:.4f}") for line in lines)
+        columns = (
+            Column("figure"),
+            *(Column(each, "value", digits=4) for each in ("real", "made")),
+        )
+        rows = tuple((line.what, line.real, line.made) for line in lines)
         table = Table(columns, rows, f"{name}: real beside made, {SIMULATIONS} simulations")
         content = {line.what: {"real": line.real, "made": line.made} for line in lines}
         deliver(terminal, table, content, self.json, self.csv)

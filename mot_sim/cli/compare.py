@@ -108,7 +108,7 @@ class Compare:
         comparison = run_comparison(trackers, drives, truths, self.rules, self._keep(drives))
         title = f"{what}, rules {self.rules}, rates and scores in %"
         deliver(terminal, comparison.table(title), comparison.as_dict(), self.json, self.csv)
-        self._keep_result(comparison, f"{what}, rules {self.rules}")
+        keep(self.out, "compare", f"{what}, rules {self.rules}", comparison.tables())
         say_unlabelled(terminal, unlabelled)
         say_failures(terminal, comparison.failures)
         return BROKEN if comparison.failures else OK
@@ -132,12 +132,6 @@ class Compare:
                     raise
                 terminal.write(f"{name}: ready in {environment.path}\n")
         return OK
-
-    def _keep_result(self, comparison: "mot_sim.experiments.guests.Comparison", title: str) -> None:
-        """What the report reads."""
-        from mot_sim.experiments.results.result_tables import contest_tables
-
-        keep(self.out, "compare", title, tuple(contest_tables(comparison)))
 
     def _named_trackers(self) -> "list[mot_sim.experiments.guests.SequenceTracker]":
         """The trackers that were named, the guests among them as the options say."""

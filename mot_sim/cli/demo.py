@@ -36,7 +36,7 @@ class Demo:
         """Run the demo and show the result."""
         from mot_sim.demo import DEMO_FRAMES, run_demo
         from mot_sim.simulation.registry import find_scene
-        from mot_sim.tables.grid import score_grid
+        from mot_sim.tables import score_table
 
         knobs = parse_knobs(self.scene, self.knobs)
         scene = find_scene(self.scene, **({"frames": DEMO_FRAMES} | knobs))
@@ -60,7 +60,7 @@ class Demo:
             terminal.write_json({"frames": result.frame_count, "files": files, "scores": scores})
             return OK
         title = f"{self.scene}, {result.frame_count} frames, seed {self.seed}, rates in %"
-        terminal.show(score_grid(result.scores, "tracker", title))
+        terminal.show(score_table(result.scores, "tracker", title))
         for name, paths in files.items():
             terminal.write(f"{name + ':':<8} {', '.join(paths)}\n")
         return OK

@@ -14,7 +14,7 @@ from mot_sim.cli.terminal import INTERRUPTED, OK, STDOUT, Terminal
 if TYPE_CHECKING:
     import mot_sim.diagnosis.findings
     import mot_sim.diagnosis.tasks
-    import mot_sim.experiments.results.result_file
+    import mot_sim.tables
 
 DEFAULT_SEEDS = 8
 DEFAULT_FRAMES = 100
@@ -182,14 +182,14 @@ class Diagnose:
 
     def _keep(
         self,
-        tables: "Sequence[mot_sim.experiments.results.result_file.ResultTable]",
+        tables: "Sequence[mot_sim.tables.Table]",
         pictures: Sequence[Path],
         drives: int,
     ) -> None:
         """Tables and result, if a folder was named; pictures inside it are named in the result."""
         if self.out is None:
             return
-        from mot_sim.diagnosis.outputs import write_tables
+        from mot_sim.diagnosis.tables import write_tables
 
         home = self.out.resolve()
         inside = [path.resolve() for path in pictures if path.resolve().is_relative_to(home)]
@@ -201,24 +201,20 @@ class Diagnose:
     def _show(
         self,
         terminal: Terminal,
-        tables: "Sequence[mot_sim.experiments.results.result_file.ResultTable]",
+        tables: "Sequence[mot_sim.tables.Table]",
         found: "Sequence[mot_sim.diagnosis.findings.Findings]",
     ) -> None:
         """The tables, and a note if they are empty."""
-        from mot_sim.diagnosis.tables import csv_of, shown
+        from mot_sim.diagnosis.tables import for_terminal
 
         if self.json is not None:
-            content = {
-                t.name: [dict(zip(t.columns, row, strict=True)) for row in t.rows] for t in tables
-            }
+            content = {table.name: table.as_records() for table in tables}
             terminal.save(jsonlib.dumps(content, indent=2) + "\n", self.json)
         if self.csv is not None:
-            terminal.save(csv_of(tables[0]), self.csv)
+            terminal.save(tables[0].as_csv(), self.csv)
         if STDOUT not in (self.json, self.csv):
             for table in tables[:-1]:
-                terminal.show(shown(table))
-                if table.note:
-                    terminal.show(f"{table.note}\n")
+                terminal.show(for_terminal(table))
         if not any(each.cars for each in found):
             terminal.note("no car that counts in any drive: nothing could break")
         elif not any(each.switches for each in found):

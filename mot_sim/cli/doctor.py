@@ -45,7 +45,7 @@ class Doctor:
 
     def __call__(self, terminal: Terminal) -> int:
         """Check everything; never fails."""
-        from mot_sim.tables.grid import Column, Table
+        from mot_sim.tables import Column, Table
 
         findings = [
             find_python(),

@@ -12,7 +12,7 @@ from mot_sim.cli.options import File, Root, Rules, Verbose, option
 from mot_sim.cli.terminal import OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
-    import mot_sim.tables.grid
+    import mot_sim.tables
 
 
 @dataclass(frozen=True)
@@ -43,12 +43,12 @@ class Evaluate:
     def __call__(self, terminal: Terminal) -> int:
         """Score and show."""
         from mot_sim.evaluation.scoring import score_folder
-        from mot_sim.tables.grid import score_grid
+        from mot_sim.tables import score_table
 
         require_targets(self.json, self.csv)
         scored = score_folder(self.results, self.root, self.sequences, self.rules)
         evaluation = scored.evaluation
-        table = score_grid(
+        table = score_table(
             {**evaluation.sequences, "combined": evaluation.combined},
             title=f"{self.results}, rules {self.rules}, rates in %",
             sums=1,
@@ -79,7 +79,7 @@ def require_targets(json: str | None, csv: str | None) -> None:
 
 def deliver(
     terminal: Terminal,
-    table: "mot_sim.tables.grid.Table",
+    table: "mot_sim.tables.Table",
     content: Mapping[str, object],
     json: str | None,
     csv: str | None,

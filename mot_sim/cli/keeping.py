@@ -5,21 +5,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    import mot_sim.experiments.results.result_file
     import mot_sim.experiments.sweep
+    import mot_sim.tables
 
 
 def keep(
     folder: Path | None,
     kind: str,
     title: str,
-    tables: "tuple[mot_sim.experiments.results.result_file.ResultTable, ...]" = (),
+    tables: "tuple[mot_sim.tables.Table, ...]" = (),
     *,
     finished: bool = True,
     trials: tuple[int, int] | None = None,
 ) -> None:
     """Write `result.json` into the folder, if there is one; see `Result` and `Made`."""
-    from mot_sim.experiments.results.result_file import Result, made_here, write_result
+    from mot_sim.experiments.result_file import Result, made_here, write_result
 
     if folder is not None:
         made = made_here(finished=finished, trials=trials)
@@ -29,7 +29,7 @@ def keep(
 def keep_sweep(
     folder: Path | None,
     design: "mot_sim.experiments.sweep.Design",
-    tables: "tuple[mot_sim.experiments.results.result_file.ResultTable, ...]" = (),
+    tables: "tuple[mot_sim.tables.Table, ...]" = (),
     done: int = 0,
 ) -> None:
     """The same for a sweep. done: trials that are finished."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import mot_sim.datasets
     import mot_sim.evaluation.run_folder
     import mot_sim.metrics
-    import mot_sim.tables.grid
+    import mot_sim.tables
 
 
 @dataclass(frozen=True)
@@ -96,19 +96,19 @@ class Kitti:
 
     def _table(
         self, evaluations: "dict[str, mot_sim.metrics.Evaluation]"
-    ) -> "mot_sim.tables.grid.Table":
+    ) -> "mot_sim.tables.Table":
         """One row per sequence for one tracker, one row per tracker for several."""
-        from mot_sim.tables.grid import score_grid
+        from mot_sim.tables import score_table
 
         drive = f"{self.kitti.detections or DETECTIONS} boxes, ego {self.kitti.ego or EGO}"
         if len(evaluations) == 1:
             ((tracker, evaluation),) = evaluations.items()
-            return score_grid(
+            return score_table(
                 {**evaluation.sequences, "combined": evaluation.combined},
                 title=f"{tracker}: {drive}, rules {self.rules}, rates in %",
                 sums=1,
             )
-        return score_grid(
+        return score_table(
             {name: evaluation.combined for name, evaluation in evaluations.items()},
             "tracker",
             f"{drive}, rules {self.rules}, rates in %",

@@ -29,7 +29,7 @@ class List:
 
     def __call__(self, terminal: Terminal) -> int:
         """Show the registers."""
-        from mot_sim.tables.grid import Column, Table
+        from mot_sim.tables import Column, Table
 
         names = registers()
         if self.json:
@@ -40,7 +40,9 @@ class List:
             for option, register in names.items()
             for number, (name, what) in enumerate(register.items())
         )
-        terminal.show(Table((Column("option"), Column("name"), Column("what it is")), rows))
+        terminal.show(
+            Table((Column("option", "name"), Column("name", "name"), Column("what it is")), rows)
+        )
         return OK
 
 

@@ -11,7 +11,7 @@ from mot_sim.cli.terminal import OK, Terminal
 
 if TYPE_CHECKING:
     import mot_sim.simulation.scene_figures
-    import mot_sim.tables.grid
+    import mot_sim.tables
 
 SEEDS = 2
 
@@ -73,7 +73,7 @@ class Scenes:
     def _show_knobs(self, name: str, terminal: Terminal) -> None:
         """The knobs of a scene, and what it says of them."""
         from mot_sim.simulation.registry import knobs_of, scene_maker
-        from mot_sim.tables.grid import Column, Table
+        from mot_sim.tables import Column, Table
 
         knobs, about = knobs_of(name), getdoc(scene_maker(name)) or ""
         if self.json:
@@ -81,21 +81,22 @@ class Scenes:
             return
         terminal.write(f"{about}\n\n")
         rows = tuple((knob, type(value).__name__, str(value)) for knob, value in knobs.items())
-        terminal.show(Table((Column("knob"), Column("type"), Column("default")), rows))
+        terminal.show(Table((Column("knob", "name"), Column("type"), Column("default")), rows))
 
 
 def figure_table(
     measured: "dict[str, mot_sim.simulation.scene_figures.Figures]",
-) -> "mot_sim.tables.grid.Table":
+) -> "mot_sim.tables.Table":
     """The figures as a table."""
-    from mot_sim.tables.grid import Column, Table
+    from mot_sim.tables import Column, Table
 
-    columns = ("scene", "cars a frame", "half occluded", "turned off", "ids a minute", "deg/s")
-    rows = tuple(
-        (
-            name, f"{one.cars:.1f}", f"{100 * one.occluded:.0f} %", f"{100 * one.turned:.0f} %",
-            f"{one.ids:.0f}", f"{one.yaw_rate:.0f}",
-        )
-        for name, one in measured.items()
+    columns = (
+        Column("scene", "name"), Column("cars a frame", "value", digits=1),
+        Column("half occluded, %", "rate", digits=0), Column("turned off, %", "rate", digits=0),
+        Column("ids a minute", "value", digits=0), Column("deg/s", "value", digits=0),
     )  # fmt: skip
-    return Table(tuple(Column(name) for name in columns), rows)
+    rows = tuple(
+        (name, one.cars, one.occluded, one.turned, one.ids, one.yaw_rate)
+        for name, one in measured.items()
+    )
+    return Table(columns, rows)

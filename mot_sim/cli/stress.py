@@ -58,7 +58,9 @@ class Stress:
         require_targets(self.json, None)
         suites = find_suites(self.suites, read_suites(self.file or SUITES))
         if self.list_suites:
-            show_suites(terminal, suites)
+            from mot_sim.experiments.stress.suites import bound_table
+
+            terminal.show(bound_table(suites))
             return OK
         if self.measure:
             suites = [measured(suite) for suite in suites]
@@ -98,22 +100,19 @@ class Stress:
 
     def _keep(self, suites: "Sequence[Suite]", found: "Sequence[Verdict]", done: int) -> None:
         """Keep the verdicts so far, for the report. done: number of suites."""
-        from mot_sim.experiments.results.result_tables import suite_table, verdicts
+        from mot_sim.experiments.stress.suites import suite_table, verdict_table
 
         trials = len(self.trackers.split(",")) * self.seeds
         title = ", ".join(suite.name for suite in suites[:3]) + ", ..." * (len(suites) > 3)
         keep(
-            self.out,
-            "stress",
-            f"stress: {title}",
-            (verdicts(found), suite_table(suites)),
-            finished=done == len(suites),
-            trials=(done * trials, len(suites) * trials),
-        )
+            self.out, "stress", f"stress: {title}", (verdict_table(found), suite_table(suites)),
+            finished=done == len(suites), trials=(done * trials, len(suites) * trials),
+        )  # fmt: skip
 
     def _conclude(self, terminal: Terminal, verdicts: "Sequence[Verdict]") -> int:
         """The errors, the JSON, the sum; the exit code."""
         from mot_sim.experiments.stress.suites import verdict_content
+        from mot_sim.tables import few_seeds_note
 
         if self.json is not None:
             content = list(verdict_content(verdicts))
@@ -125,6 +124,8 @@ class Stress:
         }
         for error in errors:
             terminal.note(error)
+        if few := few_seeds_note(each.reached.count for each in verdicts):
+            terminal.note(few)
         if self.measure:
             return BROKEN if errors else OK
         bad = sum(not each.passed for each in verdicts)
@@ -134,8 +135,10 @@ class Stress:
 
 def verdict_line(verdict: "Verdict") -> str:
     """A verdict as one line: pass or fail, where, what was reached, and the bound."""
+    from mot_sim.experiments.stress.suites import score_word
+
     word = "pass" if verdict.passed else "FAIL"
-    bound = f"{verdict.bound.word} {_number(verdict.bound.metric, verdict.bound.value)}"
+    bound = f"{verdict.bound.word} {score_word(verdict.bound.metric, verdict.bound.value)}"
     failed = f"  ({verdict.failed} trials failed)" if verdict.failed else ""
     return f"{word}  {_reached(verdict)}  {bound}{failed}"
 
@@ -152,34 +155,11 @@ def measured_line(verdict: "Verdict") -> str:
 
 def _reached(verdict: "Verdict") -> str:
     """Where, which score, its mean, and its interval."""
+    from mot_sim.experiments.stress.suites import score_word
+
     reached, metric = verdict.reached, verdict.bound.metric
-    mean = "none" if reached.mean is None else _number(metric, reached.mean)
+    mean = "none" if reached.mean is None else score_word(metric, reached.mean)
     interval = ""
     if reached.low is not None and reached.high is not None:
-        interval = f"[{_number(metric, reached.low)}, {_number(metric, reached.high)}]"
+        interval = f"[{score_word(metric, reached.low)}, {score_word(metric, reached.high)}]"
     return f"{verdict.suite:15} {verdict.tracker:10} {metric:6} {mean:>6} {interval:16}"
-
-
-def _number(metric: str, value: float) -> str:
-    """A rate with three digits, a count with one."""
-    from mot_sim.tables.grid import COUNTS
-
-    return f"{value:.1f}" if metric in COUNTS.values() else f"{value:.3f}"
-
-
-def show_suites(terminal: Terminal, suites: "Sequence[Suite]") -> None:
-    """The suites, what is hard in them, and their bounds."""
-    from mot_sim.tables.grid import Column, Table
-
-    rows = tuple(
-        (
-            suite.name,
-            suite.about,
-            "\n".join(
-                f"{each.metric} {each.word} {_number(each.metric, each.value)}"
-                for each in suite.bounds
-            ),
-        )
-        for suite in suites
-    )
-    terminal.show(Table((Column("suite"), Column("what is hard"), Column("bounds")), rows))

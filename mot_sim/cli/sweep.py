@@ -149,14 +149,15 @@ class Sweep:
         self, terminal: Terminal, design: "mot_sim.experiments.sweep.Design", table: Any
     ) -> int:
         """The tables, the picture, the result for the report, what failed; the exit code."""
-        from mot_sim.experiments.results.result_tables import means, sweep_tables
         from mot_sim.experiments.sweep.curves import save_curves
-        from mot_sim.experiments.sweep.summary import summary
-        from mot_sim.experiments.sweep.summary_tables import (
+        from mot_sim.experiments.sweep.summary import (
+            PRINTED_METRICS,
             difference_table,
-            failures,
+            failure_lines,
             mean_table,
+            summary,
             summary_content,
+            sweep_tables,
         )
 
         lines = summary(table)
@@ -164,15 +165,15 @@ class Sweep:
         if self.json is not None:
             terminal.save(jsonlib.dumps(summary_content(lines), indent=2) + "\n", self.json)
         if self.json != STDOUT:
-            terminal.show(mean_table(lines))
-            differences = difference_table(lines)
-            if differences is not None:
-                terminal.show(differences)
+            for show in (mean_table, difference_table):
+                shown = show(lines, PRINTED_METRICS, is_printed=True)
+                if shown is not None:
+                    terminal.show(shown)
         if self.plot is not None:
-            save_curves(means(lines), self.plot)
+            save_curves(mean_table(lines), self.plot)
             terminal.note(f"written: {self.plot}")
         terminal.note(f"{len(table):,} trials: {self.out}/table.parquet")
-        failed = failures(table)
+        failed = failure_lines(table)
         for line in failed:
             terminal.note(line)
         return BROKEN if failed else OK
@@ -180,7 +181,7 @@ class Sweep:
 
 def show_axes(terminal: Terminal, design: "mot_sim.experiments.sweep.Design") -> None:
     """What can be an axis, with its own value."""
-    from mot_sim.tables.grid import Column, Table
+    from mot_sim.tables import Column, Table
 
     rows = tuple((axis, str(value)) for axis, value in design.known_axes().items())
-    terminal.show(Table((Column("axis"), Column("own value")), rows))
+    terminal.show(Table((Column("axis", "name"), Column("own value")), rows))

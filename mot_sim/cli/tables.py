@@ -1,7 +1,7 @@
 """`mot-sim tables`: the paper's tables, measured."""
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,8 +11,8 @@ from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
 
 if TYPE_CHECKING:
     import mot_sim.experiments.paper.studies
-    import mot_sim.experiments.results.result_file
     import mot_sim.experiments.tuning.measuring
+    import mot_sim.tables
 
 DEFAULT_SEEDS = 50
 DEFAULT_FRAMES = 100
@@ -56,11 +56,10 @@ class Tables:
     def __call__(self, terminal: Terminal) -> int:
         """Measure and show."""
         from mot_sim.experiments.paper.tables import TABLES
-        from mot_sim.experiments.results.shown_tables import result_table
         from mot_sim.files.writing import write_lines
         from tracker.errors import UnknownName
 
-        found: list[mot_sim.experiments.results.result_file.ResultTable] = []
+        found: list[mot_sim.tables.Table] = []
         names = list(dict.fromkeys(self.table))
         for name in self.table:
             if name not in TABLES:
@@ -77,7 +76,7 @@ class Tables:
                     for table in TABLES[name](studies):
                         terminal.show(table)
                         text += [f"**{table.title}**", "", table.as_markdown()]
-                        found.append(result_table(f"{name}.{len(found) + 1}", table))
+                        found.append(replace(table, name=f"{name}.{len(found) + 1}"))
                     write_lines(self.out / "tables" / f"{name}.md", "\n".join(text).split("\n"))
                     title = f"The paper's tables: {', '.join(names)}"
                     keep(self.out, "tables", title, tuple(found), finished=name == names[-1])

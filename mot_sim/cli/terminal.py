@@ -17,6 +17,7 @@ STDOUT = "-"
 LEVELS = (logging.WARNING, logging.INFO, logging.DEBUG)
 LOGGERS = ("mot_sim", "tracker")
 PLAIN = {"highlight": False, "emoji": False}  # `module:car:` is no picture
+MAX_COLUMNS = 100_000  # wider than any table
 REDRAW_SECONDS = 0.1  # between redraws of the bar; faster trackers must not wait for it
 NOTE_SECONDS = 30.0  # between lines about the progress where no bar can be drawn
 
@@ -29,16 +30,25 @@ class PipeConsole(Console):
         raise  # noqa: PLE0704
 
 
+def stdout_console() -> PipeConsole:
+    """As wide as the terminal; without a width where stdout is none, so that nothing is folded."""
+    try:
+        is_terminal = sys.stdout.isatty()
+    except ValueError:  # closed
+        is_terminal = False
+    return PipeConsole(**PLAIN, width=None if is_terminal else MAX_COLUMNS)
+
+
 @dataclass(frozen=True, eq=False)
 class Terminal:
     """The two streams of this process. Text is shown as it is: no markup, no highlighting."""
 
-    out: Console = field(default_factory=lambda: PipeConsole(**PLAIN))
+    out: Console = field(default_factory=stdout_console)
     err: Console = field(default_factory=lambda: PipeConsole(stderr=True, **PLAIN))
 
     def show(self, what: RenderableType) -> None:
-        """A table on stdout; as wide as the terminal, or 80 columns."""
-        self.out.print(what)
+        """A table on stdout, folded to the width of the terminal where there is one."""
+        self.out.print(what, crop=False)
 
     def write(self, text: str) -> None:
         """Text on stdout, unchanged."""

@@ -10,9 +10,7 @@ from mot_sim.cli.options import DETECTIONS, EGO, File, Root, Rules, Verbose, opt
 from mot_sim.cli.terminal import INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
-    import mot_sim.experiments.tuning.cross_validation
     import mot_sim.experiments.tuning.labelled
-    import mot_sim.tables.grid
 
 
 @dataclass(frozen=True)
@@ -96,7 +94,16 @@ class Tune:
                 f"interrupted: what was weighed stands in {self.out}; the same command goes on"
             )
             return INTERRUPTED
-        self._keep(tuned)
+        from mot_sim.experiments.tuning.outcome_tables import (
+            fold_table,
+            tuned_content,
+            tuned_summary,
+            tuned_tables,
+        )
+
+        made = self.scene or f"KITTI, {self.detections} boxes, ego {self.ego}"
+        tables = tuned_tables(tuned, self.objective)
+        keep(self.out, "tune", f"Weights of {', '.join(tuned.names)}: {made}", tables)
         if self.json is not None:
             content = jsonlib.dumps(tuned_content(tuned, self.objective), indent=2)
             terminal.save(content + "\n", self.json)
@@ -105,15 +112,6 @@ class Tune:
             terminal.write(tuned_summary(tuned, self.objective))
         terminal.note(f"{tuned.weighed} weight vectors, {tuned.fresh} of them weighed now")
         return OK
-
-    def _keep(self, tuned: "mot_sim.experiments.tuning.cross_validation.Tuned") -> None:
-        """What the report reads."""
-        from mot_sim.experiments.results.result_tables import tuned_tables
-        from mot_sim.experiments.tuning.weighing import WEIGHT_SUM
-
-        drives = self.scene or f"KITTI, {self.detections} boxes, ego {self.ego}"
-        tables = tuned_tables(tuned, self.objective, float(WEIGHT_SUM))
-        keep(self.out, "tune", f"Weights of {', '.join(tuned.names)}: {drives}", tables)
 
     def _drives(self) -> "tuple[mot_sim.experiments.tuning.labelled.LabelledSequence, ...]":
         from mot_sim.experiments.tuning.labelled import kitti_drives, made_drives
@@ -135,77 +133,3 @@ class Tune:
         require_rules(self.rules)
         if self.rules == "devkit2018" and self.objective == "HOTA":
             raise BadConfig("the rules devkit2018 have no HOTA: give --objective MOTA")
-
-
-def fold_table(
-    tuned: "mot_sim.experiments.tuning.cross_validation.Tuned", objective: str
-) -> "mot_sim.tables.grid.Table":
-    """One row per fold: drives held out, both scores, the weights; then mean and spread."""
-    from mot_sim.experiments.tuning.weighing import WEIGHT_SUM
-    from mot_sim.tables.grid import Column, Table
-
-    columns = (
-        Column("held out"),
-        Column(f"{objective} train", "rate"),
-        Column("held out", "rate"),
-        Column("IDSW", "count"),
-        *(Column(name) for name in tuned.names),
-    )
-    rows: list[tuple[str | float | int | None, ...]] = [
-        (
-            " ".join(fold.held),
-            fold.train,
-            fold.held_out,
-            fold.switches,
-            *(f"{weight / WEIGHT_SUM:.3f}" for weight in fold.weights),
-        )
-        for fold in tuned.folds
-    ]
-    switches = sum(fold.switches for fold in tuned.folds)
-    pairs = zip(tuned.weights, tuned.spread.tolist(), strict=True)
-    chosen = [f"{weight / WEIGHT_SUM:.3f} ±{spread:.3f}" for weight, spread in pairs]
-    rows.append(("all, mean weights ± std", None, tuned.held_out, switches, *chosen))
-    return Table(columns, tuple(rows), "weights by cross-validation; scores in %", sums=1)
-
-
-def tuned_summary(
-    tuned: "mot_sim.experiments.tuning.cross_validation.Tuned", objective: str
-) -> str:
-    """The result in two lines."""
-    return (
-        f"{objective} of all drives: {100 * tuned.start:.2f} by the first weights, "
-        f"{100 * tuned.overall:.2f} by the mean ones, {100 * tuned.held_out:.2f} each by weights "
-        f"that were chosen without it\n--costs {tuned.spelled()}\n"
-    )
-
-
-def tuned_content(
-    tuned: "mot_sim.experiments.tuning.cross_validation.Tuned", objective: str
-) -> dict[str, object]:
-    """The outcome in plain values."""
-    from mot_sim.experiments.tuning.folds import TRAITS
-    from mot_sim.experiments.tuning.weighing import WEIGHT_SUM
-
-    return {
-        "objective": objective,
-        "costs": {
-            name: {"weight": weight / WEIGHT_SUM, "std": spread}
-            for name, weight, spread in zip(
-                tuned.names, tuned.weights, tuned.spread.tolist(), strict=True
-            )
-        },
-        "start": tuned.start,
-        "overall": tuned.overall,
-        "held_out": tuned.held_out,
-        "folds": [
-            {
-                "held_out_drives": list(fold.held),
-                "train": fold.train,
-                "held_out": fold.held_out,
-                "IDSW": fold.switches,
-                "weights": [weight / WEIGHT_SUM for weight in fold.weights],
-                "shares": dict(zip(TRAITS, shares, strict=True)),
-            }
-            for fold, shares in zip(tuned.folds, tuned.balance.tolist(), strict=True)
-        ],
-    }

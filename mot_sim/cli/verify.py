@@ -55,14 +55,14 @@ class Verify:
     ) -> None:
         """One row per episode."""
         from mot_sim.simulation.episodes.verification import GROUPS
-        from mot_sim.tables.grid import Column, Table
+        from mot_sim.tables import Column, Table
 
         shown = [group for group in GROUPS if group != "pictures" or self.images]
-        columns = [Column(name) for name in ("episode", "frames", *shown, "verdict")]
+        columns = [Column(name, "value") for name in ("episode", "frames", *shown, "verdict")]
         rows = tuple(
             (
                 each.name,
-                str(each.frames),
+                each.frames,
                 *(each.verdict(group) for group in shown),
                 "same" if each.is_same else "trouble" if each.trouble else "differs",
             )

@@ -5,9 +5,9 @@ from math import inf, log, sqrt
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
-from scipy.special import stdtrit
 
-from mot_sim.experiments.sweep.summary import CONFIDENCE, Interval
+from mot_sim.tables import NO_INTERVAL, Interval
+from mot_sim.tables.interval import CONFIDENCE, student
 
 # With no case among n events, a rate of more than this over n would have shown one, 39 times of 40.
 NONE_SEEN = -log(0.5 * (1.0 - CONFIDENCE))
@@ -24,21 +24,20 @@ def rate(parts: Float[Array, " n"], wholes: Float[Array, " n"], most: float = in
     used = wholes > 0.0
     count, whole = int(used.sum()), float(wholes.sum())
     if not count:
-        return Interval(None, None, None, 0)
+        return NO_INTERVAL
     mean = float(parts.sum()) / whole
     if mean == 0.0:
         return Interval(0.0, 0.0, min(NONE_SEEN / whole, most), count)
     if count == 1:
         return Interval(mean, None, None, 1)
     off = parts[used] - mean * wholes[used]
-    half = float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE))
-    half *= sqrt(count / (count - 1) * float((off**2).sum())) / whole
+    half = student(count) * (sqrt(count / (count - 1) * float((off**2).sum())) / whole)
     return Interval(mean, max(mean - half, 0.0), min(mean + half, most), count)
 
 
 def mean_count(counts: list[int]) -> Interval:
     """The mean of a count over runs."""
-    return Interval.of(np.array(counts, float))
+    return Interval.of(np.array(counts, float), (0.0, inf))
 
 
 __all__ = ["mean_count", "rate"]

@@ -1,38 +1,33 @@
 """The findings of many drives as tables: by event, by cause, drive by drive, case by case."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+import pyarrow.csv as pacsv
+import pyarrow.parquet as pq
 
 from mot_sim.diagnosis.attribution import EITHER_SOURCE, ONE_SOURCE, VERDICTS
 from mot_sim.diagnosis.context_events import KINDS, bin_names
 from mot_sim.diagnosis.findings import NO_EVENT, Case, EventCounts, Findings
 from mot_sim.diagnosis.rates import mean_count, rate
-from mot_sim.experiments.results.result_file import Cell, ResultTable
-from mot_sim.experiments.sweep.summary import Interval
-from mot_sim.tables.grid import Column, Table, Value
+from mot_sim.experiments.result_file import Result, made_here, write_result
+from mot_sim.files.writing import whole_file
+from mot_sim.tables import Cell, Row, Table, few_seeds_note, with_ends
 
 ALL, A_DRIVE = "all", "a drive"
 RATE, BROKEN_RATE = "switches per event", "fragments per event"
 SHARES = ("switch share", "fragment share")
-# For the terminal: what is left out, and what others are called and multiplied with.
-UNSHOWN = SHARES
-SHOWN_AS = {RATE: ("per 100", 100.0), BROKEN_RATE: (" per 100", 100.0), "share": ("percent", 100.0)}
+# For the terminal: what is left out, and what is shown in percent under another title.
+UNPRINTED = SHARES
+PRINTED_TITLES = {RATE: "per 100", BROKEN_RATE: " per 100", "share": "percent"}
 
 
-def ends(name: str) -> tuple[str, str, str]:
-    """The columns of a value and of the ends of its interval."""
-    return name, f"{name} low", f"{name} high"
-
-
-def _cells(interval: Interval) -> tuple[Cell, ...]:
-    return interval.mean, interval.low, interval.high
-
-
-def event_table(found: Sequence[Findings]) -> ResultTable:
+def event_table(found: Sequence[Findings]) -> Table:
     """A row a kind of event, its bins after it; the shares of the kinds add up to the last row."""
     columns = (
-        "around", "events", "switches", *ends(RATE), "fragments", *ends(BROKEN_RATE),
+        "around", "events", "switches", *with_ends(RATE), "fragments", *with_ends(BROKEN_RATE),
         *SHARES,
     )  # fmt: skip
     known = [kind for kind in KINDS if any(kind in each.known for each in found)]
@@ -50,18 +45,22 @@ def event_table(found: Sequence[Findings]) -> ResultTable:
     lacking = [kind for kind in KINDS if kind not in known]
     if lacking:
         note += f" The data do not tell of: {', '.join(lacking)}."
-    return ResultTable(
-        "events", "Switches and fragments by what happened around them", columns, tuple(rows), note
-    )
+    title = "Switches and fragments by what happened around them"
+    return Table.of("events", title, columns, rows, _with_few(note, found))
 
 
-def _event_row(found: Sequence[Findings], name: str) -> tuple[Cell, ...]:
+def _with_few(note: str, found: Sequence[Findings]) -> str:
+    """The note, and that there are few drives."""
+    return f"{note} {few_seeds_note([len(found)], 'drive')}".strip()
+
+
+def _event_row(found: Sequence[Findings], name: str) -> Row:
     """The counts and rates of one name."""
     counts = [each.counts.get(name, EventCounts()) for each in found]
     events = np.array([each.events for each in counts], float)
 
-    def per_event(get: Callable[[EventCounts], int]) -> tuple[Cell, ...]:
-        return _cells(rate(np.array([get(each) for each in counts], float), events))
+    def per_event(get: Callable[[EventCounts], int]) -> Row:
+        return rate(np.array([get(each) for each in counts], float), events).cells
 
     return (
         name,
@@ -75,30 +74,31 @@ def _event_row(found: Sequence[Findings], name: str) -> tuple[Cell, ...]:
     )
 
 
-def cause_table(found: Sequence[Findings]) -> ResultTable:
+def cause_table(found: Sequence[Findings]) -> Table:
     """A row a source: the switches that hang on it; then those that no single source explains.
 
     alone: only this source removes them. share: with an equal part of those that several sources
     remove, each alone.
     """
-    columns = ("hangs on", "alone", "one of several", "switches", *ends("share"))
+    columns = ("hangs on", "alone", "one of several", "switches", *with_ends("share"))
     switched = [[case for case in each.cases if case.switched] for each in found]
     whole = np.array([len(cases) for cases in switched], float)
     named = [name for cases in switched for case in cases for name in case.sources]
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[Row] = []
     for source in sorted(set(named), key=lambda name: -_parts(switched, name).sum()):
         parts = _parts(switched, source)
         mine = [case for cases in switched for case in cases if source in case.sources]
         alone = sum(case.verdict == ONE_SOURCE for case in mine)
         some = sum(case.verdict == EITHER_SOURCE for case in mine)
-        rows.append((source, alone, some, float(parts.sum()), *_cells(rate(parts, whole, 1.0))))
+        rows.append((source, alone, some, float(parts.sum()), *rate(parts, whole, 1.0).cells))
     for verdict in (verdict for verdict in VERDICTS if verdict not in (ONE_SOURCE, EITHER_SOURCE)):
         counts = [sum(case.verdict == verdict for case in cases) for cases in switched]
         parts = np.array(counts, float)
         row = (f"unexplained: {verdict}", None, None, float(parts.sum()))
-        rows.append((*row, *_cells(rate(parts, whole, 1.0))))
+        rows.append((*row, *rate(parts, whole, 1.0).cells))
     rows.append((ALL, None, None, float(whole.sum()), None, None, None))
-    return ResultTable("causes", "What the switches hang on", columns, tuple(rows), _note(switched))
+    note = _with_few(_control_note(switched), found)
+    return Table.of("causes", "What the switches hang on", columns, rows, note)
 
 
 def _parts(switched: Sequence[Sequence[Case]], source: str) -> np.ndarray:
@@ -108,7 +108,7 @@ def _parts(switched: Sequence[Sequence[Case]], source: str) -> np.ndarray:
     )
 
 
-def _note(switched: Sequence[Sequence[Case]]) -> str:
+def _control_note(switched: Sequence[Sequence[Case]]) -> str:
     """How the table is meant, and what the control said."""
     note = (
         "A source explains a switch when the switch is gone with this source alone off around it, "
@@ -123,28 +123,28 @@ def _note(switched: Sequence[Sequence[Case]]) -> str:
     return note
 
 
-def drive_table(found: Sequence[Findings]) -> ResultTable:
+def drive_table(found: Sequence[Findings]) -> Table:
     """A row a drive, and the mean over drives with its interval."""
-    columns = ("drive", "frames", "cars", *ends("switches"), *ends("fragments"))
+    columns = ("drive", "frames", "cars", *with_ends("switches"), *with_ends("fragments"))
     none = (None, None)
-    rows: list[tuple[Cell, ...]] = [
+    rows: list[Row] = [
         (each.drive, each.frames, each.cars, each.switches, *none, each.fragments, *none)
         for each in found
     ]
     means = [
         mean_count([getattr(each, name) for each in found]) for name in ("switches", "fragments")
     ]
-    rows.append((A_DRIVE, None, None, *_cells(means[0]), *_cells(means[1])))
-    return ResultTable("drives", "Drive by drive", columns, tuple(rows))
+    rows.append((A_DRIVE, None, None, *means[0].cells, *means[1].cells))
+    return Table.of("drives", "Drive by drive", columns, rows, _with_few("", found))
 
 
-def case_table(found: Sequence[Findings]) -> ResultTable:
+def case_table(found: Sequence[Findings]) -> Table:
     """A row a switch or fragment."""
     columns = (
         "drive", "before", "frame", "car", "old name", "name", "switch", "fragment", "weight",
         "around", "verdict", "hangs on",
     )  # fmt: skip
-    rows = tuple(
+    rows = [
         (
             case.drive, case.before, case.frame, case.car, case.old_track_id, case.track_id,
             int(case.switched), int(case.broken), case.weight, "; ".join(case.around), case.verdict,
@@ -152,66 +152,67 @@ def case_table(found: Sequence[Findings]) -> ResultTable:
         )
         for each in found
         for case in each.cases
-    )  # fmt: skip
-    return ResultTable("cases", "Every switch and fragment", columns, rows)
+    ]  # fmt: skip
+    return Table.of("cases", "Every switch and fragment", columns, rows)
 
 
-def tables_of(found: Sequence[Findings], attributed: bool) -> tuple[ResultTable, ...]:
+def tables_of(found: Sequence[Findings], attributed: bool) -> tuple[Table, ...]:
     """All tables. attributed: whether causes were asked for."""
     causes = (cause_table(found),) if attributed else ()
     return (event_table(found), *causes, drive_table(found), case_table(found))
 
 
-def shown(table: ResultTable) -> Table:
-    """A table for the terminal: an interval stands beside its value, rates in percent.
+def for_terminal(table: Table) -> Table:
+    """A table for the terminal: rates in percent, intervals by their ends.
 
     The bins of a kind of event stand below it; shares among kinds are left to the files.
     """
-    columns: list[Column] = []
-    parts: list[tuple[Value, ...]] = []
-    for place, name in enumerate(table.columns):
-        is_end = name.removesuffix(" low").removesuffix(" high") in table.columns[:place]
-        if is_end or name in UNSHOWN:
-            continue
-        cells = table.column(name)
-        title, scale = SHOWN_AS.get(name, (name, 1.0))
-        if f"{name} low" in table.columns:
-            low, high = table.column(f"{name} low"), table.column(f"{name} high")
-            cells = tuple(_shown(*row, scale) for row in zip(cells, low, high, strict=True))
-        columns.append(Column(title))
-        parts.append(tuple(_word(cell) for cell in cells))
-    return Table(tuple(columns), tuple(zip(*parts, strict=True)), table.title, sums=1)
+    columns = [
+        replace(column, title=PRINTED_TITLES[column.name], kind="rate", digits=0, shows_ends=True)
+        if column.name in PRINTED_TITLES
+        else replace(column, digits=1, shows_ends=True)
+        for column in table.columns
+    ]
+    kept = [place for place, column in enumerate(columns) if column.name not in UNPRINTED]
+    rows = tuple(tuple(_without_kind(row[place]) for place in kept) for row in table.rows)
+    return replace(table, columns=tuple(columns[place] for place in kept), rows=rows, sums=1)
 
 
-def csv_of(table: ResultTable) -> str:
-    """The whole table as comma-separated values, nothing rounded."""
-    return Table(tuple(Column(name) for name in table.columns), table.rows).as_csv()
-
-
-def _word(cell: Cell) -> Value:
-    """A bin without the name of its kind, a fraction with one digit, anything else as it is."""
-    if isinstance(cell, float):
-        return round(cell, 1)
+def _without_kind(cell: Cell) -> Cell:
+    """A bin without the name of its kind; anything else as it is."""
     kind, comma, name = cell.partition(", ") if isinstance(cell, str) else ("", "", "")
     return f"  {name}" if comma and kind in KINDS else cell
 
 
-def _shown(mean: Cell, low: Cell, high: Cell, scale: float) -> Cell:
-    """A mean and its interval in one word."""
-    if not isinstance(mean, int | float):
-        return None
-    digits = 1 if scale == 1.0 and isinstance(mean, float) else 0
-    if not isinstance(low, int | float) or not isinstance(high, int | float):
-        return f"{scale * mean:.{digits}f}"
-    return f"{scale * mean:.{digits}f} [{scale * low:.{digits}f}, {scale * high:.{digits}f}]"
+def write_tables(
+    folder: Path,
+    title: str,
+    tables: Sequence[Table],
+    files: Sequence[str] = (),
+    *,
+    finished: bool = True,
+    drives: tuple[int, int] | None = None,
+) -> None:
+    """Write NAME.parquet and NAME.csv of every table, and `result.json` for the report.
+
+    files: pictures, relative to the folder. drives: done and wanted. Raises BadOutput.
+    """
+    for table in tables:
+        content = table.as_arrow()
+        with whole_file(folder / f"{table.name}.parquet") as half:
+            pq.write_table(content, half)
+        with whole_file(folder / f"{table.name}.csv") as half:
+            pacsv.write_csv(content, half)
+    made = made_here(finished=finished, trials=drives)
+    write_result(folder, Result("diagnosis", title, made, tuple(tables), tuple(files)))
 
 
 __all__ = [
     "case_table",
     "cause_table",
-    "csv_of",
     "drive_table",
     "event_table",
-    "shown",
+    "for_terminal",
     "tables_of",
+    "write_tables",
 ]

@@ -6,11 +6,10 @@ from mot_sim.experiments.sweep.bounds import Bound, bounds_of
 from mot_sim.experiments.sweep.following import follow, name_of
 from mot_sim.experiments.sweep.seeded_episodes import SeededEpisode
 from mot_sim.metrics import Scores, evaluate_sequence
-from mot_sim.tables.grid import COUNTS, RATES
+from mot_sim.tables import title_of
 from mot_sim.testing.mistakes import KINDS, Kind, Mistakes
 
 MOST_SHOWN = 5  # mistakes of the first bad frame
-TITLES = {name: title for title, name in (RATES | COUNTS).items()}
 # The mistakes that a score is about; the others are about all three kinds.
 ABOUT: dict[str, tuple[Kind, ...]] = {
     "IDSW": ("switch",), "AssA": ("switch",), "CLR_FN": ("miss",), "CLR_Re": ("miss",),
@@ -51,7 +50,7 @@ def _message(
     for bound in broken:
         score = float(scores[bound.metric])
         lines.append(
-            f"  {TITLES.get(bound.metric, bound.metric)} {_number(score)}, "
+            f"  {title_of(bound.metric)} {_number(score)}, "
             f"must be {bound.word} {_number(bound.value)}"
         )
     kinds = tuple(dict.fromkeys(kind for each in broken for kind in ABOUT.get(each.metric, KINDS)))

@@ -13,7 +13,7 @@ from mot_sim.datasets.camera_files import read_poses
 from mot_sim.datasets.kitti.ego import read_oxts
 from mot_sim.evaluation.run_folder import RunFolder
 from mot_sim.experiments.guests.exchange import read_seconds
-from mot_sim.experiments.results.result_file import read_result
+from mot_sim.experiments.result_file import read_result
 from mot_sim.experiments.stress.suites import read_suites
 from mot_sim.experiments.sweep.design import read_design
 from mot_sim.files.documents import parse_json, read_json, read_toml

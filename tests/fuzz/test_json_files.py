@@ -11,15 +11,10 @@ import pytest
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
 from mot_sim.evaluation.run_folder import RUN_FILE, RunFolder, SequenceStatistics
 from mot_sim.experiments.guests.exchange import read_seconds
-from mot_sim.experiments.results.result_file import (
-    Made,
-    Result,
-    ResultTable,
-    read_result,
-    write_result,
-)
+from mot_sim.experiments.result_file import Made, Result, read_result, write_result
 from mot_sim.experiments.sweep.store import SWEEP_FILE, SweepFolder, TrialOutcome
 from mot_sim.simulation.episodes import EpisodeFolder
+from mot_sim.tables import Table
 from tests.fuzz.door import fuzz
 from tests.fuzz.mutations import spoiled_json
 from tests.fuzz.test_text_files import CAMERA
@@ -87,7 +82,7 @@ def seconds(path: Path) -> None:
 
 
 def result_file(folder: Path) -> Path:
-    table = ResultTable("t", "T", ("a", "a low"), ((1.0, None), ("x", 2)))
+    table = Table.of("t", "T", ("a", "a low"), ((1.0, None), ("x", 2)))
     return write_result(
         folder, Result("sweep", "S", Made("mot-sim", {"a": "1"}, "c"), (table,), ("a/b.png",))
     )

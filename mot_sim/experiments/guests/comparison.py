@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.experiments.guests.failure import ExternalTrackerFailed
@@ -13,7 +13,7 @@ from mot_sim.experiments.guests.sequence_trackers import (
     require_different_names,
 )
 from mot_sim.metrics import Evaluation, evaluate
-from mot_sim.tables.grid import Column, Table, Value
+from mot_sim.tables import Column, Row, Table
 from tracker.errors import BadConfig, TrackingError
 from tracker.types import Tracks
 
@@ -60,14 +60,30 @@ class Comparison:
     def table(self, title: str = "") -> Table:
         """A row a tracker; the cells of one that failed are empty."""
         columns = (
-            Column("tracker"),
+            Column("tracker", "name"),
             Column("score from", "rate"),
             *(Column(rate, "rate") for rate in RATES),
             *(Column(count, "count") for count in COUNTS),
-            Column("frames / CPU s", "count"),
+            Column("frames / CPU s", "value", digits=0),
         )
         rows = tuple((name, *_cells(one)) for name, one in self.entries.items())
         return Table(columns, rows, title)
+
+    def tables(self) -> tuple[Table, ...]:
+        """The trackers side by side; those that failed, and why; the scores of every drive."""
+        scores = replace(self.table("All drives together"), name="scores")
+        failed = [(name, each.reason, each.stderr) for name, each in self.failures.items()]
+        columns = (Column.named("tracker", "name"), "reason", "stderr")
+        failures = Table.of("failures", "Trackers that failed", columns, failed)
+        names = (*RATES, *COUNTS.values())
+        rows: list[Row] = []
+        for tracker, entry in self.entries.items():
+            if isinstance(entry, Entry):
+                for drive, each in entry.evaluation.sequences.items():
+                    numbers = each.numbers()
+                    rows.append((drive, tracker, *(numbers.get(name) for name in names)))
+        by_drive = Table.of("drives", "Drive by drive", ("drive", "tracker", *names), rows)
+        return (scores, *([failures] if failed else []), by_drive)
 
 
 def run_comparison(
@@ -119,7 +135,7 @@ def _entry(
     return Entry(evaluate(given, rules), speed, outcome.min_score)
 
 
-def _cells(one: Entry | Failure) -> tuple[Value, ...]:
+def _cells(one: Entry | Failure) -> Row:
     if isinstance(one, Failure):
         return (None,) * (2 + len(RATES) + len(COUNTS))
     numbers = one.evaluation.combined.numbers()

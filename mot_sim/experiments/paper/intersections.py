@@ -12,7 +12,7 @@ from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.tuning.cross_validation import WeightSearch, tune
 from mot_sim.experiments.tuning.labelled import made_drives
 from mot_sim.experiments.tuning.weighing import WEIGHT_SUM, Method, Scale
-from mot_sim.tables.grid import Table
+from mot_sim.tables import Table
 
 TUNING_SEEDS = 1000  # the first of those that weights are tuned on; no row is measured there
 ALONE, BOTH = "2D-2D", "2D-2D + shape and pose"

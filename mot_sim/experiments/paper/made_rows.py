@@ -12,9 +12,9 @@ from numpy import ndarray as Array
 from mot_sim.experiments.sweep.design import Design
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.running import sweep
-from mot_sim.experiments.sweep.summary import Interval
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.tuning.measuring import Progress
+from mot_sim.tables import Interval, limits_of
 from tracker.errors import BadConfig
 
 
@@ -69,11 +69,12 @@ class PairedScores:
 
     def mean(self, tracker: str, metric: str) -> Interval:
         """The mean over drives, with its interval."""
-        return Interval.of(self.values(tracker, metric))
+        return Interval.of(self.values(tracker, metric), limits_of(metric))
 
     def less(self, tracker: str, other: str, metric: str) -> Interval:
         """The mean of the differences to another tracker, drive by drive."""
-        return Interval.of(self.values(tracker, metric) - self.values(other, metric))
+        less = self.values(tracker, metric) - self.values(other, metric)
+        return Interval.of(less, limits_of(metric, is_difference=True))
 
     def cut(self, tracker: str, other: str, metric: str) -> float | None:
         """By which part of the other's sum this one's is smaller; None of nothing."""

@@ -1,16 +1,24 @@
 """Tables of measured rows beside quoted ones, and of means with intervals."""
 
 from collections.abc import Mapping, Sequence
-from typing import Literal
 
 from mot_sim.experiments.paper.made_rows import PairedScores
 from mot_sim.experiments.paper.quoted import Quoted
-from mot_sim.experiments.sweep.summary_tables import TITLES, shown
 from mot_sim.metrics import Scores
-from mot_sim.tables.grid import RATES, Column, Table, Value
+from mot_sim.tables import (
+    NO_INTERVAL,
+    SHARES,
+    Column,
+    Row,
+    Table,
+    few_seeds_note,
+    is_rate,
+    mean_column,
+    title_of,
+    with_ends,
+)
 
-QUOTED = "* "  # before a row that the paper prints
-SHARES = {"MTR": "MT %", "PTR": "PT %", "MLR": "ML %"}
+QUOTED_MARK = "* "  # before a row that the paper prints
 
 
 def score_rows(
@@ -20,24 +28,25 @@ def score_rows(
     theirs: Mapping[str, Quoted] | None = None,
 ) -> Table:
     """A row a measurement, then those that are quoted, which are marked."""
-    rows: list[tuple[Value, ...]] = [
-        (name, *(scores[column] for column in names)) for name, scores in ours.items()
-    ]
+    rows = [(name, *(scores[column] for column in names)) for name, scores in ours.items()]
     quoted = quoted_rows(title, names, theirs or {})
     return Table(quoted.columns, (*rows, *quoted.rows), quoted.title, len(quoted.rows))
 
 
 def quoted_rows(title: str, names: Sequence[str], rows: Mapping[str, Quoted]) -> Table:
     """Rows of the paper; rates there are percentages already."""
-    columns = (Column(""), *(Column(_title(name), _kind(name)) for name in names))
-    cells: list[tuple[Value, ...]] = []
+    columns = (
+        Column("", "name"),
+        *(Column(_title(name), "rate" if is_rate(name) else "count") for name in names),
+    )
+    cells: list[Row] = []
     for row, values in rows.items():
         scaled = (
-            value / 100.0 if value is not None and _kind(name) == "rate" else value
+            value / 100.0 if value is not None and is_rate(name) else value
             for name, value in zip(names, values, strict=True)
         )
-        cells.append((QUOTED + row, *scaled))
-    told = f"{title}; {QUOTED.strip()} quoted, not reproduced" if rows else title
+        cells.append((QUOTED_MARK + row, *scaled))
+    told = f"{title}; {QUOTED_MARK.strip()} quoted, not reproduced" if rows else title
     return Table(columns, tuple(cells), told)
 
 
@@ -49,28 +58,25 @@ def interval_table(
     against: the tracker that is taken off, drive by drive.
     """
     compared = [name for name in ("MOTA", "IDSW") if against and name in names]
+    means = [mean_column(name, _title(name)) for name in names]
+    differences = [mean_column(name, f"{name} - {against}", is_signed=True) for name in compared]
     columns = (
-        Column(""),
-        *(Column(_title(name)) for name in names),
-        *(Column(f"{name} - {against}") for name in compared),
+        Column("", "name"),
+        *(each for column in (*means, *differences) for each in with_ends(column)),
         Column("drives", "count"),
     )
-    rows: list[tuple[Value, ...]] = []
-    for tracker in pooled.rows:
-        means = [shown(pooled.mean(tracker, name), name) for name in names]
-        less = [
-            ""
-            if tracker == against
-            else shown(pooled.less(tracker, str(against), name), name, True)
+    rows: list[Row] = []
+    for tracker, drives in pooled.rows.items():
+        found = [pooled.mean(tracker, name) for name in names]
+        found += [
+            NO_INTERVAL if tracker == against else pooled.less(tracker, str(against), name)
             for name in compared
         ]
-        rows.append((tracker, *means, *less, len(pooled.rows[tracker])))
-    return Table(columns, tuple(rows), f"{title}; mean ± half of the 95 % interval, rates in %")
-
-
-def _kind(name: str) -> Literal["rate", "count"]:
-    return "rate" if name in RATES.values() or name in SHARES else "count"
+        rows.append((tracker, *(cell for each in found for cell in each.cells), len(drives)))
+    note = few_seeds_note(map(len, pooled.rows.values()), "drive")
+    told = f"{title}; mean ± half of the 95 % interval, or its ends, rates in %"
+    return Table(columns, tuple(rows), told, note=note)
 
 
 def _title(name: str) -> str:
-    return SHARES.get(name) or TITLES.get(name, name)
+    return SHARES.get(name) or title_of(name)

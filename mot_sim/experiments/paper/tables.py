@@ -17,7 +17,7 @@ from mot_sim.experiments.paper.rendering import interval_table, quoted_rows, sco
 from mot_sim.experiments.paper.studies import PaperConfig, on_clips
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.tuning.labelled import kitti_drives
-from mot_sim.tables.grid import Table
+from mot_sim.tables import Table
 from tracker import FRAMEWORKS
 
 TRACKEVAL = ("HOTA", "DetA", "AssA", "MOTA", "IDF1", "CLR_FP", "CLR_FN", "IDSW", "Frag")

@@ -13,9 +13,9 @@ import numpy as np
 from mot_sim.experiments.sweep.design import Design
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.running import sweep
-from mot_sim.experiments.sweep.summary import Interval, SummaryRow
+from mot_sim.experiments.sweep.summary import SummaryRow
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
-from mot_sim.tables.grid import RATES
+from mot_sim.tables import RATES, Interval, limits_of
 from tracker.errors import BadConfig, UnknownName
 
 MIN_PLACE = 1e-4  # of the first step: a place nearer to 0 than that is 0
@@ -256,10 +256,12 @@ class BreakingPointSearch:
     def _fall(self, level: Level) -> Interval:
         """What is lost at a level, of the seeds that were finished there and at the start."""
         before, now = self._scores(self.question.best), self._scores(level)
-        return Interval.of(np.array([before[seed] - now[seed] for seed in now if seed in before]))
+        lost = np.array([before[seed] - now[seed] for seed in now if seed in before])
+        return Interval.of(lost, limits_of(self.question.metric, is_difference=True))
 
     def _interval(self, scores: Mapping[int, float]) -> Interval:
-        return Interval.of(np.array(list(scores.values()), dtype=float))
+        values = np.array(list(scores.values()), dtype=float)
+        return Interval.of(values, limits_of(self.question.metric))
 
     def _scores(self, level: Level) -> dict[int, float]:
         """The scores at a level, by seed."""

@@ -1,33 +1,72 @@
-"""Breaking points as a table, as lines of a picture, and as plain values."""
+"""Breaking points as tables: for files and pictures, for the terminal, and as plain values."""
 
 from collections.abc import Sequence
 from typing import Any
 
 from mot_sim.experiments.stress.breaking_point import BreakingPoint, BreakingPointSpec
 from mot_sim.experiments.sweep.paths import Level
-from mot_sim.experiments.sweep.summary_tables import shown
-from mot_sim.tables.grid import Column, Table
+from mot_sim.experiments.sweep.summary import INTERVAL_NOTE
+from mot_sim.tables import Column, Table, few_seeds_note, mean_column, with_ends
+
+
+def breaking_tables(
+    question: BreakingPointSpec, points: Sequence[BreakingPoint]
+) -> tuple[Table, Table]:
+    """The points, a row a tracker, and the curves that they were found on."""
+    found = [
+        (
+            each.tracker, *each.score.cells, *(each.level, each.low, each.high), each.tried,
+            len(each.curve), each.score.count, each.failed, each.error,
+        )
+        for each in points
+    ]  # fmt: skip
+    tracker = Column.named("tracker", "name")
+    about = (
+        tracker, *with_ends(question.metric), *with_ends("level"), "farthest tried", "levels",
+        "seeds", "failed", "error",
+    )  # fmt: skip
+    told = f"Levels of {question.axis} that cost {_drop(question)}"
+    few = few_seeds_note(each.score.count for each in points)
+    note = "No level: the drop was not reached up to the farthest level that was tried."
+    curve = [
+        (level, each.tracker, *score.cells, *fall.cells, score.count)
+        for each in points
+        for level, score, fall in each.curve
+    ]
+    columns = (question.axis, tracker, *with_ends(question.metric), *with_ends("fall"), "seeds")
+    return (
+        Table.of("points", told, about, found, f"{note} {few}".strip()),
+        Table.of(
+            "curves", f"{question.metric} over {question.axis}", columns, curve,
+            f"{INTERVAL_NOTE} {few}".strip(),
+        ),
+    )  # fmt: skip
 
 
 def breaking_table(question: BreakingPointSpec, points: Sequence[BreakingPoint]) -> Table:
     """A row a tracker: its score where nothing is wrong, and the level that costs the drop."""
-    titles = (
-        "tracker", f"{question.metric} at {_word(question.best)}", "breaks at", "95 % interval",
-        "levels", "seeds", "failed",
+    score = mean_column(question.metric, f"{question.metric} at {_word(question.best)}")
+    columns = (
+        Column("tracker", "name"), *with_ends(score), Column("breaks at", "value"),
+        Column("95 % interval", "value"), *map(Column.named, ("levels", "seeds", "failed")),
     )  # fmt: skip
     rows = tuple(
         (
-            each.tracker, shown(each.score, question.metric), _level(each.level, each.tried),
+            each.tracker, *each.score.cells, _level(each.level, each.tried),
             f"{_level(each.low, each.tried)} to {_level(each.high, each.tried)}",
-            str(len(each.curve)), str(each.score.count), str(each.failed or ""),
+            len(each.curve), each.score.count, each.failed or None,
         )
         for each in points
     )  # fmt: skip
     title = (
-        f"level of {question.axis} that costs {100.0 * question.drop:g} points of "
-        f"{question.metric}, {question.scene}, {question.frames} frames"
+        f"level of {question.axis} that costs {_drop(question)}, {question.scene}, "
+        f"{question.frames} frames"
     )
-    return Table(tuple(Column(each) for each in titles), rows, title)
+    return Table(columns, rows, title, note=few_seeds_note(each.score.count for each in points))
+
+
+def _drop(question: BreakingPointSpec) -> str:
+    return f"{100.0 * question.drop:g} points of {question.metric}"
 
 
 def breaking_content(

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from math import ceil, floor
+from math import ceil, floor, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -10,16 +10,24 @@ from mot_sim.experiments.sweep.bounds import Bound, bounds_of
 from mot_sim.experiments.sweep.design import Design
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.running import Progress, sweep
-from mot_sim.experiments.sweep.summary import Interval, summary
+from mot_sim.experiments.sweep.summary import INTERVAL_NOTE, summary
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.files.documents import read_toml, require_inside
 from mot_sim.files.named_objects import NameRegister
-from mot_sim.tables.grid import COUNTS
+from mot_sim.tables import (
+    NO_INTERVAL,
+    Column,
+    Interval,
+    Table,
+    few_seeds_note,
+    is_count,
+    with_ends,
+)
 from tracker.errors import BadFile, UnknownName
 
 SUITES = Path(__file__).with_name("suites.toml")
 SEEDS = 8  # that the bounds were measured on
-MEASURED = ("HOTA", "IDF1", "MOTA", "IDSW")
+MEASURED_METRICS = ("HOTA", "IDF1", "MOTA", "IDSW")
 # Least margins between what was measured and its bound, and what bounds are rounded to.
 RATE_MARGIN, RATE_STEP = 0.02, 0.01
 COUNT_MARGIN, COUNT_STEP = 1.0, 0.1
@@ -142,7 +150,7 @@ def stress(
     return [
         Verdict(
             suite.name, line.tracker, bound,
-            line.metrics.get(bound.metric, Interval(None, None, None, 0)),
+            line.metrics.get(bound.metric, NO_INTERVAL),
             line.failed, line.first_error,
         )
         for line in lines
@@ -150,7 +158,7 @@ def stress(
     ]  # fmt: skip
 
 
-def measured(suite: Suite, metrics: Sequence[str] = MEASURED) -> Suite:
+def measured(suite: Suite, metrics: Sequence[str] = MEASURED_METRICS) -> Suite:
     """The suite with other metrics and no real bounds: for what they come to."""
     bounds = tuple(Bound(name, float("-inf")) for name in metrics)
     given = {each.name: getattr(suite, each.name) for each in fields(suite)}
@@ -162,15 +170,71 @@ def bound_from(metric: str, reached: Interval) -> Bound | None:
 
     The margin is half of the interval, but never less than the least margin.
     """
-    if reached.mean is None or reached.high is None:
+    if reached.mean is None or reached.half is None:
         return None
-    half = reached.high - reached.mean
-    is_count = metric in COUNTS.values()
-    least, step = (COUNT_MARGIN, COUNT_STEP) if is_count else (RATE_MARGIN, RATE_STEP)
-    margin = max(half, least)
+    margin, step = (COUNT_MARGIN, COUNT_STEP) if is_count(metric) else (RATE_MARGIN, RATE_STEP)
+    margin = max(reached.half, margin)
     if Bound(metric, 0.0).is_upper:
         return Bound(metric, round(ceil((reached.mean + margin) / step) * step, 6))
     return Bound(metric, round(floor((reached.mean - margin) / step) * step, 6))
+
+
+def verdict_table(verdicts: Sequence[Verdict]) -> Table:
+    """A row a suite, tracker and bound: what was reached, and whether that is enough."""
+    columns = (
+        Column.named("suite", "name"), Column.named("tracker", "name"), "metric", "must be",
+        "bound", *with_ends("reached"), "seeds", "verdict", "failed", "error",
+    )  # fmt: skip
+    rows = [
+        (
+            each.suite, each.tracker, each.bound.metric, each.bound.word,
+            each.bound.value if isfinite(each.bound.value) else None, *each.reached.cells,
+            each.reached.count, _passed(each), each.failed, each.error,
+        )
+        for each in verdicts
+    ]  # fmt: skip
+    note = f"{INTERVAL_NOTE} {few_seeds_note(each.reached.count for each in verdicts)}".strip()
+    return Table.of("verdicts", "Bounds and what was reached", columns, rows, note)
+
+
+def _passed(verdict: Verdict) -> str | None:
+    """Pass or fail; None where nothing was asked for, as when bounds are measured."""
+    if not isfinite(verdict.bound.value):
+        return None
+    return "pass" if verdict.passed else "FAIL"
+
+
+def suite_table(suites: Sequence[Suite]) -> Table:
+    """What is hard in each suite, and how it is set up."""
+    rows = [
+        (
+            each.name, each.about, each.scene, each.frames,
+            ", ".join(f"{name}={value}" for name, value in each.settings.items()),
+        )
+        for each in suites
+    ]  # fmt: skip
+    columns = ("suite", "what is hard", "scene", "frames", "settings")
+    return Table.of("suites", "The suites", columns, rows)
+
+
+def bound_table(suites: Sequence[Suite]) -> Table:
+    """The suites, what is hard in them, and their bounds in words."""
+    rows = tuple(
+        (
+            suite.name, suite.about,
+            ", ".join(
+                f"{each.metric} {each.word} {score_word(each.metric, each.value)}"
+                for each in suite.bounds
+            ),
+        )
+        for suite in suites
+    )  # fmt: skip
+    return Table((Column("suite", "name"), Column("what is hard"), Column("bounds")), rows)
+
+
+def score_word(metric: str, value: float) -> str:
+    """A rate with three digits, a count with one."""
+    return f"{value:.1f}" if is_count(metric) else f"{value:.3f}"
 
 
 def verdict_content(verdicts: Sequence[Verdict]) -> Iterator[dict[str, Any]]:
@@ -188,10 +252,14 @@ __all__ = [
     "Suite",
     "Verdict",
     "bound_from",
+    "bound_table",
     "find_suites",
     "measured",
     "read_suites",
+    "score_word",
     "stress",
     "suite_names",
+    "suite_table",
     "verdict_content",
-]  # fmt: skip
+    "verdict_table",
+]

@@ -6,7 +6,7 @@ from functools import lru_cache
 from math import isnan
 
 from mot_sim.metrics import evaluate_sequence
-from mot_sim.tables.grid import COUNTS, RATES
+from mot_sim.tables import COUNTS, RATES
 from tracker import Tracks
 from tracker.errors import BadConfig, UnknownName
 

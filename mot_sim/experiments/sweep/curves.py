@@ -3,39 +3,37 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from mot_sim.experiments.results.result_file import Cell, ResultTable
 from mot_sim.plotting.charts import Chart, Series, figure_of, save_figure
-from mot_sim.tables.grid import COUNTS, RATES
+from mot_sim.tables import Cell, Table, is_count, is_rate
 from tracker.errors import BadConfig
 
 TRACKER = "tracker"  # the column that stands behind those of the axes
-MOST_LINES = 8  # in one chart
-SHOWN = ("HOTA", "IDF1")  # in a picture, of those that a table has
-ACROSS = 3  # charts in a row of a picture
+MAX_LINES = 8  # in one chart
+PICTURE_METRICS = ("HOTA", "IDF1")  # of those that a table has
+CHARTS_A_ROW = 3  # of a picture
 
 Row = dict[str, Cell]
 
 
-def axes_in(table: ResultTable) -> tuple[str, ...]:
+def axes_in(table: Table) -> tuple[str, ...]:
     """The axes of a table of means: its columns before `tracker`."""
-    return table.columns[: table.columns.index(TRACKER)]
+    return table.names[: table.names.index(TRACKER)]
 
 
-def metrics_in(table: ResultTable) -> tuple[str, ...]:
+def metrics_in(table: Table) -> tuple[str, ...]:
     """The scores of a table of means: its columns behind `tracker` that have an interval."""
-    there = table.columns[table.columns.index(TRACKER) :]
+    there = table.names[table.names.index(TRACKER) :]
     return tuple(name for name in there if f"{name} low" in there)
 
 
-def curve_charts(table: ResultTable, metric: str) -> list[Chart]:
+def curve_charts(table: Table, metric: str) -> list[Chart]:
     """A chart an axis, in the order of the table; axes with one level have none.
 
     Lines where other axes stay as they are; where they vary, a line a combination of theirs, or
     points where levels were drawn at random. Words are rows. Rates in percent. All charts share
     the range of the metric. Points where every seed failed are left out.
     """
-    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
-    rows = [row for row in rows if row[metric] is not None]
+    rows = [row for row in table.as_records() if row[metric] is not None]
     charts = []
     for axis in axes_in(table):
         there = [row for row in rows if row[axis] is not None]
@@ -56,7 +54,7 @@ def _chart(rows: Sequence[Row], axis: str, axes: Sequence[str], metric: str) -> 
     told = ""
     if is_drawn:
         groups = {(name,): [row for row in rows if row[TRACKER] == name] for name in trackers}
-    elif len(groups) > MOST_LINES:
+    elif len(groups) > MAX_LINES:
         groups = {(name,): _at_first(rows, name, others) for name in trackers}
         first = _at_first(rows, trackers[0], others)[0]
         told = f"; {_words(others, [first[name] for name in others])}"
@@ -140,28 +138,23 @@ def _with_one_range(charts: Sequence[Chart], is_part: bool) -> list[Chart]:
     return [Chart(**{**each, "y_range": (low - room, high + room)}) for each in given]
 
 
-def is_rate(name: str) -> bool:
-    """Whether a score is a fraction that is shown in percent."""
-    return name in RATES or name in RATES.values()
-
-
 def _unit(metric: str) -> str:
     """What stands beside the values."""
     if is_rate(metric):
         return f"{metric}, %"
-    return f"{metric}, mean of a run" if metric in (*COUNTS, *COUNTS.values()) else metric
+    return f"{metric}, mean of a run" if is_count(metric) else metric
 
 
-def save_curves(table: ResultTable, path: Path, metrics: Sequence[str] = SHOWN) -> Path:
+def save_curves(table: Table, path: Path, metrics: Sequence[str] = PICTURE_METRICS) -> Path:
     """The curves of some metrics as one PNG, SVG or PDF, metric by metric, three in a row.
 
     Raises BadConfig for a table without a curve and for another ending.
     """
     rows = [curve_charts(table, metric) for metric in metrics if metric in metrics_in(table)]
-    rows = [row[at : at + ACROSS] for row in rows for at in range(0, len(row), ACROSS)]
+    rows = [row[at : at + CHARTS_A_ROW] for row in rows for at in range(0, len(row), CHARTS_A_ROW)]
     if not rows:
         raise BadConfig("no curves: a sweep has some over axes of two levels or more")
     return save_figure(figure_of(rows), path)
 
 
-__all__ = ["axes_in", "curve_charts", "is_rate", "metrics_in", "save_curves"]
+__all__ = ["axes_in", "curve_charts", "metrics_in", "save_curves"]

@@ -3,17 +3,18 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
-from mot_sim.experiments.results.result_file import Cell, Result, ResultTable
+from mot_sim.experiments.result_file import Result
 from mot_sim.experiments.sweep.curves import axes_in, curve_charts, metrics_in
 from mot_sim.plotting.charts import Chart, Kind, Panel, Series
-from mot_sim.report.page.cells import TITLES, is_fraction, shown_columns, with_ends, word
+from mot_sim.report.page.tables import shown_columns
+from mot_sim.tables import Cell, Table, is_rate, show_value, title_of
 
-MOST_WORDS = 40  # rows of a chart; longer tables are better read than drawn
+MAX_CHART_ROWS = 40  # longer tables are better read than drawn
 # The metrics that one looks at first.
-FIRST = ("HOTA", "MOTA", "IDF1", "AssA", "IDSW", "share", "switches per event")
-QUOTED = "* "  # before a row that the paper prints
-SUM = "all"  # the row that adds up the others
-BOUND = 6  # the grey one of the colours
+FIRST_METRICS = ("HOTA", "MOTA", "IDF1", "AssA", "IDSW", "share", "switches per event")
+QUOTED_MARK = "* "  # before a row that the paper prints
+SUM_ROW = "all"  # the row that adds up the others
+BOUND_COLOUR = 6  # the grey one of the chart's colours
 
 
 def panels_of(result: Result) -> list[Panel]:
@@ -28,12 +29,12 @@ def _nothing(result: Result) -> Iterator[Panel]:
 def _curves(result: Result) -> Iterator[Panel]:
     """A panel an axis of a table of means: `means` of a sweep, `curves` of breaking points."""
     for table in result.tables:
-        if table.name not in ("means", "curves") or "tracker" not in table.columns:
+        if table.name not in ("means", "curves") or not table.has("tracker"):
             continue
         by_metric = {name: curve_charts(table, name) for name in _in_order(metrics_in(table))}
         for axis in axes_in(table):
             charts = tuple(
-                (TITLES.get(metric, metric), chart)
+                (title_of(metric), chart)
                 for metric, charts in by_metric.items()
                 for chart in charts
                 if chart.x_title == axis and metric != "fall"
@@ -44,15 +45,14 @@ def _curves(result: Result) -> Iterator[Panel]:
 def _stress(result: Result) -> Iterator[Panel]:
     """What was reached in every suite beside the bound, a chart a metric."""
     table = result.table("verdicts")
-    if not _has(table, "suite", "tracker", "metric", "bound", "reached"):
+    if table is None or not table.has("suite", "tracker", "metric", "bound", "reached"):
         return
-    assert table is not None
-    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+    rows = table.as_records()
     trackers = list(dict.fromkeys(str(row["tracker"]) for row in rows))
     charts = []
     for metric in _in_order(list(dict.fromkeys(str(row["metric"]) for row in rows))):
         mine = [row for row in rows if row["metric"] == metric and row["reached"] is not None]
-        scale = 100.0 if is_fraction(metric, table) else 1.0
+        scale = 100.0 if is_rate(metric) else 1.0
         series = [
             _series(tracker, [row for row in mine if row["tracker"] == tracker],
                     "suite", "reached", scale, place)
@@ -60,9 +60,9 @@ def _stress(result: Result) -> Iterator[Panel]:
         ]  # fmt: skip
         limits = {row["suite"]: row for row in mine if row["bound"] is not None}
         if limits:
-            bound = _series("bound", list(limits.values()), "suite", "bound", scale, BOUND)
+            bound = _series("bound", list(limits.values()), "suite", "bound", scale, BOUND_COLOUR)
             series.append(replace(bound, is_limit=True))
-        charts.append((TITLES.get(metric, metric), _rows_chart(
+        charts.append((title_of(metric), _rows_chart(
             f"stress-{metric}", f"{metric}: reached, and the bound", metric, scale, series,
         )))  # fmt: skip
     yield Panel("Reached and required", tuple(charts))
@@ -71,8 +71,7 @@ def _stress(result: Result) -> Iterator[Panel]:
 def _break(result: Result) -> Iterator[Panel]:
     """The levels at which trackers break, then the curves."""
     table = result.table("points")
-    if _has(table, "tracker", "level"):
-        assert table is not None
+    if table is not None and table.has("tracker", "level"):
         yield _panel(table, table.title, "tracker", None, ("level",))
     yield from _curves(result)
 
@@ -80,12 +79,10 @@ def _break(result: Result) -> Iterator[Panel]:
 def _compare(result: Result) -> Iterator[Panel]:
     """Trackers side by side, on all drives and drive by drive."""
     table = result.table("scores")
-    if _has(table, "tracker"):
-        assert table is not None
+    if table is not None and table.has("tracker"):
         yield _panel(table, "All drives together", "tracker", None, _numbers(table), "bars")
     table = result.table("drives")
-    if _has(table, "drive", "tracker"):
-        assert table is not None
+    if table is not None and table.has("drive", "tracker"):
         yield _panel(table, "Drive by drive", "drive", "tracker", _numbers(table))
 
 
@@ -93,28 +90,27 @@ def _tables(result: Result) -> Iterator[Panel]:
     """Ablations: a row a setting, by metric; rows that are quoted in grey."""
     for table in result.tables:
         if table.columns and len(table.rows) > 1:
-            yield _panel(table, table.title.split(";")[0], table.columns[0], None, _numbers(table))
+            yield _panel(table, table.title.split(";")[0], table.names[0], None, _numbers(table))
 
 
 def _tune(result: Result) -> Iterator[Panel]:
     """The weights."""
     table = result.table("weights")
-    if _has(table, "cost", "weight"):
-        assert table is not None
+    if table is not None and table.has("cost", "weight"):
         yield _panel(table, table.title, "cost", None, ("weight",), "bars")
 
 
 def _diagnosis(result: Result) -> Iterator[Panel]:
     """Counts and rates by event, and by source, of every tracker."""
     for table in result.tables:
-        names = [shown.name for shown in shown_columns(table) if not shown.is_number]
+        names = [each.column.name for each in shown_columns(table) if not each.is_number]
         if table.name not in ("events", "causes") or not names:
             continue
         by = "tracker" if "tracker" in names and names != ["tracker"] else None
         words = next(name for name in names if name != by)
-        place = table.columns.index(words)
-        rows = tuple(row for row in table.rows if row[place] != SUM)
-        parts = ResultTable(table.name, table.title, table.columns, rows)
+        place = table.names.index(words)
+        rows = tuple(row for row in table.rows if row[place] != SUM_ROW)
+        parts = replace(table, rows=rows)
         yield _panel(parts, table.title, words, by, _numbers(parts), "bars")
 
 
@@ -130,28 +126,28 @@ PANELS: dict[str, Callable[[Result], Iterator[Panel]]] = {
 
 
 def _panel(
-    table: ResultTable, title: str, words: str, by: str | None, metrics: Sequence[str],
+    table: Table, title: str, words: str, by: str | None, metrics: Sequence[str],
     kind: Kind = "rows",
 ) -> Panel:  # fmt: skip
     """Charts of a table whose column `words` names the rows; by: the column of the series."""
-    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
-    if len({str(row[words]) for row in rows}) > MOST_WORDS:
+    rows = table.as_records()
+    if len({str(row[words]) for row in rows}) > MAX_CHART_ROWS:
         return Panel(title, ())
     charts = []
     for metric in metrics:
         there = [row for row in rows if isinstance(row[metric], float | int)]
-        scale = 100.0 if is_fraction(metric, table) else 1.0
+        scale = table.typed(metric).scale
         groups: dict[str, list[dict[str, Cell]]] = {}
         for row in there:
-            quoted = str(row[words]).startswith(QUOTED)
+            quoted = str(row[words]).startswith(QUOTED_MARK)
             name = str(row[by]) if by else "quoted" if quoted else "measured"
             groups.setdefault(name, []).append(row)
         series = [
-            _series(name, group, words, metric, scale, BOUND if name == "quoted" else place)
+            _series(name, group, words, metric, scale, BOUND_COLOUR if name == "quoted" else place)
             for place, (name, group) in enumerate(groups.items())
         ]
         if series:
-            shown = TITLES.get(metric, metric)
+            shown = title_of(metric)
             chart = _rows_chart(f"{table.name}-{metric}", title, metric, scale, series, kind)
             charts.append((shown, chart))
     return Panel(title, tuple(charts))
@@ -170,37 +166,34 @@ def _series(
 
     has_ends = bool(rows) and f"{metric} low" in rows[0]
     low, high = (values(f"{metric} {end}") if has_ends else () for end in ("low", "high"))
-    return Series(name, tuple(word(row[words]) for row in rows), values(metric), low, high, place)
+    return Series(
+        name, tuple(show_value(row[words]) for row in rows), values(metric), low, high, place
+    )
 
 
 def _rows_chart(
     name: str, title: str, metric: str, scale: float, series: Sequence[Series], kind: Kind = "rows"
 ) -> Chart:
     """The chart, with its values in words for those who cannot see it."""
-    shown = TITLES.get(metric, metric)
+    shown = title_of(metric)
     said = [
-        f"{each.name}, {x}: {with_ends(y, low, high)}"
+        f"{each.name}, {x}: {show_value(y, low, high)}"
         for each in series
         for x, y, low, high in each.points()
-    ][:MOST_WORDS]
+    ][:MAX_CHART_ROWS]
     unit = f"{shown.removesuffix(' %')}, %" if scale > 1.0 else shown
     about = f"{shown}. {'; '.join(said)}."
     return Chart(name, title, "", unit, tuple(series), kind, about)
 
 
-def _numbers(table: ResultTable) -> list[str]:
+def _numbers(table: Table) -> list[str]:
     """The columns that hold numbers, those first that one looks at first."""
-    return _in_order([shown.name for shown in shown_columns(table) if shown.is_number])
+    return _in_order([each.column.name for each in shown_columns(table) if each.is_number])
 
 
 def _in_order(names: Sequence[str]) -> list[str]:
-    known = [name for name in FIRST if name in names]
+    known = [name for name in FIRST_METRICS if name in names]
     return known + [name for name in names if name not in known]
-
-
-def _has(table: ResultTable | None, *columns: str) -> bool:
-    """Whether there is a table with these columns."""
-    return table is not None and set(columns) <= set(table.columns)
 
 
 __all__ = ["panels_of"]

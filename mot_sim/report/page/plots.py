@@ -4,7 +4,7 @@ import html
 from typing import Any
 
 from mot_sim.plotting.charts import COLOURS, DASHES, SYMBOLS, Chart, Series
-from mot_sim.report.page.cells import with_ends
+from mot_sim.tables import show_value
 
 CHART_PIXELS = 340  # height of a chart over levels
 ROW_PIXELS = 24  # of a row of words and series
@@ -31,7 +31,7 @@ def _trace(chart: Chart, series: Series, many: bool) -> dict[str, Any]:
     trace: dict[str, Any] = {
         "name": _text(series.name),
         "legendgroup": _text(series.name),
-        "customdata": [_text(with_ends(*point[1:])) for point in points],
+        "customdata": [_text(show_value(*point[1:])) for point in points],
         "hovertemplate": "%{customdata}",
         "showlegend": many,
     }

@@ -8,20 +8,13 @@ from hashlib import sha256
 from pathlib import Path, PurePosixPath
 
 from mot_sim.evaluation.run_folder import RUN_FILE
-from mot_sim.experiments.results.result_file import (
-    RESULT_FILE,
-    Cell,
-    Made,
-    Result,
-    ResultTable,
-    read_result,
-)
-from mot_sim.experiments.results.result_tables import sweep_tables
+from mot_sim.experiments.result_file import RESULT_FILE, Made, Result, read_result
 from mot_sim.experiments.sweep.running import read_partial
 from mot_sim.experiments.sweep.store import SWEEP_FILE
-from mot_sim.experiments.sweep.summary import summary
+from mot_sim.experiments.sweep.summary import summary, sweep_tables
 from mot_sim.files.documents import CONTENT_ERRORS
 from mot_sim.files.text import read_text
+from mot_sim.tables import Cell, Table
 from tracker.errors import BadConfig, BadFile
 
 RESULT_FILES = (RESULT_FILE, SWEEP_FILE, RUN_FILE)  # any of them makes a folder one of ours
@@ -103,7 +96,7 @@ def _hash(path: Path) -> str:
 def _half_way(folder: Path, command: str = "") -> Result:
     """A sweep that was not finished, with the tables of what is there."""
     half = read_partial(folder)
-    tables = ()
+    tables: tuple[Table, ...] = ()
     if half.table is not None:
         tables = sweep_tables(half.table, summary(half.table), half.description)
     made = Made(
@@ -139,8 +132,8 @@ def _run(folder: Path) -> Result:
         f"{folder.name}: results of a tracker",
         Made("", versions, "", finished),
         (
-            ResultTable("sequences", "What went through the tracker", ("sequence", *names), rows),
-            ResultTable("settings", "Settings", ("setting", "value"), settings),
+            Table.of("sequences", "What went through the tracker", ("sequence", *names), rows),
+            Table.of("settings", "Settings", ("setting", "value"), settings),
         ),
         files,
     )

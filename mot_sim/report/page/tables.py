@@ -1,17 +1,35 @@
 """Tables of a result as HTML that needs no script."""
 
-from mot_sim.experiments.results.result_file import Cell, ResultTable
-from mot_sim.report.page.cells import ShownColumn, is_fraction, shown_columns, with_ends, word
-from mot_sim.report.page.markup import Child, Markup, element, joined
+from dataclasses import replace
 
-MOST_ROWS = 400  # of a table; the rest stands in the folder
-TALL = 18  # rows from which a table scrolls in a window of its own
-LONG = 60  # letters from which a cell keeps its lines
+from mot_sim.report.page.markup import Child, Markup, element, joined
+from mot_sim.tables import Row, ShownColumn, Table, is_rate
+
+MAX_ROWS = 400  # of a table; the rest stands in the folder
+MAX_ROWS_UNSCROLLED = 18  # longer tables scroll in a window of their own
+MAX_LETTERS_UNBROKEN = 60  # longer cells keep their lines
 OF_METRIC = ("bound", "reached")  # columns whose rows are each of the metric beside them
 TONES = {"pass": "good", "FAIL": "bad"}
 
 
-def table_markup(table: ResultTable) -> Markup:
+def shown_columns(table: Table) -> list[ShownColumn]:
+    """The columns of a table but those of nothing, such as the errors where there are none."""
+    return [
+        each
+        for each in table.shown_columns
+        if each.low is not None
+        or not table.rows
+        or any(row[each.place] is not None for row in table.rows)
+    ]
+
+
+def heading(shown: ShownColumn) -> str:
+    """The title of a column; of rates in percent."""
+    title, is_part = shown.column.title, shown.is_number and shown.column.kind == "rate"
+    return f"{title.removesuffix(' %')}, %" if is_part else title
+
+
+def table_markup(table: Table) -> Markup:
     """The table with its caption; values with their intervals in one cell."""
     columns = shown_columns(table)
     if not columns:
@@ -19,11 +37,11 @@ def table_markup(table: ResultTable) -> Markup:
     head = element(
         "tr",
         *(
-            element("th", column.title, scope="col", class_=_kind(column) or None)
+            element("th", heading(column), scope="col", class_=_kind(column) or None)
             for column in columns
         ),
     )
-    rows = [_row(table, row, columns) for row in table.rows[:MOST_ROWS]]
+    rows = [_row(table, row, columns) for row in table.rows[:MAX_ROWS]]
     if not rows:
         rows = [element("tr", element("td", "no rows", colspan=len(columns), class_="faint"))]
     notes = [part for part in (table.note, _left_out(table)) if part]
@@ -32,27 +50,26 @@ def table_markup(table: ResultTable) -> Markup:
         element("span", " ".join(notes), class_="faint") if notes else None,
     )  # fmt: skip
     content = element("table", caption, element("thead", head), element("tbody", *rows))
-    tall = " tall" if len(rows) > TALL else ""
+    tall = " tall" if len(rows) > MAX_ROWS_UNSCROLLED else ""
     return element(
         "div", content, class_=f"scroll{tall}", role="region", tabindex=0,
         aria_label=table.title or table.name,
     )  # fmt: skip
 
 
-def _left_out(table: ResultTable) -> str:
+def _left_out(table: Table) -> str:
     """What is said of rows that are not shown."""
-    more = len(table.rows) - MOST_ROWS
-    return f"{MOST_ROWS} of {len(table.rows):,} rows; all stand in result.json." if more > 0 else ""
+    more = len(table.rows) - MAX_ROWS
+    return f"{MAX_ROWS} of {len(table.rows):,} rows; all stand in result.json." if more > 0 else ""
 
 
-def _row(table: ResultTable, row: tuple[Cell, ...], columns: list[ShownColumn]) -> Markup:
+def _row(table: Table, row: Row, columns: list[ShownColumn]) -> Markup:
     """A row; its first cell names it."""
-    values = dict(zip(table.columns, row, strict=True))
     cells = []
     for place, column in enumerate(columns):
-        text = _text(table, values, column)
-        tone = TONES.get(text) if column.name == "verdict" else None
-        long = "long" if len(text) > LONG or "\n" in text else None
+        text = _text(table, row, column)
+        tone = TONES.get(text) if column.column.name == "verdict" else None
+        long = "long" if len(text) > MAX_LETTERS_UNBROKEN or "\n" in text else None
         class_ = " ".join(part for part in (_kind(column) or "text", tone, long) if part)
         if place == 0 and not column.is_number:
             cells.append(element("th", text, scope="row"))
@@ -61,16 +78,14 @@ def _row(table: ResultTable, row: tuple[Cell, ...], columns: list[ShownColumn]) 
     return element("tr", joined(*cells))
 
 
-def _text(table: ResultTable, values: dict[str, Cell], column: ShownColumn) -> str:
+def _text(table: Table, row: Row, shown: ShownColumn) -> str:
     """A cell, with its interval where it has one."""
-    value = values[column.name]
-    is_part = column.is_fraction
-    if column.name in OF_METRIC and isinstance(values.get("metric"), str):
-        is_part = is_fraction(str(values["metric"]), table)
-    sign = "+" if table.name == "differences" and column.low is not None else ""
-    if column.low is None or column.high is None:
-        return word(value, is_part, sign)
-    return with_ends(value, values[column.low], values[column.high], is_part, sign)
+    column = shown.column
+    metric = row[table.names.index("metric")] if table.has("metric") else None
+    if column.name in OF_METRIC and isinstance(metric, str):
+        column = replace(column, kind="rate" if is_rate(metric) else "value")
+    is_signed = table.name == "differences" and shown.low is not None
+    return replace(shown, column=replace(column, is_signed=is_signed)).text(row)
 
 
 def _with_faint_spread(text: str, column: ShownColumn) -> Child:
@@ -85,4 +100,4 @@ def _kind(column: ShownColumn) -> str:
     return "number" if column.is_number else ""
 
 
-__all__ = ["table_markup"]
+__all__ = ["heading", "shown_columns", "table_markup"]

@@ -4,12 +4,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from mot_sim.experiments.results.result_file import Cell, Result, ResultTable
+from mot_sim.experiments.result_file import Result
 from mot_sim.experiments.sweep.curves import axes_in, metrics_in
-from mot_sim.report.page.cells import is_fraction, point, shown_columns, with_ends, word
+from mot_sim.report.page.tables import shown_columns
+from mot_sim.tables import Cell, Table, is_rate, show_value
 
 Tone = Literal["good", "bad", "plain"]
-MOST_NAMED = 6  # verdicts of one kind that are named one by one
+MAX_NAMED = 6  # verdicts of one kind that are named one by one
 Row = dict[str, Cell]
 
 
@@ -27,7 +28,7 @@ def verdicts_of(result: Result) -> list[Sentence]:
     if any(table.rows for table in result.tables):
         said += VERDICTS.get(result.kind, _counts)(result)
     failures = result.table("failures")
-    if failures is not None and {"tracker", "trials"} <= set(failures.columns):
+    if failures is not None and failures.has("tracker", "trials"):
         for tracker, trials in _summed(failures, "tracker", "trials").items():
             said.append(Sentence(f"{tracker}: {trials:g} trials failed.", "bad"))
     return said
@@ -49,7 +50,7 @@ def _progress(result: Result) -> Iterator[Sentence]:
 def _sweep(result: Result) -> Iterator[Sentence]:
     """The best and the worst of each tracker, and how often it is above or below the first."""
     table = result.table("means")
-    if table is None or "tracker" not in table.columns or not metrics_in(table):
+    if table is None or not table.has("tracker") or not metrics_in(table):
         return
     metric = metrics_in(table)[0]
     for tracker, rows in _by(table, "tracker").items():
@@ -63,7 +64,7 @@ def _sweep(result: Result) -> Iterator[Sentence]:
         else:
             yield Sentence(f"{tracker}: {metric} from {ends[0]} to {ends[-1]}.")
     less = result.table("differences")
-    if less is not None and f"{metric} high" in less.columns:
+    if less is not None and less.has(f"{metric} high"):
         for tracker, rows in _by(less, "tracker").items():
             below = sum(_number(row[f"{metric} high"], 0.0) < 0.0 for row in rows)
             above = sum(_number(row[f"{metric} low"], 0.0) > 0.0 for row in rows)
@@ -76,105 +77,107 @@ def _sweep(result: Result) -> Iterator[Sentence]:
 def _stress(result: Result) -> Iterator[Sentence]:
     """How many bounds are kept, and which are not."""
     table = result.table("verdicts")
-    if table is None or not {"suite", "tracker", "metric", "verdict"} <= set(table.columns):
+    if table is None or not table.has("suite", "tracker", "metric", "verdict"):
         return
-    rows = [row for row in _rows(table) if row["verdict"] is not None]
+    rows = [row for row in table.as_records() if row["verdict"] is not None]
     if not rows:
         yield Sentence("Measured only: no bounds were asked for.")
         return
     bad = [row for row in rows if row["verdict"] != "pass"]
     told = f"{len(rows) - len(bad)} of {len(rows)} bounds are kept."
     yield Sentence(told, "bad" if bad else "good")
-    for row in bad[:MOST_NAMED]:
-        part = is_fraction(str(row["metric"]), table)
+    for row in bad[:MAX_NAMED]:
+        part = is_rate(str(row["metric"]))
         reached = _mean(table, row, "reached", part) or "nothing"
-        bound = f"{row.get('must be') or ''} {word(row.get('bound'), part)}"
+        bound = f"{row.get('must be') or ''} {show_value(row.get('bound'), is_part=part)}"
         yield Sentence(
             f"{row['suite']}, {row['tracker']}: {row['metric']} is {reached}, must be {bound}.",
             "bad",
         )
-    if len(bad) > MOST_NAMED:
-        yield Sentence(f"{len(bad) - MOST_NAMED} more are not kept: see the table.", "bad")
+    if len(bad) > MAX_NAMED:
+        yield Sentence(f"{len(bad) - MAX_NAMED} more are not kept: see the table.", "bad")
 
 
 def _break(result: Result) -> Iterator[Sentence]:
     """Where each tracker breaks."""
     table = result.table("points")
-    if table is None or not {"tracker", "level"} <= set(table.columns):
+    if table is None or not table.has("tracker", "level"):
         return
     yield Sentence(f"{table.title}:")
-    for row in _rows(table):
-        level = with_ends(row["level"], row.get("level low"), row.get("level high"))
-        told = level or f"none up to {word(row.get('farthest tried'))}"
+    for row in table.as_records():
+        level = _mean(table, row, "level")
+        told = level or f"none up to {show_value(row.get('farthest tried'))}"
         yield Sentence(f"{row['tracker']}: {told}.")
 
 
 def _compare(result: Result) -> Iterator[Sentence]:
     """The order by HOTA, and who failed."""
     table = result.table("scores")
-    if table is None or "tracker" not in table.columns:
+    if table is None or not table.has("tracker"):
         return
-    metric = next((name for name in ("HOTA", "MOTA") if name in table.columns), None)
+    metric = next((name for name in ("HOTA", "MOTA") if table.has(name)), None)
     if metric is not None:
-        there = [row for row in _rows(table) if isinstance(row[metric], float | int)]
+        there = [row for row in table.as_records() if isinstance(row[metric], float | int)]
         there.sort(key=lambda row: -_number(row[metric], 0.0))
-        said = [f"{row['tracker']} {word(row[metric], is_part=True)}" for row in there]
+        said = [f"{row['tracker']} {show_value(row[metric], is_part=True)}" for row in there]
         yield Sentence(f"By {metric}: {', '.join(said)}.")
     failed = result.table("failures")
-    for row in _rows(failed) if failed is not None else ():
+    for row in failed.as_records() if failed is not None else ():
         yield Sentence(f"{row.get('tracker')} failed: {row.get('reason')}", "bad")
 
 
 def _tables(result: Result) -> Iterator[Sentence]:
     """Which tables there are."""
     for table in result.tables:
-        metric = next((name for name in ("HOTA", "MOTA") if name in table.columns), None)
-        rows = [row for row in _rows(table) if metric and isinstance(row[metric], float | int)]
+        metric = next((name for name in ("HOTA", "MOTA") if table.has(name)), None)
+        rows = [
+            row for row in table.as_records() if metric and isinstance(row[metric], float | int)
+        ]
         best = ""
         if metric and rows:
             most = max(rows, key=lambda row: _number(row[metric], 0.0))
-            best = f", most {metric}: {most[table.columns[0]]} {_mean(table, most, metric)}"
+            best = f", most {metric}: {most[table.names[0]]} {_mean(table, most, metric)}"
         yield Sentence(f"{table.title.partition(';')[0]}: {len(table.rows)} rows{best}.")
 
 
 def _tune(result: Result) -> Iterator[Sentence]:
     """The weights, and what they are worth."""
     table, worth = result.table("weights"), result.table("worth")
-    if table is not None and {"cost", "weight"} <= set(table.columns):
-        said = [f"{row['cost']} {word(row['weight'])}" for row in _rows(table)]
+    if table is not None and table.has("cost", "weight"):
+        said = [f"{row['cost']} {show_value(row['weight'])}" for row in table.as_records()]
         yield Sentence(f"Weights: {', '.join(said)}.")
     if worth is not None and len(worth.columns) == 2:
         for name, value in worth.rows:
             metric = worth.columns[1]
-            yield Sentence(f"{metric} by {name}: {word(value, is_fraction(metric, worth))}.")
+            yield Sentence(f"{metric.name} by {name}: {metric.show(value)}.")
 
 
 def _counts(result: Result) -> Iterator[Sentence]:
     """Of tables that nobody knows here: the row with the most in every column of whole numbers."""
     for table in result.tables[:2]:
-        names = [shown.name for shown in shown_columns(table) if not shown.is_number]
+        names = [each.column.name for each in shown_columns(table) if not each.is_number]
         whole = [
             name
-            for name in table.columns
+            for name in table.names
             if any(isinstance(value, int) for value in table.column(name))
             and all(isinstance(value, int) or value is None for value in table.column(name))
         ]
         if not (names and whole and table.rows):
             continue
-        rows = _rows(table)
+        rows = table.as_records()
         most = max(rows, key=lambda row: _number(row[whole[-1]], 0.0))
-        where = ", ".join(word(most[name]) for name in names if most[name] is not None)
+        where = ", ".join(show_value(most[name]) for name in names if most[name] is not None)
         told = f"{table.title}: {len(rows)} rows; most {whole[-1]}: {where}, "
-        yield Sentence(f"{told}{word(most[whole[-1]])}.")
+        yield Sentence(f"{told}{show_value(most[whole[-1]])}.")
 
 
 def _diagnosis(result: Result) -> Iterator[Sentence]:
     """What most switches happen around, and what they hang on."""
     for name, words, value in (("events", "around", "switches"), ("causes", "hangs on", "share")):
         table = result.table(name)
-        if table is None or not {words, value} <= set(table.columns):
+        if table is None or not table.has(words, value):
             continue
-        rows = [row for row in _rows(table) if _number(row[value], 0.0) > 0.0]
+        rows = [row for row in table.as_records() if _number(row[value], 0.0) > 0.0]
         rows.sort(key=lambda row: -_number(row[value], 0.0))
         kinds = {str(row[words]) for row in rows}
         said = [
@@ -182,8 +185,8 @@ def _diagnosis(result: Result) -> Iterator[Sentence]:
             for row in rows
             if row[words] != "all" and not _is_bin(str(row[words]), kinds)
         ]
-        unit = ", %" if is_fraction(value, table) else ""
-        told = ", ".join(said[:MOST_NAMED]) or "none"
+        unit = ", %" if table.typed(value).kind == "rate" else ""
+        told = ", ".join(said[:MAX_NAMED]) or "none"
         yield Sentence(f"{table.title} ({value}{unit}): {told}.")
 
 
@@ -204,19 +207,15 @@ VERDICTS: dict[str, Callable[[Result], Iterator[Sentence]]] = {
 }
 
 
-def _rows(table: ResultTable) -> list[Row]:
-    return [dict(zip(table.columns, row, strict=True)) for row in table.rows]
-
-
-def _by(table: ResultTable, column: str) -> dict[str, list[Row]]:
+def _by(table: Table, column: str) -> dict[str, list[Row]]:
     """The rows by the value of a column, in order."""
     found: dict[str, list[Row]] = {}
-    for row in _rows(table):
+    for row in table.as_records():
         found.setdefault(str(row[column]), []).append(row)
     return found
 
 
-def _summed(table: ResultTable, column: str, number: str) -> dict[str, float]:
+def _summed(table: Table, column: str, number: str) -> dict[str, float]:
     """The sum of a column of numbers by the value of another."""
     groups = _by(table, column)
     return {name: sum(_number(row[number], 0.0) for row in rows) for name, rows in groups.items()}
@@ -226,14 +225,18 @@ def _number(value: Cell, otherwise: float) -> float:
     return float(value) if isinstance(value, float | int) else otherwise
 
 
-def _mean(table: ResultTable, row: Row, name: str, part: bool | None = None) -> str:
+def _mean(table: Table, row: Row, name: str, part: bool | None = None) -> str:
     """A value of a row with its interval; part: whether in percent, None: as its name says."""
-    is_part = is_fraction(name, table) if part is None else part
-    return with_ends(row.get(name), row.get(f"{name} low"), row.get(f"{name} high"), is_part)
+    is_part = table.typed(name).kind == "rate" if part is None else part
+    return show_value(row.get(name), row.get(f"{name} low"), row.get(f"{name} high"), is_part)
 
 
-def _point(table: ResultTable, row: Row) -> str:
-    told = point(table, [row[name] for name in table.columns], axes_in(table))
+def _point(table: Table, row: Row) -> str:
+    told = ", ".join(
+        f"{name.rpartition('.')[2]}={show_value(row[name])}"
+        for name in axes_in(table)
+        if row[name] is not None
+    )
     return told or "the scene's own levels"
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from mot_sim.diagnosis import work
-from mot_sim.experiments.results.result_file import read_result
+from mot_sim.experiments.result_file import read_result
 from tests.mot_sim.cli.conftest import CommandLine, files, write
 from tests.mot_sim.cli.test_bad_input import require_one_line
 

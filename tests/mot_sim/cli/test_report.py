@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from mot_sim.experiments.results.result_file import read_result, write_result
+from mot_sim.experiments.result_file import read_result, write_result
 from mot_sim.experiments.sweep.trial import Job
 from tests.mot_sim.cli.conftest import CommandLine
 from tests.mot_sim.report.page.made import stress_result, write_every
@@ -30,8 +30,8 @@ def test_a_sweep_and_a_search_leave_what_the_report_shows(
     assert (result.made.finished, result.made.trials) == (True, (8, 8))
     assert [table.name for table in result.tables] == ["means", "differences", "design"]
     search = (
-        "breaking-point", "--axis", "detector.jitter", "--to", 2, "--trackers", "default", "--seeds", 2,
-        "--frames", 4, "--scene", "crossing", *BARE, "--out", tmp_path / "out/where",
+        "breaking-point", "--axis", "detector.jitter", "--to", 2, "--trackers", "default",
+        "--seeds", 2, "--frames", 4, "--scene", "crossing", *BARE, "--out", tmp_path / "out/where",
     )  # fmt: skip
     assert mot_sim(*search).code == 0
     assert [table.name for table in read_result(tmp_path / "out/where").tables] == [

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -42,13 +43,23 @@ def test_the_table_has_a_row_a_sequence_and_one_for_all(
 
 
 def test_at_80_columns_the_rates_stand_above_the_counts(
-    mot_sim: CommandLine, tree: Path, results: Path
+    mot_sim: CommandLine, tree: Path, results: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setenv("TERM", "dumb")  # without colours
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
     outcome = mot_sim("evaluate", results, "--root", tree)
     assert max(len(line) for line in outcome.out.split("\n")) <= 80
     assert "…" not in outcome.out
     for title in TITLES:
         assert f" {title} " in outcome.out
+    assert outcome.out.count("combined") == 2
+
+
+def test_a_pipe_has_no_width(mot_sim: CommandLine, tree: Path, results: Path) -> None:
+    outcome = mot_sim("evaluate", results, "--root", tree)
+    (head,) = [line.split() for line in outcome.out.split("\n") if "sequence" in line.split()]
+    assert head == ["sequence", *TITLES]
+    assert outcome.out.count("combined") == 1
 
 
 def test_csv_and_json_hold_every_digit_as_fractions(

@@ -22,11 +22,16 @@ from mot_sim.diagnosis.findings import (
     tally,
     write_findings,
 )
-from mot_sim.diagnosis.outputs import write_tables
-from mot_sim.diagnosis.tables import cause_table, csv_of, event_table, shown, tables_of
+from mot_sim.diagnosis.tables import (
+    cause_table,
+    event_table,
+    for_terminal,
+    tables_of,
+    write_tables,
+)
 from mot_sim.diagnosis.tasks import SceneTask
 from mot_sim.diagnosis.work import diagnose
-from mot_sim.experiments.results.result_file import read_result
+from mot_sim.experiments.result_file import read_result
 from mot_sim.metrics.breaks import Breaks
 from tests.mot_sim.diagnosis.conftest import Crossing
 from tests.mot_sim.metrics.test_breaks import tracks
@@ -265,10 +270,12 @@ def test_the_control_is_said_in_the_note() -> None:
 def test_tables_are_shown_and_written(tmp_path: Path) -> None:
     tables = tables_of([ONE_DRIVE, OTHER], attributed=True)
     assert [table.name for table in tables] == ["events", "causes", "drives", "cases"]
-    events = shown(tables[0])
-    assert events.rows[0][0] == "occlusion"
-    assert str(events.rows[0][3]).startswith("75 [")
-    assert csv_of(tables[0]).splitlines()[0].startswith("around,events,switches,switches per event")
+    events = for_terminal(tables[0]).shown_rows()
+    assert events[0][0] == "occlusion"
+    assert events[0][3].startswith("75 [")
+    assert (
+        tables[0].as_csv().splitlines()[0].startswith("around,events,switches,switches per event")
+    )
     write_tables(tmp_path, "why", tables, ["moments/sheet.png"], drives=(2, 2))
     assert read_result(tmp_path).tables == tables
     assert read_result(tmp_path).kind == "diagnosis"
@@ -277,7 +284,7 @@ def test_tables_are_shown_and_written(tmp_path: Path) -> None:
     assert len((tmp_path / "cases.csv").read_text().splitlines()) == 4
     assert [table.name for table in tables_of([OTHER], attributed=False)][1] == "drives"
     for table in tables_of([], attributed=True):  # nothing at all is no error either
-        shown(table)
+        for_terminal(table)
         write_tables(tmp_path / "empty", "nothing", [table])
 
 

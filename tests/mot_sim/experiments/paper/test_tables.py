@@ -1,5 +1,6 @@
 """The paper's tables: what is quoted is marked, what is measured is kept."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from mot_sim.experiments.paper.made_rows import PairedScores, SyntheticBenchmark
 from mot_sim.experiments.paper.rendering import interval_table, score_rows
 from mot_sim.experiments.paper.studies import PaperConfig
 from mot_sim.experiments.paper.tables import TABLES, server, verdict
+from mot_sim.experiments.result_file import Result, made_here, read_result, write_result
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.tuning import measuring
 from mot_sim.experiments.tuning.measuring import KittiBenchmark
@@ -112,6 +114,24 @@ def test_differences_are_taken_drive_by_drive() -> None:
     text = interval_table("title", found, ("MOTA", "IDSW"), against="base").as_markdown()
     assert "-10.00 ±0.00" in text
     assert "MOTA - base" in text
+
+
+def test_files_hold_every_digit_of_what_is_shown_rounded(tmp_path: Path) -> None:
+    found = pooled(base=[0.2, 0.4, 0.9, 0.7, 0.1], new=[0.1, 0.35, 0.8, 1.0 / 3.0, 0.0])
+    table = interval_table("title", found, ("MOTA", "IDSW"), against="base")
+    write_result(tmp_path, Result("tables", "", made_here(), (replace(table, name="III.1"),)))
+    (read,) = read_result(tmp_path).tables
+    mean, less = found.mean("new", "MOTA"), found.less("new", "base", "MOTA")
+    assert [read.column(f"MOTA{end}")[1] for end in ("", " low", " high")] == [*mean.cells]
+    assert [read.column(f"MOTA - base{end}")[1] for end in ("", " low", " high")] == [*less.cells]
+    assert read.column("MOTA - base")[0] is None
+    assert read.column("IDSW") == (found.mean("base", "IDSW").mean, found.mean("new", "IDSW").mean)
+    assert read.column("row") == ("base", "new")
+    assert read.column("drives") == (5, 5)
+    assert read.shown_columns[1].text(read.rows[1]) in table.as_markdown()
+    assert table.note == ""
+    few = interval_table("title", pooled(base=[0.2, 0.4]), ("MOTA",))
+    assert few.as_markdown().endswith("\n2 drives: " + few.note.partition(": ")[2] + "\n")
 
 
 def test_the_verdict_names_who_beats_all_cues() -> None:

@@ -130,7 +130,9 @@ def test_the_command_shows_table_curves_and_json(
     assert main([*line, "--plot", str(plot), "--json", str(content_file)]) == 0
     shown = capsys.readouterr()
     assert "costs 90 points of HOTA" in " ".join(shown.out.split())
-    assert [each.split()[0] for each in shown.out.splitlines()[-3:-1]] == ["default", "volume"]
+    *_, default, volume, _, note, _ = shown.out.splitlines()
+    assert [each.split()[0] for each in (default, volume)] == ["default", "volume"]
+    assert note == "2 seeds: too few for an interval to mean much; 5 or more are better."
     assert plot.read_bytes()[:4] == b"\x89PNG"
     content = json.loads(content_file.read_text())
     assert [each["tracker"] for each in content["trackers"]] == ["default", "volume"]

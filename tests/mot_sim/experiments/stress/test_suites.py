@@ -9,8 +9,8 @@ import pytest
 from mot_sim.__main__ import main
 from mot_sim.experiments.stress.suites import Verdict, bound_from, find_suites, read_suites, stress
 from mot_sim.experiments.sweep.bounds import Bound
-from mot_sim.experiments.sweep.summary import Interval
 from mot_sim.simulation.scene_names import SCENES
+from mot_sim.tables import Interval
 from tests.mot_sim.experiments.small import trial_files
 from tracker.errors import BadConfig, BadFile, TrackingError, UnknownName
 

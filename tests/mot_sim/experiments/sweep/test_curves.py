@@ -5,19 +5,18 @@ from pathlib import Path
 import pyarrow as pa
 import pytest
 
-from mot_sim.experiments.results.result_file import Cell, ResultTable
-from mot_sim.experiments.results.result_tables import means
 from mot_sim.experiments.sweep.curves import axes_in, curve_charts, metrics_in, save_curves
-from mot_sim.experiments.sweep.summary import summary
+from mot_sim.experiments.sweep.summary import mean_table, summary
+from mot_sim.tables import Cell, Table
 from tests.mot_sim.report.page.made import sweep_result
 from tracker.errors import BadConfig
 
 
-def table(axes: tuple[str, ...], rows: list[tuple[Cell, ...]]) -> ResultTable:
+def table(axes: tuple[str, ...], rows: list[tuple[Cell, ...]]) -> Table:
     """Means of HOTA: levels, tracker, value."""
     columns = (*axes, "tracker", "HOTA", "HOTA low", "HOTA high")
     full = tuple((*row, row[-1], row[-1]) for row in rows)
-    return ResultTable("means", "", columns, full)
+    return Table.of("means", "", columns, full)
 
 
 def test_axes_and_metrics_are_read_off_the_columns() -> None:
@@ -96,7 +95,7 @@ def test_levels_where_every_seed_failed_are_left_out() -> None:
 def test_a_real_sweep_becomes_a_picture(
     tmp_path: Path, swept: tuple[Path, pa.Table], ending: str
 ) -> None:
-    path = save_curves(means(summary(swept[1])), tmp_path / f"curves{ending}")
+    path = save_curves(mean_table(summary(swept[1])), tmp_path / f"curves{ending}")
     assert path.stat().st_size > 5_000
 
 

@@ -1,19 +1,17 @@
 """Means, intervals and paired differences; the tables that show them."""
 
-import numpy as np
 import pyarrow as pa
 import pytest
-from scipy.stats import t as student
 
-from mot_sim.experiments.sweep.summary import Interval, summary
-from mot_sim.experiments.sweep.summary_tables import (
+from mot_sim.experiments.sweep.summary import (
     difference_table,
-    failures,
+    failure_lines,
     mean_table,
-    shown,
+    summary,
     summary_content,
     words,
 )
+from mot_sim.tables import NO_INTERVAL, Interval, mean_column
 
 
 def made_table(errors: bool = False) -> pa.Table:
@@ -31,20 +29,6 @@ def made_table(errors: bool = False) -> pa.Table:
         rows[1] |= {"HOTA": None, "IDF1": None, "error": "frame 3: it broke"}
     table = pa.Table.from_pylist(rows)
     return table.replace_schema_metadata({"mot-sim sweep": '{"design": {"axes": {"noise": 0}}}'})
-
-
-def test_an_interval_is_students() -> None:
-    values = np.array([1.0, 2.0, 4.0, 7.0])
-    found = Interval.of(values)
-    low, high = student.interval(0.95, 3, values.mean(), values.std(ddof=1) / 2.0)
-    assert (found.mean, found.count) == (3.5, 4)
-    assert found.low == pytest.approx(low)
-    assert found.high == pytest.approx(high)
-
-
-def test_one_value_has_no_interval_and_none_has_no_mean() -> None:
-    assert Interval.of(np.array([2.0])) == Interval(2.0, None, None, 1)
-    assert Interval.of(np.zeros(0)) == Interval(None, None, None, 0)
 
 
 def test_differences_are_paired_by_seed() -> None:
@@ -72,22 +56,24 @@ def test_failed_trials_are_counted_named_and_in_no_mean() -> None:
     assert line.metrics["HOTA"].count == 2
     assert line.less is not None
     assert line.less["HOTA"].count == 2
-    assert failures(table) == ["b: 1 trial failed: frame 3: it broke"]
-    assert failures(made_table()) == []
+    assert failure_lines(table) == ["b: 1 trial failed: frame 3: it broke"]
+    assert failure_lines(made_table()) == []
 
 
 def test_tables_show_percent_and_half_the_interval() -> None:
     lines = summary(made_table(errors=True))
-    assert shown(Interval(0.5, 0.4, 0.6, 9), "HOTA") == "50.00 ±10.00"
-    assert shown(Interval(3.0, 1.0, 5.0, 9), "IDSW", signed=True) == "+3.0 ±2.0"
-    assert shown(Interval(0.5, None, None, 1), "HOTA") == "50.00"
-    assert shown(None, "HOTA") == ""
-    rows = mean_table(lines, ("HOTA",)).rows
+    assert mean_column("HOTA").show(*Interval(0.5, 0.4, 0.6, 9).cells) == "50.00 ±10.00"
+    assert (
+        mean_column("IDSW", is_signed=True).show(*Interval(3.0, 1.0, 5.0, 9).cells) == "+3.0 ±2.0"
+    )
+    assert mean_column("HOTA").show(*Interval(0.5, None, None, 1).cells) == "50.00"
+    assert mean_column("HOTA").show(*NO_INTERVAL.cells) == ""
+    rows = mean_table(lines, ("HOTA",), is_printed=True).shown_rows()
     assert rows[1][:2] == ("noise=0", "b")
     assert rows[1][3:] == ("2", "1")
-    different = difference_table(lines, ("HOTA",))
+    different = difference_table(lines, ("HOTA",), is_printed=True)
     assert different is not None
-    assert different.rows[1] == ("noise=2", "b", "-10.00 ±0.00", "3")
+    assert different.shown_rows()[1] == ("noise=2", "b", "-10.00 ±0.00", "3")
     assert difference_table([line for line in lines if line.tracker == "a"]) is None
     assert summary_content(lines)[1]["metrics"]["HOTA"]["count"] == 2
 
@@ -97,3 +83,27 @@ def test_axes_are_called_by_the_last_part_of_their_names_where_that_is_enough() 
     assert words({"jitter.x.spread": 0.5, "jitter.y.spread": 1}) == (
         "jitter.x.spread=0.5, jitter.y.spread=1"
     )
+
+
+def test_intervals_are_possible_and_two_seeds_are_called_too_few() -> None:
+    rows = [
+        {"point": 0, "noise": 0.0, "seed": seed, "tracker": name, "HOTA": hota, "IDSW": switches,
+         "error": None}
+        for name, less in (("a", 0.0), ("b", 0.1))
+        for seed, (hota, switches) in enumerate(((1.0, 0), (0.6 - less, 4)))
+    ]  # fmt: skip
+    about = {"mot-sim sweep": '{"design": {"axes": {"noise": 0}}}'}
+    lines = summary(pa.Table.from_pylist(rows).replace_schema_metadata(about))
+    means, less = mean_table(lines), difference_table(lines)
+    assert means.column("HOTA low") == (0.0, 0.0)
+    assert means.column("HOTA high") == (1.0, 1.0)
+    assert means.column("IDSW low") == (0.0, 0.0)
+    assert less is not None
+    assert less.column("HOTA low")[0] == pytest.approx(-0.05 - 12.7062 * 0.05)
+    told = "too few for an interval to mean much; 5 or more are better."
+    assert means.note.endswith(f"2 seeds: {told}")
+    printed, pairs = (table(lines, is_printed=True) for table in (mean_table, difference_table))
+    assert printed.note == f"2 seeds: {told}"
+    assert pairs.note == f"2 pairs: {told}"
+    assert printed.shown_rows()[0][2] == "80.00 [0.00, 100.00]"
+    assert "3 seeds" in mean_table(summary(made_table()), is_printed=True).note

@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from mot_sim.experiments.results.result_file import Cell, Made, Result, ResultTable, write_result
+from mot_sim.experiments.result_file import Made, Result, write_result
+from mot_sim.tables import Cell, Table
 
 EVIL = "<script>alert('x')</script> & \"quotes\""
 MADE = Made("mot-sim sweep --axis 'a b'", {"python": "3.11.9", "numpy": "2.1"}, "ab12" * 8)
@@ -26,15 +27,15 @@ def sweep_result(name: str = "default", made: Made = MADE, files: tuple[str, ...
         "IDSW", "IDSW low", "IDSW high", "seeds", "failed",
     )  # fmt: skip
     less = tuple((*level, "paper", *score(-0.05, 0.01), 4) for level in levels)
-    design = ResultTable("design", "What was run", ("setting", "value"), (("scene", "crossing"),))
+    design = Table.of("design", "What was run", ("setting", "value"), (("scene", "crossing"),))
     return Result(
         "sweep", f"crossing: {name}", made,
         (
-            ResultTable("means", "Scores", columns, rows),
-            ResultTable(
+            Table.of("means", "Scores", columns, rows),
+            Table.of(
                 "differences", "Differences to the first", (*columns[:6], "seeds"), less
             ),
-            ResultTable(
+            Table.of(
                 "failures", "Trials that failed", ("tracker", "trials", "error"),
                 ((name, 2, f"frame 3: {name} broke"),),
             ),
@@ -55,9 +56,7 @@ def stress_result() -> Result:
         ("fog", "default", "IDSW", "at most", 1.8, *score(2.4, 1.0), 8, "FAIL", 0, None),
         ("night", "default", "HOTA", "at least", 0.7, *score(0.72), 8, "pass", 0, None),
     )
-    return Result(
-        "stress", "stress: fog, night", MADE, (ResultTable("verdicts", "", columns, rows),)
-    )
+    return Result("stress", "stress: fog, night", MADE, (Table.of("verdicts", "", columns, rows),))
 
 
 def break_result() -> Result:
@@ -82,8 +81,8 @@ def break_result() -> Result:
     return Result(
         "breaking-point", "crossing: where HOTA breaks", MADE,
         (
-            ResultTable("points", "Levels that cost 5 points of HOTA", about, points),
-            ResultTable("curves", "HOTA over jitter", columns, curve),
+            Table.of("points", "Levels that cost 5 points of HOTA", about, points),
+            Table.of("curves", "HOTA over jitter", columns, curve),
         ),
     )  # fmt: skip
 
@@ -95,12 +94,12 @@ def compare_result() -> Result:
     return Result(
         "compare", "rrc boxes", MADE,
         (
-            ResultTable("scores", "", ("tracker", "MOTA", "HOTA", "IDSW", "frames/s"), scores),
-            ResultTable(
+            Table.of("scores", "", ("tracker", "MOTA", "HOTA", "IDSW", "frames/s"), scores),
+            Table.of(
                 "failures", "Trackers that failed", ("tracker", "reason", "stderr"),
                 (("mine", "exit code 3", "Traceback\n  line 2"),),
             ),
-            ResultTable("drives", "Drive by drive", ("drive", "tracker", "MOTA", "IDSW"), drives),
+            Table.of("drives", "Drive by drive", ("drive", "tracker", "MOTA", "IDSW"), drives),
         ),
     )  # fmt: skip
 
@@ -113,9 +112,7 @@ def tables_result() -> Result:
         ("* the paper", 0.914, None, None, 232),
     )
     columns = ("row", "MOTA", "MOTA low", "MOTA high", "IDSW")
-    return Result(
-        "tables", "Tables: III", MADE, (ResultTable("III.1", "Table III", columns, rows),)
-    )
+    return Result("tables", "Tables: III", MADE, (Table.of("III.1", "Table III", columns, rows),))
 
 
 def tune_result() -> Result:
@@ -125,8 +122,8 @@ def tune_result() -> Result:
     return Result(
         "tune", "Weights", MADE,
         (
-            ResultTable("weights", "Weights of the costs", ("cost", "weight", "std"), weights),
-            ResultTable("worth", "", ("weights", "HOTA"), worth),
+            Table.of("weights", "Weights of the costs", ("cost", "weight", "std"), weights),
+            Table.of("worth", "", ("weights", "HOTA"), worth),
         ),
     )  # fmt: skip
 
@@ -141,8 +138,8 @@ def diagnosis_result() -> Result:
     return Result(
         "diagnosis", "Why intersection broke", MADE,
         (
-            ResultTable("events", "By event", ("around", "events", "switches", *rate), events),
-            ResultTable(
+            Table.of("events", "By event", ("around", "events", "switches", *rate), events),
+            Table.of(
                 "causes", "What they hang on",
                 ("hangs on", "switches", "share", "share low", "share high"), causes,
             ),

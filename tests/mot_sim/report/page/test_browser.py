@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mot_sim.experiments.results.result_file import Result, write_result
+from mot_sim.experiments.result_file import Result, write_result
 from mot_sim.plotting import write_video
 from mot_sim.report.page import write_report
 from tests.mot_sim.report.page.made import EVERY, EVIL, MADE, sweep_result

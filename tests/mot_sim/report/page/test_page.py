@@ -9,11 +9,12 @@ from pathlib import Path
 import plotly.graph_objects as go
 import pytest
 
-from mot_sim.experiments.results.result_file import KINDS, Made, Result, ResultTable, write_result
+from mot_sim.experiments.result_file import KINDS, Made, Result, write_result
 from mot_sim.report.page import page as page_module
 from mot_sim.report.page import write_report
 from mot_sim.report.page.sections import KINDS as KIND_WORDS
 from mot_sim.report.page.verdicts import verdicts_of
+from mot_sim.tables import Table
 from tests.mot_sim.report.page.made import (
     EVERY,
     EVIL,
@@ -59,7 +60,7 @@ def test_every_kind_of_result_has_words_and_a_section(every_text: str) -> None:
 def test_a_stress_test_that_only_measured_keeps_and_breaks_no_bound() -> None:
     asked = stress_result()
     (table,) = asked.tables
-    at = table.columns.index("verdict")
+    at = table.names.index("verdict")
     rows = tuple((*row[:at], None, *row[at + 1 :]) for row in table.rows)
     said = [each.text for each in verdicts_of(replace(asked, tables=(replace(table, rows=rows),)))]
     assert "Measured only: no bounds were asked for." in said
@@ -172,7 +173,7 @@ def test_text_of_results_is_text_wherever_it_stands(tmp_path: Path) -> None:
     plain = MADE.command
     made = replace(MADE, command=f"mot-sim {EVIL}", code=EVIL, versions={EVIL: EVIL})
     result = sweep_result(EVIL, made, (f"{EVIL}.png".replace("/", "-"),))
-    table = ResultTable(EVIL, EVIL, (EVIL, "b"), ((EVIL, 1), (EVIL + "2", 2)), EVIL)
+    table = Table.of(EVIL, EVIL, (EVIL, "b"), ((EVIL, 1), (EVIL + "2", 2)), EVIL)
     write_result(tmp_path / "a<b>", replace(result, tables=(*result.tables, table)))
     report = write_report([tmp_path / "a<b>"], tmp_path / "r.html", title=EVIL)
     text = report.path.read_text()
@@ -189,7 +190,7 @@ def test_text_of_results_is_text_wherever_it_stands(tmp_path: Path) -> None:
 
 
 def test_a_result_without_anything_is_a_page(tmp_path: Path) -> None:
-    empty = ResultTable("means", "", ("axis", "tracker", "HOTA", "HOTA low", "HOTA high"), ())
+    empty = Table.of("means", "", ("axis", "tracker", "HOTA", "HOTA low", "HOTA high"), ())
     for kind in KINDS:
         nothing = Result(kind, "", Made("", {}, "", False, (0, 400)), (empty,))
         write_result(tmp_path / kind, nothing)
@@ -202,7 +203,7 @@ def test_a_result_without_anything_is_a_page(tmp_path: Path) -> None:
 
 
 def test_a_long_table_is_cut_with_a_word_about_it(tmp_path: Path) -> None:
-    table = ResultTable("cases", "Cases", ("car", "frame"), tuple((k, k) for k in range(1000)))
+    table = Table.of("cases", "Cases", ("car", "frame"), tuple((k, k) for k in range(1000)))
     write_result(tmp_path, Result("diagnosis", "long", MADE, (table,)))
     page = Page(write_report([tmp_path], tmp_path / "r.html").path.read_text()).root
     assert len(page.every("tbody")[0].every("tr")) == 400

@@ -8,7 +8,7 @@ import pyarrow as pa
 import pytest
 
 from mot_sim.evaluation.run_folder import RunFolder, SequenceStatistics
-from mot_sim.experiments.results.result_file import write_result
+from mot_sim.experiments.result_file import write_result
 from mot_sim.experiments.sweep.running import sweep
 from mot_sim.report.page import find_sources
 from mot_sim.report.page.sources import ResultSource, load_media

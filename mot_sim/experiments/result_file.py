@@ -1,10 +1,10 @@
-"""`result.json`: what a command found, in plain tables, for the report and for other programs."""
+"""`result.json`: what a command found, in tables, for the report and for other programs."""
 
 import json
 import shlex
 import sys
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from math import isfinite
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
@@ -14,46 +14,13 @@ from mot_sim.files.fingerprint import code_digest
 from mot_sim.files.settings import versions
 from mot_sim.files.text import read_text
 from mot_sim.files.writing import write_lines
+from mot_sim.tables import Cell, Table, table_of
 from tracker.errors import BadConfig, BadFile, UnknownName
 
 RESULT_FILE = "result.json"
 FORMAT = 1  # raised when the file's layout changes
 KINDS = ("sweep", "stress", "breaking-point", "compare", "tables", "tune", "diagnosis", "run")
-LARGEST = 2**63  # whole numbers of a file are smaller
-
-Cell = str | float | int | None
-
-
-@dataclass(frozen=True)
-class ResultTable:
-    """Rows under columns, as they were computed: rates are fractions, nothing is rounded.
-
-    name: a short word that a program finds the table by. The 95 % interval of a column X stands
-    in the columns "X low" and "X high". NaN and infinity become None in the file.
-    """
-
-    name: str
-    title: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
-    note: str = ""
-
-    def __post_init__(self) -> None:
-        if len(set(self.columns)) != len(self.columns):
-            raise BadConfig(f"table {self.name}: two columns of one name: {list(self.columns)}")
-        for number, row in enumerate(self.rows, 1):
-            if len(row) != len(self.columns):
-                raise BadConfig(
-                    f"table {self.name}, row {number}: {len(row)} values where "
-                    f"{len(self.columns)} belong: {list(row)!r:.80}"
-                )
-
-    def column(self, name: str) -> tuple[Cell, ...]:
-        """The values of a column. Raises UnknownName."""
-        if name not in self.columns:
-            raise UnknownName.of(f"column of table {self.name}", name, self.columns)
-        place = self.columns.index(name)
-        return tuple(row[place] for row in self.rows)
+MAX_WHOLE_NUMBER = 2**63  # those of a file are smaller
 
 
 @dataclass(frozen=True)
@@ -78,7 +45,7 @@ class Result:
     kind: str
     title: str
     made: Made
-    tables: tuple[ResultTable, ...]
+    tables: tuple[Table, ...]
     files: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:
@@ -90,7 +57,7 @@ class Result:
                     f"file {name!r} of a result: name it relative to the result's folder: a/b.mp4"
                 )
 
-    def table(self, name: str) -> ResultTable | None:
+    def table(self, name: str) -> Table | None:
         """The table of a name; None where there is none."""
         return next((table for table in self.tables if table.name == name), None)
 
@@ -109,8 +76,9 @@ def write_result(folder: Path, result: Result) -> Path:
     Raises BadOutput where the folder cannot be written to.
     """
     path = folder / RESULT_FILE
-    content = _plain({"format": FORMAT, **asdict(result)})
-    write_lines(path, [json.dumps(content, indent=1, allow_nan=False)])
+    content = {"format": FORMAT, **vars(result), "made": vars(result.made)}
+    content["tables"] = [table.as_content() for table in result.tables]
+    write_lines(path, [json.dumps(_plain(content), indent=1, allow_nan=False)])
     return path
 
 
@@ -157,12 +125,13 @@ def _result(content: Mapping[str, Any]) -> Result:
             None if trials is None else (int(trials[0]), int(trials[1])),
         ),
         tuple(
-            ResultTable(
-                _text(table["name"]),
-                _text(table["title"]),
-                tuple(map(_text, table["columns"])),
-                tuple(tuple(map(_cell, row)) for row in table["rows"]),
-                _text(table["note"]),
+            table_of(
+                {
+                    **table,
+                    **{key: _text(table[key]) for key in ("name", "title", "note")},
+                    "columns": [_text(name) for name in table["columns"]],
+                    "rows": [tuple(map(_cell, row)) for row in table["rows"]],
+                }
             )
             for table in content["tables"]
         ),
@@ -180,7 +149,7 @@ def _text(value: Any) -> str:
 def _cell(value: Any) -> Cell:
     if isinstance(value, str):
         return _text(value)
-    is_whole = isinstance(value, int) and abs(value) < LARGEST
+    is_whole = isinstance(value, int) and abs(value) < MAX_WHOLE_NUMBER
     if value is None or is_whole:
         return value
     if not isinstance(value, float):
@@ -215,6 +184,11 @@ def _require_inside(path: Path, result: Result) -> None:
 
 
 __all__ = [
-    "KINDS", "RESULT_FILE", "Cell", "Made", "Result", "ResultTable", "made_here",
-    "read_result", "write_result",
-]  # fmt: skip
+    "KINDS",
+    "RESULT_FILE",
+    "Made",
+    "Result",
+    "made_here",
+    "read_result",
+    "write_result",
+]

@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from mot_sim.metrics import evaluate_sequence
-from mot_sim.tables.grid import COUNTS, RATES, Column, Table, score_grid
+from mot_sim.tables import COUNTS, RATES, Column, Table, score_table
 from tracker import Tracks
 
 TABLE = Table(
@@ -44,7 +44,7 @@ def test_csv_and_records_round_nothing() -> None:
 @pytest.mark.parametrize("rules", ["trackeval", "devkit2018"])
 def test_scores_that_the_rules_do_not_know_have_no_column(rules: str) -> None:
     nothing = evaluate_sequence(Tracks.empty(), Tracks.empty(), 1, rules)
-    titles = [column.title for column in score_grid({"x": nothing}).columns]
+    titles = [column.title for column in score_table({"x": nothing}).columns]
     assert ("HOTA" in titles) == (rules == "trackeval")
     assert titles[0] == "sequence"
     assert titles[-len(COUNTS) :] == list(COUNTS)
@@ -52,7 +52,7 @@ def test_scores_that_the_rules_do_not_know_have_no_column(rules: str) -> None:
 
 def test_a_narrow_terminal_gets_two_tables_and_loses_nothing() -> None:
     scores = {"combined": evaluate_sequence(Tracks.empty(), Tracks.empty(), 1)}
-    wide, narrow = shown(score_grid(scores), 150), shown(score_grid(scores), 80)
+    wide, narrow = shown(score_table(scores), 150), shown(score_table(scores), 80)
     assert wide[0] == ["sequence", *RATES, *COUNTS]
     assert narrow[0] == ["sequence", *RATES]
     assert ["sequence", *COUNTS] in narrow

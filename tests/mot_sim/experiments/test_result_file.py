@@ -10,18 +10,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mot_sim.experiments.results.result_file import (
+from mot_sim.experiments.result_file import (
     KINDS,
     Made,
     Result,
-    ResultTable,
     made_here,
     read_result,
     write_result,
 )
+from mot_sim.tables import Column, Table
 from tracker.errors import BadConfig, BadFile, BadOutput, UnknownName
 
-TABLE = ResultTable(
+TABLE = Table.of(
     "curves",
     "HOTA over jitter",
     ("tracker", "level", "HOTA", "HOTA low", "HOTA high"),
@@ -58,7 +58,7 @@ def test_any_table_comes_back(
     tmp_path_factory: pytest.TempPathFactory, kind: str, rows: list, title: str
 ) -> None:
     folder = tmp_path_factory.mktemp("any")
-    table = ResultTable("t", title, ("a", "b"), tuple(rows))
+    table = Table.of("t", title, ("a", "b"), tuple(rows))
     result = Result(kind, title, MADE, (table,))
     write_result(folder, result)
     assert read_result(folder).title == title
@@ -71,10 +71,28 @@ def test_any_table_comes_back(
 
 
 def test_numbers_of_numpy_and_what_is_not_finite_become_plain(tmp_path: Path) -> None:
-    table = ResultTable("t", "", ("a", "b", "c"), ((np.float64(0.1), float("nan"), float("inf")),))
+    table = Table.of("t", "", ("a", "b", "c"), ((np.float64(0.1), float("nan"), float("inf")),))
     path = write_result(tmp_path, replace(RESULT, tables=(table,), files=()))
     assert json.loads(path.read_text())["tables"][0]["rows"] == [[0.1, None, None]]
     assert read_result(tmp_path).tables[0].rows == ((0.1, None, None),)
+
+
+def test_kinds_of_columns_come_back_and_may_be_absent(tmp_path: Path) -> None:
+    columns = (Column("row", "name"), Column("part", "rate"), "share", "n")
+    table = Table.of("t", "", columns, [("a", 0.1234, 0.5, 3)])
+    path = write_result(tmp_path, replace(RESULT, tables=(table,), files=()))
+    assert read_result(tmp_path).tables == (table,)
+    content = json.loads(path.read_text())
+    kinds = content["tables"][0].pop("kinds")
+    assert kinds == ["name", "rate", "rate", "value"]
+    path.write_text(json.dumps(content))
+    (older,) = read_result(tmp_path).tables
+    assert older.rows == table.rows
+    assert older.shown_rows() == [("a", "0.123", "50.00", "3")]
+    content["tables"][0]["kinds"] = ["name", "colour", "rate", "value"]
+    path.write_text(json.dumps(content))
+    with pytest.raises(BadFile, match="'colour' is no kind of column"):
+        read_result(tmp_path)
 
 
 def test_a_column_is_found_by_its_name() -> None:
@@ -87,9 +105,9 @@ def test_a_column_is_found_by_its_name() -> None:
 
 def test_a_row_of_another_length_is_refused() -> None:
     with pytest.raises(BadConfig, match="table t, row 2: 1 values where 2 belong"):
-        ResultTable("t", "", ("a", "b"), ((1, 2), (3,)))
+        Table.of("t", "", ("a", "b"), ((1, 2), (3,)))
     with pytest.raises(BadConfig, match="two columns of one name"):
-        ResultTable("t", "", ("a", "a"), ())
+        Table.of("t", "", ("a", "a"), ())
 
 
 def test_an_unknown_kind_is_refused() -> None:

@@ -1,1 +1,0 @@
-"""`result.json`: what a command found."""
