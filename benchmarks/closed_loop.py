@@ -96,7 +96,7 @@ def reenact(
         visible = labels.visible.copy()
         visible[mine] = 0.5 * (known + np.minimum(exact, known + HALF_A_LEVEL))
         columns = {"visible": visible}
-        for name in ("boxes", "full_boxes", "seen_boxes"):
+        for name in ("boxes", "amodal_boxes", "visible_boxes"):
             columns[name] = getattr(labels, name).copy()
             columns[name][mine] = seen[name][theirs]
         labels = replace(labels, **columns)
@@ -120,7 +120,7 @@ def measured(
         recording = kitti_recording(drive, VEHICLES)
         stage = SceneMeshes(VehicleSampler().sample(recording, 0), Rig(drive.camera))
         seen = Sightings.from_truth(annotate(recording.states, stage).truth)
-        names = ("frames", "ids", "boxes", "full_boxes", "seen_boxes", "visible")
+        names = ("frames", "ids", "boxes", "amodal_boxes", "visible_boxes", "visible")
         columns = {name: getattr(seen, name) for name in names}
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
