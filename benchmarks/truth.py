@@ -86,11 +86,11 @@ def speed_table(frames: int) -> None:
     episode = record(Scene("convoy", convoy, frames), 0)
     stage, worlds = episode.scene_meshes, list(Replay(episode.traffic).recording.states)
     raster, seen = find_renderer("raster"), (episode.exact.visible > 0.0).sum() / frames
-    faces = np.mean([len(mesh.faces) for mesh in stage.placed(worlds[0]).meshes])
+    faces = np.mean([len(mesh.faces) for mesh in stage.instances(worlds[0]).meshes])
     print(f"{seen:.1f} cars seen a frame, {faces:.0f} faces a car on average, 1242 x 375")
 
     def picture(world: TrafficState) -> object:
-        return raster.render(View(stage.rig.camera, stage.placed(world)))
+        return raster.render(View(stage.rig.camera, stage.instances(world)))
 
     draw = top_view()
     tasks: dict[str, Callable[[TrafficState], object]] = {

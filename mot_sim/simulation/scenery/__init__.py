@@ -3,7 +3,7 @@
 weather = find_weather("rain")
 world = Neighbourhood.build(roads, seed, weather.light)
 view = world.view(camera, ego, cars)
-image = look(weather, view, renderer.render(view), seed, frame)
+image = post_process(weather, view, renderer.render(view), seed, frame)
 """
 
 from mot_sim.simulation.scenery.knobs import Knobs
