@@ -9,6 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
 
+from typing import Any
+
 from rich.console import Console, RenderableType
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
@@ -16,7 +18,7 @@ OK, BROKEN, WRONG, INTERRUPTED = 0, 1, 2, 130
 STDOUT = "-"
 LEVELS = (logging.WARNING, logging.INFO, logging.DEBUG)
 LOGGERS = ("mot_sim", "tracker")
-PLAIN = {"highlight": False, "emoji": False}  # `module:car:` is no picture
+PLAIN: dict[str, Any] = {"highlight": False, "emoji": False}  # `module:car:` is no picture
 MAX_COLUMNS = 100_000  # wider than any table
 REDRAW_SECONDS = 0.1  # between redraws of the bar; faster trackers must not wait for it
 NOTE_SECONDS = 30.0  # between lines about the progress where no bar can be drawn

@@ -1,5 +1,6 @@
 """`mot-sim train-keypoints` and `train-appearance`: training on rendered cars."""
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated

@@ -223,7 +223,8 @@ def place_of(error: BaseException, own: bool = False) -> str | None:
     The last line of a module in the working folder; own: of no other.
     """
     here = Path.cwd()
-    near, other = [], []
+    near: list[tuple[Path, int]] = []
+    other: list[tuple[Path, int]] = []
     for frame, line in walk_tb(error.__traceback__):
         file = Path(frame.f_code.co_filename)
         if str(frame.f_globals.get("__name__")).partition(".")[0] in (*PACKAGES, "importlib"):
