@@ -63,35 +63,26 @@ class Item:
     leafy: bool = False
 
 
-@dataclass(frozen=True)
-class Density:
-    """How much stands beside roads, 1 = a usual town: houses, trees, and everything small."""
-
-    houses: float = 1.0
-    trees: float = 1.0
-    furniture: float = 1.0
-
-
-def place(terrain: Terrain, seed: int, density: Density) -> list[Item]:
+def place(terrain: Terrain, seed: int, knobs: Knobs) -> list[Item]:
     """All things beside the roads. Roads with pavements lie in a town, others outside."""
     is_town = bool(((terrain.paved > 0) & (terrain.distance > 1.0)).any())
     items: list[Item] = []
     if is_town:
-        items += _houses(terrain, seed, HOUSE_METRES, density.houses)
-        items += _fences(terrain, seed, density.furniture)
-        items += _single(terrain, seed, "tree", 4.6, 8.0, 0.62 * density.trees)
-        items += _single(terrain, seed, "bush", 5.6, 5.0, 0.5 * density.trees)
-        items += _single(terrain, seed, "lamp", 1.3, 26.0, density.furniture)
-        items += _single(terrain, seed, "sign", 1.3, 21.0, 0.7 * density.furniture)
+        items += _houses(terrain, seed, HOUSE_METRES, knobs.houses)
+        items += _fences(terrain, seed, knobs.furniture)
+        items += _single(terrain, seed, "tree", 4.6, 8.0, 0.62 * knobs.trees)
+        items += _single(terrain, seed, "bush", 5.6, 5.0, 0.5 * knobs.trees)
+        items += _single(terrain, seed, "lamp", 1.3, 26.0, knobs.furniture)
+        items += _single(terrain, seed, "sign", 1.3, 21.0, 0.7 * knobs.furniture)
     else:
-        items += _rails(terrain, density.furniture)
-        items += _single(terrain, seed, "sign", 2.2, 70.0, 0.7 * density.furniture)
-        items += _single(terrain, seed, "bush", 5.0, 7.0, 0.5 * density.trees)
-        items += _single(terrain, seed, "tree", 8.5, 8.0, 0.7 * density.trees)
-        items += _houses(terrain, seed, 32.0, 0.25 * density.houses)
+        items += _rails(terrain, knobs.furniture)
+        items += _single(terrain, seed, "sign", 2.2, 70.0, 0.7 * knobs.furniture)
+        items += _single(terrain, seed, "bush", 5.0, 7.0, 0.5 * knobs.trees)
+        items += _single(terrain, seed, "tree", 8.5, 8.0, 0.7 * knobs.trees)
+        items += _houses(terrain, seed, 32.0, 0.25 * knobs.houses)
     for number, away in enumerate((WOOD_METRES, WOOD_METRES + 14.0, WOOD_METRES + 32.0)):
         items += _single(
-            terrain, seed + 7 + number, "tree", away, 9.0 + 5.0 * number, 0.7 * density.trees, 1.5
+            terrain, seed + 7 + number, "tree", away, 9.0 + 5.0 * number, 0.7 * knobs.trees, 1.5
         )
     return items
 

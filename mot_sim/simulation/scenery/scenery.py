@@ -12,7 +12,7 @@ from mot_sim.simulation.renderers import NO_INSTANCE, Mesh, MeshInstances
 from mot_sim.simulation.renderers.triangles import NEAR_METRES, sphere_in_view
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scenery.patches import Patches
-from mot_sim.simulation.scenery.placing import Density, Item, Knobs, place
+from mot_sim.simulation.scenery.placing import Item, Knobs, place
 from mot_sim.simulation.scenery.props import DETAIL_LEVELS
 from mot_sim.simulation.scenery.solids import join
 from mot_sim.simulation.scenery.terrain import Terrain
@@ -110,8 +110,7 @@ class Scenery:
 
 @lru_cache(maxsize=4)
 def _around(roads: Roads, seed: int, knobs: Knobs) -> Scenery:
-    density = Density(knobs.houses, knobs.trees, knobs.furniture)
-    return Scenery.of(place(Terrain.of(roads), seed, density))
+    return Scenery.of(place(Terrain.of(roads), seed, knobs))
 
 
 def checked(ego: Float[Array, "3"]) -> Float[Array, "3"]:

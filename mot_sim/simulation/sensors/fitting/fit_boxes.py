@@ -14,6 +14,7 @@ from mot_sim.simulation.sensors.fitting.fit_misses import LAGS
 from mot_sim.simulation.sensors.fitting.measure import Found
 from mot_sim.simulation.sensors.fitting.statistics import lag_correlation, lagged
 from mot_sim.simulation.sensors.fitting.tetrachoric import (
+    RatedEvents,
     both_below,
     correlation_of,
     nearest_autocorrelation,
@@ -81,50 +82,57 @@ def value_autocorrelation(x: Float[Array, " n"], hits: Found, step: float) -> Au
 
 
 def fit_scores(found: Found, misses: Misses, step: float) -> ScoreNoise:
-    """An ordered probit of the scores: ties are drawn anew, given what is expected of each row."""
+    """An ordered probit of the scores by visible fraction and height."""
     hits = found.select(found.hit)
-    sightings, odds = hits.sightings, hits.log_odds
-    low = (rankdata(odds, "min") - 1.0) / len(odds)
-    high = rankdata(odds, "max") / len(odds)
-    height = np.log(np.maximum(sightings.height, 1.0))
-    tables = (
-        hat_functions(sightings.visible, VISIBLE_KNOTS)[:, 1:3],
-        hat_functions(height, tuple(np.log(HEIGHT_KNOTS))),
-    )
-    design = np.concatenate(tables, axis=1)
-    rows = np.arange(len(odds))
-    mean = np.zeros(len(odds))
-    cuts = np.stack((low, high))
-    for number in range(IMPUTATION_ROUNDS):
-        # The latent's quantiles under the model so far, and a draw inside each row's own interval.
-        noise = random_numbers.normal(0, "fit/scores", rows, np.full_like(rows, number))[:, 0]
-        model = np.sort(mean + noise)
-        below, above = np.interp(cuts, (np.arange(len(model)) + 0.5) / len(model), model)
-        below = np.where(low <= 0.0, -8.0, below) - mean
-        above = np.where(high >= 1.0, 8.0, above) - mean
-        y = mean + _between(below, above, rows, number)
-        ridge = design.T @ design + np.eye(design.shape[1])
-        beta = np.linalg.solve(ridge, design.T @ y)
-        mean = design @ beta
-    half, partly, *heights = beta.tolist()
-    noise = random_numbers.normal(0, "fit/scores", rows, np.full_like(rows, IMPUTATION_ROUNDS))[
-        :, 0
-    ]
+    sightings = hits.sightings
+    log_heights = np.log(np.maximum(sightings.height, 1.0))
+    visible = hat_functions(sightings.visible, VISIBLE_KNOTS)[:, 1:3]
+    heights = hat_functions(log_heights, tuple(np.log(HEIGHT_KNOTS)))
+    design = np.concatenate((visible, heights), axis=1)
+    beta = ordered_probit(design, hits.log_odds)
+    mean = design @ beta
+    half, partly, *by_height = beta.tolist()
     coupling, autocorrelation = fit_flicker(found, hits, mean, misses, step)
+    latent = mean + _noise("fit/scores", len(mean), IMPUTATION_ROUNDS)
     return ScoreNoise(
-        y_knots=tuple(np.quantile(mean + noise, KNOT_PROBABILITIES).tolist()),
-        log_odds=tuple(np.quantile(odds, KNOT_PROBABILITIES).tolist()),
+        y_knots=tuple(np.quantile(latent, KNOT_PROBABILITIES).tolist()),
+        log_odds=tuple(np.quantile(hits.log_odds, KNOT_PROBABILITIES).tolist()),
         by_visible=(half, half, partly, 0.0),
-        by_height=tuple(heights),
+        by_height=tuple(by_height),
         coupling=coupling,
         autocorrelation=autocorrelation,
     )
 
 
+def ordered_probit(design: Float[Array, "n k"], values: Float[Array, " n"]) -> Float[Array, " k"]:
+    """Coefficients of a normal latent that orders the values; ties are drawn anew in each round."""
+    low = (rankdata(values, "min") - 1.0) / len(values)
+    high = rankdata(values, "max") / len(values)
+    ranks = (np.arange(len(values)) + 0.5) / len(values)
+    ridge = design.T @ design + np.eye(design.shape[1])
+    mean = np.zeros(len(values))
+    for number in range(IMPUTATION_ROUNDS):
+        # The latent's quantiles under the model so far, and a draw inside each row's own interval.
+        model = np.sort(mean + _noise("fit/scores", len(values), number))
+        below, above = np.interp(np.stack((low, high)), ranks, model)
+        below = np.where(low <= 0.0, -8.0, below) - mean
+        above = np.where(high >= 1.0, 8.0, above) - mean
+        y = mean + _between(below, above, number)
+        beta = np.linalg.solve(ridge, design.T @ y)
+        mean = design @ beta
+    return beta
+
+
+def _noise(effect: str, count: int, number: int) -> Float[Array, " n"]:
+    """One standard normal number per row, in a round."""
+    return random_numbers.normal(0, effect, np.arange(count), np.full(count, number))[:, 0]
+
+
 def _between(
-    below: Float[Array, " n"], above: Float[Array, " n"], rows: Array, number: int
+    below: Float[Array, " n"], above: Float[Array, " n"], number: int
 ) -> Float[Array, " n"]:
     """Normal numbers between two bounds."""
+    rows = np.arange(len(below))
     u = random_numbers.uniform(0, "fit/ties", rows, np.full_like(rows, number))[:, 0]
     low, high = ndtr(below), ndtr(above)
     return ndtri((low + u * (high - low)).clip(1e-9, 1.0 - 1e-9))
@@ -133,40 +141,42 @@ def _between(
 def fit_flicker(
     found: Found, hits: Found, mean: Float[Array, " n"], misses: Misses, step: float
 ) -> tuple[float, Autocorrelation]:
-    """The coupling of low scores to misses, and the autocorrelation of the rest."""
-    limit = np.quantile(hits.log_odds, LOW_SCORE_SHARE)
-    event = hits.log_odds < limit
-    noise = random_numbers.normal(
-        0, "fit/low", np.arange(len(mean)), np.zeros(len(mean), np.int64)
-    )[:, 0]
-    at = np.quantile(mean + noise, max(event.mean(), 1e-3))
-    rates = ndtr(at - mean)
-    miss_rates = misses.rates(found.sightings)
-    missed = ~found.hit & (found.sightings.kinds == "Car")
-    low, odds = np.zeros(len(found), bool), np.full(len(found), np.nan)
-    rows = np.flatnonzero(found.hit)
-    low[rows], odds[rows] = event, rates
+    """The coupling of low scores to misses, and the autocorrelation of the rest.
+
+    mean: of the scores' latent, a row per hit.
+    """
+    is_low = hits.log_odds < np.quantile(hits.log_odds, LOW_SCORE_SHARE)
+    threshold = np.quantile(mean + _noise("fit/low", len(mean), 0), max(is_low.mean(), 1e-3))
+    events = RatedEvents(is_low, ndtr(threshold - mean), hits.ids, hits.frames)
+    coupling = fit_coupling(found, events, misses, step)
+    correlations, weights = [], []
+    for lag in LAGS:
+        first, second = lagged(hits.ids, hits.frames, lag)
+        whole = events.latent_correlation(first, second)
+        theirs = coupling**2 * misses.autocorrelation.correlation(lag * step)
+        correlations.append(float(np.clip((whole - theirs) / (1.0 - coupling**2), -1.0, 1.0)))
+        weights.append(len(first))
+    autocorrelation = nearest_autocorrelation([lag * step for lag in LAGS], correlations, weights)
+    return round(coupling, 4), autocorrelation
+
+
+def fit_coupling(found: Found, low_scores: RatedEvents, misses: Misses, step: float) -> float:
+    """How much of the scores' latent is that of the misses: low scores beside misses tell it.
+
+    low_scores: a row per hit, in the order of `found`.
+    """
+    is_car, miss_rates = found.sightings.kinds == "Car", misses.rates(found.sightings)
+    is_low, low_rates = np.zeros(len(found), bool), np.full(len(found), np.nan)
+    is_low[found.hit], low_rates[found.hit] = low_scores.happens, low_scores.rates
     first, second = lagged(found.ids, found.frames, 1)
     a, b = np.concatenate((first, second)), np.concatenate((second, first))
-    usable = found.hit[a] & (found.sightings.kinds[b] == "Car")
+    usable = found.hit[a] & is_car[b]
     a, b = a[usable], b[usable]
     one = misses.autocorrelation.correlation(step) * (1.0 - misses.shared)
     # How often b is missed when a was found: a itself tells of its latent.
     x, y = ndtri(np.stack((miss_rates[a], miss_rates[b])).clip(1e-9, 1.0 - 1e-9))
     after_hit = (miss_rates[b] - both_below(x, y, one)) / (1.0 - miss_rates[a])
-    together = correlation_of(odds[a], after_hit, low[a], missed[b])
-    coupling = (
-        float(np.clip(together / max(one, 0.1), 0.0, MAX_COUPLING))
-        if np.isfinite(together)
-        else 0.0
-    )
-    correlations, weights = [], []
-    for lag in LAGS:
-        first, second = lagged(hits.ids, hits.frames, lag)
-        whole = correlation_of(rates[first], rates[second], event[first], event[second])
-        theirs = coupling**2 * misses.autocorrelation.correlation(lag * step)
-        correlations.append(float(np.clip((whole - theirs) / (1.0 - coupling**2), -1.0, 1.0)))
-        weights.append(len(first))
-    return round(coupling, 4), nearest_autocorrelation(
-        [lag * step for lag in LAGS], correlations, weights
-    )
+    together = correlation_of(low_rates[a], after_hit, is_low[a], ~found.hit[b])
+    if not np.isfinite(together):
+        return 0.0
+    return float(np.clip(together / max(one, 0.1), 0.0, MAX_COUPLING))

@@ -7,10 +7,10 @@ from numpy import ndarray as Array
 from mot_sim.simulation.sensors.boxes import box_errors
 from mot_sim.simulation.sensors.clutter import Clutter
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
-from mot_sim.simulation.sensors.fitting.fit_misses import event_autocorrelation
+from mot_sim.simulation.sensors.fitting.fit_misses import latent_autocorrelation
 from mot_sim.simulation.sensors.fitting.measure import DetectorMeasurements, FalseBoxes
 from mot_sim.simulation.sensors.fitting.statistics import linked
-from mot_sim.simulation.sensors.fitting.tetrachoric import nearest_autocorrelation
+from mot_sim.simulation.sensors.fitting.tetrachoric import RatedEvents, nearest_autocorrelation
 from mot_sim.simulation.sensors.misses import VISIBLE_KNOTS
 from mot_sim.simulation.sensors.multiplicity import Duplicates
 from mot_sim.simulation.sensors.quantiles import Quantiles
@@ -42,7 +42,8 @@ def fit_duplicates(measured: DetectorMeasurements, step: float) -> Duplicates | 
         tables.append(tuple(table))
     errors = box_errors(second.boxes, found.sightings.boxes[second.nearest])
     moves = [Quantiles.of(errors[:, column]) for column in range(4)]
-    autocorrelation = event_autocorrelation(event, rates, found.ids, found.frames, step)
+    events = RatedEvents(event, rates, found.ids, found.frames)
+    autocorrelation = latent_autocorrelation(events, step)
     seen, missed = tables
     dx, dy, dw, dh = moves
     odds = Quantiles.of(second.log_odds)

@@ -1,14 +1,16 @@
 """How strongly two thresholded normal latents are correlated, from the counts of their events."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 from scipy.optimize import brentq, nnls
 from scipy.special import ndtr, ndtri
 
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlation_after
+from tracker.types import Rows
 
 LEGENDRE_NODES, LEGENDRE_WEIGHTS = np.polynomial.legendre.leggauss(20)
 MIN_CORRELATION = -0.5
@@ -60,6 +62,21 @@ def correlation_of(
     if excess(MIN_CORRELATION) <= 0.0:
         return MIN_CORRELATION
     return float(brentq(excess, MIN_CORRELATION, MAX_CORRELATION, xtol=1e-3))
+
+
+@dataclass(frozen=True, eq=False)
+class RatedEvents(Rows):
+    """A row per object and frame: whether an event happens, and the known rate at which it does."""
+
+    happens: Bool[Array, " n"]
+    rates: Float[Array, " n"]
+    ids: Int[Array, " n"]
+    frames: Int[Array, " n"]
+
+    def latent_correlation(self, first: Int[Array, " k"], second: Int[Array, " k"]) -> float:
+        """Of the latents of pairs of rows; NaN without pairs."""
+        rates, happens = self.rates, self.happens
+        return correlation_of(rates[first], rates[second], happens[first], happens[second])
 
 
 def nearest_autocorrelation(
