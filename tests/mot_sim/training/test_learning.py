@@ -17,6 +17,7 @@ from mot_sim.training.learning import (
     CHECKPOINT_FILE,
     KeypointTrainer,
     TrainingPlan,
+    load_checkpoint,
     score_keypoints,
     train,
 )
@@ -242,3 +243,14 @@ def test_what_cannot_go_on_says_so_and_loses_nothing(out: Path) -> None:
     with pytest.raises(BadFile, match="no checkpoint"):
         train_keypoints(PLAN, out, say_nothing, resume=True)
     assert (out / CHECKPOINT_FILE).read_bytes() == kept[: len(kept) // 2]
+
+
+@needs_torch
+def test_a_checkpoint_of_an_older_format_is_refused(out: Path) -> None:
+    import torch
+
+    path = out / CHECKPOINT_FILE
+    path.parent.mkdir(parents=True, exist_ok=True)
+    torch.save({"format": 1, "lately": [0.5]}, path)
+    with pytest.raises(BadConfig, match="of format 1, not 2: take another --out"):
+        load_checkpoint(KeypointTrainer.begin(PLAN), path)
