@@ -205,14 +205,3 @@ def write_tables(
             pacsv.write_csv(content, half)
     made = made_here(finished=finished, trials=drives)
     write_result(folder, Result("diagnosis", title, made, tuple(tables), tuple(files)))
-
-
-__all__ = [
-    "case_table",
-    "cause_table",
-    "drive_table",
-    "event_table",
-    "for_terminal",
-    "tables_of",
-    "write_tables",
-]

@@ -181,14 +181,3 @@ def _require_inside(path: Path, result: Result) -> None:
     for name in result.files:
         if not (home / name).resolve().is_relative_to(home):
             raise BadFile(f"{path}: {name!r} leads out of the folder by a link: leave it out")
-
-
-__all__ = [
-    "KINDS",
-    "RESULT_FILE",
-    "Made",
-    "Result",
-    "made_here",
-    "read_result",
-    "write_result",
-]

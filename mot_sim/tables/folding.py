@@ -83,6 +83,3 @@ def rich_table(
             drawn.add_section()
         drawn.add_row(*(Text(each.text(row)) for each in group))
     return drawn
-
-
-__all__ = ["folded", "rich_table"]

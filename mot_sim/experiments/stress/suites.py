@@ -245,21 +245,3 @@ def verdict_content(verdicts: Sequence[Verdict]) -> Iterator[dict[str, Any]]:
             "metric": each.bound.metric, "bound": each.bound.value, "kind": each.bound.word,
             **vars(each.reached), "failed": each.failed, "error": each.error,
         }  # fmt: skip
-
-
-__all__ = [
-    "SEEDS",
-    "Suite",
-    "Verdict",
-    "bound_from",
-    "bound_table",
-    "find_suites",
-    "measured",
-    "read_suites",
-    "score_word",
-    "stress",
-    "suite_names",
-    "suite_table",
-    "verdict_content",
-    "verdict_table",
-]

@@ -155,6 +155,3 @@ def save_curves(table: Table, path: Path, metrics: Sequence[str] = PICTURE_METRI
     if not rows:
         raise BadConfig("no curves: a sweep has some over axes of two levels or more")
     return save_figure(figure_of(rows), path)
-
-
-__all__ = ["axes_in", "curve_charts", "metrics_in", "save_curves"]

@@ -194,6 +194,3 @@ def _numbers(table: Table) -> list[str]:
 def _in_order(names: Sequence[str]) -> list[str]:
     known = [name for name in FIRST_METRICS if name in names]
     return known + [name for name in names if name not in known]
-
-
-__all__ = ["panels_of"]

@@ -138,6 +138,3 @@ def made_of(source: ResultSource) -> Markup:
 def anchor(place: int) -> str:
     """The name that a section is linked by."""
     return f"result-{place + 1}"
-
-
-__all__ = ["anchor", "card_of", "charts_of", "section_of"]

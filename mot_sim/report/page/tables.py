@@ -98,6 +98,3 @@ def _with_faint_spread(text: str, column: ShownColumn) -> Child:
 
 def _kind(column: ShownColumn) -> str:
     return "number" if column.is_number else ""
-
-
-__all__ = ["heading", "shown_columns", "table_markup"]

@@ -238,6 +238,3 @@ def _point(table: Table, row: Row) -> str:
         if row[name] is not None
     )
     return told or "the scene's own levels"
-
-
-__all__ = ["Sentence", "verdicts_of"]
