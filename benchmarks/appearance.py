@@ -35,7 +35,7 @@ from benchmarks.appearance_samples import (  # noqa: E402
     synthetic,
 )
 from benchmarks.appearance_sheet import confusion_sheet  # noqa: E402
-from mot_sim.plotting import write_image
+from mot_sim.plotting import write_image  # noqa: E402
 from mot_sim.training.appearance import (  # noqa: E402
     CarPicture,
     car_pictures,

@@ -95,7 +95,7 @@ def rank1(samples: list[Sample], seen: list[ShapePose], gap: int) -> Array:
 
 
 def autocorrelation_of(fixed: float, changes: Array) -> tuple[float, Autocorrelation]:
-    """Std and autocorrelation of an error of which the variance `fixed` stays, and that changes by lag.
+    """Std and autocorrelation of an error: its variance `fixed` stays, the rest changes by lag.
 
     changes: half the variance of the difference of two errors, for each of LAGS.
     """

@@ -169,8 +169,12 @@ ABLATION: dict[str, Callable[[Tracker], Tracker]] = {
     "gain of the boxes fixed": lambda t: replace(t, box_filter=BoxFilter(prior=1e9)),
     "cars live 1.5 s": lambda t: replace(t, existence=ExistenceFilter(mean_lifetime=1.5)),
     "cars live 6 s": lambda t: replace(t, existence=ExistenceFilter(mean_lifetime=6.0)),
-    "predicted boxes good for 1 s": lambda t: replace(t, existence=ExistenceFilter(prediction_lifetime=1.0)),
-    "predicted boxes good for 4 s": lambda t: replace(t, existence=ExistenceFilter(prediction_lifetime=4.0)),
+    "predicted boxes good for 1 s": lambda t: replace(
+        t, existence=ExistenceFilter(prediction_lifetime=1.0)
+    ),
+    "predicted boxes good for 4 s": lambda t: replace(
+        t, existence=ExistenceFilter(prediction_lifetime=4.0)
+    ),
 }  # fmt: skip
 
 

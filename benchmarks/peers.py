@@ -5,7 +5,8 @@
 
 The ten given sequences, TrackEval's rules. Each row is a tracker that is shown boxes from that
 score on (a probability); its best MOTA is marked with *. `--settings` prints the choices of
-memory and births instead, which the guests' commands in `mot_sim/experiments/guests/register.py` follow.
+memory and births instead, which the guests' commands in
+`mot_sim/experiments/guests/register.py` follow.
 """
 
 import argparse

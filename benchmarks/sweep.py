@@ -27,10 +27,9 @@ from unittest.mock import patch  # noqa: E402
 
 import pyarrow as pa  # noqa: E402
 
-from mot_sim.diagnosis import work
-from mot_sim.experiments.sweep import Design, trial
+from mot_sim.experiments.sweep import Design, trial  # noqa: E402
 from mot_sim.experiments.sweep.drives import Recordings  # noqa: E402
-from mot_sim.experiments.sweep.running import sweep
+from mot_sim.experiments.sweep.running import sweep  # noqa: E402
 from mot_sim.experiments.sweep.store import SweepFolder  # noqa: E402
 
 LEVELS = (0.0, 0.5, 1.0, 2.0, 4.0)
@@ -65,7 +64,7 @@ def accounted() -> Iterator[Clock]:
     clock = Clock()
     with (
         patch.object(Recordings, "truth", clock.timed("truth", Recordings.truth)),
-        patch.object(work, "drive_of", clock.timed("detections", work.drive_of)),
+        patch.object(trial, "drive_of", clock.timed("detections", trial.drive_of)),
         patch.object(trial, "evaluate_sequence", clock.timed("scores", trial.evaluate_sequence)),
     ):
         yield clock

@@ -43,7 +43,7 @@ from mot_sim.simulation.traffic import (  # noqa: E402
     TrafficState,
     kitti_recording,
 )
-from mot_sim.simulation.truth import (
+from mot_sim.simulation.truth import (  # noqa: E402
     annotate,
     annotate_frame,
     boxes_around,

@@ -23,7 +23,8 @@ class ExternalOnlineTracker:
     guest: a name of GUESTS, or a guest with a `live` command. That command is told the frame rate
     in its first line; then each line is a frame, a JSON list of x1 y1 x2 y2 score, which it
     answers with a line of id x1 y1 x2 y2 score. It starts with the first step (a second or two:
-    the package imports slowly) and ends with this object. Speeds are those of `ExternalSequenceTracker`;
+    the package imports slowly) and ends with this object. Speeds are those of
+    `ExternalSequenceTracker`;
     here the pipe counts too. Raises BadConfig for a guest that knows only folders.
     """
 
@@ -43,7 +44,10 @@ class ExternalOnlineTracker:
         self._stderr: IO[bytes] | None = None
 
     def step(self, frame: Frame) -> Tracks:
-        """The rows of this frame; ExternalTrackerFailed, with stderr, when it ends, hangs or babbles."""
+        """The rows of this frame.
+
+        Raises ExternalTrackerFailed, with stderr, when it ends, hangs or babbles.
+        """
         process = self._process or self._start()
         seen = frame.detections.select(frame.detections.scores >= self.min_score)
         line = self._ask(process, json.dumps(_rows(seen)))

@@ -20,7 +20,8 @@ OURS = ("PYTHONPATH", "PYTHONHOME", "PYTHONSTARTUP", "VIRTUAL_ENV")  # not the g
 def run_process(guest: str, command: Sequence[str], timeout: float) -> str:
     """Run a command to its end; gives the end of its stderr.
 
-    stdin is empty, stdout is dropped, numerical libraries have one thread. Raises ExternalTrackerFailed
+    stdin is empty, stdout is dropped, numerical libraries have one thread. Raises
+    ExternalTrackerFailed
     when it cannot be started, ends with another status than 0, or takes longer than `timeout`
     seconds; then it and all that it started are killed, as they are when we are interrupted.
     """

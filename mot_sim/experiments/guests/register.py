@@ -68,7 +68,10 @@ class ExternalTracker:
         return str(self.environment.require(self.name))
 
     def words(self, detections: Path, results: Path) -> list[str]:
-        """The command with its places filled in; ExternalTrackerFailed when its environment is missing."""
+        """The command with its places filled in.
+
+        Raises ExternalTrackerFailed when its environment is missing.
+        """
         python = self.interpreter()
         filled = []
         for word in self.command:

@@ -23,7 +23,8 @@ def cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPa
 
 def test_a_scene_is_diagnosed_drawn_and_kept(mot_sim: CommandLine, tmp_path: Path) -> None:
     out = tmp_path / "why"
-    options = ("--tracker", ODD, "--attribute", "--contact-sheet", out / "moments", "--max-switches", "1",
+    options = ("--tracker", ODD, "--attribute",
+               "--contact-sheet", out / "moments", "--max-switches", "1",
                "--renderer", "none", "--out", out)  # fmt: skip
     done = mot_sim(*SMALL, *options)
     assert done.code == 0

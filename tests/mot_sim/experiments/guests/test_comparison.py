@@ -97,7 +97,11 @@ def test_nothing_to_compare_on_is_refused() -> None:
 
 def test_a_failure_without_stderr_has_none(drives: list[RecordedSequence], programs: Path) -> None:
     contest = run_comparison(
-        [ExternalSequenceTracker(guest(programs, "none", program="good"), programs / "good.py" / "x")],
+        [
+            ExternalSequenceTracker(
+                guest(programs, "none", program="good"), programs / "good.py" / "x"
+            )
+        ],
         drives, truths(drives),
     )  # fmt: skip
     assert isinstance(contest.entries["none"], Failure)

@@ -31,7 +31,8 @@ import sys
 from pathlib import Path
 from mot_sim.simulation.episodes import PICTURES, PictureOptions, EpisodeFiles, record_episode
 from tests.mot_sim.simulation.episodes.small import small
-record_episode(small(), {seed}, EpisodeFiles(Path(sys.argv[1]), "0000"), PictureOptions(tuple(PICTURES)))
+files, options = EpisodeFiles(Path(sys.argv[1]), "0000"), PictureOptions(tuple(PICTURES))
+record_episode(small(), {seed}, files, options)
 """
 
 
