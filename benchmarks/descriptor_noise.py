@@ -48,7 +48,7 @@ def seen_in(folder: Path, settings: Mapping[str, Level], seed: int) -> list[Seen
     conditions = Conditions.of(SCENE, settings)
     recorded = Recordings(folder).truth(conditions, seed)
     frames = np.arange(recorded.metadata.frames)
-    true = Sightings.from_truth(recorded.annotations.truth, recorded.cast)
+    true = Sightings.from_truth(recorded.annotations.truth, recorded.vehicles)
     sensed = conditions.make_detector().sense(true, seed, recorded.camera, STEP, frames)
     vectors, ids = sensed.log.detections.descriptor, sensed.provenance.ids
     assert vectors is not None  # `with_cues` gives every profile some
