@@ -5,17 +5,11 @@ from scenes.live import live_scene
 
 
 def highway(
-    *,
-    cars: int = 50,
-    arrivals: float = 1.5,
-    alike: float = 0.0,
-    frames: int = 200,
+    *, cars: int = 50, arrivals: float = 1.5, alike: float = 0.0, frames: int = 200
 ) -> Scene:
     """Three lanes, one way.
 
     cars: driving at the beginning. arrivals: cars a second that come later. alike: share of
     the models of cars that look the same. frames: at 10 Hz.
     """
-    return live_scene(
-        "highway", "highway", cars=cars, arrivals=arrivals, alike=alike, frames=frames
-    )
+    return live_scene("highway", cars, arrivals, frames, alike)

@@ -10,30 +10,26 @@ from mot_sim.simulation.traffic.traffic_state import STEP
 
 def live_scene(
     name: str,
-    road: str,
-    *,
     cars: int,
     arrivals: float,
     frames: int,
+    alike: float,
     parked: float = 0.0,
     vans: int = 0,
-    alike: float = 0.0,
+    *,
+    road: str | None = None,
     models: int = 24,
 ) -> Scene:
-    """A scene on a road of `mot_sim.simulation.traffic.highway`; nobody crashes in it."""
-    sampler = VehicleSampler(models=models, alike=alike)
+    """A scene on a road of `mot_sim.simulation.traffic.highway`, without crashes.
 
-    def traffic(models: Models) -> Traffic:
-        return HighwayTraffic(
-            road,
-            cars=cars,
-            arrivals=arrivals,
-            parked=parked,
-            vans=vans,
-            sizes=models.size,
-            van_size=models.van_size,
-            clean_seconds=frames * STEP,
-        )
+    road: by default the one of the scene's name. models: shapes that the cars are drawn from.
+    """
+    road, seconds = road or name, frames * STEP
+
+    def traffic(given: Models) -> Traffic:
+        amounts = road, cars, arrivals, parked, vans
+        return HighwayTraffic(*amounts, given.size, given.van_size, clean_seconds=seconds)
 
     traffic(VehicleSampler(models=1).models_of(0))  # refuses wrong knobs at once
+    sampler = VehicleSampler(models=models, alike=alike)
     return Scene(name, traffic, frames, roads_of(road), vehicle_sampler=sampler)

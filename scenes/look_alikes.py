@@ -17,12 +17,4 @@ def look_alikes(
     cars: driving at the beginning. arrivals: cars a second that come later. alike: share of the
     models of cars that look the same. models: how many there are. frames: at 10 Hz.
     """
-    return live_scene(
-        "look_alikes",
-        "highway",
-        cars=cars,
-        arrivals=arrivals,
-        alike=alike,
-        models=models,
-        frames=frames,
-    )
+    return live_scene("look_alikes", cars, arrivals, frames, alike, road="highway", models=models)

@@ -19,13 +19,4 @@ def t_junction(
     of the kerb's places that are taken. vans: parked where they hide the most. alike: share
     of the models of cars that look the same. frames: at 10 Hz.
     """
-    return live_scene(
-        "t_junction",
-        "t_junction",
-        cars=cars,
-        arrivals=arrivals,
-        parked=parked,
-        vans=vans,
-        alike=alike,
-        frames=frames,
-    )
+    return live_scene("t_junction", cars, arrivals, frames, alike, parked, vans)

@@ -78,10 +78,7 @@ class Episode(SimulatedDrive):
 
 
 def record(
-    scene: Scene,
-    seed: int = 0,
-    traffic: RecordedTraffic | None = None,
-    renderer: str | None = None,
+    scene: Scene, seed: int = 0, traffic: RecordedTraffic | None = None, renderer: str | None = None
 ) -> Episode:
     """Run a scene. The same seed gives the same episode, bit by bit.
 

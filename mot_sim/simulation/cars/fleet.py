@@ -144,8 +144,7 @@ class Fleet:
         )
         bodies = chosen if body is None else np.full(len(ids), list(BODIES).index(body))
         paints = choose(
-            [share for _, share in PAINTS.values()],
-            uniform(seed, "car paint", ids, frames)[:, 0],
+            [share for _, share in PAINTS.values()], uniform(seed, "car paint", ids, frames)[:, 0]
         )
         spread = normal(seed, "car shape", ids, frames, MAX_COEFFICIENTS)[:, : self.coefficients]
         names = list(PAINTS)

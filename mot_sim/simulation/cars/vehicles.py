@@ -206,9 +206,7 @@ class VehicleSampler:
         return np.where(is_model & (groups[model] < 0), paints[model], own)
 
 
-def _everybody(
-    traffic: RecordedTraffic,
-) -> tuple[Float[Array, "n 3"], Shaped[Array, " n"]]:
+def _everybody(traffic: RecordedTraffic) -> tuple[Float[Array, "n 3"], Shaped[Array, " n"]]:
     """The sizes of the first sight of each id, and the kinds ('' where it is not given)."""
     first = traffic.present.argmax(axis=0)
     count = len(traffic.ids)

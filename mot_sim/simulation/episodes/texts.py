@@ -121,9 +121,7 @@ def detection_lines(log: DetectionLog) -> Iterator[str]:
 
 
 def noisy_poses(
-    Ts_world_cam: Float[Array, "n 4 4"],
-    seed: int,
-    std: tuple[float, ...] = NOISY_MOTION_STD,
+    Ts_world_cam: Float[Array, "n 4 4"], seed: int, std: tuple[float, ...] = NOISY_MOTION_STD
 ) -> Float[Array, "n 4 4"]:
     """The poses of an odometry whose every step is off by a little.
 

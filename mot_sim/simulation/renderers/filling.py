@@ -88,10 +88,7 @@ class Canvas:
         )
 
     def draw_alone(
-        self,
-        triangles: Triangles,
-        box: tuple[int, int, int, int],
-        range_: tuple[float, float],
+        self, triangles: Triangles, box: tuple[int, int, int, int], range_: tuple[float, float]
     ) -> Float32[Array, "r c"]:
         """How near the triangles are at the pixels of a box that holds them: 1 = nothing there.
 

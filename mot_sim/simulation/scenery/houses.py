@@ -78,22 +78,17 @@ def _windows(
     count = max(int(length / 2.5), 1)
     at = (np.arange(count) + 0.5) * (length / count)
     low = np.array([0.5 + STOREY_METRES * storey + 0.85 for storey in range(storeys)])
-    along = np.tile(at, storeys)
-    base = np.repeat(low, count)
-    width = np.full(len(along), WINDOW_METRES[0])
-    height = np.full(len(along), WINDOW_METRES[1])
-    if door:
-        base[count // 2], height[count // 2] = 0.1, 2.3
+    along, base = np.tile(at, storeys), np.repeat(low, count)
+    width, height = (np.full(len(along), side) for side in WINDOW_METRES)
     lit = rng.uniform(0.0, 1.0, len(along)) < LIT_SHARE
     if door:
-        lit[count // 2] = False
+        base[count // 2], height[count // 2], lit[count // 2] = 0.1, 2.3, False
     ahead = (end - start) / length
     out = np.array([ahead[1], -ahead[0]])
     out *= np.sign(out @ (0.5 * (start + end) - middle[:2]))
     frames = _rectangles(start + 0.03 * out, ahead, along, base - 0.08, width + 0.2, height + 0.16)
     panes = _rectangles(start + 0.06 * out, ahead, along, base, width, height)
-    sky = rng.uniform(0.75, 1.5, len(along))
-    colours = shaded(PANE_COLOUR, sky)
+    colours = shaded(PANE_COLOUR, rng.uniform(0.75, 1.5, len(along)))
     if door:
         colours[count // 2] = DOOR_COLOURS[int(rng.integers(len(DOOR_COLOURS)))]
     bars = _rectangles(start + 0.08 * out, ahead, along, base, 0.07 + 0.0 * width, height)
@@ -146,27 +141,16 @@ def _roof(
         x = np.linspace(-over, width + over, (5, 3, 2)[detail])
         for k in range(strips):
             for a, b in itertools.pairwise(x):
-                quads.append(
-                    [
-                        (a, y[k], h[k]),
-                        (b, y[k], h[k]),
-                        (b, y[k + 1], h[k + 1]),
-                        (a, y[k + 1], h[k + 1]),
-                    ]
-                )
+                lower, upper = (y[k], h[k]), (y[k + 1], h[k + 1])
+                quads.append([(a, *lower), (b, *lower), (b, *upper), (a, *upper)])
     tones = shaded(colour, rng.uniform(0.86, 1.08, len(quads)))
     gables = np.array(
         [[(x, 0.0, high), (x, depth, high), (x, 0.5 * depth, high + rise)] for x in (0.0, width)]
     )
     inside = middle + (0.0, 0.0, 0.4 * high)
     chimney = _chimney(0.3 * width, 0.42 * depth, high + 0.7 * rise)
-    return join(
-        [
-            facing(np.array(quads), tones, Semantic.BUILDING, inside),
-            facing(gables, wall, Semantic.BUILDING, inside),
-            chimney,
-        ]
-    )
+    tiles = facing(np.array(quads), tones, Semantic.BUILDING, inside)
+    return join([tiles, facing(gables, wall, Semantic.BUILDING, inside), chimney])
 
 
 def _chimney(x: float, y: float, low: float) -> Solid:

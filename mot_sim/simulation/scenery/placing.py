@@ -126,9 +126,8 @@ def _houses(terrain: Terrain, seed: int, away: float, amount: float) -> list[Ite
 
 def _house_size(kind: int) -> tuple[float, float]:
     """Width and depth of a kind of house, metres."""
-    return 8.5 + 6.5 * (kind * 7 % HOUSE_KINDS) / HOUSE_KINDS, 8.0 + 3.5 * (
-        kind * 5 % HOUSE_KINDS
-    ) / HOUSE_KINDS
+    wide, deep = kind * 7 % HOUSE_KINDS, kind * 5 % HOUSE_KINDS
+    return 8.5 + 6.5 * wide / HOUSE_KINDS, 8.0 + 3.5 * deep / HOUSE_KINDS
 
 
 def _house_at(seed: int, kind: int, spot: tuple[Array, float, Array], detail: int) -> Solid:

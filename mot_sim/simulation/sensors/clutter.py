@@ -56,12 +56,7 @@ class Clutter:
             raise BadConfig(f"clutter rate {self.rate:g} a frame: at most {MAX_BIRTHS // 2}")
 
     def __call__(
-        self,
-        frames: Int[Array, " f"],
-        seed: int,
-        camera: Camera,
-        step: float,
-        level: float = 1.0,
+        self, frames: Int[Array, " f"], seed: int, camera: Camera, step: float, level: float = 1.0
     ) -> FalseAlarms:
         """The false alarms of the given frames (ascending); as many a frame at any frame rate."""
         rate = level * self.rate

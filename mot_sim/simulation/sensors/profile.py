@@ -31,23 +31,6 @@ FORMER_PARAMETERS = {
 }
 PROFILE_NAMES = NameRegister("profile", {})
 
-EFFECTS: dict[str, type] = {
-    "confusion": Confusion,
-    "misses": Misses,
-    "visible_part": VisiblePart,
-    "jitter": Jitter,
-    "border": Border,
-    "scores": ScoreNoise,
-    "duplicates": Duplicates,
-    "merges": Merges,
-    "splits": Splits,
-    "clutter": Clutter,
-    "pose": Pose,
-    "keypoints": Keypoints,
-    "shape": Shape,
-    "appearance": AppearanceNoise,
-}
-
 
 @dataclass(frozen=True)
 class Profile:
@@ -72,6 +55,12 @@ class Profile:
     keypoints: Keypoints | None = None
     shape: Shape | None = None
     appearance: AppearanceNoise | None = None
+
+
+# The effects by name, in their order.
+EFFECTS: dict[str, type] = {
+    name: get_args(hint)[0] for name, hint in get_type_hints(Profile).items() if get_args(hint)
+}
 
 
 def find_profile(name: str) -> Profile:

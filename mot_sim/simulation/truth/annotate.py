@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 from numpy import ndarray as Array
 
+from mot_sim.simulation.cars.vehicles import Vehicles
 from mot_sim.simulation.renderers import NO_INSTANCE, Layer, MeshInstances, Scan, View, scan_view
 from mot_sim.simulation.renderers.triangles import NEAR_METRES
 from mot_sim.simulation.scene_meshes import SceneMeshes
@@ -71,20 +72,14 @@ def annotate_frame(
     scenery: MeshInstances | None = None,
 ) -> Annotations:
     """The truth of one frame; before: the state a step earlier. scenery hides cars, has no row."""
-    rig, cuboids = scene_meshes.rig, scene_meshes.rig.cuboids(state)
+    rig, vehicles = scene_meshes.rig, scene_meshes.vehicles
     instances = scene_meshes.instances(state, scenery)
     scanned = scan_view(View(rig.camera, instances, road=None))
     seen = scanned.silhouettes
     boxes, truncation = clip_to_image(seen.amodal_boxes, rig.camera)
     rows = np.flatnonzero((seen.amodal > 0) & (boxes[:, 2:] > boxes[:, :2]).all(axis=1))
-    seen, vehicle_rows = seen.select(rows), scene_meshes.vehicles.rows(state.ids[rows])
-    Ts_cam_car = instances.T_cam_object[rows]
-    keypoints_cam = scene_meshes.vehicles.keypoints[vehicle_rows] @ Ts_cam_car[:, :3, :3].swapaxes(
-        1, 2
-    )
-    keypoints_cam += Ts_cam_car[:, None, :3, 3]
-    eyes = -(Ts_cam_car[:, None, :3, 3] @ Ts_cam_car[:, :3, :3])[:, 0]  # the camera, to each car
-    faces_us = scene_meshes.vehicles.faces_eye(vehicle_rows, eyes)
+    seen, vehicle_rows = seen.select(rows), vehicles.rows(state.ids[rows])
+    keypoints_cam, faces_us = keypoints_of(vehicles, vehicle_rows, instances.T_cam_object[rows])
     keypoints, states = seen_keypoints(keypoints_cam, faces_us, seen.instances, scanned, rig.camera)
     speed, heading = state.speed[rows], state.heading[rows]
     acceleration, yaw_rate = rates(state, before)
@@ -93,10 +88,10 @@ def annotate_frame(
             frames=np.full(len(rows), frame),
             ids=seen.instances,
             boxes=boxes[rows],
-            kinds=scene_meshes.vehicles.kinds[vehicle_rows],
+            kinds=vehicles.kinds[vehicle_rows],
             truncation=(truncation[rows] > MAX_TRUNCATION).astype(np.int64),
             occlusion=occlusion_level(seen.fraction),
-            cuboids=cuboids.select(rows),
+            cuboids=rig.cuboids(state).select(rows),
         ),
         visible=seen.fraction,
         truncation=truncation[rows],
@@ -112,6 +107,16 @@ def annotate_frame(
         yaw_rate=yaw_rate[rows],
     )
     return Annotations(truth, occlusions_of(scanned, truth, frame))
+
+
+def keypoints_of(
+    vehicles: Vehicles, rows: Int[Array, " n"], Ts_cam_car: Float[Array, "n 4 4"]
+) -> tuple[Float[Array, "n 36 3"], Bool[Array, "n 36"]]:
+    """The keypoints of some cars in camera coordinates; which lie on a face that looks at us."""
+    points_cam = vehicles.keypoints[rows] @ Ts_cam_car[:, :3, :3].swapaxes(1, 2)
+    points_cam += Ts_cam_car[:, None, :3, 3]
+    eyes = -(Ts_cam_car[:, None, :3, 3] @ Ts_cam_car[:, :3, :3])[:, 0]  # the camera, to each car
+    return points_cam, vehicles.faces_eye(rows, eyes)
 
 
 def occlusions_of(scanned: Scan, truth: Truth, frame: int) -> Occlusions:

@@ -157,9 +157,7 @@ def _shares(samples: Sequence[Array], limits: Array) -> Float[Array, "2 k"]:
     )
 
 
-def fit_picture(
-    curves: Mapping[str, tuple[Array, Float[Array, "2 k"]]],
-) -> UInt8[Array, "h w 3"]:
+def fit_picture(curves: Mapping[str, tuple[Array, Float[Array, "2 k"]]]) -> UInt8[Array, "h w 3"]:
     """A panel a title, three in a row; see `curves`."""
     rows = -(-len(curves) // PANEL_COLUMNS)
     width, height = PANEL_PIXELS

@@ -1,6 +1,6 @@
 """One run of live traffic: cars come, drive and leave; 20 Hz inside, 10 Hz outside."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from highway_env.road.road import LaneIndex
@@ -12,12 +12,19 @@ from mot_sim.simulation.traffic.highway.car import STANDING_GAP_METRES, TICK_SEC
 from mot_sim.simulation.traffic.highway.layout import Kerb, Layout
 from mot_sim.simulation.traffic.highway.right_of_way import RightOfWay
 from mot_sim.simulation.traffic.highway.road import CarRoad
+from mot_sim.simulation.traffic.scripted import SEDAN_SIZE
 from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
 from tracker.errors import BadConfig
 
 SPARE_METRES = 5.0  # metres between the bumpers of the longest cars at time 0
 PARKING_SPARE_METRES = 1.2  # between parked ones
 PARKED_ASIDE_METRES = 0.3  # from the kerb's line to a parked car
+# Length, height, width of common cars, from small to large.
+CAR_SIZES = (
+    (3.6, 1.5, 1.64), (4.0, 1.46, 1.74), (4.3, 1.45, 1.79), (4.6, 1.43, 1.83),
+    (4.75, 1.48, 1.82), (4.5, 1.66, 1.85), (4.85, 1.75, 1.93),
+)  # fmt: skip
+VAN_SIZE = (5.4, 2.3, 2.0)
 EGO_NUMBER = -1  # the ego car's number
 MAX_QUEUE = 3  # cars that wait outside to come in; more are turned away
 MIN_ENTRY_SPEED = 4.0  # m/s: who could only come in slower behind another waits
@@ -124,18 +131,24 @@ def _places(kerb: Kerb, pitch: float) -> list[tuple[float, float, float]]:
     return [(kerb.start[0] + c * a, kerb.start[1] + s * a, kerb.heading) for a in along]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Demand:
-    """How much traffic there is; see `HighwayTraffic`."""
+    """How much traffic there is on which road.
 
-    road: str
-    cars: int
-    arrivals: float
-    parked: float
-    vans: int
-    sizes: Float[Array, "m 3"]
-    van_size: tuple[float, float, float]
-    ego_size: tuple[float, float, float]
+    cars: driving at time 0. arrivals: cars a second that come in later, over all entries; where
+    an entry is full they wait, and more than three are turned away. parked: share of the kerb
+    places that are taken, 0 to 1. vans: parked vans, on the places nearest to the middle.
+    sizes: length, height, width that cars are drawn from.
+    """
+
+    road: str = "intersection"
+    cars: int = 12
+    arrivals: float = 0.5
+    parked: float = 0.4
+    vans: int = 0
+    sizes: Float[Array, "m 3"] = field(default_factory=lambda: np.array(CAR_SIZES))
+    van_size: tuple[float, float, float] = VAN_SIZE
+    ego_size: tuple[float, float, float] = SEDAN_SIZE
 
 
 class Simulation:

@@ -2,11 +2,9 @@
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
-from numpy import ndarray as Array
 
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.traffic.driving import COMMANDS, Driving
@@ -20,7 +18,6 @@ from mot_sim.simulation.traffic.highway.layout import (
     t_junction_layout,
 )
 from mot_sim.simulation.traffic.highway.simulation import EGO_NUMBER, Demand, Simulation
-from mot_sim.simulation.traffic.scripted import SEDAN_SIZE
 from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState, collisions
 from tracker.errors import BadConfig, UnknownName
 
@@ -34,37 +31,20 @@ ROADS: dict[str, Callable[[], Layout]] = {
     "t_junction": t_junction_layout,
 }
 CRASHES = ("reject", "label")
-# Length, height, width of common cars, from small to large.
-CAR_SIZES = (
-    (3.6, 1.5, 1.64), (4.0, 1.46, 1.74), (4.3, 1.45, 1.79), (4.6, 1.43, 1.83),
-    (4.75, 1.48, 1.82), (4.5, 1.66, 1.85), (4.85, 1.75, 1.93),
-)  # fmt: skip
-VAN_SIZE = (5.4, 2.3, 2.0)
 MAX_LENGTH_METRES = 8.0  # what the lanes and parking places are made for
 MAX_WIDTH_METRES = 2.2  # the same
 MAX_ATTEMPTS = 20
 
 
 @dataclass(eq=False)
-class HighwayTraffic:
+class HighwayTraffic(Demand):
     """Cars on a road of ROADS, by the Intelligent Driver Model, with an ego car among them.
 
-    cars: driving at time 0. arrivals: cars a second that come in later, over all entries; where
-    an entry is full they wait, and more than three are turned away. parked: share of the kerb
-    places that are taken, 0 to 1. vans: parked vans, on the places nearest to the middle.
-    sizes: length, height, width that cars are drawn from. crashes: `reject` drives the first
-    `clean_seconds` ahead and begins again, by the same seed, when anybody crashes in them;
-    `label` only marks who has. The ego car drives on straight behind the end of its way.
+    crashes: `reject` drives the first `clean_seconds` ahead and begins again, by the same seed,
+    when any cars crash in them; `label` only marks which have. The ego car drives on straight
+    behind the end of its way. The other fields: see `Demand`.
     """
 
-    road: str = "intersection"
-    cars: int = 12
-    arrivals: float = 0.5
-    parked: float = 0.4
-    vans: int = 0
-    sizes: Float[Array, "m 3"] = field(default_factory=lambda: np.array(CAR_SIZES))
-    van_size: tuple[float, float, float] = VAN_SIZE
-    ego_size: tuple[float, float, float] = SEDAN_SIZE
     crashes: str = "reject"
     clean_seconds: float = 20.0
 
@@ -111,7 +91,7 @@ class HighwayTraffic:
         Under autopilot it gives the states of `reset`, where nobody crashes in them. Raises
         BadConfig for more cars than the road holds.
         """
-        self._simulation = Simulation(ROADS[self.road](), self.demand, attempts(rng)[0])
+        self._simulation = Simulation(ROADS[self.road](), self, attempts(rng)[0])
         self._ahead = deque()
         return self._simulation.state()
 
@@ -135,7 +115,7 @@ class HighwayTraffic:
 
     def _try(self, seed: int) -> bool:
         """Begin a run and drive it ahead; whether that was clean."""
-        simulation = Simulation(ROADS[self.road](), self.demand, seed)
+        simulation = Simulation(ROADS[self.road](), self, seed)
         self._simulation = simulation
         self._ahead = deque([simulation.state()])
         if self.crashes == "label":
@@ -155,20 +135,6 @@ class HighwayTraffic:
             return self._ahead.popleft()
         self._simulation.step()
         return self._simulation.state()
-
-    @property
-    def demand(self) -> Demand:
-        """What a run needs to know."""
-        return Demand(
-            self.road,
-            self.cars,
-            self.arrivals,
-            self.parked,
-            self.vans,
-            self.sizes,
-            self.van_size,
-            self.ego_size,
-        )
 
 
 def attempts(rng: np.random.Generator) -> list[int]:
