@@ -16,10 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mot_sim.__main__ import main
-
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
+SCRIPT = Path(sys.executable).with_name("mot-sim")  # the installed console script
 BLOCK = re.compile(
     r"(?P<notes>(?:^<!--[^\n]*-->\n)*)^```(?P<language>\w*)[^\n]*\n(?P<text>.*?)^```$",
     flags=re.DOTALL | re.MULTILINE,
@@ -114,11 +113,16 @@ def run_command(block: Block, words: list[str]) -> None:
     if words[0] == "export":
         name, _, value = words[1].partition("=")
         os.environ.setdefault(name, value)  # a KITTI tree that is there is taken
-    elif words[0] == "mot-sim":
+    elif words[0] == "mot-sim":  # as a user starts it, who is in the working folder
         given = [os.path.expandvars(word) for word in words[1:]]
-        assert main(given) == 0, f"{block.where}: {shlex.join(words)}"
+        environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+        done = subprocess.run(
+            [SCRIPT, *given], check=False, env=environment, timeout=600, stderr=subprocess.PIPE,
+            text=True,
+        )  # fmt: skip
+        assert done.returncode == 0, f"{block.where}: {shlex.join(words)}: {done.stderr}"
     elif words[0] == "python":
-        environment = {**os.environ, "PYTHONPATH": os.getcwd()}
+        environment = {**os.environ, "PYTHONPATH": f"{os.getcwd()}{os.pathsep}{ROOT}"}
         subprocess.run([sys.executable, *words[1:]], check=True, env=environment, timeout=300)
     else:
         raise AssertionError(f"{block.where}: nobody knows how to run {shlex.join(words)}")

@@ -10,8 +10,6 @@ from pathlib import Path
 import pytest
 
 from mot_sim.__main__ import main
-from mot_sim.simulation.renderers import RENDERERS
-from mot_sim.simulation.scene_names import SCENES
 from tests.pages import (
     DOCS,
     HELD,
@@ -25,7 +23,6 @@ from tests.pages import (
     pages,
     run_block,
 )
-from tracker.costs import COSTS
 
 PAGES = {page.relative_to(DOCS).as_posix(): page for page in pages()}
 
@@ -41,18 +38,12 @@ def marked(marker: str | None) -> list[str]:
 
 @pytest.fixture
 def workplace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """An empty working folder that modules are found in; the registers are put back afterwards."""
+    """An empty working folder; the modules that a page's Python takes from it are forgotten."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setenv("MOT_SIM_CACHE", str(tmp_path / "cache"))
-    for register in (COSTS, SCENES, RENDERERS):
-        for name in register:
-            monkeypatch.setitem(register, name, register[name])
-    before, names = set(sys.modules), {id(each): set(each) for each in (COSTS, SCENES, RENDERERS)}
+    before = set(sys.modules)
     yield tmp_path
-    for register in (COSTS, SCENES, RENDERERS):
-        for name in set(register) - names[id(register)]:
-            del register[name]
     for name in set(sys.modules) - before:
         file = getattr(sys.modules[name], "__file__", None)
         if file is not None and Path(file).is_relative_to(tmp_path):

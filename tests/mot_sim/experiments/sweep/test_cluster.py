@@ -13,8 +13,11 @@ import pytest
 
 from mot_sim.experiments import executor
 from mot_sim.experiments.executor import WorkersLost
+from mot_sim.experiments.sweep import Design
 from mot_sim.experiments.sweep.running import sweep
+from mot_sim.files.named_objects import importable
 from tests.mot_sim.experiments.small import numbers, small_design, trial_files
+from tests.mot_sim.own_things import write_own_things
 
 ROOT = Path(__file__).parents[4]
 LEVELS = {"axes": {"detector.jitter": (0.0, 0.5, 1.0, 2.0)}, "seeds": 3}
@@ -126,3 +129,19 @@ def test_dask_that_is_not_installed_is_asked_for(
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(WorkersLost, match=r"pip install 'mot-sim\[scale\]'"):
         sweep(small_design(), tmp_path, scheduler=NOBODY)
+
+
+@pytest.mark.slow
+def test_workers_elsewhere_find_the_modules_of_the_working_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("distributed")
+    write_own_things(tmp_path)
+    with scheduler(tmp_path) as (address, _), worker(address, 0), importable(str(tmp_path)):
+        monkeypatch.chdir(tmp_path)
+        design = Design(
+            {"scene.speed": (10.0,)}, ("m=mine:Numbers",), "mine:my_scene", seeds=1, frames=5
+        )
+        table = sweep(design, tmp_path / "out", scheduler=address)
+    sys.modules.pop("mine")
+    assert table["error"].to_pylist() == [None]
