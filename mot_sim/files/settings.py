@@ -54,14 +54,14 @@ def plain_settings(told: Any) -> Settings:
 
 def require_same(path: Path, before: Settings, now: Settings) -> None:
     """BadConfig that names every setting which differs."""
-    if found := differences(before, now):
+    if found := differing_settings(before, now):
         raise BadConfig(
             f"{path}: the run there had other settings: {'; '.join(found)}; "
             "give the same ones, or choose another folder"
         )
 
 
-def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+def differing_settings(before: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
     """What each entry that differs was and is, in the order of their names."""
     return [
         f"{name} was {before.get(name)!r} and is {now.get(name)!r}"

@@ -11,7 +11,7 @@ from typing import Any
 from mot_sim.files.cache_folder import CacheFolder
 from mot_sim.files.fingerprint import FORMAT, code_digest
 from mot_sim.files.resumable_folder import read_description, require_ours
-from mot_sim.files.settings import differences, versions
+from mot_sim.files.settings import differing_settings, versions
 from mot_sim.files.writing import write_lines
 from tracker.errors import BadConfig, BadFile
 
@@ -91,7 +91,7 @@ class SweepFolder:
         if extend:
             return
         cure = "give the same, --extend (keeps the trials that are the same), or another folder"
-        if found := differences(design, description):
+        if found := differing_settings(design, description):
             more = len(found) - MAX_NAMED_DIFFERENCES
             named = "; ".join(found[:MAX_NAMED_DIFFERENCES]) + f"; and {more} more" * (more > 0)
             raise BadConfig(f"{file}: another sweep: {named}; {cure}")
