@@ -161,7 +161,7 @@ class Incident:
     rows: tuple[int, ...]
 
 
-class Window(NamedTuple):
+class AblationWindow(NamedTuple):
     """Frames in which a source is off, both included, and the last frame that is tracked."""
 
     first: int
@@ -199,7 +199,7 @@ class Attributor:
     ablation: SourceAblation
     labels: Tracks
     replays: Replays
-    replayed: dict[tuple[str, Window], Matches] = field(default_factory=dict)
+    replayed: dict[tuple[str, AblationWindow], Matches] = field(default_factory=dict)
 
     def attribute(self, switches: Breaks) -> list[Cause]:
         """The cause of every switch, in their order."""
@@ -215,12 +215,12 @@ class Attributor:
                 found[row] = Cause(before, frame, incident.car, *attribution)
         return [found[row] for row in range(len(switches))]
 
-    def window_of(self, incident: Incident) -> Window:
+    def window_of(self, incident: Incident) -> AblationWindow:
         """The frames around an incident, inside the recording."""
         end = self._last_frame
         first, last = incident.before - self._margin, incident.frame + self._margin
         until = end if self.replays.is_late else min(last + self._margin, end)
-        return Window(max(first, 0), min(last, end), until)
+        return AblationWindow(max(first, 0), min(last, end), until)
 
     @property
     def _margin(self) -> int:
@@ -244,25 +244,27 @@ class Attributor:
         calm = self.ablation.without_any(window.first, window.last)
         if self._is_kept(incident, "all", window, calm):
             return Attribution(SEVERAL_TOGETHER)
-        everywhere = Window(0, self._last_frame, window.until)
+        everywhere = AblationWindow(0, self._last_frame, window.until)
         if self._is_kept(incident, "all", everywhere, self.ablation.silent):
             return Attribution(EARLIER_NOISE)
         return Attribution(NO_NOISE)
 
-    def _vanishes(self, incident: Incident, source: str, window: Window) -> bool:
+    def _vanishes(self, incident: Incident, source: str, window: AblationWindow) -> bool:
         """Whether an incident is gone when a source is off in a window."""
         stream = self.ablation.without(source, window.first, window.last)
         return stream is not None and self._is_kept(incident, source, window, stream)
 
-    def _control(self, incident: Incident, source: str, window: Window) -> bool | None:
+    def _control(self, incident: Incident, source: str, window: AblationWindow) -> bool | None:
         """Whether it is also gone when the source is off only just before its window."""
         earlier = max(window.first - (window.last - window.first + 1), 0)
         if earlier >= window.first or source in self.ablation.whole:
             return None
-        return self._vanishes(incident, source, Window(earlier, window.first - 1, window.until))
+        return self._vanishes(
+            incident, source, AblationWindow(earlier, window.first - 1, window.until)
+        )
 
     def _is_kept(
-        self, incident: Incident, what: str, window: Window, stream: DetectionStream
+        self, incident: Incident, what: str, window: AblationWindow, stream: DetectionStream
     ) -> bool:
         """Whether the car keeps its track id over a changed stream. what: is off in the window."""
         key = what, window
@@ -270,7 +272,7 @@ class Attributor:
             self.replayed[key] = self._matches(window, stream)
         return is_kept(self.replayed[key], incident, self._margin)
 
-    def _matches(self, window: Window, stream: DetectionStream) -> Matches:
+    def _matches(self, window: AblationWindow, stream: DetectionStream) -> Matches:
         """The matches of the tracker over a stream that is changed in a window."""
         if stream.camera is self.ablation.stream.camera:
             output = self.replays.run_from(window.first - 1, stream, window.until)
