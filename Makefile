@@ -4,13 +4,16 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all fuzz docs lint format bless clean help
+.PHONY: demo test test-all test-gl test-browser test-lowest environments fuzz docs lint format clean help
 
 help:
 	@echo "make demo      track and score a synthetic crossing (no data needed): out/demo"
 	@echo "make test      run the tests (those that need KITTI run when MOT_SIM_KITTI_ROOT is set)"
 	@echo "make test-all  the slow ones too (kills, clusters, training, fresh environments), all"
 	@echo "               with the shapes of all arrays checked"
+	@echo "make test-gl   those that need OpenGL (EGL), in an environment with the extra gl"
+	@echo "make test-browser  those that need a Chromium"
+	@echo "make test-lowest   the core on the lowest versions that pyproject.toml allows"
 	@echo "make fuzz      every reader with 100,000 bad files (INPUTS=...); hours"
 	@echo "make docs      the documentation as a site: out/site/index.html"
 	@echo "make lint      ruff (lint and format) and mypy"
@@ -39,6 +42,34 @@ test: $(STAMP)
 test-all: $(STAMP)
 	$(PYTEST)
 
+# An environment of its own: pyrender pins an old PyOpenGL.
+GL_STAMP := .venv-gl/.installed
+$(GL_STAMP): pyproject.toml
+	$(PYTHON) -m venv .venv-gl
+	.venv-gl/bin/python -m pip install --quiet --editable '.[gl]' 'pytest>=8,<10' 'hypothesis>=6.100,<7'
+	@touch $@
+
+test-gl: $(GL_STAMP)
+	.venv-gl/bin/python -m pytest -m gl $(UNCHECKED) tests/mot_sim/simulation
+
+test-browser: $(STAMP)
+	$(BIN)/python -m pytest -m browser $(UNCHECKED) tests/mot_sim/report
+
+LOWEST_STAMP := .venv-lowest/.installed
+$(LOWEST_STAMP): pyproject.toml tests/lowest_versions.py
+	$(PYTHON) -m venv .venv-lowest
+	$(PYTHON) tests/lowest_versions.py > .venv-lowest/lowest.txt
+	.venv-lowest/bin/python -m pip install --quiet --constraint .venv-lowest/lowest.txt --editable . 'pytest>=8,<10' 'hypothesis>=6.100,<7'
+	@touch $@
+
+# Deprecations of old releases are not ours to mend.
+test-lowest: $(LOWEST_STAMP)
+	.venv-lowest/bin/python -m pytest -m "not slow and not kitti and not gl and not browser" $(UNCHECKED) \
+	    -W default tests/tracker tests/contracts tests/mot_sim/metrics tests/mot_sim/datasets tests/mot_sim/files
+
+# Both at once, beforehand; what is there already is left as it is.
+environments: $(GL_STAMP) $(LOWEST_STAMP)
+
 INPUTS ?= 100000
 # As users run it, without type checks; make test has 1,000 inputs each.
 fuzz: $(STAMP)
@@ -62,4 +93,4 @@ format: $(STAMP)
 	$(BIN)/ruff format .
 
 clean:
-	rm -rf $(VENV) out build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage
+	rm -rf $(VENV) .venv-gl .venv-lowest out build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage
