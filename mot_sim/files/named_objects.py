@@ -2,12 +2,13 @@
 
 import re
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import lru_cache
 from importlib import import_module, invalidate_caches
+from importlib.machinery import ModuleSpec, PathFinder
 from importlib.metadata import EntryPoint, entry_points
 from inspect import signature
 from pathlib import Path
@@ -156,18 +157,29 @@ def make_tracker(name: str, camera: Camera, kind: type = object, /, **settings: 
     return TRACKER_NAMES.make(name, kind, **given)
 
 
+class FolderFinder:
+    """Finds the modules of one folder. It stands last in `sys.meta_path`, so it hides no others."""
+
+    def __init__(self, folder: str) -> None:
+        self.folder = folder
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Where a module of the folder itself lies; packages find their own insides."""
+        return PathFinder.find_spec(name, [self.folder], target) if path is None else None
+
+
 @contextmanager
 def importable(folder: str) -> Iterator[None]:
     """While it lasts, modules of the folder are found, after all others."""
-    is_here = "" in sys.path and Path(folder) == Path.cwd()
-    added = [] if folder in sys.path or is_here else [folder]
-    sys.path += added
+    finder = FolderFinder(folder)
+    sys.meta_path.append(finder)
     invalidate_caches()  # files may be younger than what Python remembers of their folder
     try:
         yield
     finally:
-        for each in added:
-            sys.path.remove(each)
+        sys.meta_path.remove(finder)
 
 
 @lru_cache(maxsize=16)
@@ -199,8 +211,9 @@ def _import(where: str, module: str) -> ModuleType:
         top, here = module.partition(".")[0], Path.cwd()
         close = get_close_matches(top, [path.stem for path in here.glob("*.py")], n=1)
         hint = f". Did you mean {close[0]!r}?" if close and close[0] != top else ""
-        is_searched = "" in sys.path or str(here) in sys.path
-        searched = f"the working folder {here}, " if is_searched else ""
+        finders = [each for each in sys.meta_path if isinstance(each, FolderFinder)]
+        folders = {"", str(here)} & {*sys.path, *(each.folder for each in finders)}
+        searched = f"the working folder {here}, " if folders else ""
         raise BadConfig(
             f"{where}: {error.msg}; looked in {searched}PYTHONPATH and the installed packages{hint}"
         ) from None

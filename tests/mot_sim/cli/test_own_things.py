@@ -21,11 +21,17 @@ SWEEP = (
 @pytest.fixture
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A working folder with things of a user's own."""
+    _forget(tmp_path.parent.parent)
     monkeypatch.chdir(write_own_things(tmp_path))
     yield tmp_path
+    _forget(tmp_path)
+
+
+def _forget(folder: Path) -> None:
+    """Modules of these names in the folder or below it are loaded anew when they are asked for."""
     for name in FILES:
         module = sys.modules.get(name.removesuffix(".py"))
-        if module is not None and str(module.__file__).startswith(str(tmp_path)):
+        if module is not None and Path(str(module.__file__)).is_relative_to(folder):
             del sys.modules[module.__name__]
 
 

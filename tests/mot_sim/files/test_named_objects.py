@@ -1,12 +1,13 @@
 """Things by name: ours, of installed packages, and `module:name`."""
 
-import os
 import sys
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
+import scenes
 from mot_sim.experiments.stress.suites import Suite, find_suites, read_suites, suite_names
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import truth_key
@@ -213,15 +214,21 @@ def test_a_broken_entry_point_is_named_and_the_others_work(
 
 
 def test_python_looks_in_a_folder_only_while_it_is_asked_to(tmp_path: Path) -> None:
-    before = [*sys.path]
+    (tmp_path / "only_here.py").write_text("N = 5\n")
+    (tmp_path / "scenes.py").write_text("N = 6\n")
+    before, finders = [*sys.path], [*sys.meta_path]
+    assert find_spec("only_here") is None
     with importable(str(tmp_path)):
-        assert sys.path == [*before, str(tmp_path)]
         with importable(str(tmp_path)):
-            assert sys.path == [*before, str(tmp_path)]
-    assert sys.path == before
-    with importable(os.getcwd()):
-        assert sys.path.count("") + sys.path.count(os.getcwd()) >= 1
-    assert sys.path == before
+            assert find_spec("only_here") is not None
+        found = find_spec("only_here")
+        assert found is not None
+        assert found.origin == str(tmp_path / "only_here.py")
+        ours = find_spec("scenes")
+        assert ours is not None
+        assert ours.origin == scenes.__file__  # nobody's own module hides ours
+    assert find_spec("only_here") is None
+    assert (sys.path, sys.meta_path) == (before, finders)
 
 
 def test_names_are_listed_without_loading_anything() -> None:

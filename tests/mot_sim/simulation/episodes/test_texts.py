@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mot_sim.datasets import DETECTORS, EGO, DetectionLog, kitti_sequence
-from mot_sim.datasets.kitti.ego import read_oxts
-from mot_sim.experiments.paper.quoted import COLUMNS
+from mot_sim.datasets.kitti.ego import OXTS_COLUMNS, read_oxts
 from mot_sim.files.writing import write_lines
 from mot_sim.simulation.episode import record
 from mot_sim.simulation.episodes import EpisodeFiles, PictureOptions, record_episode
@@ -125,7 +124,7 @@ def test_boxes_that_have_no_area_in_print_are_left_out() -> None:
 def rows(ego: list[tuple[float, float, float]]) -> dict[str, np.ndarray]:
     """The columns by name."""
     table = np.array([line.split() for line in oxts_lines(np.array(ego))], dtype=float)
-    return dict(zip(COLUMNS, table.T, strict=True))
+    return dict(zip(OXTS_COLUMNS, table.T, strict=True))
 
 
 def test_a_car_that_drives_along_x_drives_east() -> None:
