@@ -14,7 +14,7 @@ from mot_sim.datasets import kitti_sequence
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.cues import AppearanceNoise
 from mot_sim.simulation.sensors.sightings import Sightings
-from mot_sim.simulation.traffic.traffic_state import STEP
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS
 from mot_sim.training.appearance import DescriptorDataset, pair_distances, unit_of
 
 SIZES = (4, 8, 16)  # numbers of a descriptor: the fewer, the more cars look alike by chance
@@ -61,7 +61,7 @@ def simulated(
     """The figures of an effect on the same cars of the same frames, the mean of some seeds."""
     rows, units = [], []
     for seed in range(SEEDS):
-        vectors = {clip: effect(some, seed, STEP) for clip, some in labels.items()}
+        vectors = {clip: effect(some, seed, STEP_SECONDS) for clip, some in labels.items()}
         made = [
             Seen(
                 one.drive, one.frame, one.ids, {"made": vectors[one.drive][_rows(one, labels)]}, []

@@ -19,7 +19,7 @@ from mot_sim.simulation.registry import find_scene
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.cues import Pose, Shape
 from mot_sim.simulation.sensors.sightings import Sightings
-from mot_sim.simulation.traffic.traffic_state import STEP
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS
 from tracker.costs.shape_pose import ShapeAndPose
 from tracker.front_end import FrontEnd
 from tracker.geometry import box_iou, wrap_angle
@@ -67,8 +67,8 @@ class Sample:
 
     def made(self, pose: Pose, shape: Shape, seed: int) -> ShapePose:
         """What these effects make of the same cars."""
-        yaw, _ = pose(self.true, seed, STEP)
-        coefficients = shape(self.true, seed, STEP)
+        yaw, _ = pose(self.true, seed, STEP_SECONDS)
+        coefficients = shape(self.true, seed, STEP_SECONDS)
         assert coefficients is not None
         cov = np.zeros((len(yaw), 6, 6))
         cov[:, 0, 0] = pose.std(self.true) ** 2
@@ -101,7 +101,7 @@ def autocorrelation_of(fixed: float, changes: Array) -> tuple[float, Autocorrela
     """
     best: tuple[float, Array, float] = (np.inf, np.zeros(2), SECONDS[0])
     for seconds in SECONDS:
-        slow = 1.0 - np.exp(-np.array(LAGS) * STEP / seconds)
+        slow = 1.0 - np.exp(-np.array(LAGS) * STEP_SECONDS / seconds)
         fit = np.linalg.lstsq(np.column_stack((np.ones(len(LAGS)), slow)), changes, rcond=None)[0]
         fit = fit.clip(0.0)
         off = float(((fit[0] + fit[1] * slow - changes) ** 2).sum())
@@ -134,7 +134,7 @@ def fit_pose(samples: list[Sample]) -> Pose:
         changes.append((ROBUST * np.median(np.abs(np.concatenate(moved)))) ** 2 / 2.0)
     fixed = max(plain**2 - changes[-1], 0.0)
     _, autocorrelation = autocorrelation_of(fixed, np.array(changes))
-    lasting = max(-STEP / np.log(np.clip(again / max(before, 1), 0.05, 0.99)), STEP)
+    lasting = max(-STEP_SECONDS / np.log(np.clip(again / max(before, 1), 0.05, 0.99)), STEP_SECONDS)
     share = float(np.concatenate(turned).mean())
     print(f"yaw: {share:.3f} turned round, {again} of {before} in the next frame too")
     return Pose(

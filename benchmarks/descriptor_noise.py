@@ -32,7 +32,7 @@ from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.tuning.labelled import LabelledSequence, made_drives
 from mot_sim.experiments.tuning.measuring import KittiBenchmark
 from mot_sim.simulation.sensors import Sightings
-from mot_sim.simulation.traffic.traffic_state import STEP
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS
 from mot_sim.tables import Row, mean_column
 from tracker.errors import TrackingError
 
@@ -49,7 +49,7 @@ def seen_in(folder: Path, settings: Mapping[str, Level], seed: int) -> list[Seen
     recorded = Recordings(folder).truth(conditions, seed)
     frames = np.arange(recorded.metadata.frames)
     true = Sightings.from_truth(recorded.annotations.truth, recorded.vehicles)
-    sensed = conditions.make_detector().sense(true, seed, recorded.camera, STEP, frames)
+    sensed = conditions.make_detector().sense(true, seed, recorded.camera, STEP_SECONDS, frames)
     vectors, ids = sensed.log.detections.descriptor, sensed.provenance.ids
     assert vectors is not None  # `with_cues` gives every profile some
     found = []

@@ -5,7 +5,7 @@ from mot_sim.simulation.scene import Scene
 from mot_sim.simulation.traffic import Traffic
 from mot_sim.simulation.traffic.highway import HighwayTraffic
 from mot_sim.simulation.traffic.highway.paint import roads_of
-from mot_sim.simulation.traffic.traffic_state import STEP
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS
 
 
 def live_scene(
@@ -24,7 +24,7 @@ def live_scene(
 
     road: by default the one of the scene's name. models: shapes that the cars are drawn from.
     """
-    road, seconds = road or name, frames * STEP
+    road, seconds = road or name, frames * STEP_SECONDS
 
     def traffic(given: Models) -> Traffic:
         amounts = road, cars, arrivals, parked, vans

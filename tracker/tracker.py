@@ -93,7 +93,7 @@ class Tracker:
     def paper(cls, camera: Camera, costs: WeightedCosts | None = None) -> "Tracker":
         """The paper's two-frame scheme on its geometric cues, 3D-3D and 3D-2D.
 
-        The weights are those of the authors' script; CONTRIBUTING.md lists what the paper leaves
+        The weights are those of the authors' script; docs/paper.md lists what the paper leaves
         open and what was chosen here.
         """
         weights = ((0.6, Volume()), (0.4, Reprojection())) if costs is None else costs
@@ -105,7 +105,7 @@ class Tracker:
 
         The cost is the overlap of the new box with the predicted one, which was moved by the
         ego-motion and by the car's velocity on the road in 3D; mixing in 3D-3D or 3D-2D changes
-        HOTA on KITTI by -0.6 to +0.1 (README, what each choice is worth).
+        HOTA on KITTI by -0.6 to +0.1 (docs/results/ablation.md).
         """
         return cls(
             camera,

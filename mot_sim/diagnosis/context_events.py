@@ -10,7 +10,7 @@ from numpy import ndarray as Array
 
 from tracker.types import Rows
 
-KINDS = ("occlusion", "crossing", "car turns", "camera turns", "look-alike", "detector gap")
+EVENT_KINDS = ("occlusion", "crossing", "car turns", "camera turns", "look-alike", "detector gap")
 # In the column `others`: no second car; the occluder is not a car.
 NO_PARTNER = -2
 SCENERY = -1
@@ -46,7 +46,7 @@ EventRow = tuple[str, int, int, int, int, float]
 
 @dataclass(frozen=True, eq=False)
 class ContextEvents(Rows):
-    """One row per event, sorted by first frame. kinds: of KINDS.
+    """One row per event, sorted by first frame. kinds: of EVENT_KINDS.
 
     firsts, lasts: its first and last frame. ids: its car. others: the second car of a crossing
     or of two look-alikes, the occluder of an occlusion (or SCENERY), else NO_PARTNER. depths:

@@ -8,7 +8,7 @@ from numpy import ndarray as Array
 
 from mot_sim.datasets import KittiSequence
 from mot_sim.datasets.recorded import DetectionLog
-from mot_sim.diagnosis.context_events import KINDS, ContextEvents, EventRow
+from mot_sim.diagnosis.context_events import EVENT_KINDS, ContextEvents, EventRow
 from mot_sim.diagnosis.event_finders import (
     box_crossings,
     camera_turns,
@@ -57,7 +57,7 @@ def diagnosed_scene(conditions: Conditions, recorded: Extra, seed: int) -> Diagn
         *_events_in(cars, stream, headings_of(poses)),
     ]
     events = ContextEvents.of(rows, stream.frame_rate)
-    return DiagnosedSequence(f"{conditions.scene}/{seed}", stream, drive.truth, events, KINDS)
+    return DiagnosedSequence(f"{conditions.scene}/{seed}", stream, drive.truth, events, EVENT_KINDS)
 
 
 def diagnosed_kitti(drive: KittiSequence) -> DiagnosedSequence:
@@ -72,7 +72,7 @@ def diagnosed_kitti(drive: KittiSequence) -> DiagnosedSequence:
     poses = drive.Ts_world_cam
     headings = None if poses is None else headings_of(poses)
     rows = [*labelled_occlusions(truth), *_events_in(vehicles(truth), stream, headings)]
-    known = [kind for kind in KINDS if kind != "look-alike"]
+    known = [kind for kind in EVENT_KINDS if kind != "look-alike"]
     if headings is None:
         known = [kind for kind in known if not kind.endswith("turns")]
     if truth.occlusion is None:

@@ -9,7 +9,7 @@ import pyarrow.csv as pacsv
 import pyarrow.parquet as pq
 
 from mot_sim.diagnosis.attribution import EITHER_SOURCE, ONE_SOURCE, VERDICTS
-from mot_sim.diagnosis.context_events import KINDS, bin_names
+from mot_sim.diagnosis.context_events import EVENT_KINDS, bin_names
 from mot_sim.diagnosis.findings import NO_EVENT, Case, EventCounts, Findings
 from mot_sim.diagnosis.rates import mean_count, rate
 from mot_sim.experiments.result_file import Result, made_here, write_result
@@ -30,7 +30,7 @@ def event_table(found: Sequence[Findings]) -> Table:
         "around", "events", "switches", *with_ends(RATE), "fragments", *with_ends(BROKEN_RATE),
         *SHARES,
     )  # fmt: skip
-    known = [kind for kind in KINDS if any(kind in each.known for each in found)]
+    known = [kind for kind in EVENT_KINDS if any(kind in each.known for each in found)]
     rows = [_event_row(found, name) for kind in known for name in bin_names(kind)]
     rows = [row for row in rows if row[1] or row[0] in known]
     rows.append(_event_row(found, NO_EVENT))
@@ -42,7 +42,7 @@ def event_table(found: Sequence[Findings]) -> Table:
         "A switch or fragment may be around several kinds of event: the shares divide it among "
         "them. Intervals: 95 %, over drives."
     )
-    lacking = [kind for kind in KINDS if kind not in known]
+    lacking = [kind for kind in EVENT_KINDS if kind not in known]
     if lacking:
         note += f" The data do not tell of: {', '.join(lacking)}."
     title = "Switches and fragments by what happened around them"
@@ -181,7 +181,7 @@ def for_terminal(table: Table) -> Table:
 def _without_kind(cell: Cell) -> Cell:
     """A bin without the name of its kind; anything else as it is."""
     kind, comma, name = cell.partition(", ") if isinstance(cell, str) else ("", "", "")
-    return f"  {name}" if comma and kind in KINDS else cell
+    return f"  {name}" if comma and kind in EVENT_KINDS else cell
 
 
 def write_tables(

@@ -17,7 +17,7 @@ from mot_sim.simulation.scene_meshes import SceneMeshes
 from mot_sim.simulation.sensors import Sightings
 from mot_sim.simulation.traffic.driving import Driven
 from mot_sim.simulation.traffic.recording import RecordedTraffic
-from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS, TrafficState
 from mot_sim.simulation.truth import Annotations, Occlusions, Truth, annotate_frame, labels
 from tracker.errors import BadConfig
 from tracker.geometry import invert
@@ -147,7 +147,12 @@ class LazyRollout:
         """What a tracker may know of a frame."""
         self._sense_up_to(index)
         return Frame(
-            index, index * STEP, self.detections[index], self.T_now_before(index), None, image
+            index,
+            index * STEP_SECONDS,
+            self.detections[index],
+            self.T_now_before(index),
+            None,
+            image,
         )
 
     def truth(self, index: int) -> FrameTruth:
@@ -189,7 +194,7 @@ def sense(rollout: Rollout, truth: Truth, frames: Array) -> DetectionLog:
     """What the scene's detector reports of some frames."""
     seen = Sightings.from_truth(truth, rollout.scene_meshes.vehicles)
     camera = rollout.scene.rig.camera
-    return rollout.scene.detector.sense(seen, rollout.seed, camera, STEP, frames).log
+    return rollout.scene.detector.sense(seen, rollout.seed, camera, STEP_SECONDS, frames).log
 
 
 @lru_cache(maxsize=32)

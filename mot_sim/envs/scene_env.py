@@ -26,7 +26,7 @@ from mot_sim.simulation.renderers import AUTO, RENDERER_NAMES, RENDERERS
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scene import Knob, Rollout, Scene
 from mot_sim.simulation.traffic.driving import COMMANDS, driving_reward
-from mot_sim.simulation.traffic.traffic_state import STEP
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS
 from tracker.errors import BadConfig, UnknownName
 from tracker.types import Camera, Frame
 
@@ -54,7 +54,7 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
     # gym.make reads the class's; an instance has its own copy.
     metadata: dict[str, Any] = {  # noqa: RUF012
         "render_modes": list(RENDER_MODES),
-        "render_fps": round(1.0 / STEP),
+        "render_fps": round(1.0 / STEP_SECONDS),
     }
 
     def __init__(
@@ -89,7 +89,7 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         if self.is_live:
             driver_of(self.scene, 0)
         self._observations = ObservationBuilder(
-            self.camera, image, max_detections, self.scene.frame_count * STEP
+            self.camera, image, max_detections, self.scene.frame_count * STEP_SECONDS
         )
         self._renderer, self._kept = renderer, kept_runs
         self._rollouts: OrderedDict[int, LazyRollout] = OrderedDict()

@@ -18,8 +18,17 @@ from mot_sim.tables import Cell, Table, table_of
 from tracker.errors import BadConfig, BadFile, UnknownName
 
 RESULT_FILE = "result.json"
-FORMAT = 1  # raised when the file's layout changes
-KINDS = ("sweep", "stress", "breaking-point", "compare", "tables", "tune", "diagnosis", "run")
+RESULT_FORMAT = 1  # raised when the file's layout changes
+RESULT_KINDS = (
+    "sweep",
+    "stress",
+    "breaking-point",
+    "compare",
+    "tables",
+    "tune",
+    "diagnosis",
+    "run",
+)
 MAX_WHOLE_NUMBER = 2**63  # those of a file are smaller
 
 
@@ -49,8 +58,8 @@ class Result:
     files: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:
-        if self.kind not in KINDS:
-            raise UnknownName.of("kind of result", self.kind, KINDS)
+        if self.kind not in RESULT_KINDS:
+            raise UnknownName.of("kind of result", self.kind, RESULT_KINDS)
         for name in self.files:
             if not _stays_inside(name):
                 raise BadConfig(
@@ -76,7 +85,7 @@ def write_result(folder: Path, result: Result) -> Path:
     Raises BadOutput where the folder cannot be written to.
     """
     path = folder / RESULT_FILE
-    content = {"format": FORMAT, **vars(result), "made": vars(result.made)}
+    content = {"format": RESULT_FORMAT, **vars(result), "made": vars(result.made)}
     content["tables"] = [table.as_content() for table in result.tables]
     write_lines(path, [json.dumps(_plain(content), indent=1, allow_nan=False)])
     return path
@@ -91,7 +100,7 @@ def read_result(folder: Path) -> Result:
     try:
         content = json.loads(text)
         form = content["format"]
-        if form == FORMAT:
+        if form == RESULT_FORMAT:
             result = _result(content)
     except json.JSONDecodeError as error:
         raise BadFile(
@@ -101,9 +110,9 @@ def read_result(folder: Path) -> Result:
         raise BadFile(f"{path}: no result of ours: {error!r:.120}") from None
     except (BadConfig, UnknownName) as error:
         raise BadFile(f"{path}: {error}") from None
-    if form != FORMAT:
+    if form != RESULT_FORMAT:
         raise BadFile(
-            f"{path}: a result of format {form!r:.20}, this mot-sim reads {FORMAT}: run the "
+            f"{path}: a result of format {form!r:.20}, this mot-sim reads {RESULT_FORMAT}: run the "
             "command again, or read it with the mot-sim that wrote it"
         )
     _require_inside(path, result)

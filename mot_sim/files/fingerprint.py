@@ -14,7 +14,7 @@ import numpy as np
 
 from mot_sim.files.settings import versions
 
-FORMAT = 1  # of a sweep's folder and of its trials; raised when either changes
+SWEEP_FORMAT = 1  # of a sweep's folder and of its trials; raised when either changes
 PACKAGES = ("tracker", "mot_sim", "scenes")  # ours
 DIGEST_LETTERS = 32  # hexadecimal digits of a digest that are kept: 128 bits
 
@@ -84,7 +84,7 @@ def code_digest() -> str:
             name = path.relative_to(home.parent)
             if _has_weight(name):
                 total.update(f"{name.as_posix()}\n".encode() + path.read_bytes())
-    return digest([FORMAT, total.hexdigest(), versions()])
+    return digest([SWEEP_FORMAT, total.hexdigest(), versions()])
 
 
 def _has_weight(name: Path) -> bool:

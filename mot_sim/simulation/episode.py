@@ -12,7 +12,7 @@ from mot_sim.simulation.imaging import RenderedImages
 from mot_sim.simulation.scene import Rollout, Scene, record_scene_traffic
 from mot_sim.simulation.scene_meshes import SceneMeshes
 from mot_sim.simulation.traffic.recording import RecordedTraffic
-from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS, TrafficState
 from mot_sim.simulation.truth import (
     Annotations,
     Events,
@@ -111,7 +111,7 @@ def episode_of(
         frame_indices=np.arange(len(rollout)),
         Ts_world_cam=np.array([scene.rig.T_world_cam(ego) for ego in rollout.traffic.ego]),
         images=images,
-        frame_rate=1.0 / STEP,
+        frame_rate=1.0 / STEP_SECONDS,
         scene=scene,
         seed=rollout.seed,
         traffic=rollout.traffic,

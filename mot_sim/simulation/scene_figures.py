@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from mot_sim.simulation.scene import Rollout, Scene
-from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS, TrafficState
 from mot_sim.simulation.truth import Truth, annotate
 from tracker.geometry import wrap_angle
 
@@ -46,12 +46,12 @@ def figures_of_rollout(rollout: Rollout, progress: Callable[[], None] | None = N
     assert visible.tracks.cuboids is not None
     heading = np.abs(np.asarray(wrap_angle(visible.tracks.cuboids.yaw + 0.5 * np.pi)))
     frames, ego = len(rollout), np.unwrap(rollout.traffic.ego[:, 2])
-    turns = np.abs(np.diff(ego, n=1)) / STEP
+    turns = np.abs(np.diff(ego, n=1)) / STEP_SECONDS
     return Figures(
         cars=len(visible) / frames,
         occluded=_share(near.visible < OCCLUDED_BELOW),
         turned=_share(heading > TURNED_RADIANS),
-        ids=len(np.unique(visible.tracks.ids)) / (frames * STEP / MINUTE_SECONDS),
+        ids=len(np.unique(visible.tracks.ids)) / (frames * STEP_SECONDS / MINUTE_SECONDS),
         yaw_rate=float(np.degrees(turns.max(initial=0.0))),
     )
 

@@ -7,11 +7,11 @@ from mot_sim.experiments.sweep.following import follow, name_of
 from mot_sim.experiments.sweep.seeded_episodes import SeededEpisode
 from mot_sim.metrics import Scores, evaluate_sequence
 from mot_sim.tables import title_of
-from mot_sim.testing.mistakes import KINDS, Kind, Mistakes
+from mot_sim.testing.mistakes import MISTAKE_KINDS, Kind, Mistakes
 
-MOST_SHOWN = 5  # mistakes of the first bad frame
+MAX_SHOWN_MISTAKES = 5  # mistakes of the first bad frame
 # The mistakes that a score is about; the others are about all three kinds.
-ABOUT: dict[str, tuple[Kind, ...]] = {
+KINDS_BY_METRIC: dict[str, tuple[Kind, ...]] = {
     "IDSW": ("switch",), "AssA": ("switch",), "CLR_FN": ("miss",), "CLR_Re": ("miss",),
     "CLR_TP": ("miss",), "CLR_FP": ("false positive",), "CLR_Pr": ("false positive",),
     "FP_per_frame": ("false positive",),
@@ -53,7 +53,11 @@ def _message(
             f"  {title_of(bound.metric)} {_number(score)}, "
             f"must be {bound.word} {_number(bound.value)}"
         )
-    kinds = tuple(dict.fromkeys(kind for each in broken for kind in ABOUT.get(each.metric, KINDS)))
+    kinds = tuple(
+        dict.fromkeys(
+            kind for each in broken for kind in KINDS_BY_METRIC.get(each.metric, MISTAKE_KINDS)
+        )
+    )
     return "\n".join([*lines, *_mistaken(mistakes, kinds, len(episode))])
 
 
@@ -63,15 +67,18 @@ def _mistaken(mistakes: Mistakes, kinds: tuple[Kind, ...], frames: int) -> list[
     if first is None:
         return ["no car was missed, switched or invented: only boxes lie badly"]
     here = sorted(mistakes.in_frame(first.frame), key=lambda each: each.kind not in kinds)
-    lines = [f"first bad frame: {first.frame}", *(f"  {each}" for each in here[:MOST_SHOWN])]
-    if len(here) > MOST_SHOWN:
-        lines.append(f"  and {len(here) - MOST_SHOWN} more in this frame")
+    lines = [
+        f"first bad frame: {first.frame}",
+        *(f"  {each}" for each in here[:MAX_SHOWN_MISTAKES]),
+    ]
+    if len(here) > MAX_SHOWN_MISTAKES:
+        lines.append(f"  and {len(here) - MAX_SHOWN_MISTAKES} more in this frame")
     for kind in kinds:
         later = mistakes.first((kind,))
         if later is not None and later.frame != first.frame:
             lines += [f"first {kind}: frame {later.frame}", f"  {later}"]
     counts = mistakes.counts()
-    told = ", ".join(f"{counts[kind]} {_plural(kind, counts[kind])}" for kind in KINDS)
+    told = ", ".join(f"{counts[kind]} {_plural(kind, counts[kind])}" for kind in MISTAKE_KINDS)
     return [*lines, f"in all {frames} frames: {told}"]
 
 

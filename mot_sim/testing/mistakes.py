@@ -14,8 +14,8 @@ from mot_sim.metrics.preprocessing import counted_output, prepare_sequence, scor
 from tracker import Tracks
 
 Kind = Literal["switch", "miss", "false positive"]
-KINDS: tuple[Kind, ...] = ("switch", "miss", "false positive")  # the worst first
-ORDER = {kind: number for number, kind in enumerate(KINDS)}
+MISTAKE_KINDS: tuple[Kind, ...] = ("switch", "miss", "false positive")  # the worst first
+ORDER = {kind: number for number, kind in enumerate(MISTAKE_KINDS)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ class Mistakes:
         """How many there are of each kind."""
         return Counter(each.kind for each in self.found)
 
-    def first(self, kinds: tuple[Kind, ...] = KINDS) -> Mistake | None:
+    def first(self, kinds: tuple[Kind, ...] = MISTAKE_KINDS) -> Mistake | None:
         """The first of these kinds."""
         return next((each for each in self.found if each.kind in kinds), None)
 
@@ -151,4 +151,4 @@ def _nearest(
     return of_row, of_column
 
 
-__all__ = ["KINDS", "Kind", "Mistake", "Mistakes"]
+__all__ = ["MISTAKE_KINDS", "Kind", "Mistake", "Mistakes"]

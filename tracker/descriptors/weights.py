@@ -14,7 +14,7 @@ from numpy import ndarray as Array
 from tracker.errors import BadWeights
 
 SHIPPED_WEIGHTS = Path(__file__).parent.parent / "weights" / "appearance.npz"
-FORMAT = 1
+WEIGHTS_FORMAT = 1
 WEIGHTS_KEYS = {"format", "weights", "mean", "grid", "hourglass", "unit", "training", "sha256"}
 WEIGHTS_HINT = "reinstall mot-sim, or make the file again with mot-sim train-appearance"
 
@@ -35,7 +35,7 @@ def write_weights(path: Path, content: Weights, training: Mapping[str, object]) 
     buffer = io.BytesIO()
     np.savez_compressed(
         buffer,
-        format=np.array(FORMAT),
+        format=np.array(WEIGHTS_FORMAT),
         weights=content.weights,
         mean=content.mean,
         grid=np.array(content.grid),
@@ -83,8 +83,10 @@ def _read(path: Path) -> tuple[Weights, dict[str, object]]:
         raise
     except Exception as error:  # NumPy lets through whatever a broken file causes
         raise BadWeights(f"{path}: damaged weights: {error}; {WEIGHTS_HINT}") from error
-    if version > FORMAT:
-        raise BadWeights(f"{path}: format {version}, this mot-sim reads up to {FORMAT}; update it")
+    if version > WEIGHTS_FORMAT:
+        raise BadWeights(
+            f"{path}: format {version}, this mot-sim reads up to {WEIGHTS_FORMAT}; update it"
+        )
     _require_shapes(path, content)
     if weights_digest(content) != stated:
         raise BadWeights(

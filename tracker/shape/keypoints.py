@@ -21,7 +21,7 @@ from tracker.shape.prior import KEYPOINTS_36
 from tracker.types.rows import Rows
 
 SHIPPED_HOURGLASS = Path(__file__).parent.parent / "weights" / "hourglass.onnx"
-FORMAT = 1  # of the JSON beside the weights
+HOURGLASS_FORMAT = 1  # of the JSON beside the weights
 OUTPUT_NAMES = ("heatmaps", "activations")
 # The network is given (grey level - INPUT_MIDDLE) * INPUT_SCALE.
 INPUT_SCALE = 1.0 / 64.0
@@ -174,8 +174,10 @@ def _card_of(path: Path) -> dict[str, Any]:
     for name, kind in wanted.items():
         if not isinstance(card, dict) or not isinstance(card.get(name), kind):
             raise BadWeights(f"{beside} has no {name}; {NETWORK_HINT}")
-    if card["format"] != FORMAT:
-        raise BadWeights(f"{beside} has format {card['format']}, this version reads {FORMAT}")
+    if card["format"] != HOURGLASS_FORMAT:
+        raise BadWeights(
+            f"{beside} has format {card['format']}, this version reads {HOURGLASS_FORMAT}"
+        )
     return dict(card)
 
 

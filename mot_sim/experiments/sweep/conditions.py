@@ -24,7 +24,7 @@ from mot_sim.simulation.sensors import (
     find_profile,
     in_weather,
 )
-from mot_sim.simulation.traffic.traffic_state import STEP
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS
 from tracker.errors import BadConfig
 from tracker.types import Camera
 
@@ -51,7 +51,7 @@ class Mount:
     frame_rate: float = 10.0
 
     def __post_init__(self) -> None:
-        every = 1.0 / (STEP * self.frame_rate) if self.frame_rate > 0.0 else 0.0
+        every = 1.0 / (STEP_SECONDS * self.frame_rate) if self.frame_rate > 0.0 else 0.0
         if every < 0.99 or abs(every - round(every)) > 0.02 * every:
             raise BadConfig(
                 f"rig.frame_rate = {self.frame_rate:g}: give 10 Hz over a whole number: "
@@ -61,7 +61,7 @@ class Mount:
     @property
     def every(self) -> int:
         """How many frames are recorded for each that comes."""
-        return round(1.0 / (STEP * self.frame_rate))
+        return round(1.0 / (STEP_SECONDS * self.frame_rate))
 
     @property
     def rig(self) -> Rig:

@@ -16,7 +16,7 @@ from mot_sim.simulation.episodes.extra import Extra, Metadata, arrays_of, read_e
 from mot_sim.simulation.scene import Rollout, record_scene_traffic
 from mot_sim.simulation.sensors import Detector, Timed
 from mot_sim.simulation.traffic.recording import RecordedTraffic
-from mot_sim.simulation.traffic.traffic_state import STEP
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS
 from mot_sim.simulation.truth import annotate, labels
 from tracker.types import Sequence, Tracks
 
@@ -98,7 +98,7 @@ def drive_of(conditions: Conditions, recorded: Extra, seed: int) -> TrialSequenc
     truth = recorded.annotations.truth
     log = conditions.make_detector()(truth, seed, camera, count, recorded.vehicles)
     wrong = conditions.miscalibration
-    boxes = wrong.shake(log.detections.boxes, log.frames, camera, seed, STEP)
+    boxes = wrong.shake(log.detections.boxes, log.frames, camera, seed, STEP_SECONDS)
     rig = conditions.rig.rig
     poses = np.array([rig.T_world_cam(ego) for ego in recorded.traffic.ego])
     whole = RecordedSequence(
@@ -107,9 +107,9 @@ def drive_of(conditions: Conditions, recorded: Extra, seed: int) -> TrialSequenc
         frame_count=count,
         log=DetectionLog(log.frames, replace(log.detections, boxes=boxes)),
         frame_indices=conditions.frames(count),
-        Ts_world_cam=conditions.odometry(poses, seed, STEP),
-        motion_cov=conditions.odometry.motion_cov(poses, STEP),
-        frame_rate=1.0 / STEP,
+        Ts_world_cam=conditions.odometry(poses, seed, STEP_SECONDS),
+        motion_cov=conditions.odometry.motion_cov(poses, STEP_SECONDS),
+        frame_rate=1.0 / STEP_SECONDS,
     )
     arriving: Timed = conditions.timing(whole, seed)
     labelled = labels(truth)

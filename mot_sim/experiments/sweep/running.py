@@ -19,7 +19,7 @@ from mot_sim.experiments.sweep.store import SWEEP_FILE, TABLE_FILE, SweepFolder,
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.sweep.trial import Job, run_job
 from mot_sim.files.documents import CONTENT_ERRORS
-from mot_sim.files.fingerprint import FORMAT, code_digest, digest
+from mot_sim.files.fingerprint import SWEEP_FORMAT, code_digest, digest
 from mot_sim.files.settings import versions
 from mot_sim.files.text import read_text
 from mot_sim.files.writing import whole_file
@@ -221,8 +221,8 @@ def read_partial(folder: Path) -> PartialSweep:
         description = dict(about["design"])
     except CONTENT_ERRORS as error:
         raise BadFile(f"{file}: no sweep of ours: {error!r:.120}") from None
-    if form != FORMAT:
-        raise BadFile(f"{file}: a sweep of format {form!r:.20}, this mot-sim reads {FORMAT}")
+    if form != SWEEP_FORMAT:
+        raise BadFile(f"{file}: a sweep of format {form!r:.20}, this mot-sim reads {SWEEP_FORMAT}")
     try:
         plan = SweepPlan(_design(description), folder, code)
     except (TrackingError, *CONTENT_ERRORS) as error:

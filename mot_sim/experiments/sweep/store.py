@@ -9,7 +9,7 @@ from shutil import rmtree
 from typing import Any
 
 from mot_sim.files.cache_folder import CacheFolder
-from mot_sim.files.fingerprint import FORMAT, code_digest
+from mot_sim.files.fingerprint import SWEEP_FORMAT, code_digest
 from mot_sim.files.resumable_folder import read_description, require_ours
 from mot_sim.files.settings import differing_settings, versions
 from mot_sim.files.writing import write_lines
@@ -66,7 +66,12 @@ class SweepFolder:
                 folder.clear()
             else:
                 folder.require_same(told, extend)
-        about = {"format": FORMAT, "code": code_digest(), "versions": versions(), "design": told}
+        about = {
+            "format": SWEEP_FORMAT,
+            "code": code_digest(),
+            "versions": versions(),
+            "design": told,
+        }
         write_lines(path / SWEEP_FILE, [json.dumps(about, indent=2)])
         return folder
 
@@ -83,10 +88,10 @@ class SweepFolder:
         form, code, design = read_description(
             file, NO_SWEEP, lambda told: (told["format"], str(told["code"]), dict(told["design"]))
         )
-        if form != FORMAT:
+        if form != SWEEP_FORMAT:
             raise BadFile(
-                f"{file}: a sweep of format {form}, this mot-sim writes {FORMAT}: choose another "
-                "folder, or --overwrite"
+                f"{file}: a sweep of format {form}, this mot-sim writes {SWEEP_FORMAT}: choose "
+                "another folder, or --overwrite"
             )
         if extend:
             return
@@ -117,7 +122,7 @@ class SweepFolder:
 
     def write(self, key: str, outcome: TrialOutcome, about: Mapping[str, Any]) -> None:
         """Keep a trial; about: what a person wants to know who opens the file."""
-        self.trials.write(key, asdict(outcome), format=FORMAT, about=dict(about))
+        self.trials.write(key, asdict(outcome), format=SWEEP_FORMAT, about=dict(about))
 
     def read(self, key: str) -> TrialOutcome | None:
         """A trial; None where there is none, or where a crash of the machine left half of one."""

@@ -9,7 +9,7 @@ from mot_sim.report.page.sources import Medium, ResultSource
 from mot_sim.report.page.tables import table_markup
 from mot_sim.report.page.verdicts import verdicts_of
 
-KINDS = {
+KIND_WORDS = {
     "sweep": "sweep", "stress": "stress test", "breaking-point": "breaking points",
     "compare": "comparison", "tables": "the paper's tables", "tune": "weights",
     "diagnosis": "diagnosis", "run": "run",
@@ -38,7 +38,7 @@ def badges_of(source: ResultSource) -> Markup:
         "span", "finished" if is_whole else "not finished",
         class_=f"badge {'good' if is_whole else 'bad'}",
     )  # fmt: skip
-    kind = element("span", KINDS[source.result.kind], class_="badge")
+    kind = element("span", KIND_WORDS[source.result.kind], class_="badge")
     return element(
         "p", kind, state, element("span", str(source.folder), class_="badge"), class_="badges"
     )

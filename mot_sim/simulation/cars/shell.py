@@ -19,7 +19,7 @@ RING = ("b0", "b1", "s0", "s1", "s2", "s3", "s4", "g", "t0", "u0", "t1", "t2")
 # How far each point follows the upper outline (windows) rather than the lower one (arches).
 LEAN = np.array([0.0, 0.0, 0.0, 0.1, 0.35, 0.7, 1, 1, 1, 1, 1, 1])
 # Share of the half width at the middle of the car; the upper five depend on the design.
-SIDE = np.array([0.0, 0.6, 0.955, 0.988, 1.0, 0.99, 0.955, 0.915])
+SIDE_PROFILE = np.array([0.0, 0.6, 0.955, 0.988, 1.0, 0.99, 0.955, 0.915])
 FULL_WIDTH_RADII = 0.4  # tyre radii beyond the axles: between them the car is at its widest
 NEAR_END = np.zeros(STATIONS)  # where the shoulder line leaves room for the lamps
 NEAR_END[[0, 1, 2, -3, -2, -1]] = (1.0, 0.8, 0.3, 0.3, 0.8, 1.0)
@@ -133,7 +133,7 @@ def _across(designs: Designs, along: Array) -> Float[Array, "n 19 12"]:
     plan = 0.5 * designs["width"][:, None] * np.ones(STATIONS)
     plan[:, 0] *= designs["nose_width"]
     plan[:, -1] *= designs["tail_width"]
-    across[..., :8] *= SIDE
+    across[..., :8] *= SIDE_PROFILE
     across[:, [0, -1], 2:7] = plan[:, [0, -1], None]  # the ends are upright
     across[:, [0, -1], 1] = CAP_INNER * plan[:, [0, -1]]
     across[:, [2, 3, 4, 5, 6, 12, 13, 14, 15, 16], 2] *= 1.02  # flared arches
@@ -142,7 +142,7 @@ def _across(designs: Designs, along: Array) -> Float[Array, "n 19 12"]:
     share[:, [5, 14]] = screen
     share[:, 7:13] = roof
     share[:, [6, 13]] = 0.5 * (roof + screen)
-    across[:, [0, -1], 7:9] = plan[:, [0, -1], None] * SIDE[7]
+    across[:, [0, -1], 7:9] = plan[:, [0, -1], None] * SIDE_PROFILE[7]
     across[..., 8] *= share
     across[..., 9] = across[..., 8] - 0.055
     across[..., 10] = 0.62 * across[..., 9]

@@ -37,7 +37,7 @@ TRUTH_COLUMNS = tuple(
     )
 )  # fmt: skip
 FRAME_COLUMNS = ("truth.tracks.frames", "occlusions.frames", "events.frames", "log.frames")
-FORMAT = ArrayFormat("an episode", 1)
+EPISODE_FORMAT = ArrayFormat("an episode", 1)
 Kind = TypeVar("Kind")
 # The tables of the file, and the tables that stand in their columns.
 TABLES: dict[str, type] = {
@@ -190,7 +190,7 @@ def array_digests(arrays: Mapping[str, Array]) -> dict[str, str]:
 def write_extra(path: Path, metadata: Metadata, arrays: Mapping[str, Array]) -> None:
     """Write the file, as a whole or not at all. Raises BadOutput."""
     told = np.array(json.dumps(asdict(metadata)))
-    FORMAT.write(path, {METADATA: told, **arrays})
+    EPISODE_FORMAT.write(path, {METADATA: told, **arrays})
 
 
 def read_extra(path: Path) -> Extra:
@@ -203,7 +203,7 @@ def read_extra(path: Path) -> Extra:
         must, may = _names(name, kind)
         needed |= must
         optional |= may
-    written = FORMAT.read(path, needed, optional, FORMER_NAMES)
+    written = EPISODE_FORMAT.read(path, needed, optional, FORMER_NAMES)
     metadata = Metadata.parse(str(written.pop(METADATA)), path)
     arrays = {FORMER_NAMES.get(name, name): array for name, array in written.items()}
     if FORMER_NAMES.keys() & written.keys():  # names enter the hashes

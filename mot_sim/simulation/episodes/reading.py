@@ -12,7 +12,7 @@ from mot_sim.simulation.episodes.extra import Metadata, read_extra
 from mot_sim.simulation.episodes.places import EpisodeFiles, stored_episodes
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scene_meshes import SceneMeshes
-from mot_sim.simulation.traffic.traffic_state import STEP
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS
 from mot_sim.simulation.truth import Events
 from tracker.errors import DatasetNotFound
 
@@ -54,7 +54,7 @@ def read_episode(root: Path | str, name: str = "0000", images: bool = False) -> 
         frame_indices=np.arange(frame_count),
         Ts_world_cam=np.array([rig.T_world_cam(ego) for ego in extra.traffic.ego]),
         images=ImageFolder.require(places.pictures("images")) if images else None,
-        frame_rate=1.0 / STEP,
+        frame_rate=1.0 / STEP_SECONDS,
         seed=extra.metadata.seed,
         traffic=extra.traffic,
         scene_meshes=SceneMeshes(extra.vehicles, rig),

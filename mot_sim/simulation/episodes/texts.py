@@ -17,7 +17,7 @@ from mot_sim.files.writing import write_lines
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.episode import SimulatedDrive
 from mot_sim.simulation.episodes.places import TEXTS, EpisodeFiles
-from mot_sim.simulation.traffic.traffic_state import STEP
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS
 from mot_sim.simulation.truth import Truth
 from tracker.geometry import homogeneous, invert, wrap_angle
 from tracker.types import Camera, Detections
@@ -86,7 +86,7 @@ def _rates(values: Float[Array, " n"]) -> Float[Array, " n"]:
     """Change a second over the step before; the first is like the second, a single one 0."""
     if len(values) < 2:
         return np.zeros(len(values))
-    change = np.diff(values) / STEP
+    change = np.diff(values) / STEP_SECONDS
     return np.concatenate((change[:1], change)) + 0.0
 
 

@@ -19,7 +19,7 @@ from mot_sim.simulation.sensors.correlated_noise import (
 )
 from mot_sim.simulation.sensors.profile import Profile, find_profile
 from mot_sim.simulation.sensors.sightings import Sightings
-from mot_sim.simulation.traffic.traffic_state import STEP
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS
 from mot_sim.simulation.truth import Truth
 from tracker.types import Camera, Detections, Rows
 
@@ -110,14 +110,16 @@ class Detector:
         vehicles: who the cars are, for profiles that see shapes.
         """
         frames = None if frame_count is None else np.arange(frame_count)
-        return self.sense(Sightings.from_truth(truth, vehicles), seed, camera, STEP, frames).log
+        return self.sense(
+            Sightings.from_truth(truth, vehicles), seed, camera, STEP_SECONDS, frames
+        ).log
 
     def sense(
         self,
         sightings: Sightings,
         seed: int,
         camera: Camera,
-        step: float = STEP,
+        step: float = STEP_SECONDS,
         frames: Int[Array, " f"] | None = None,
     ) -> Sensed:
         """Detections and where each came from; step: seconds between frames.

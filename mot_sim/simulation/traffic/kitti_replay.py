@@ -17,7 +17,7 @@ from mot_sim.datasets.camera_files import planar_poses
 from mot_sim.datasets.kitti import KittiSequence
 from mot_sim.simulation.traffic.recording import RecordedTraffic, Replay
 from mot_sim.simulation.traffic.scripted import SEDAN_SIZE
-from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS, TrafficState
 from tracker.errors import BadConfig
 from tracker.types import Tracks
 
@@ -78,7 +78,7 @@ def speeds(cars: Tracks, poses: Float[Array, "n 3"]) -> Float[Array, " n"]:
     for number in np.unique(cars.ids):
         rows = np.flatnonzero(cars.ids == number)
         if len(rows) > 1:
-            moved = np.gradient(poses[rows, :2], cars.frames[rows] * STEP, axis=0)
+            moved = np.gradient(poses[rows, :2], cars.frames[rows] * STEP_SECONDS, axis=0)
             heading = poses[rows, 2]
             speed[rows] = moved[:, 0] * np.cos(heading) + moved[:, 1] * np.sin(heading)
     return speed
@@ -93,7 +93,7 @@ def _state(
 ) -> TrafficState:
     assert cars.cuboids is not None
     return TrafficState(
-        time=frame * STEP,
+        time=frame * STEP_SECONDS,
         ids=cars.ids,
         x=poses[:, 0],
         y=poses[:, 1],

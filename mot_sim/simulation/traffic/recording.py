@@ -10,10 +10,10 @@ from jaxtyping import Bool, Float, Int, Shaped, jaxtyped
 from numpy import ndarray as Array
 
 from mot_sim.files.array_files import ArrayFormat, checksum, require_columns
-from mot_sim.simulation.traffic.traffic_state import STEP, Traffic, TrafficState
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS, Traffic, TrafficState
 from tracker.errors import BadConfig, BadFile
 
-FORMAT = ArrayFormat("recorded traffic", 1)
+TRAFFIC_FORMAT = ArrayFormat("recorded traffic", 1)
 OPTIONAL_COLUMNS = {"z", "crashed", "kinds"}
 
 
@@ -51,7 +51,7 @@ class RecordedTraffic:
         """The state of a row; the same bits that were recorded."""
         there = self.present[index]
         return TrafficState(
-            time=float(self.start) + index * STEP,
+            time=float(self.start) + index * STEP_SECONDS,
             ids=self.ids[there],
             x=self.x[index, there],
             y=self.y[index, there],
@@ -121,13 +121,13 @@ class RecordedTraffic:
 
         The same recording gives the same bytes. Raises BadOutput.
         """
-        FORMAT.write(path, self.arrays())
+        TRAFFIC_FORMAT.write(path, self.arrays())
 
     @classmethod
     def load(cls, path: Path) -> "RecordedTraffic":
         """Read what `save` wrote. Raises BadFile for any other file, naming it."""
         names = {column.name for column in fields(cls)}
-        arrays = FORMAT.read(path, names - OPTIONAL_COLUMNS, OPTIONAL_COLUMNS)
+        arrays = TRAFFIC_FORMAT.read(path, names - OPTIONAL_COLUMNS, OPTIONAL_COLUMNS)
         with jaxtyped("context"):
             require_columns(cls, {name: arrays.get(name) for name in names}, f"{path}: ")
         if not len(arrays["present"]):
@@ -140,7 +140,7 @@ def record_traffic(traffic: Traffic, rng: np.random.Generator, seconds: float) -
     if not 0.0 <= seconds < np.inf:
         raise BadConfig(f"record {seconds:g} s of traffic: give 0 or more")
     states = [traffic.reset(rng)]
-    states += [traffic.step() for _ in range(round(seconds / STEP))]
+    states += [traffic.step() for _ in range(round(seconds / STEP_SECONDS))]
     return RecordedTraffic.of(states)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS, TrafficState
 from tracker.errors import BadConfig
 from tracker.geometry import wrap_angle
 
@@ -153,7 +153,7 @@ class Scripted:
     def step(self) -> TrafficState:
         """The state 0.1 s later."""
         self.steps += 1
-        return self.at(self.steps * STEP)
+        return self.at(self.steps * STEP_SECONDS)
 
     def at(self, time: float) -> TrafficState:
         """The state at any time."""

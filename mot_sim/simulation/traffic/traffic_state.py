@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, Shaped
 from numpy import ndarray as Array
 
-STEP = 0.1  # seconds from one state to the next: KITTI's 10 Hz
+STEP_SECONDS = 0.1  # seconds from one state to the next: KITTI's 10 Hz
 
 
 @dataclass(frozen=True, eq=False)

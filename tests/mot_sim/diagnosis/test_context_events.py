@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mot_sim.datasets.recorded import DetectionLog
-from mot_sim.diagnosis.context_events import KINDS, SCENERY, ContextEvents, bin_names
+from mot_sim.diagnosis.context_events import EVENT_KINDS, SCENERY, ContextEvents, bin_names
 from mot_sim.diagnosis.event_finders import (
     box_crossings,
     camera_turns,
@@ -150,5 +150,5 @@ def test_exact_occlusions_are_those_of_the_truth(crossing: Crossing) -> None:
 
 
 def test_the_kinds_are_no_names_of_the_truths_events() -> None:
-    assert len(KINDS) == len(set(KINDS))
-    assert set(KINDS) & set(EVENTS) == {"crossing"}
+    assert len(EVENT_KINDS) == len(set(EVENT_KINDS))
+    assert set(EVENT_KINDS) & set(EVENTS) == {"crossing"}

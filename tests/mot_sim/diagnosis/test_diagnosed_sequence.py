@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mot_sim.datasets import kitti_sequence
-from mot_sim.diagnosis.context_events import KINDS
+from mot_sim.diagnosis.context_events import EVENT_KINDS
 from mot_sim.diagnosis.diagnosed_sequence import diagnosed_kitti, diagnosed_scene, vehicles
 from mot_sim.diagnosis.findings import findings_of
 from mot_sim.diagnosis.tasks import KittiTask
@@ -22,7 +22,7 @@ from tracker.types import Tracks
 
 def test_a_scene_tells_of_every_kind(crossing: Crossing) -> None:
     diagnosed = diagnosed_scene(crossing.conditions, crossing.recorded, 0)
-    assert diagnosed.known == KINDS
+    assert diagnosed.known == EVENT_KINDS
     kinds = Counter(diagnosed.events.kinds.tolist())
     assert kinds["occlusion"]
     assert kinds["detector gap"]

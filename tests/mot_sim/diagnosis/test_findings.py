@@ -9,7 +9,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from mot_sim.diagnosis.attribution import EITHER_SOURCE, NO_NOISE, ONE_SOURCE
-from mot_sim.diagnosis.context_events import KINDS, ContextEvents, EventRow
+from mot_sim.diagnosis.context_events import EVENT_KINDS, ContextEvents, EventRow
 from mot_sim.diagnosis.diagnosed_sequence import DiagnosedSequence
 from mot_sim.diagnosis.findings import (
     NO_EVENT,
@@ -71,8 +71,8 @@ def test_of_two_of_a_kind_the_one_that_shares_most_frames_is_taken() -> None:
 def test_shares_add_up_to_the_switches_and_fragments() -> None:
     rng = np.random.default_rng(3)
     rows: list[EventRow] = [
-        (str(rng.choice(KINDS)), first, first + int(rng.integers(0, 30)), int(rng.integers(0, 4)),
-         -2, NAN)
+        (str(rng.choice(EVENT_KINDS)), first, first + int(rng.integers(0, 30)),
+         int(rng.integers(0, 4)), -2, NAN)
         for first in rng.integers(0, 90, 40).tolist()
     ]  # fmt: skip
     table = ContextEvents.of(rows)
@@ -85,7 +85,7 @@ def test_shares_add_up_to_the_switches_and_fragments() -> None:
     around = events_around(breaks, table, 10.0)
     cars = tracks([(frame, car, 0.0) for frame in (0, 130) for car in range(4)])
     found = tally(breaks, table, around, at_risk(table, cars, around))
-    parts = [found.get(name, EventCounts()) for name in (*KINDS, NO_EVENT)]
+    parts = [found.get(name, EventCounts()) for name in (*EVENT_KINDS, NO_EVENT)]
     assert np.isclose(sum(each.switch_share for each in parts), breaks.switched.sum())
     assert np.isclose(sum(each.fragment_share for each in parts), breaks.broken.sum())
     for kind in ("occlusion", "detector gap"):
@@ -132,7 +132,7 @@ def found(drive: str, *cases: Case) -> Findings:
     """A drive with two occlusions, at which all its switches are."""
     n = len(cases)
     counts = {"occlusion": EventCounts(2, n, float(n), n, float(n)), NO_EVENT: EventCounts()}
-    return Findings(drive, 40, 9, KINDS, counts, cases)
+    return Findings(drive, 40, 9, EVENT_KINDS, counts, cases)
 
 
 ONE_DRIVE = found("a", case(9, ONE_SOURCE, "misses"), case(19, EITHER_SOURCE, "misses", "jitter"))
@@ -235,7 +235,7 @@ def test_the_table_of_events_ends_with_all_switches() -> None:
     names = table.column("around")
     assert names[-2:] == (NO_EVENT, "all")
     assert table.column("switches")[-1] == 3
-    kinds = [row for row, name in enumerate(names) if name in (*KINDS, NO_EVENT)]
+    kinds = [row for row, name in enumerate(names) if name in (*EVENT_KINDS, NO_EVENT)]
     shares = [table.column("switch share")[row] for row in kinds]
     assert sum(shares) == 3  # type: ignore[arg-type]
     occlusion = names.index("occlusion")

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mot_sim.experiments.result_file import (
-    KINDS,
+    RESULT_KINDS,
     Made,
     Result,
     made_here,
@@ -50,7 +50,7 @@ cells = st.none() | numbers | st.text()
 
 
 @given(
-    kind=st.sampled_from(KINDS),
+    kind=st.sampled_from(RESULT_KINDS),
     rows=st.lists(st.tuples(cells, cells), max_size=4),
     title=st.text(st.characters(exclude_categories=["Cs"])),
 )

@@ -13,7 +13,7 @@ from mot_sim.simulation.traffic.highway.layout import Kerb, Layout
 from mot_sim.simulation.traffic.highway.right_of_way import RightOfWay
 from mot_sim.simulation.traffic.highway.road import CarRoad
 from mot_sim.simulation.traffic.scripted import SEDAN_SIZE
-from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS, TrafficState
 from tracker.errors import BadConfig
 
 SPARE_METRES = 5.0  # metres between the bumpers of the longest cars at time 0
@@ -225,7 +225,7 @@ class Simulation:
 
     def step(self) -> None:
         """0.1 s of traffic."""
-        for _ in range(round(STEP / TICK_SECONDS)):
+        for _ in range(round(STEP_SECONDS / TICK_SECONDS)):
             self.rules.update(self.road.vehicles)
             self.road.act()
             self.road.step(TICK_SECONDS)
@@ -242,7 +242,7 @@ class Simulation:
     def _arrive(self) -> None:
         """Cars that come in now, by simulated time."""
         entries = len(self.layout.paths)
-        while self.next_arrival <= self.steps * STEP:
+        while self.next_arrival <= self.steps * STEP_SECONDS:
             if len(self.queue) < MAX_QUEUE:
                 way = int(self._draw("arriving way", self.arrived) * entries)
                 self.queue.append((self.count, way))
@@ -289,7 +289,7 @@ class Simulation:
         sizes = np.array([car.size for car in cars]).reshape(-1, 3)
         speeds = np.array([car.speed for car in cars], dtype=float)
         return TrafficState(
-            time=self.steps * STEP,
+            time=self.steps * STEP_SECONDS,
             ids=np.array([*range(still), *(car.number for car in cars)], dtype=np.int64),
             x=poses[:, 0],
             y=poses[:, 1],

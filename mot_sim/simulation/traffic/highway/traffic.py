@@ -18,7 +18,7 @@ from mot_sim.simulation.traffic.highway.layout import (
     t_junction_layout,
 )
 from mot_sim.simulation.traffic.highway.simulation import EGO_NUMBER, Demand, Simulation
-from mot_sim.simulation.traffic.traffic_state import STEP, TrafficState, collisions
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS, TrafficState, collisions
 from tracker.errors import BadConfig, UnknownName
 
 # The name of a road: what builds it.
@@ -120,7 +120,7 @@ class HighwayTraffic(Demand):
         self._ahead = deque([simulation.state()])
         if self.crashes == "label":
             return True
-        for _ in range(round(self.clean_seconds / STEP)):
+        for _ in range(round(self.clean_seconds / STEP_SECONDS)):
             simulation.step()
             if simulation.has_crashed:
                 return False

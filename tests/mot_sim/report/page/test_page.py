@@ -9,10 +9,10 @@ from pathlib import Path
 import plotly.graph_objects as go
 import pytest
 
-from mot_sim.experiments.result_file import KINDS, Made, Result, write_result
+from mot_sim.experiments.result_file import RESULT_KINDS, Made, Result, write_result
 from mot_sim.report.page import page as page_module
 from mot_sim.report.page import write_report
-from mot_sim.report.page.sections import KINDS as KIND_WORDS
+from mot_sim.report.page.sections import KIND_WORDS
 from mot_sim.report.page.verdicts import verdicts_of
 from mot_sim.tables import Table
 from tests.mot_sim.report.page.made import (
@@ -46,7 +46,7 @@ def plots(text: str) -> dict[str, list]:
 
 
 def test_every_kind_of_result_has_words_and_a_section(every_text: str) -> None:
-    assert set(KIND_WORDS) == set(KINDS)
+    assert set(KIND_WORDS) == set(RESULT_KINDS)
     page = Page(every_text).root
     sections = page.every("section", class_="result")
     assert [section.every("h2")[0].text.strip() for section in sections] == [
@@ -191,12 +191,12 @@ def test_text_of_results_is_text_wherever_it_stands(tmp_path: Path) -> None:
 
 def test_a_result_without_anything_is_a_page(tmp_path: Path) -> None:
     empty = Table.of("means", "", ("axis", "tracker", "HOTA", "HOTA low", "HOTA high"), ())
-    for kind in KINDS:
+    for kind in RESULT_KINDS:
         nothing = Result(kind, "", Made("", {}, "", False, (0, 400)), (empty,))
         write_result(tmp_path / kind, nothing)
     report = write_report([tmp_path], tmp_path / "r.html")
     page = Page(report.path.read_text()).root
-    assert len(page.every("section", class_="result")) == len(KINDS)
+    assert len(page.every("section", class_="result")) == len(RESULT_KINDS)
     assert "0 of 400 trials are finished; there is nothing to show yet." in page.text
     assert not page.every("script")  # no charts: the library is left out
     assert report.size < 60_000

@@ -10,7 +10,7 @@ import pytest
 from numpy import ndarray as Array
 
 from mot_sim.simulation.episodes import EpisodeFiles, read_episode, record_episode
-from mot_sim.simulation.episodes.extra import FORMAT, METADATA, arrays_of, write_extra
+from mot_sim.simulation.episodes.extra import EPISODE_FORMAT, METADATA, arrays_of, write_extra
 from tests.mot_sim.simulation.episodes.small import small
 from tracker.errors import BadFile
 
@@ -74,7 +74,7 @@ def test_forged_metadata_are_refused(made: Path, changes: dict[str, Any], told: 
     arrays = arrays_of(read_episode(made))
     with np.load(extra, allow_pickle=False) as archive:
         about = json.loads(str(archive[METADATA]))
-    FORMAT.write(extra, {METADATA: np.array(json.dumps(about | changes)), **arrays})
+    EPISODE_FORMAT.write(extra, {METADATA: np.array(json.dumps(about | changes)), **arrays})
     with pytest.raises(BadFile, match=re.escape(told)):
         read_episode(made)
 

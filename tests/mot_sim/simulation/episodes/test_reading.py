@@ -11,7 +11,7 @@ import pytest
 from mot_sim.simulation.episode import record
 from mot_sim.simulation.episodes import EpisodeFiles, read_episode, verify_episode
 from mot_sim.simulation.episodes.extra import (
-    FORMAT,
+    EPISODE_FORMAT,
     FORMER_NAMES,
     METADATA,
     array_digests,
@@ -151,7 +151,7 @@ def with_former_names(root: Path) -> Path:
     told = json.loads(str(arrays[METADATA]))
     part = {name.replace("cast.", "vehicles."): array for name, array in arrays.items()}
     told["sha256"] |= array_digests(part)
-    FORMAT.write(path, {**arrays, METADATA: np.array(json.dumps(told))})
+    EPISODE_FORMAT.write(path, {**arrays, METADATA: np.array(json.dumps(told))})
     return path
 
 
@@ -177,6 +177,6 @@ def test_a_column_under_both_names_is_refused(recorded: Path, tmp_path: Path) ->
     path = EpisodeFiles(root, "0000").extra
     with np.load(path) as file:
         arrays = {name: file[name] for name in file.files if name != "head"}
-    FORMAT.write(path, {**arrays, "truth.cut": arrays["truth.truncation"]})
+    EPISODE_FORMAT.write(path, {**arrays, "truth.cut": arrays["truth.truncation"]})
     with pytest.raises(BadFile, match=r"has \['truth.cut'\]"):
         read_episode(root)
