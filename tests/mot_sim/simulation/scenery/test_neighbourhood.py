@@ -24,8 +24,8 @@ HASH = """
 import hashlib
 from mot_sim.simulation.renderers import MeshInstances, find_renderer
 from mot_sim.simulation.scenery import WEATHERS, post_process
-from tests.mot_sim.simulation.scenery.places import CAMERA, ego_on, world
-view = world("street").view(CAMERA, ego_on("street"), MeshInstances.empty())
+from tests.mot_sim.simulation.scenery.places import CAMERA, ego_on, neighbourhood
+view = neighbourhood("street").view(CAMERA, ego_on("street"), MeshInstances.empty())
 image = post_process(WEATHERS["noon"], view, find_renderer("raster").render(view), 3, 5)
 print(hashlib.sha256(image.tobytes()).hexdigest())
 """
