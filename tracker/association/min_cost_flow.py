@@ -80,7 +80,10 @@ def cheapest_flow(nodes: Float[Array, " n"], births: Float[Array, " n"], arcs: A
     kept = gains <= 0.0  # what costs more than a birth is never taken
     rows, columns, gains = rows[kept], columns[kept], gains[kept]
     shift = 1.0 - gains.min()  # explicit zeros would be no entries; every sum has n terms
+    # SciPy below 1.14 solves matchings of 32-bit indices alone.
+    rows, columns = rows.astype(np.int32), columns.astype(np.int32)
     graph = csr_array((gains + shift, (rows, columns)), shape=(n, 2 * n))
+    graph.sum_duplicates()  # not every SciPy has done so yet
     if graph.nnz < len(gains):
         raise BadConfig("two links between the same two nodes: give the cheaper one alone")
     tails, heads = min_weight_full_bipartite_matching(graph)
