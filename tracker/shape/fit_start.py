@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from tracker.shape.model import DIRECTION_BINS, CarModel
-from tracker.shape.projection import SHAPE, YAW, X, Z
+from tracker.shape.projection import YAW, X, Z
 from tracker.types import Camera
 
 YAW_COUNT = 72  # how many are tried, 5 degrees apart
@@ -132,8 +132,3 @@ def visibility_score(
 def view_bin(direction: Float[Array, "*n"]) -> Int[Array, "*n"]:
     """The row of `CarModel.visibility` for a direction."""
     return np.floor(direction * (DIRECTION_BINS / (2.0 * np.pi))).astype(np.int64) % DIRECTION_BINS
-
-
-def columns_of(model: CarModel) -> int:
-    """The number of unknowns of a car."""
-    return SHAPE + model.basis.size

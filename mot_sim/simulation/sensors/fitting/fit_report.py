@@ -1,7 +1,7 @@
 """How well a profile fits: real beside made, as rows of figures, as curves and as one picture."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -13,7 +13,6 @@ from mot_sim.simulation.sensors.fitting.statistics import (
     DEPTH_BINS,
     HEIGHT_BINS,
     OCCLUSION_BINS,
-    Distance,
     gap_lengths,
     lag_correlation,
     lives,
@@ -110,11 +109,6 @@ def _life_lines(real: DetectorMeasurements, made: DetectorMeasurements) -> list[
         FitComparison("life of false positives, frames", *mean),
         FitComparison("false positives of one frame", *once),
     ]
-
-
-def distance_lines(distance: Distance) -> list[tuple[str, float]]:
-    """The distances by name."""
-    return [(each.name, getattr(distance, each.name)) for each in fields(distance)]
 
 
 def curves(
