@@ -19,18 +19,20 @@ REWARDED_SPEED_SHARES = (2.0 / 3.0, 1.0)
 
 @dataclass(frozen=True)
 class Driving:
-    """How the ego car drives now.
-
-    speed: m/s along its lane; limit: of that lane. lane: its number from the left, of `lanes`
-    side by side. on_road: whether its centre is on its lane. crashed: whether it touches a car.
-    """
+    """How the ego car drives now."""
 
     speed: float
+    """Along its lane, m/s; negative when it drives against the lane."""
     limit: float
+    """Speed limit of its lane, m/s."""
     lane: int
+    """Number of its lane, 0 for the leftmost."""
     lanes: int
+    """How many lanes lie side by side there, its own included."""
     on_road: bool
+    """Whether its centre is on its lane."""
     crashed: bool
+    """Whether its footprint overlaps another car's."""
 
 
 @runtime_checkable

@@ -19,26 +19,35 @@ OPTIONAL_COLUMNS = {"z", "crashed", "kinds"}
 
 @dataclass(frozen=True, eq=False)
 class RecordedTraffic:
-    """Who was where, every 0.1 s from `start` on: rows are states, columns are cars.
-
-    ids: of the columns, increasing. present: whether a car was there; where not, its other
-    values are NaN. size: length, height, width. z, crashed: as in `TrafficState`. kinds: of the
-    columns.
-    """
+    """Who was where, every 0.1 s: rows are states, columns are cars, in the frame of
+    `TrafficState`."""
 
     start: Float[Array, ""]
+    """Time of the first state, seconds."""
     ids: Int[Array, " n"]
+    """Id of the car in each column, increasing."""
     present: Bool[Array, "t n"]
+    """Whether a car is there in a state; where it is not, its other values are NaN."""
     x: Float[Array, "t n"]
+    """Centre in world, metres."""
     y: Float[Array, "t n"]
+    """Centre in world, metres."""
     heading: Float[Array, "t n"]
+    """Radians from world +x towards +y."""
     speed: Float[Array, "t n"]
+    """Along the heading, m/s."""
     size: Float[Array, "t n 3"]
+    """Length, height, width, metres."""
     ego: Float[Array, "t 3"]
+    """x, y (metres) and heading (radians) in world of the car that carries the camera."""
     ego_size: Float[Array, "t 3"]
+    """Length, height, width of that car, metres."""
     z: Float[Array, "t n"] | None = None
+    """Bottom face, metres down from the ground; None: all cars stand on it."""
     crashed: Bool[Array, "t n"] | None = None
+    """Whether a car has hit another by then; None: crashes were not followed."""
     kinds: Shaped[Array, " n"] | None = None
+    """KITTI's class of the car in each column, 'Car' or 'Van'; None or '': by its shape."""
 
     def __len__(self) -> int:
         return len(self.present)
@@ -149,7 +158,9 @@ class Replay:
     """Traffic that does what was recorded, whatever the seed."""
 
     recording: RecordedTraffic
+    """What the cars do."""
     index: int = field(default=0, init=False)
+    """Row of the recording that was given last."""
 
     def reset(self, rng: np.random.Generator) -> TrafficState:
         """The first state; nothing is drawn from the generator."""

@@ -12,28 +12,36 @@ PAINTS = ("pavement", "asphalt", "kerb", "line")
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A convex patch of ground: what it is (one of PAINTS) and its corners (x, y)."""
+    """A convex patch of ground."""
 
     paint: str
+    """What it is: one of PAINTS."""
     corners: Float[Array, "n 2"]
+    """Corners x, y in world, metres, in order around the patch."""
 
 
 @dataclass(frozen=True, eq=False)
 class Lane:
-    """A lane's centre line in driving direction, metres, and the nodes it leads from and to."""
+    """One lane: an edge of the lane graph."""
 
     centre: Float[Array, "n 2"]
+    """Points x, y of the centre line in world, metres, in driving direction."""
     width: float
+    """Metres."""
     begins: str
+    """Name of the node that it leads from."""
     ends: str
+    """Name of the node that it leads to."""
 
 
 @dataclass(frozen=True, eq=False)
 class Roads:
-    """All patches of a scene; later ones lie on earlier ones. lanes: the lane graph, if known."""
+    """All painted patches of a scene, and its lane graph."""
 
     surfaces: tuple[Surface, ...] = ()
+    """Painted patches; later ones lie on earlier ones."""
     lanes: tuple[Lane, ...] = ()
+    """The lane graph; empty where it is not known."""
 
 
 def rectangle(paint: str, x: tuple[float, float], y: tuple[float, float]) -> Surface:

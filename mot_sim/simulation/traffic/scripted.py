@@ -19,14 +19,13 @@ MAX_TURN_RADIANS = 2.9  # radians at one way-point: beyond it the arc shrinks to
 
 @dataclass(frozen=True, eq=False)
 class Route:
-    """Straight lines between way-points, joined by arcs of circles.
-
-    waypoints: (x, y) in world. radius: of every corner, metres; smaller where the legs are too
-    short for it. Beyond both ends the route goes straight on.
-    """
+    """Straight lines between way-points, joined by arcs of circles; straight on beyond both
+    ends."""
 
     waypoints: Sequence[tuple[float, float]]
+    """Points x, y in world, metres: two or more, no two neighbours equal."""
     radius: float = 7.0
+    """Of every corner, metres, > 0; smaller where the legs are too short. Larger: wider bends."""
 
     def __post_init__(self) -> None:
         points = np.asarray(self.waypoints, dtype=float)
@@ -87,19 +86,20 @@ class Route:
 
 @dataclass(frozen=True, eq=False)
 class Script:
-    """What one car does: its route, where on it it begins, and its speed over time.
-
-    speeds: (time, speed) in seconds and m/s, linear between, constant before and after.
-    start: metres along the route at time 0. The car is there from time `begin` to the end of
-    its route. size: length, height, width. kind: KITTI's class, 'Car' or 'Van'.
-    """
+    """What one car does: its route, where on it the car begins, and its speed over time."""
 
     route: Route
+    """Where it drives; it is gone after the end of the route."""
     speeds: Sequence[tuple[float, float]]
+    """(time, speed) in seconds (increasing) and m/s (>= 0); linear between, constant outside."""
     start: float = 0.0
+    """Metres along the route at time 0."""
     size: tuple[float, float, float] = SEDAN_SIZE
+    """Length, height, width, metres, > 0."""
     begin: float = 0.0
+    """Seconds, in the run's time, from which on the car is there."""
     kind: str = "Car"
+    """KITTI's class: 'Car' or 'Van'."""
 
     def __post_init__(self) -> None:
         table = np.asarray(self.speeds, dtype=float)
@@ -142,8 +142,11 @@ class Scripted:
     """Traffic that does the same for every seed; the id of a car is its place in `cars`."""
 
     cars: Sequence[Script]
+    """Every car but ours; its place here is its id."""
     ego: Script
+    """The car that carries the camera."""
     steps: int = field(default=0, init=False)
+    """Steps of 0.1 s taken since the last reset."""
 
     def reset(self, rng: np.random.Generator) -> TrafficState:
         """The state at time 0; nothing is drawn from the generator."""
@@ -179,6 +182,7 @@ class Improvised:
     """Scripted traffic whose script is written anew at every reset, from the random numbers."""
 
     write: Callable[[np.random.Generator], Scripted]
+    """Draws a script from a generator."""
     _scripted: Scripted | None = field(default=None, init=False)
 
     def reset(self, rng: np.random.Generator) -> TrafficState:

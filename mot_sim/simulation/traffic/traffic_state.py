@@ -12,27 +12,32 @@ STEP_SECONDS = 0.1  # seconds from one state to the next: KITTI's 10 Hz
 
 @dataclass(frozen=True, eq=False)
 class TrafficState:
-    """All cars at one time, in the `world` frame (x forward, y right, z down), apart from ours.
-
-    x, y: centre of the car. heading: radians from +x towards +y. speed: m/s, forward.
-    size: length, height, width. ego: x, y and heading of the car that carries the camera;
-    ego_size as size. z: of the bottom faces, down from the ground; None: all stand on it.
-    crashed: which cars have hit another; None: none can. kinds: KITTI's class, 'Car' or 'Van';
-    None: what the car's shape says.
-    """
+    """All cars at one time apart from ours, in the `world` frame (x forward, y right, z down)."""
 
     time: float
+    """Seconds since the beginning of the run."""
     ids: Int[Array, " n"]
+    """Id of each car, increasing; a car keeps its id for the whole run."""
     x: Float[Array, " n"]
+    """Centre of each car in world, metres."""
     y: Float[Array, " n"]
+    """Centre of each car in world, metres; > 0 is right of the x axis."""
     heading: Float[Array, " n"]
+    """Direction of each car, radians from world +x towards +y; not wrapped."""
     speed: Float[Array, " n"]
+    """Of each car along its heading, m/s."""
     size: Float[Array, "n 3"]
+    """Length, height, width of each car, metres."""
     ego: Float[Array, "3"]
+    """x, y (metres) and heading (radians) in world of the car that carries the camera."""
     ego_size: Float[Array, "3"]
+    """Length, height, width of the car that carries the camera, metres."""
     z: Float[Array, " n"] | None = None
+    """Bottom face of each car, metres down from the ground; None: all cars stand on it."""
     crashed: Bool[Array, " n"] | None = None
+    """Whether each car has hit another; None: crashes are not followed."""
     kinds: Shaped[Array, " n"] | None = None
+    """KITTI's class of each car, 'Car' or 'Van'; None or '': by the car's shape."""
 
     def __len__(self) -> int:
         return len(self.ids)

@@ -42,40 +42,49 @@ RING_SPEED = 6.5
 
 @dataclass(frozen=True, eq=False)
 class Kerb:
-    """The right edge of a road, where cars may park: first point, heading, length."""
+    """The right edge of a road, where cars may park."""
 
     start: tuple[float, float]
+    """First point x, y in world, metres."""
     heading: float
+    """Of the line and of the cars parked there, radians from world +x towards +y."""
     length: float
+    """Metres."""
 
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Where the ego car begins: one of these ways, and metres along its first lane."""
+    """Where the ego car begins."""
 
     paths: tuple[Path, ...]
+    """Ways through the network that it may take, all with the same first segment; one is drawn."""
     distance: float
+    """Metres along the first lane."""
     lane: int = 0
+    """Number of that lane among the parallel ones, 0 for the leftmost."""
 
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """A road: its lanes, the ways through it, who yields, where cars may park or begin.
-
-    paths: from every entry. crossings: for a segment behind a stop line, those that may not be
-    used at the same time (first come, first served). merges: segments behind a give-way line;
-    they yield to whoever passes their end. fillable: segments on which cars stand at time 0.
-    reach: metres around the ego's start within which they stand.
-    """
+    """A road: its lanes, the ways through it, who yields, where cars may park or begin."""
 
     network: RoadNetwork
+    """highway-env's lanes, in world."""
     paths: tuple[Path, ...]
+    """Ways from every entry; cars arrive at the beginning of any of them."""
     ego: Start
+    """Where our car begins."""
     fillable: tuple[Segment, ...]
+    """Segments on which cars drive at time 0."""
     crossings: Mapping[Segment, frozenset[Segment]] = field(default_factory=dict)
+    """For each segment behind a stop line, those that may not be used at the same time (first come,
+    first served)."""
     merges: frozenset[Segment] = frozenset()
+    """Segments behind a give-way line; they yield to whoever passes their end."""
     kerbs: tuple[Kerb, ...] = ()
+    """Where cars may park."""
     reach: float = 1e9
+    """Metres around the ego car's start within which the other cars begin."""
 
 
 def straight_lane(

@@ -24,13 +24,18 @@ BEYOND_METRES = 160.0  # metres that roads go on behind the last place with cars
 
 @dataclass(frozen=True)
 class Style:
-    """What lies beside lanes, and how they are marked; widths in metres."""
+    """What lies beside lanes, and how they are marked."""
 
     shoulder: float
+    """Width of the asphalt beyond a lane, metres."""
     kerb: float
+    """Width of the kerb, metres; 0: none."""
     pavement: float
+    """Width of the pavement, metres; 0: none."""
     mark: float
+    """Width of the lines, metres."""
     dash: tuple[float, float]
+    """Length of a dash and of the gap after it, metres."""
 
 
 TOWN = Style(shoulder=0.0, kerb=0.15, pavement=2.6, mark=0.13, dash=(3.0, 3.0))

@@ -36,10 +36,12 @@ HEADWAY_SECONDS = 1.2  # seconds, of cars that begin or come in behind another
 
 @dataclass(frozen=True, eq=False)
 class Slot:
-    """A place for one car at time 0: a lane and the metres along it."""
+    """A place for one car at time 0."""
 
     lane_index: LaneIndex
+    """highway-env's name of the lane: nodes from and to, number from the left."""
     along: float
+    """Metres along it."""
 
 
 def slots(layout: Layout, longest: float, seed: int) -> list[Slot]:
@@ -87,7 +89,9 @@ class Parked:
     """Cars that never move, beside the road."""
 
     poses: Float[Array, "n 3"]
+    """x, y (metres) and heading (radians) in world of each parked car."""
     size: Float[Array, "n 3"]
+    """Length, height, width of each, metres."""
 
 
 def park(
@@ -133,22 +137,27 @@ def _places(kerb: Kerb, pitch: float) -> list[tuple[float, float, float]]:
 
 @dataclass(eq=False)
 class Demand:
-    """How much traffic there is on which road.
-
-    cars: driving at time 0. arrivals: cars a second that come in later, over all entries; where
-    an entry is full they wait, and more than three are turned away. parked: share of the kerb
-    places that are taken, 0 to 1. vans: parked vans, on the places nearest to the middle.
-    sizes: length, height, width that cars are drawn from.
-    """
+    """How much traffic there is on which road."""
 
     road: str = "intersection"
+    """Name of the road, one of ROADS."""
     cars: int = 12
+    """Cars that drive at time 0, >= 0, ours not counted; at most what the road holds. More: denser
+    traffic."""
     arrivals: float = 0.5
+    """Cars per second that come in later, >= 0, over all entries; more: denser traffic. At most
+    three wait to come in, the others turn away."""
     parked: float = 0.4
+    """Share of the kerb places where cars park, 0 to 1; more: more occlusion."""
     vans: int = 0
+    """Parked vans, >= 0, on the kerb places nearest to the middle; more: more occlusion there."""
     sizes: Float[Array, "m 3"] = field(default_factory=lambda: np.array(CAR_SIZES))
+    """Length, height, width that each car is drawn from, metres; > 0, at most 8 m long and 2.2 m
+    wide."""
     van_size: tuple[float, float, float] = VAN_SIZE
+    """Length, height, width of the parked vans, metres; within the same limits."""
     ego_size: tuple[float, float, float] = SEDAN_SIZE
+    """Length, height, width of our car, metres; within the same limits."""
 
 
 class Simulation:

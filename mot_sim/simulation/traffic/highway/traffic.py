@@ -40,13 +40,15 @@ MAX_ATTEMPTS = 20
 class HighwayTraffic(Demand):
     """Cars on a road of ROADS, by the Intelligent Driver Model, with an ego car among them.
 
-    crashes: `reject` drives the first `clean_seconds` ahead and begins again, by the same seed,
-    when any cars crash in them; `label` only marks which have. The ego car drives on straight
-    behind the end of its way. The other fields: see `Demand`.
+    The ego car drives straight on behind the end of its way. The other fields: see `Demand`.
     """
 
     crashes: str = "reject"
+    """`reject`: drive ahead and begin again, by the same seed, when cars crash in that time;
+    `label`: only mark which cars have crashed."""
     clean_seconds: float = 20.0
+    """Seconds, >= 0, that `reject` drives ahead; more: longer runs without crashes, slower
+    resets."""
 
     def __post_init__(self) -> None:
         if self.road not in ROADS:
