@@ -120,20 +120,25 @@ def _known(array: Array) -> Array:
 
 @dataclass(frozen=True)
 class Metadata:
-    """How an episode was made. knobs: of the scene. frames: that were recorded.
-
-    pictures: the kinds that were drawn. renderer: None: nothing was.
-    sha256: by part of the tree; `trajectories` of the traffic's arrays, `truth` of the truth's.
-    """
+    """How an episode was made."""
 
     scene: str
+    """Name of the scene."""
     knobs: Mapping[str, Knob]
+    """What the scene was made with, by name: numbers or words."""
     seed: int
+    """Random seed, 0 to 2^63 - 1."""
     frames: int
+    """Frames that were recorded, >= 0; fewer than the scene's after an interruption."""
     renderer: str | None
+    """Name of what drew the pictures; None: nothing was drawn."""
     pictures: tuple[str, ...]
+    """Kinds of pictures that were drawn, of PICTURES."""
     versions: Mapping[str, str]
+    """Versions of the software that made the episode, by name."""
     sha256: Mapping[str, str]
+    """Hash of each part of the tree; `trajectories` of the traffic's arrays, `truth` of the
+    truth's."""
 
     @classmethod
     def parse(cls, text: str, path: Path) -> "Metadata":
@@ -153,12 +158,19 @@ class Extra:
     """All that the file holds."""
 
     metadata: Metadata
+    """How the episode was made."""
     traffic: RecordedTraffic
+    """Who was where."""
     vehicles: Vehicles
+    """Who the cars are."""
     annotations: Annotations
+    """The ground truth of all frames, and who hides whom."""
     events: Events
+    """What happens in the run."""
     log: DetectionLog
+    """What the detector gave."""
     camera: Camera
+    """The exact camera."""
 
 
 def arrays_of(drive: SimulatedDrive) -> dict[str, Array]:

@@ -34,15 +34,16 @@ GROUPS: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class EpisodeVerification:
-    """What was found of one episode. parts: `same`, or what differs, a part each.
-
-    trouble: why nothing could be compared; None where all could be.
-    """
+    """What was found of one episode."""
 
     name: str
+    """Name of the episode."""
     frames: int
+    """Frames that it holds; 0 where it cannot be read."""
     parts: Mapping[str, str]
+    """For each part `same`, or what differs."""
     trouble: str | None = None
+    """Why not everything could be compared; None where all could be."""
 
     @property
     def is_same(self) -> bool:
