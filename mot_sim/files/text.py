@@ -19,6 +19,7 @@ MAX_INTEGER = 2.0**53
 MAX_NUMBER = 1e18
 # 28 hours at 100 Hz; what is laid out by frames stays small.
 MAX_FRAMES = 10_000_000
+MAX_TEXT_BYTES = 2_000_000_000  # 20 million rows of labels
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,9 +131,14 @@ def what_is_there(folder: Path, empty: str) -> str:
     return f"no folder but {packed_as(folder) or 'a single file'}"
 
 
-def read_text(path: Path) -> str:
-    """The whole file as text, whatever its line ends; BadFile when it cannot be read."""
+def read_text(path: Path, most: int = MAX_TEXT_BYTES) -> str:
+    """The whole file as text, whatever its line ends; BadFile when it cannot be read.
+
+    most: bytes; a larger file is refused before it is read.
+    """
     try:
+        if (size := path.stat().st_size) > most:
+            raise BadFile(f"{path}: {size:,} bytes, where files of this kind have at most {most:,}")
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         what = packed_as(path) or f"{error.reason} at byte {error.start}"

@@ -4,7 +4,7 @@ The checksum of the file finds accidents; `require_sound` finds what was written
 """
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -52,6 +52,8 @@ TRUTH_TABLES = (
     "events",
     "camera",
 )  # the tables of the truth's checksum
+# The parts of an episode that stand in this file, and their tables.
+PART_TABLES = {"trajectories": ("traffic",), "truth": TRUTH_TABLES}
 METADATA = "metadata"
 # What the columns were called in earlier versions, and what they are called now.
 FORMER_NAMES = {
@@ -196,7 +198,16 @@ def array_digests(arrays: Mapping[str, Array]) -> dict[str, str]:
     def digest(*names: str) -> str:
         return checksum({key: arrays[key] for key in arrays if key.split(".")[0] in names})
 
-    return {"trajectories": digest("traffic"), "truth": digest(*TRUTH_TABLES)}
+    return {part: digest(*names) for part, names in PART_TABLES.items()}
+
+
+def read_arrays(path: Path, tables: Sequence[str]) -> dict[str, Array]:
+    """The arrays of some tables of the file, by `table.column`. Raises BadFile."""
+    extra, found = read_extra(path), {}
+    for name in tables:
+        inside = {"truth": extra.annotations.truth, "occlusions": extra.annotations.occlusions}
+        found |= _columns(name, inside.get(name) or getattr(extra, name))
+    return found
 
 
 def write_extra(path: Path, metadata: Metadata, arrays: Mapping[str, Array]) -> None:
