@@ -82,7 +82,7 @@ def test_a_file_that_unpacks_to_too_much_is_refused_before_it_is_unpacked(tmp_pa
     path = tmp_path / "bomb.npz"
     with (
         zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive,
-        archive.open("a.npy", "w") as f,
+        archive.open("a.npy", "w") as file,
     ):
         block = bytes(1 << 20)
         for _ in range(600):
