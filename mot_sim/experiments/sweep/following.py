@@ -3,9 +3,6 @@
 import inspect
 from typing import Any
 
-import numpy as np
-from numpy import ndarray as Array
-
 from mot_sim.experiments.sweep.seeded_episodes import SeededEpisode
 from mot_sim.experiments.sweep.tracker_specs import BadRows, Steps, TrackerSpec, Updated
 from mot_sim.experiments.sweep.trial import require_rows
@@ -19,25 +16,6 @@ class TrackerFailed(TrackingError):
     def __init__(self, tracker: str, where: str, reason: str, frame: int | None) -> None:
         super().__init__(f"tracker {tracker} failed {where}: {reason}")
         self.frame = frame
-
-
-class PairsOrRows:
-    """A tracker with `update(boxes, scores)` that may also answer with (ids, boxes)."""
-
-    def __init__(self, inner: Any) -> None:
-        self.inner = inner
-
-    def update(self, boxes: Array, scores: Array) -> Any:
-        """Rows x_min, y_min, x_max, y_max, id; or Tracks."""
-        answer = self.inner.update(boxes, scores)
-        if not (isinstance(answer, tuple) and len(answer) == 2):
-            return answer
-        ids, found = np.asarray(answer[0]), np.asarray(answer[1], dtype=float)
-        if found.size == 0:
-            found = found.reshape(0, 4)
-        if ids.ndim != 1 or found.ndim != 2 or len(ids) != len(found):
-            raise BadRows(f"update gave ids of shape {ids.shape} and boxes of shape {found.shape}")
-        return np.column_stack((found[:, :4], ids))
 
 
 def follow(tracker: Any, episode: SeededEpisode) -> Tracks:
@@ -82,7 +60,7 @@ def stepping_of(tracker: Any, camera: Camera) -> Steps:
     if _has(tracker, "step"):
         return tracker
     if _has(tracker, "update"):
-        return Updated(PairsOrRows(tracker))
+        return Updated(tracker)
     raise BadConfig(
         f"{tracker!r} of type {type(tracker).__name__} is no tracker: it has neither step(frame) "
         "nor update(boxes, scores)"

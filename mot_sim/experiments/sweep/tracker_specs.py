@@ -5,6 +5,8 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
 
 from mot_sim.evaluation.runs import Recipe, parse_costs
 from mot_sim.experiments.sweep.paths import (
@@ -189,7 +191,10 @@ def tracker_specs_of(trackers: Sequence[str | TrackerSpec]) -> tuple[TrackerSpec
 
 @dataclass(eq=False)
 class Updated:
-    """A tracker with `update(boxes, scores)`, which gives rows x_min, y_min, x_max, y_max, id."""
+    """A tracker with `update(boxes, scores)`.
+
+    It gives rows x_min, y_min, x_max, y_max, id; or (ids, boxes); or Tracks.
+    """
 
     inner: Any
 
@@ -200,6 +205,8 @@ class Updated:
         rows = update(seen.boxes.copy(), seen.scores.copy())
         if isinstance(rows, Tracks):
             return rows
+        if isinstance(rows, tuple) and len(rows) == 2:
+            rows = rows_of_pair(*rows)
         rows = np.asarray(rows, dtype=float)
         if rows.size == 0:
             return Tracks.empty()
@@ -210,6 +217,16 @@ class Updated:
             raise BadRows(f"ids that are no whole numbers: {ids.tolist()}")
         frames = np.full(len(rows), frame.index)
         return Tracks(frames, ids.astype(np.int64), rows[:, :4], np.ones(len(rows)))
+
+
+def rows_of_pair(ids: object, boxes: object) -> Float[Array, "n 5"]:
+    """Rows x_min, y_min, x_max, y_max, id. Raises BadRows for other shapes."""
+    names, found = np.asarray(ids, dtype=float), np.asarray(boxes, dtype=float)
+    if found.size == 0:
+        found = found.reshape(0, 4)
+    if names.ndim != 1 or found.ndim != 2 or len(names) != len(found):
+        raise BadRows(f"update gave ids of shape {names.shape} and boxes of shape {found.shape}")
+    return np.column_stack((found[:, :4], names))
 
 
 class BadRows(TrackingError):
