@@ -1,15 +1,13 @@
-"""The nouns: frozen dataclasses of arrays, no algorithms; and KITTI's words for classes."""
+"""The nouns: frozen dataclasses of arrays, no algorithms."""
 
 from tracker.types.camera import Camera
 from tracker.types.cuboids import Cuboids
 from tracker.types.detections import Detections
-from tracker.types.kinds import KITTI_KINDS, is_kitti_kind, kinds_said, spelled_as_kitti
 from tracker.types.rows import Rows
 from tracker.types.sequence import Frame, Sequence, SequenceWrapper
 from tracker.types.tracks import Tracks
 
 __all__ = [
-    "KITTI_KINDS",
     "Camera",
     "Cuboids",
     "Detections",
@@ -18,7 +16,4 @@ __all__ = [
     "Sequence",
     "SequenceWrapper",
     "Tracks",
-    "is_kitti_kind",
-    "kinds_said",
-    "spelled_as_kitti",
 ]

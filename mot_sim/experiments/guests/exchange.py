@@ -11,7 +11,6 @@ from mot_sim.datasets.kitti.labels import (
     COLUMNS_BY_COUNT,
     LABEL_BOX_COLUMNS,
     in_order,
-    levels_or_shares,
     require_boxes,
     tracks_of_table,
 )
@@ -92,8 +91,7 @@ def _read_drive(drive: RecordedSequence, path: Path) -> Tracks:
     ids = table.integers("id")
     table.reject(ids < 0, "id below 0", ["frame", "id"], "leave out rows that belong to no track")
     if "type" in (table.rows.dtype.names or ()):
-        truncation = levels_or_shares(table, "truncated")
-        return tracks_of_table(table, None, drive.frame_count, truncation)
+        return tracks_of_table(table, None, drive.frame_count)
     return _plain_tracks(table)
 
 

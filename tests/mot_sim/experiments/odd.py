@@ -102,3 +102,10 @@ class Later:
 def built(camera: Camera) -> Tracker:
     """Ours, through a callable."""
     return Tracker.default(camera)
+
+
+class Pairs:
+    """Answers with (ids, boxes)."""
+
+    def update(self, boxes: Array, scores: Array) -> tuple[Array, Array]:
+        return np.arange(len(boxes)), boxes

@@ -19,13 +19,6 @@ def rows_of(tracks: Tracks) -> list[tuple]:
     )
 
 
-class PairsOfIds:
-    """Answers with (ids, boxes)."""
-
-    def update(self, boxes: Array, scores: Array) -> tuple[Array, Array]:
-        return np.arange(len(boxes)), boxes
-
-
 class OddPairs:
     """Answers with more ids than boxes."""
 
@@ -66,7 +59,7 @@ def test_a_tracker_with_reset_is_used_again(episode: SeededEpisode) -> None:
 def test_trackers_of_boxes_and_scores_may_answer_in_two_ways(episode: SeededEpisode) -> None:
     seen = sum(len(frame.detections) for frame in episode.frames)
     assert len(follow(odd.Updates, episode)) == seen
-    assert len(follow(PairsOfIds(), episode)) == seen
+    assert len(follow(odd.Pairs(), episode)) == seen
 
 
 @pytest.mark.parametrize("name", FRAMEWORKS)
