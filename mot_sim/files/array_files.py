@@ -67,7 +67,7 @@ class ArrayFormat:
         """All arrays of an npz file; BadFile if it is none."""
         try:
             with np.load(BytesIO(path.read_bytes()), allow_pickle=False) as archive:
-                return {name: archive[name] for name in archive.files}
+                return {name: plain_array(archive[name], name) for name in archive.files}
         except FileNotFoundError:
             raise BadFile(f"{path}: no such file; record first") from None
         except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:

@@ -73,3 +73,15 @@ def test_strange_arrays_are_named(tmp_path: Path) -> None:
         APPLES.read(tmp_path / "a.npz", ["red"])
     with pytest.raises(BadOutput, match="cannot be written"):
         APPLES.write(tmp_path / "a.npz" / "b.npz", ARRAYS)
+
+
+def test_half_floats_and_entries_that_are_no_arrays_are_refused(tmp_path: Path) -> None:
+    path, kind = tmp_path / "a.npz", ArrayFormat("a thing", 1)
+    kind.write(path, {"a": np.zeros(3, np.float16)})
+    with pytest.raises(BadFile, match=r"a.npz: not a thing: a is of type float16; record again"):
+        kind.read(path, ["a"])
+    kind.write(path, {"a": np.zeros(3)})
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr("b", b"bytes")
+    with pytest.raises(BadFile, match=r"a.npz: not a thing: b is no array; record again"):
+        kind.read(path, ["a"])
