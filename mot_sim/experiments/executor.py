@@ -39,14 +39,17 @@ class WorkersLost(TrackingError):
 
 @dataclass(frozen=True)
 class Executor:
-    """jobs: processes of this machine; 1: this one alone, -1: one a core.
+    """Where the work is done: in this process, in several of this machine, or on a Dask cluster.
 
-    scheduler: the address of a Dask scheduler, tcp://HOST:PORT, whose workers are used instead.
-    Raises BadConfig for a number of jobs that cannot be, and for both at once.
+    Raises BadConfig for an impossible number of jobs, and for `jobs` and `scheduler` together.
     """
 
     jobs: int = 1
+    """Processes on this machine: 1 or more, or -1 for one per core; 1 works in this process
+    alone."""
     scheduler: str | None = None
+    """Address of a Dask scheduler, tcp://HOST:PORT, whose workers do the work; None: this machine.
+    It needs `jobs` = 1."""
 
     def __post_init__(self) -> None:
         if self.jobs == 0 or self.jobs < -1:
@@ -66,11 +69,14 @@ class Executor:
 
 @dataclass(frozen=True)
 class WorkerPool:
-    """Workers that are ready. backend: of joblib. is_far: they are not of this machine."""
+    """Workers that are ready to run tasks."""
 
     jobs: int
+    """Processes that joblib may use; -1: all that its backend has."""
     backend: dict[str, Any]
+    """Keyword arguments of joblib's `parallel_config`, which choose the backend."""
     is_far: bool = False
+    """Whether the workers are on other machines; then even a single task is sent to them."""
 
     def run(
         self, function: Callable[[Task], Result], tasks: Sequence[Task]

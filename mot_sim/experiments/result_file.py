@@ -34,28 +34,37 @@ MAX_WHOLE_NUMBER = 2**63  # those of a file are smaller
 
 @dataclass(frozen=True)
 class Made:
-    """How a result came about: enough to make it again.
-
-    command: as it was typed. versions: of Python and the packages. code: hash of the source.
-    trials: done and wanted; None where nothing is counted. finished: nothing is missing.
-    """
+    """How a result came about: enough to make it again."""
 
     command: str
+    """The command line, as it was typed."""
     versions: dict[str, str]
+    """Versions of Python and of the packages, by name."""
     code: str
+    """Hash of the source code that ran."""
     finished: bool = True
+    """Whether nothing is missing."""
     trials: tuple[int, int] | None = None
+    """Numbers of finished and of wanted trials; None where trials are not counted."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """What a command found. files: pictures and clips, relative to the result's folder."""
+    """What a command found, as `result.json` keeps it.
+
+    Raises UnknownName for another kind, BadConfig for a file outside the result's folder.
+    """
 
     kind: str
+    """The command that made it: one of RESULT_KINDS."""
     title: str
+    """The heading above it in a report."""
     made: Made
+    """How it came about."""
     tables: tuple[Table, ...]
+    """Its tables, in the order in which they are shown."""
     files: tuple[str, ...] = field(default=())
+    """Pictures and clips, as paths relative to the result's folder, which they may not leave."""
 
     def __post_init__(self) -> None:
         if self.kind not in RESULT_KINDS:

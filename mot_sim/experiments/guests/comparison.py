@@ -27,26 +27,32 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, eq=False)
 class Entry:
-    """One tracker that came through."""
+    """The result of a tracker that ran through."""
 
     evaluation: Evaluation
-    frames_per_second: float | None  # of CPU time, its calls alone
+    """Its scores, of every drive and of all drives together."""
+    frames_per_second: float | None
+    """Frames per second of CPU time, the tracker's calls alone; None: it reported no time."""
     min_score: float
+    """Detector score, 0..1, below which boxes were not used."""
 
 
 @dataclass(frozen=True)
 class Failure:
-    """One tracker that did not: why, and what it said on stderr."""
+    """The result of a tracker that failed."""
 
     reason: str
+    """The message of the error."""
     stderr: str = ""
+    """The last lines that a guest wrote to stderr; empty for our own trackers."""
 
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Entries and failures by tracker, in the order in which they ran."""
+    """The results of all trackers that were compared."""
 
     entries: dict[str, Entry | Failure]
+    """An Entry or a Failure by the tracker's name, in the order in which they ran."""
 
     @property
     def failures(self) -> dict[str, Failure]:

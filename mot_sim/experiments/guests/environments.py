@@ -30,14 +30,13 @@ def environments_folder() -> Path:
 
 @dataclass(frozen=True)
 class Environment:
-    """A Python environment that holds what a guest needs, and nothing of ours.
-
-    name: of its folder. requirements: as pip takes them; exact versions, so that a comparison
-    means the same tomorrow. Its folder is named after them and our Python's version too.
-    """
+    """A Python environment of a guest's own, which holds what it needs and nothing of ours."""
 
     name: str
+    """Beginning of the folder's name; a hash of the requirements and of our Python's version
+    follows."""
     requirements: tuple[str, ...]
+    """Packages as pip takes them; exact versions keep later comparisons the same."""
 
     @property
     def path(self) -> Path:

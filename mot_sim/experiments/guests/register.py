@@ -17,20 +17,25 @@ ADAPTER = str(Path(__file__).with_name("adapter.py"))
 
 @dataclass(frozen=True)
 class ExternalTracker:
-    """Somebody else's tracker: a program that reads a folder and writes one; see docs/guests.md.
+    """Another author's tracker: a program that reads a folder and writes one; see docs/guests.md.
 
-    command: its words; {detections} and {results} become folders, {python} the interpreter of
-    its environment (ours, without one). min_score: boxes below it are not shown to it, a
-    probability. timeout: seconds for all sequences together. live: what runs it frame by frame
-    (see `ExternalOnlineTracker`); None: it knows only folders.
+    Raises BadConfig for values that are not allowed.
     """
 
     name: str
+    """Its name in tables and on the command line."""
     command: tuple[str, ...]
+    """The words of its command: {detections} and {results} become folders, both are required;
+    {python} becomes the interpreter of its environment."""
     environment: Environment | None = None
+    """The environment whose Python runs it; None: the Python that runs us."""
     min_score: float = 0.3
+    """Detector score, 0..1, below which boxes are not shown to it; raising it hides more boxes."""
     timeout: float = 600.0
+    """Seconds that it may take for all sequences together, finite and above 0."""
     live: tuple[str, ...] | None = None
+    """The command that runs it frame by frame, see `ExternalOnlineTracker`; None: it only reads
+    folders."""
 
     def __post_init__(self) -> None:
         for place in (DETECTIONS, RESULTS):

@@ -31,15 +31,14 @@ BASELINE_SCORE, BASELINE_IOU = 0.3, 0.3
 
 @dataclass(frozen=True, eq=False)
 class TrackedSequences:
-    """What a tracker made of some drives.
-
-    tracks: by drive. seconds: CPU time of the tracker's calls alone, by drive; None: not told.
-    min_score: boxes below it were not used.
-    """
+    """What a tracker made of several drives."""
 
     tracks: Mapping[str, Tracks]
+    """The tracks of each drive, by the drive's name."""
     seconds: Mapping[str, float] | None
+    """CPU seconds of the tracker's calls alone, by the drive's name; None: not reported."""
     min_score: float
+    """Detector score, 0..1, below which boxes were not used."""
 
 
 @runtime_checkable
@@ -58,14 +57,14 @@ class SequenceTracker(Protocol):
 
 @dataclass(frozen=True)
 class OwnTracker:
-    """A tracker of this process, ours or yours, made anew for every drive.
-
-    uses_motion: whether it is told how the camera moved.
-    """
+    """A tracker that runs in this process, made anew for every drive."""
 
     name: str
+    """Its name in tables."""
     build: Callable[[Camera], Steps]
+    """Makes a fresh tracker for a camera."""
     uses_motion: bool = True
+    """Whether its frames hold the camera's motion; False removes it from every frame."""
 
     def track(self, drives: Sequence[RecordedSequence]) -> TrackedSequences:
         """The tracks of every drive. Raises TrackingError for whatever the tracker raises."""
@@ -107,13 +106,12 @@ class OwnTracker:
 
 @dataclass(frozen=True)
 class ExternalSequenceTracker:
-    """A guest as a tracker over whole drives: one run of its command for all of them.
-
-    folder: where the exchanged files stay, new or empty; None: nowhere.
-    """
+    """A guest as a tracker over whole drives: its command runs once for all of them."""
 
     guest: ExternalTracker
+    """The program and its settings."""
     folder: Path | None = None
+    """Folder where the exchanged files stay, new or empty; None: a temporary one."""
 
     @property
     def name(self) -> str:

@@ -20,13 +20,18 @@ from tracker.errors import BadConfig
 
 @dataclass(frozen=True)
 class SyntheticBenchmark:
-    """Synthetic drives that trackers are compared on. Recorded traffic is shared by all rows."""
+    """Synthetic drives that trackers are compared on; all trackers share the recorded traffic."""
 
     folder: Path
+    """Folder of the sweeps, where recorded drives and finished trials are kept."""
     scenes: tuple[str, ...] = ("intersection",)
+    """Names of the scenes."""
     seeds: int = 50
+    """Drives per scene, with seeds from 0 on; 1 or more. More make the intervals narrower."""
     frames: int = 100
+    """Frames per drive, at 10 Hz; 1 or more."""
     jobs: int = 1
+    """Processes on this machine; -1: one per core."""
 
     def run(
         self,
@@ -59,9 +64,11 @@ class SyntheticBenchmark:
 
 @dataclass(frozen=True, eq=False)
 class PairedScores:
-    """Results by tracker, in the same order of drives."""
+    """Scores of several trackers on the same drives."""
 
     rows: Mapping[str, Sequence[Mapping[str, Any]]]
+    """The rows of the sweeps' tables by the tracker's name; every tracker has the same order of
+    drives."""
 
     def values(self, tracker: str, metric: str) -> Float[Array, " n"]:
         """A metric of every drive."""

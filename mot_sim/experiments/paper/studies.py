@@ -16,21 +16,26 @@ JUNCTIONS = ("intersection", "roundabout")
 
 @dataclass(frozen=True)
 class PaperConfig:
-    """Where the tables' results are kept, and on how much they are measured.
-
-    root: of a KITTI tree; None: the environment's. kitti: whether there is one. seeds: synthetic
-    drives of each scene. scenes: of Table IV. tuning: seeds of each that weights are tuned on.
-    """
+    """On how much the paper's tables are measured, and where their results are kept."""
 
     folder: Path
+    """Folder of all recorded drives and measured scores; a second run reads what is there."""
     root: Path | None = None
+    """Root of a KITTI tree; None: the one that MOT_SIM_KITTI_ROOT names."""
     kitti: bool = True
+    """Whether there is a KITTI tree; False leaves out the tables measured on it."""
     seeds: int = 50
+    """Synthetic drives per scene, 1 or more; more make the intervals narrower."""
     frames: int = 100
+    """Frames per synthetic drive, at 10 Hz; 1 or more."""
     scenes: tuple[str, ...] = JUNCTIONS
+    """Names of the scenes of Table IV."""
     tuning: int = 4
+    """Drives per scene that Table IV's weights are tuned on; their seeds are not among `seeds`."""
     jobs: int = 1
+    """Processes on this machine; -1: one per core."""
     tell: Progress = field(default=lambda what, done, total: None)
+    """Called with what is under way, how much of it is done, and how much there is."""
 
     @property
     def bench(self) -> KittiBenchmark:

@@ -28,16 +28,17 @@ Telling = Callable[[str, Level], None]
 
 @dataclass(frozen=True)
 class Reach:
-    """How places on an axis are searched, from 0 on.
-
-    first: the first step. most: the farthest place. precision: how narrow a bracket must be, as
-    a part of its far end; of whole places 1.
-    """
+    """How places on an axis are searched, from place 0 on: steps that double, then bisection."""
 
     first: float
+    """Length of the first step, in places; it doubles until a bad place is found."""
     most: float
+    """The farthest place that is tried."""
     precision: float = 0.1
+    """Width at which a bracket is narrow enough, as a share of its far end; smaller takes more
+    runs."""
     is_whole: bool = False
+    """Whether places are whole numbers; then a bracket of width 1 is narrow enough."""
 
     def bracket(self, is_bad: Callable[[float], bool]) -> tuple[float, float] | None:
         """Two places, the near one good and the far one bad; None where all are good.
@@ -67,28 +68,40 @@ class Reach:
 
 @dataclass(frozen=True)
 class BreakingPointSpec:
-    """At which level of an axis does a score fall by `drop` from what it is at `start`?
+    """Asks at which level of an axis a score has fallen by `drop` from its value at `start`.
 
-    metric: a rate (HOTA, IDF1, ...); drop: in fractions. start: where nothing is wrong. end: the
-    farthest level; None: 64 steps of the axis's own value (of 1, where that is 0), or as far as
-    the axis goes. levels: to be tried in turn instead, from the best on; for axes that take only
-    some. precision: of the level, relative. The others are as in `Design`. Checked when it is
-    made; raises UnknownName and BadConfig.
+    Checked when it is made; raises UnknownName and BadConfig.
     """
 
     axis: str
+    """Name of the axis whose level is searched, such as detector.jitter."""
     metric: str = "HOTA"
+    """The rate that must fall, by TrackEval's name: HOTA, IDF1, MOTA, ..."""
     drop: float = 0.05
+    """The fall that is looked for, a share strictly between 0 and 1; raising it moves the point
+    farther out."""
     start: Level = 0.0
+    """The level where nothing is wrong, and from which the fall is measured."""
     end: Level | None = None
+    """The farthest level; None: 64 steps of the axis's own value (of 1, where that is 0), or as far
+    as the axis goes."""
     levels: tuple[Level, ...] = ()
+    """Levels to try in this order, the best first, instead of numbers from `start` to `end`: none,
+    or two or more."""
     precision: float = 0.1
+    """Width of the final bracket as a share of the level, 0.001..0.5; smaller takes more runs."""
     trackers: Sequence[str | TrackerSpec] = ("default", "paper")
+    """The trackers, each searched on its own; see `TrackerSpec.parse`."""
     scene: str = "intersection"
+    """Name of the scene."""
     seeds: int = 8
+    """Runs per level, 2 or more; more make the interval of the breaking point narrower."""
     first_seed: int = 0
+    """First seed; the runs use consecutive seeds."""
     frames: int = 80
+    """Frames per run, at 10 Hz; 1 or more."""
     fixed: Mapping[str, Level] = field(default_factory=dict)
+    """Levels of other axes, the same in all runs; `axis` may not be among them."""
 
     def __post_init__(self) -> None:
         if self.metric not in RATES.values():
@@ -155,24 +168,29 @@ class BreakingPointSpec:
 
 @dataclass(frozen=True, eq=False)
 class BreakingPoint:
-    """What came of the search for one tracker.
-
-    level: at which the mean of the fall over the seeds reaches the drop; None: nowhere up to
-    `tried`, the farthest level. low, high: ends of the level's 95 % interval: where the upper,
-    and where the lower end of the fall's interval reaches it; None: nowhere up to `tried`.
-    score: at the start. curve: by level, the score and its fall, seed by seed. failed: trials
-    with an error; error: of the first.
-    """
+    """The result of the search for one tracker."""
 
     tracker: str
+    """The tracker's name."""
     score: Interval
+    """The score at the start, over the seeds."""
     level: Level | None
+    """The level at which the mean fall over the seeds reaches the drop; None: nowhere up to
+    `tried`."""
     low: Level | None
+    """Lower end of the level's 95 % interval: the upper end of the fall's interval reaches the drop
+    there; None: nowhere up to `tried`."""
     high: Level | None
+    """Upper end of the level's 95 % interval: the lower end of the fall's interval reaches the drop
+    there; None: nowhere up to `tried`."""
     tried: Level
+    """The farthest level that was run."""
     curve: tuple[tuple[Level, Interval, Interval], ...]
+    """Per level, from the start on: the level, the score, and its fall paired by seed."""
     failed: int = 0
+    """Number of trials with an error."""
     error: str | None = None
+    """Message of the first error; None: no trial failed."""
 
     def lines(self, axis: str, metric: str) -> list[SummaryRow]:
         """The curve as lines of a sweep's summary, for its picture."""
@@ -184,18 +202,22 @@ class BreakingPoint:
 
 @dataclass(eq=False)
 class BreakingPointSearch:
-    """The search for one tracker; every level is run once, through the sweep's trial files.
-
-    question: with this tracker alone.
-    """
+    """The search for one tracker; every level is run once, through the sweep's trial files."""
 
     question: BreakingPointSpec
+    """What is asked, with this tracker alone."""
     contender: TrackerSpec
+    """The tracker."""
     folder: Path
+    """Folder of the search; the sweep of all tried levels lies in `runs` inside it."""
     jobs: int = 1
+    """Processes on this machine; -1: one per core."""
     tell: Telling | None = None
-    scores: dict[Level, dict[int, float]] = field(default_factory=dict)  # level: seed: score
+    """Called with the tracker's name and the level before a level is run; None: not called."""
+    scores: dict[Level, dict[int, float]] = field(default_factory=dict)
+    """The scores that were run, by level, then by seed; failed trials are left out."""
     errors: list[str] = field(default_factory=list)
+    """Messages of all failed trials."""
 
     def run(self) -> BreakingPoint:
         """Search three times, over the levels that earlier searches tried as well."""

@@ -36,14 +36,20 @@ RUNS = "runs"  # the sweep's folder inside that of the stress test
 
 @dataclass(frozen=True)
 class Suite:
-    """A hard situation. settings: axes of a sweep, by name. bounds: of means over the seeds."""
+    """A hard situation, and the scores that must be reached in it."""
 
     name: str
+    """Its name on the command line."""
     about: str
+    """What is hard in it, in words."""
     scene: str
+    """Name of the scene."""
     frames: int
+    """Frames per run, at 10 Hz; 1 or more."""
     bounds: tuple[Bound, ...]
+    """What the means over the seeds must reach; at least one."""
     settings: Mapping[str, Level] = field(default_factory=dict)
+    """Levels of a sweep's axes, by name; all other axes keep their own values."""
 
     def design(
         self, trackers: Sequence[str | TrackerSpec], seeds: int = SEEDS, first_seed: int = 0
@@ -62,17 +68,20 @@ class Suite:
 
 @dataclass(frozen=True)
 class Verdict:
-    """A bound of a suite, and what a tracker reached: the mean over seeds and its interval.
-
-    failed: trials with an error; error: of the first of them. Such a tracker never passes.
-    """
+    """Whether a tracker met one bound of a suite; one with a failed trial never does."""
 
     suite: str
+    """The suite's name."""
     tracker: str
+    """The tracker's name."""
     bound: Bound
+    """What must be reached."""
     reached: Interval
+    """The mean over the seeds with its 95 % interval."""
     failed: int = 0
+    """Number of trials with an error."""
     error: str | None = None
+    """Message of the first error; None: no trial failed."""
 
     @property
     def passed(self) -> bool:

@@ -21,10 +21,13 @@ UNBOUNDED_SCORES = {"PT", "PTR", "CLR_Frames", "MOTP_sum"}
 
 @dataclass(frozen=True)
 class Bound:
-    """A score by TrackEval's name, and the value that is still good enough; rates are fractions."""
+    """A score and the value that is still good enough."""
 
     metric: str
+    """TrackEval's name of the score."""
     value: float
+    """The limit: the most that is allowed for a score of LESS_IS_BETTER, else the least. Rates are
+    shares, at most 1."""
 
     @property
     def is_upper(self) -> bool:

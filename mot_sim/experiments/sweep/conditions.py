@@ -36,19 +36,20 @@ AXIS_ROOTS = ("scene", "rig", "detector", "odometry", "timing", "miscalibration"
 
 @dataclass(frozen=True)
 class Mount:
-    """KITTI's camera: where it is, and how wrong the tracker is told about that.
-
-    height: metres above the road. pitch_deg: > 0 looks up; roll_deg: > 0 leans right; these three
-    are true, and known. height_error, pitch_error_deg: what the tracker is told less the truth.
-    frame_rate: Hz; 10, or 10 divided by a whole number: every second, third, ... frame comes.
-    """
+    """KITTI's camera: its true mounting, and how wrongly the tracker is told about it."""
 
     height: float = KITTI_HEIGHT_METRES
+    """True height of the camera above the road, metres, above 0; the tracker is told it."""
     pitch_deg: float = 0.0
+    """True pitch in degrees, > 0 looks up; the tracker is told it."""
     roll_deg: float = 0.0
+    """True roll in degrees, > 0 leans right; the tracker is told it."""
     height_error: float = 0.0
+    """The height that the tracker is told less the true one, metres."""
     pitch_error_deg: float = 0.0
+    """The pitch that the tracker is told less the true one, degrees."""
     frame_rate: float = 10.0
+    """Frames per second that reach the tracker: 10 Hz or 10 divided by a whole number."""
 
     def __post_init__(self) -> None:
         every = 1.0 / (STEP_SECONDS * self.frame_rate) if self.frame_rate > 0.0 else 0.0
@@ -78,34 +79,43 @@ class Mount:
 
 @dataclass(frozen=True)
 class NoiseLevels:
-    """How much of each kind of the profile's noise there is, see `Detector`; 1 = the profile's.
-
-    weather: of `mot_sim.simulation.sensors.WEATHERS`; what the profile becomes in it.
-    """
+    """Factors on each kind of the profile's noise, see `Detector`; 1: as it is, 0: none."""
 
     jitter: float = 1.0
+    """Factor on the noise of box edges, finite, >= 0; raising it makes boxes jump more."""
     misses: float = 1.0
+    """Level of missed cars, finite, >= 0; raising it makes the detector miss more of them."""
     score_noise: float = 1.0
+    """Level of noise in the scores, finite, >= 0; raising it makes scores tell less about boxes."""
     clutter: float = 1.0
+    """Level of false alarms and second boxes, finite, >= 0; raising it adds more of them."""
     cues: float = 1.0
+    """Level of noise in yaw, size, keypoints, shape and appearance, finite, >= 0."""
     weather: str = "clear"
+    """One of `mot_sim.simulation.sensors.WEATHERS`; the profile is changed to what it becomes in
+    it."""
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """Everything but the seed and the tracker that decides a trial.
-
-    knobs: all of the scene's. effects: the profile, parameter by parameter.
-    """
+    """Everything but the seed and the tracker that decides a trial."""
 
     scene: str
+    """Name of the scene."""
     knobs: Mapping[str, Level]
+    """The values of all knobs of the scene, by name."""
     effects: Profile
+    """The detector's profile, parameter by parameter."""
     rig: Mount = field(default_factory=Mount)
+    """The camera, and what the tracker is told about it."""
     detector: NoiseLevels = field(default_factory=NoiseLevels)
+    """Factors on the profile's noise, and the weather."""
     odometry: Odometry = field(default_factory=Odometry)
+    """Errors of the camera's motion as the tracker is told it."""
     timing: Timing = field(default_factory=Timing)
+    """Lost frames, wrong time stamps and latency."""
     miscalibration: Miscalibration = field(default_factory=Miscalibration)
+    """Errors of the camera's calibration, a rising road, and the camera's vibration."""
 
     @classmethod
     def of(cls, scene: str, settings: Mapping[str, Level]) -> "Conditions":

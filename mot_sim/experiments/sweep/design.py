@@ -36,25 +36,34 @@ TRACKER_AXIS = "tracker."  # what the names of the trackers' axes begin with
 
 @dataclass(frozen=True)
 class Design:
-    """What a sweep runs: every point with every seed and every tracker. Checked when it is made.
+    """What a sweep runs: every point with every seed and tracker, on the same traffic and draws.
 
-    axes: levels by axis, or a Range. trackers: see `TrackerSpec.parse`. seeds: how many, from
-    first_seed on; every point and tracker gets the same traffic and the same draws. frames: of
-    each run, at 10 Hz. fixed: axes that are the same everywhere. mode: grid (all combinations),
-    one_at_a_time (the others keep their own value), random (`samples` points, a Latin hypercube).
-    Raises UnknownName and BadConfig.
+    Checked when it is made; raises UnknownName and BadConfig.
     """
 
     axes: Mapping[str, Levels]
+    """Levels by the axis's name, all different, or a Range in a random design; at least one
+    axis."""
     trackers: Sequence[str | TrackerSpec] = ("default", "paper")
+    """The trackers, at least one, no name twice; see `TrackerSpec.parse`. Differences are to the
+    first."""
     scene: str = "intersection"
+    """Name of the scene."""
     seeds: int = 20
+    """Runs per point and tracker, 1 or more; more make the intervals narrower."""
     first_seed: int = 0
+    """First seed; the runs use consecutive seeds."""
     frames: int = 100
+    """Frames per run, at 10 Hz; 1 or more."""
     fixed: Mapping[str, Level] = field(default_factory=dict)
+    """Levels of further axes, the same at every point; none of them may be in `axes`."""
     mode: str = "grid"
+    """grid (all combinations), one_at_a_time (the other axes keep their own values), or random (a
+    Latin hypercube)."""
     samples: int = 0
+    """Points of a random design, above 0; 0 in every other mode."""
     rules: str = "trackeval"
+    """Rules of scoring, one of `mot_sim.metrics.RULES`."""
 
     def __post_init__(self) -> None:
         for what, name, known in (

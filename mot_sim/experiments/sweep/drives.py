@@ -23,11 +23,14 @@ from tracker.types import Sequence, Tracks
 
 @dataclass(frozen=True, eq=False)
 class TrialSequence:
-    """What a tracker is given, and what it is scored against; truth: of the frames that come."""
+    """What a tracker is given, and what it is scored against."""
 
     sequence: Sequence
+    """The frames as they reach the tracker, in the order of time."""
     truth: Tracks
+    """The labels of the frames that reach the tracker."""
     frame_count: int
+    """Frames of the recording, including those that never arrive."""
 
 
 def traffic_key(conditions: Conditions, seed: int) -> str:
@@ -49,6 +52,7 @@ class Recordings:
     """
 
     folder: Path
+    """The folder; traffic lies in `traffic` inside it, truth in `truth`."""
 
     def truth_path(self, conditions: Conditions, seed: int) -> Path:
         """Where the truth lies, or will lie."""

@@ -15,11 +15,17 @@ Point = dict[str, Level]  # levels by axis; an axis that is absent keeps its own
 
 @dataclass(frozen=True)
 class Range:
-    """Levels to be drawn between two; log: evenly in the logarithm. For random designs."""
+    """Levels between two ends, from which a random design draws.
+
+    Raises BadConfig unless `low` < `high`, both finite.
+    """
 
     low: float
+    """The lowest level, finite; above 0 for a logarithmic range."""
     high: float
+    """The highest level, finite, above `low`."""
     log: bool = False
+    """Whether levels are spread evenly in their logarithm instead of in their value."""
 
     def __post_init__(self) -> None:
         if not -inf < self.low < self.high < inf or (self.log and self.low <= 0.0):

@@ -31,23 +31,32 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class Trial:
-    """A row of the table: a point, a seed, a tracker; key: the hash of all that decides it."""
+    """One row of a sweep's table: a point, a seed and a tracker."""
 
     number: int
+    """Place of the point in the design, from 0."""
     point: Point
+    """Levels by the axis's name; an axis that is absent keeps its own value."""
     seed: int
+    """The seed of the run."""
     contender: TrackerSpec
+    """The tracker with the settings of the point."""
     key: str
+    """Hash of everything that decides the trial; equal trials share it."""
 
 
 @dataclass(frozen=True, eq=False)
 class SweepPlan:
-    """The trials of a design, in the order of the table. code: the digest of what runs them."""
+    """The trials of a design, in the order of the table."""
 
     design: Design
+    """The design."""
     folder: Path
+    """The sweep's folder."""
     code: str = field(default_factory=code_digest)
+    """Hash of the source code that runs the trials."""
     trials: tuple[Trial, ...] = field(init=False)
+    """One trial per point, seed and tracker, in that order."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "trials", tuple(self._trials()))
@@ -194,17 +203,20 @@ def write_table(path: Path, table: pa.Table) -> None:
 
 @dataclass(frozen=True, eq=False)
 class PartialSweep:
-    """What a folder holds of a sweep. table: of the finished trials; None of none.
-
-    done, wanted: trials. description, code, versions: as `sweep.json` has them.
-    """
+    """What a folder holds of a sweep that may be unfinished."""
 
     table: pa.Table | None
+    """The table of the finished trials; None: none is finished."""
     done: int
+    """Number of finished trials."""
     wanted: int
+    """Number of trials of the whole design."""
     description: Mapping[str, Any]
+    """The design in plain values, as `sweep.json` has it."""
     code: str
+    """Hash of the source code that ran it, as `sweep.json` has it."""
     versions: dict[str, str]
+    """Versions of Python and of the packages by name, as `sweep.json` has them."""
 
 
 def read_partial(folder: Path) -> PartialSweep:

@@ -34,16 +34,16 @@ class CopiedFrames(SequenceWrapper):
 
 @dataclass(frozen=True, eq=False)
 class SeededEpisode:
-    """One run of a scene. `frames` is all that a tracker is given; `truth` stays apart.
-
-    settings: the axes that were set, by name. frame_count: of the recording; with a low frame
-    rate or lost frames fewer come.
-    """
+    """One run of a scene: `frames` is all that a tracker is given, `truth` stays apart."""
 
     scene: str
+    """Name of the scene."""
     seed: int
+    """The seed of the run, 0 or more."""
     settings: dict[str, Level]
+    """The axes that were set, by name."""
     drive: TrialSequence
+    """The frames, their labels and the length of the recording."""
 
     @property
     def name(self) -> str:

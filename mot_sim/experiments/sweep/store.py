@@ -23,24 +23,26 @@ MAX_NAMED_DIFFERENCES = 4  # that an error lists
 
 @dataclass(frozen=True, eq=False)
 class TrialOutcome:
-    """What came of a trial. scores: by TrackEval's names; none where there is an error.
-
-    frames: that came. detections: in them. cpu_seconds: of tracking; the only value that differs
-    from run to run.
-    """
+    """The result of one trial."""
 
     scores: dict[str, int | float] = field(default_factory=dict)
+    """Scores by TrackEval's names; empty where there is an error."""
     error: str | None = None
+    """What went wrong, and at which frame; None: nothing."""
     frames: int = 0
+    """Number of frames that the tracker was given."""
     detections: int = 0
+    """Number of detections in those frames."""
     cpu_seconds: float = 0.0
+    """CPU time of building and running the tracker, s; the only value that differs between runs."""
 
 
 @dataclass(frozen=True)
 class SweepFolder:
-    """Trials by the hash of all that decides them; each file is whole, or it is not there."""
+    """The finished trials of a sweep by the hash of what decides them; every file is whole."""
 
     path: Path
+    """The sweep's folder."""
 
     @classmethod
     def open(

@@ -36,20 +36,23 @@ INTERVAL_NOTE = (
 
 @dataclass(frozen=True)
 class SummaryRow:
-    """A point and tracker of a sweep. levels: by axis, None: its own value.
-
-    metrics: over the seeds without an error. less: the differences to the first tracker, of the
-    seeds that both finished, paired; None for the first tracker itself. failed: trials with an
-    error, first_error: of the first of them.
-    """
+    """The scores of one tracker at one point of a sweep."""
 
     point: int
+    """Place of the point in the design, from 0."""
     levels: dict[str, Level | None]
+    """Levels by the axis's name; None: the axis keeps its own value."""
     tracker: str
+    """The tracker's name."""
     metrics: dict[str, Interval]
+    """By metric, the mean over the seeds without an error."""
     less: dict[str, Interval] | None
+    """By metric, the mean difference to the first tracker, paired over the seeds that both
+    finished; None for the first tracker itself."""
     failed: int
+    """Number of trials with an error."""
     first_error: str | None
+    """Message of the first error; None: no trial failed."""
 
 
 def axes_of(table: pa.Table) -> list[str]:

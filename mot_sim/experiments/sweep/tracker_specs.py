@@ -40,17 +40,16 @@ class Steps(Protocol):
 
 @dataclass(frozen=True)
 class TrackerSpec:
-    """One tracker of a sweep.
-
-    name: in tables. made_by: a name of TRACKERS or of an installed package, or MODULE:CALLABLE,
-    which is given the camera if it takes an argument of that name. settings: for a tracker of
-    ours, its fields by dotted names (lifecycle.max_gap), costs (volume=0.6+reprojection=0.4) and
-    associate; for another tracker, arguments of the callable.
-    """
+    """One tracker of a sweep."""
 
     name: str
+    """Its name in tables."""
     made_by: str = "default"
+    """A name of TRACKERS or of an installed package, or MODULE:CALLABLE, which is given the camera
+    if it takes an argument of that name."""
     settings: Mapping[str, Level] = field(default_factory=dict)
+    """For one of TRACKERS, fields by dotted names (lifecycle.max_gap), costs
+    (volume=0.6+reprojection=0.4) and associate; else arguments of the callable."""
 
     @classmethod
     def parse(cls, text: str) -> "TrackerSpec":
@@ -196,6 +195,7 @@ class Updated:
     """
 
     inner: Any
+    """The tracker; its `update` gets boxes in pixels (n, 4) and scores (n,) of one frame."""
 
     def step(self, frame: Frame) -> Tracks:
         """The rows of this frame; the tracker gets copies."""

@@ -90,18 +90,21 @@ def _plain(number: int | float) -> int | float:
 
 @dataclass(frozen=True)
 class Job:
-    """Trials that share conditions and seed, and so what the trackers are given.
-
-    code: of the process that asks. trials: their keys and trackers; without any the truth alone
-    is made.
-    """
+    """Trials that share conditions and seed, and so what the trackers are given."""
 
     folder: Path
+    """The sweep's folder, under the same path on every worker."""
     code: str
+    """Hash of the source code of the process that asks; a worker with other code refuses the
+    job."""
     rules: str
+    """Rules of scoring, one of `mot_sim.metrics.RULES`."""
     conditions: Conditions
+    """What the trials are run under."""
     seed: int
+    """The seed of the run."""
     trials: tuple[tuple[str, TrackerSpec], ...] = ()
+    """Keys and trackers; empty: only the truth is recorded."""
 
 
 def run_job(job: Job) -> int:

@@ -27,16 +27,17 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class WeightSearch:
-    """How weights are sought.
-
-    objective: the score that counts, of OBJECTIVES. samples: weight vectors drawn at random, on
-    top of the start and each cost alone. folds: of cross-validation. seed: of the random draws.
-    """
+    """How the weights of costs are searched. Raises BadConfig for values that are not allowed."""
 
     objective: str = "HOTA"
+    """The score that is maximised, one of OBJECTIVES."""
     samples: int = 60
+    """Weight vectors drawn at random besides the fixed ones, 0 or more; more search wider and take
+    longer."""
     folds: int = 4
+    """Folds of cross-validation, 2 or more, and at most the drives that hold counted cars."""
     seed: int = 0
+    """Seed of the random draws."""
 
     def __post_init__(self) -> None:
         if self.objective not in OBJECTIVES:
@@ -47,36 +48,45 @@ class WeightSearch:
 
 @dataclass(frozen=True, eq=False)
 class Fold:
-    """A fold that is held out: the weights that were best on the others, and what they are worth.
-
-    train: the objective on the other folds, held_out: on this one. switches: there, by identity.
-    """
+    """A fold that is held out, and the weights that were best on the other folds."""
 
     held: tuple[str, ...]
+    """Names of the drives that are held out."""
     weights: Weights
+    """The weights that were best on the other folds, in thousandths."""
     train: float
+    """The objective on the other folds."""
     held_out: float
+    """The objective on the drives that are held out."""
     switches: int
+    """Identity switches on the drives that are held out."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tuned:
-    """The outcome. weights: the mean of the folds', `spread` their standard deviation.
-
-    overall: the objective of the mean weights on all drives; start: of the weights to begin with.
-    held_out: of each drive by the weights that were chosen without it, all drives together.
-    """
+    """The result of a search for weights."""
 
     names: tuple[str, ...]
+    """Names of the costs."""
     folds: tuple[Fold, ...]
+    """The result of every fold."""
     weights: Weights
+    """The mean of the folds' weights, in thousandths, which sum up to 1000."""
     spread: Float[Array, " c"]
+    """Standard deviation of each cost's weight over the folds, as a share of the whole weight,
+    0..1."""
     overall: float
+    """The objective of the mean weights on all drives together."""
     start: float
+    """The objective of the weights to begin with, on all drives together."""
     held_out: float
+    """The objective on all drives together, each with the weights that were chosen without it."""
     weighed: int
+    """Number of weight vectors that were scored, those read from the cache included."""
     fresh: int
+    """Number of weight vectors that were scored in this run."""
     balance: Float[Array, "f t"] = field(repr=False)
+    """A row per fold: its share, 0..1, of the sum of each of TRAITS over all drives."""
 
     def spelled(self) -> str:
         """The weights as `--costs` takes them."""

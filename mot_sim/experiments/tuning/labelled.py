@@ -18,13 +18,18 @@ from tracker.errors import BadConfig, DatasetNotFound
 
 @dataclass(frozen=True, eq=False)
 class LabelledSequence:
-    """What a tracker is given, what it is scored against, and a hash of both."""
+    """A drive: what a tracker is given, and what it is scored against."""
 
     name: str
+    """The drive's name."""
     sequence: Sequence
+    """The frames, in the order of time, without images."""
     truth: Tracks
+    """The labels."""
     frame_count: int
+    """Frames of the recording, including those that never arrive."""
     content: str
+    """Hash of all that trackers are given and scored against."""
 
     @classmethod
     def of(cls, sequence: RecordedSequence | Timed, truth: Tracks, name: str) -> "LabelledSequence":

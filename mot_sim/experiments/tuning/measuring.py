@@ -20,11 +20,14 @@ Measured = dict[str, dict[str, Scores]]
 
 @dataclass(frozen=True)
 class KittiBenchmark:
-    """Where measurements are kept, how many processes measure, and who is told."""
+    """Measures trackers on labelled drives, and keeps their scores."""
 
     folder: Path
+    """Folder where scores are kept, in `measured`; what is there is not measured again."""
     jobs: int = 1
+    """Processes on this machine; -1: one per core."""
     tell: Progress = lambda what, done, total: None
+    """Called with what is under way, how much of it is done, and how much there is."""
 
     def measure(
         self, what: str, drives: Sequence[LabelledSequence], contenders: Sequence[TrackerSpec]

@@ -22,7 +22,9 @@ class Checked:
     """A cost under its name. Raises BadConfig for a value that is infinite or below 0."""
 
     name: str
+    """The cost's name, for the message of the error."""
     cost: Cost
+    """The cost that is checked."""
 
     def __call__(self, pairing: GatedPairs) -> Float[Array, " k"]:
         """The cost of every pair; NaN where its cue is missing."""
@@ -57,28 +59,37 @@ def _nobody(costs: Float[Array, "n m"]) -> Match:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A frame: its number of detections, and which pairs with the frame before are its own."""
+    """One frame of a drive, and which pairs with the frame before belong to it."""
 
     index: int
+    """Index of the frame."""
     count: int
+    """Number of detections in the frame."""
     first: int
+    """Place of its first pair among all pairs of the drive."""
     end: int
+    """Place after its last pair."""
 
 
 @dataclass(frozen=True, eq=False)
 class PairCosts:
-    """All pairs of a drive. rows, columns: of each, in the detections before and now.
-
-    values: a row a cost. boxes: of all detections that survive suppression, frame by frame.
-    """
+    """The costs of all pairs of neighbouring frames of a drive."""
 
     tracker: Tracker
+    """The two-frame tracker, which gives the association and the tie-break."""
     steps: tuple[Step, ...]
+    """The frames in the order of time."""
     rows: Int[Array, " k"]
+    """Per pair, the row of its detection in the frame before."""
     columns: Int[Array, " k"]
+    """Per pair, the row of its detection in the frame itself."""
     values: Float[Array, "c k"]
+    """A row per cost, a column per pair; no NaN."""
     distance: Float[Array, " k"]
+    """Per pair, how far apart the centres of the boxes are: d / (d + diagonal), in [0, 1)."""
     boxes: Float[Array, "n 4"]
+    """Boxes of all detections that survive suppression, frame by frame: x_min, y_min, x_max, y_max
+    in px."""
 
     @classmethod
     def of(cls, tracker: Tracker, sequence: Sequence) -> "PairCosts | None":

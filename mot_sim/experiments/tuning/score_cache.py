@@ -46,6 +46,7 @@ class ScoreCache:
     """A folder of scores, a file each, by the hash of all that decides them; see `CacheFolder`."""
 
     folder: Path
+    """The folder of the files."""
 
     @property
     def files(self) -> CacheFolder:

@@ -48,10 +48,12 @@ def weights_of(values: Sequence[float]) -> Weights:
 
 @dataclass(frozen=True)
 class Method:
-    """The tracker whose costs are weighed. names: of COSTS. contender: all but its costs."""
+    """The tracker whose costs are weighed. Raises UnknownName and BadConfig for wrong names."""
 
     names: tuple[str, ...]
+    """Names of the costs, each once, at least one."""
     contender: TrackerSpec = TrackerSpec("default")
+    """The tracker, one of TRACKERS; its own costs are replaced."""
 
     def __post_init__(self) -> None:
         for name in self.names:
@@ -113,19 +115,24 @@ class _Batch:
 
 @dataclass(eq=False)
 class Scale:
-    """Weighs vectors on all drives; what was weighed before is read from `kept`.
-
-    jobs: processes; 1: this one. Drives are spread over them.
-    """
+    """Scores weight vectors on all drives, and keeps what was scored."""
 
     method: Method
+    """The tracker and the names of its costs."""
     drives: tuple[LabelledSequence, ...]
+    """The drives that every vector is scored on."""
     rules: str = "trackeval"
+    """Rules of scoring, one of `mot_sim.metrics.RULES`."""
     kept: ScoreCache | None = None
+    """Where scores are read from and written to; None: only in memory."""
     jobs: int = 1
+    """Processes that the drives are spread over; 1: this process, -1: one per core."""
     known: dict[Weights, dict[str, Scores]] = field(default_factory=dict)
+    """Scores by weight vector, then by the drive's name."""
     fresh: int = 0
+    """Number of vectors that were scored anew, not read from `kept`."""
     cached: dict[str, PairCosts | None] = field(default_factory=dict)
+    """The pairs' costs by the drive's name; None where they depend on the weights."""
 
     def __post_init__(self) -> None:
         self.executor = Executor(self.jobs)
