@@ -36,12 +36,16 @@ MakeTracker = Callable[[Camera], Tracker]
 
 @dataclass(frozen=True, eq=False)
 class DemoResult:
-    """Result of the demo: scores by tracker (the shown one first), and the written files."""
+    """The result of the demo: its scores and the files that it wrote."""
 
     folder: Path
+    """The folder with all files."""
     still_names: tuple[str, ...]
+    """Names of the single frames; the last one is the README's picture."""
     frame_count: int
+    """Number of frames of the episode."""
     scores: dict[str, Scores]
+    """Scores by the tracker's name; the tracker of the film comes first."""
 
     @property
     def video(self) -> Path:

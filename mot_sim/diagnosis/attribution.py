@@ -36,24 +36,27 @@ VERDICTS = (ONE_SOURCE, EITHER_SOURCE, SEVERAL_TOGETHER, EARLIER_NOISE, NO_NOISE
 
 @dataclass(frozen=True, eq=False)
 class TrackerSnapshot:
-    """A tracker after some frames (`frames`), and the rows that it has returned so far."""
+    """A tracker after some frames, and the rows that it has returned so far."""
 
     tracker: Steps
+    """The tracker in its state after those frames."""
     frames: tuple[int, ...] = ()
+    """Indices of the frames that it was given, increasing."""
     rows: tuple[Tracks, ...] = ()
+    """What it returned for each of those frames."""
 
 
 @dataclass(eq=False)
 class Replays:
-    """Runs of one tracker. Our own trackers continue from copies; others start anew each time.
-
-    kept: snapshots by the frame after which they were taken. is_late: whether the tracker has a
-    `finish`, and so must see a drive to its end; known after the first run.
-    """
+    """Runs of one tracker. Our own trackers continue from copies; others start anew each time."""
 
     tracker_spec: TrackerSpec
+    """How the tracker is built."""
     kept: dict[int, TrackerSnapshot] = field(default_factory=dict)
+    """Snapshots by the frame after which they were taken; our own trackers only."""
     is_late: bool = False
+    """Whether the tracker has a `finish`, and so must see a drive to its end; known after the first
+    run."""
 
     def run(self, stream: DetectionStream, last: int, keep: Iterable[int] = ()) -> Tracks:
         """All rows up to the frame `last`. keep: frames after which a snapshot is kept.
@@ -123,50 +126,58 @@ def require_tracker(word: str) -> TrackerSpec:
 
 
 class Attribution(NamedTuple):
-    """A verdict; the sources each of which, switched off alone, removes the switch.
-
-    by_control: whether it also vanishes when the one source is off only in a window of the same
-    length just before, so that its history alone suffices. None: not tested, because there is
-    not one source, or no frame before.
-    """
+    """The verdict on a switch, and the noise sources that cause it."""
 
     verdict: str
+    """One of VERDICTS."""
     sources: tuple[str, ...] = ()
+    """The sources each of which, switched off alone, removes the switch."""
     by_control: bool | None = None
+    """Whether the switch also vanishes when its one source is off only just before its window, as
+    long; None: not tested."""
 
 
 @dataclass(frozen=True)
 class Cause:
-    """Of one switch of a car, between two frames (see `Breaks`): an `Attribution`."""
+    """The cause of one switch of a car between two frames (see `Breaks`)."""
 
     before: int
+    """Last frame in which the car was matched under its old track id."""
     frame: int
+    """First frame in which the car is matched under its new track id."""
     car: int
+    """Label id of the car."""
     verdict: str
+    """One of VERDICTS."""
     sources: tuple[str, ...] = ()
+    """The sources each of which, switched off alone, removes the switch."""
     by_control: bool | None = None
+    """See `Attribution`."""
 
 
 @dataclass(frozen=True)
 class Incident:
-    """Switches of one car that follow one another so closely that they get one verdict.
-
-    before: last frame under the first track id. frame: first frame under the last one. rows: of
-    the table of switches.
-    """
+    """Switches of one car that follow one another so closely that they get one verdict."""
 
     car: int
+    """Label id of the car."""
     before: int
+    """Last frame in which the car was matched under the first track id."""
     frame: int
+    """First frame in which the car is matched under the last track id."""
     rows: tuple[int, ...]
+    """Rows of the table of switches."""
 
 
 class AblationWindow(NamedTuple):
-    """Frames in which a source is off, both included, and the last frame that is tracked."""
+    """The frames in which a source is off, and how far the drive is tracked."""
 
     first: int
+    """First frame in which the source is off."""
     last: int
+    """Last frame in which the source is off."""
     until: int
+    """Last frame that is tracked."""
 
 
 def incidents(switches: Breaks, window: int) -> Iterator[Incident]:
@@ -190,16 +201,16 @@ def is_kept(matches: Matches, incident: Incident, window: int) -> bool:
 
 @dataclass(eq=False)
 class Attributor:
-    """Attributes the switches of one drive to noise sources.
-
-    labels: of all frames of the recording. replays: of the tracker that made the switches.
-    replayed: the matches of the replays so far, by what was off when.
-    """
+    """Attributes the switches of one drive to noise sources."""
 
     ablation: SourceAblation
+    """The drive as it is, and with each of its sources off."""
     labels: Tracks
+    """The labels of all frames of the recording."""
     replays: Replays
+    """Runs of the tracker that made the switches."""
     replayed: dict[tuple[str, AblationWindow], Matches] = field(default_factory=dict)
+    """The matches of the replays so far, by what was off and in which window."""
 
     def attribute(self, switches: Breaks) -> list[Cause]:
         """The cause of every switch, in their order."""

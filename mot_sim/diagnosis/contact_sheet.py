@@ -55,11 +55,14 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True, eq=False)
 class Scenario:
-    """A drive, the tracker's output, and the images if there are any."""
+    """A drive with the tracker's output, as the contact sheet shows it."""
 
     diagnosed: DiagnosedSequence
+    """The drive, its labels and its events."""
     output: Tracks
+    """All rows of the tracker."""
     images: ImageSource | None = None
+    """The images of the drive; None: boxes are drawn on a plain ground."""
 
     @cached_property
     def cars(self) -> Tracks:

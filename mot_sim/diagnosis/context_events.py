@@ -46,20 +46,23 @@ EventRow = tuple[str, int, int, int, int, float]
 
 @dataclass(frozen=True, eq=False)
 class ContextEvents(Rows):
-    """One row per event, sorted by first frame. kinds: of EVENT_KINDS.
-
-    firsts, lasts: its first and last frame. ids: its car. others: the second car of a crossing
-    or of two look-alikes, the occluder of an occlusion (or SCENERY), else NO_PARTNER. depths:
-    metres by which the occluder is nearer, NaN where unknown. seconds: its duration.
-    """
+    """Events that may cost a car its track id: one row per event, sorted by first frame."""
 
     kinds: Shaped[Array, " n"]
+    """Kind of each event, one of EVENT_KINDS."""
     firsts: Int[Array, " n"]
+    """First frame of each event."""
     lasts: Int[Array, " n"]
+    """Last frame of each event."""
     ids: Int[Array, " n"]
+    """Label id of the car of each event."""
     others: Int[Array, " n"]
+    """Id of the second car of a crossing or look-alike pair, of the occluder (SCENERY: no car);
+    else NO_PARTNER."""
     depths: Float[Array, " n"]
+    """Metres by which the occluder is nearer to the camera than the car; NaN where unknown."""
     seconds: Float[Array, " n"]
+    """Duration of each event, s, first and last frame included."""
 
     @classmethod
     def of(cls, rows: Iterable[EventRow], frame_rate: float = 10.0) -> "ContextEvents":

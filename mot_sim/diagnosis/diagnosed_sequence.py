@@ -31,16 +31,18 @@ VEHICLES = ("Car", "Van")
 
 @dataclass(frozen=True, eq=False)
 class DiagnosedSequence:
-    """What a tracker is given, what it is scored against, and the events meanwhile.
-
-    truth: labels of the delivered frames. known: the kinds of events that can be found in them.
-    """
+    """What a tracker is given, what it is scored against, and the events meanwhile."""
 
     name: str
+    """The drive's name: scene/seed, or KITTI's number."""
     stream: DetectionStream
+    """What the tracker is given."""
     truth: Tracks
+    """Labels of the delivered frames."""
     events: ContextEvents
+    """The events in the drive."""
     known: tuple[str, ...]
+    """The kinds of events that can be found in a drive like this one."""
 
 
 def diagnosed_scene(conditions: Conditions, recorded: Extra, seed: int) -> DiagnosedSequence:

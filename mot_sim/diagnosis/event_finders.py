@@ -189,13 +189,18 @@ def pair_events(
 
 @dataclass(frozen=True, eq=False)
 class CarPairs(Rows):
-    """Pairs of rows of one table in one frame. firsts, seconds: the ids of rows_a and rows_b."""
+    """Pairs of cars whose boxes share area: one row per pair and frame."""
 
     frames: Int[Array, " n"]
+    """Frame of each pair."""
     firsts: Int[Array, " n"]
+    """The lower of the two label ids."""
     seconds: Int[Array, " n"]
+    """The higher of the two label ids."""
     rows_a: Int[Array, " n"]
+    """Row of the car with the lower id in the table of labels."""
     rows_b: Int[Array, " n"]
+    """Row of the car with the higher id in the table of labels."""
 
     @classmethod
     def of(cls, cars: Tracks, boxes: Float[Array, "n 4"]) -> "CarPairs":

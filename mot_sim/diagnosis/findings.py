@@ -28,17 +28,22 @@ NO_EVENT = "none of these"
 
 @dataclass(frozen=True)
 class EventCounts:
-    """Counts for one kind of event in one drive. events: those at risk.
+    """How often one kind of event was followed by a break in one drive.
 
-    switches, fragments: those around which such an event was. Each may be near events of several
-    kinds; the shares divide it equally among those kinds, and so add up to IDSW and Frag.
+    A break near events of several kinds is divided equally among them in the shares, which so add
+    up to IDSW and Frag.
     """
 
     events: int = 0
+    """Number of events at risk: those at which the car's track id could have been lost."""
     switches: int = 0
+    """Number of switches around which such an event was."""
     switch_share: float = 0.0
+    """The switches, each divided among the kinds of events around it."""
     fragments: int = 0
+    """Number of fragments around which such an event was."""
     fragment_share: float = 0.0
+    """The fragments, each divided among the kinds of events around it."""
 
     def __add__(self, other: "EventCounts") -> "EventCounts":
         mine, theirs = vars(self), vars(other)
@@ -121,39 +126,53 @@ def tally(
 
 @dataclass(frozen=True)
 class Case:
-    """One break, see `Breaks`. around: names of kinds and bins, see `ContextEvents.bins_of`.
-
-    verdict, sources, by_control: of an attributed switch, see `Attribution`; else empty.
-    """
+    """One break, a switch or a fragment of a car; see `Breaks`."""
 
     drive: str
+    """The drive's name."""
     before: int
+    """Last frame in which the car was matched before the break."""
     frame: int
+    """First frame in which the car is matched after the break."""
     car: int
+    """Label id of the car."""
     old_track_id: int
+    """Track id before the break."""
     track_id: int
+    """Track id after the break."""
     switched: bool
+    """Whether the break counts in IDSW."""
     broken: bool
+    """Whether the break counts in Frag."""
     weight: int
+    """Matched frames since the car's last switch or until its next one, whichever are fewer."""
     around: tuple[str, ...]
+    """The kinds and bins of the events around it; see `ContextEvents.bins_of`."""
     verdict: str = ""
+    """One of VERDICTS for a switch whose cause was sought, else empty."""
     sources: tuple[str, ...] = ()
+    """The sources each of which, switched off alone, removes the switch."""
     by_control: bool | None = None
+    """See `Attribution`."""
 
 
 @dataclass(frozen=True)
 class Findings:
-    """Of one drive. cars: how many ids count. known: kinds, see `DiagnosedSequence`.
-
-    counts: by the names of `bin_names`, and NO_EVENT.
-    """
+    """What was found in one drive."""
 
     drive: str
+    """The drive's name."""
     frames: int
+    """Number of delivered frames."""
     cars: int
+    """Number of label ids that count in the scores."""
     known: tuple[str, ...]
+    """The kinds of events that can be found in a drive like this one."""
     counts: dict[str, EventCounts] = field(default_factory=dict)
+    """Counts by the names of `bin_names` and NO_EVENT; names without an event or break are
+    absent."""
     cases: tuple[Case, ...] = ()
+    """All breaks, by frame, then by car."""
 
     @property
     def switches(self) -> int:

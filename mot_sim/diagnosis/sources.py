@@ -35,17 +35,17 @@ SOURCES = (*EFFECTS, *OTHER_SOURCES)
 
 @dataclass(frozen=True, eq=False)
 class DetectionStream:
-    """A drive as a tracker receives it.
-
-    recorded: poses, covariance, name and the rest. log: detections by the frame that delivers
-    them, late or not. frames: the delivered ones, increasing. stamps: time stamps in seconds, one
-    for every frame of the recording, delivered or not.
-    """
+    """A drive as a tracker receives it, in parts that can be exchanged for some frames."""
 
     recorded: RecordedSequence
+    """Name, camera, poses and their covariance; its detections and frames are replaced by the
+    fields below."""
     log: DetectionLog
+    """Detections by the frame that delivers them, late or not."""
     frames: Int[Array, " k"]
+    """Indices of the delivered frames, increasing."""
     stamps: Float[Array, " m"]
+    """Time stamp in seconds of every frame of the recording, delivered or not."""
 
     @classmethod
     def of(cls, sequence: Sequence) -> "DetectionStream":
@@ -212,15 +212,14 @@ def without_all(conditions: Conditions) -> Conditions:
 
 @dataclass(frozen=True, eq=False)
 class SourceAblation:
-    """A drive as it is, and with each of its sources off in any window of frames.
-
-    off: by source, the whole drive without it, all other draws equal. silent: the drive without
-    any source.
-    """
+    """A drive as it is, and with each of its sources off in any window of frames."""
 
     stream: DetectionStream
+    """The drive with all of its sources."""
     off: Mapping[str, DetectionStream]
+    """By source, the whole drive without it; all other random draws are equal."""
     silent: DetectionStream
+    """The drive without any source."""
 
     @classmethod
     def of(cls, conditions: Conditions, recorded: Extra, seed: int) -> "SourceAblation":

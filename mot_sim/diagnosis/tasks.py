@@ -52,13 +52,18 @@ class Task(Protocol):
 
 @dataclass(frozen=True)
 class SceneTask:
-    """A seed of a scene. recordings: the folder of recorded truths. attribute: find causes too."""
+    """One run of a scene to be diagnosed."""
 
     conditions: Conditions
+    """What the tracker is given: scene, camera, detector, motion."""
     seed: int
+    """The seed of the run, 0 or more."""
     tracker_spec: TrackerSpec
+    """The tracker."""
     recordings: Path
+    """Folder of recorded traffic and truth."""
     attribute: bool = False
+    """Whether the causes of switches are sought too, by tracking the drive again many times."""
 
     @property
     def name(self) -> str:
@@ -95,14 +100,14 @@ class SceneTask:
 
 @dataclass(frozen=True)
 class KittiTask:
-    """A labelled sequence. A real detector's noise cannot be switched off: nothing is attributed.
-
-    pictures: its images, for the contact sheet; the tracker does not get them.
-    """
+    """A labelled KITTI sequence to be diagnosed; its real detector's noise is not attributed."""
 
     drive: KittiSequence
+    """The sequence with its labels, without images."""
     tracker_spec: TrackerSpec
+    """The tracker."""
     pictures: ImageSource | None = None
+    """Its images, for the contact sheet; the tracker does not get them. None: there are none."""
 
     @property
     def name(self) -> str:

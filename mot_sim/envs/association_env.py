@@ -207,9 +207,10 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
 
 @dataclass(frozen=True, eq=False)
 class Slots:
-    """The id of the track in every slot, EMPTY where there is none. A track keeps its slot."""
+    """Which track is in which slot; a track keeps its slot."""
 
     ids: Int[Array, " s"]
+    """Id of the track in every slot; EMPTY_SLOT where there is none."""
 
     @classmethod
     def empty(cls, count: int) -> "Slots":

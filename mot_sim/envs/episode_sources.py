@@ -31,11 +31,14 @@ class EpisodeSource(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class SceneSource:
-    """The episodes of a scene: number i has seed i. They are run when asked for, and kept."""
+    """The episodes of a scene: number i has seed i. Each is run when asked for, and kept."""
 
     scene: Scene
+    """The scene."""
     count: int
+    """Number of episodes, 1 or more."""
     kept: dict[int, SimulatedDrive] = field(default_factory=dict)
+    """Episodes that were run, by number."""
 
     def __post_init__(self) -> None:
         if self.count < 1:
@@ -61,8 +64,11 @@ class FolderSource:
     """The episodes that `mot-sim record` wrote to a folder, in the order of their names."""
 
     root: Path
+    """The folder."""
     names: tuple[str, ...]
+    """Names of the episodes, in order."""
     kept: dict[int, SimulatedDrive] = field(default_factory=dict)
+    """Episodes that were read, by number."""
 
     @classmethod
     def find(cls, root: Path) -> "FolderSource":

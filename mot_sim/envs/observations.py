@@ -26,16 +26,17 @@ def require_padding(name: str, count: int) -> None:
 
 @dataclass(frozen=True)
 class ObservationBuilder:
-    """How frames of a camera are observed.
-
-    image: whether the picture is part of it. max_detections: rows of the padded arrays; of more
-    detections the surest are observed. duration: seconds of the longest episode.
-    """
+    """How frames of a camera are observed."""
 
     camera: Camera
+    """The camera."""
     image: bool
+    """Whether the RGB image is part of the observation."""
     max_detections: int
+    """Rows of the padded arrays, 1 to 4096; of more detections those with the highest scores are
+    kept."""
     duration: float
+    """Length of the longest episode, s."""
 
     def __post_init__(self) -> None:
         require_padding("max_detections", self.max_detections)

@@ -37,16 +37,16 @@ KEPT_ATTRIBUTES = (
 
 @dataclass(frozen=True, eq=False)
 class FrameTruth:
-    """Everything that is true in one frame; equal to another where all arrays are.
-
-    exact: of every car. occlusions: which car hides which. labels: as KITTI writes them, which is
-    what is scored. traffic_state: where every car is.
-    """
+    """Everything that is true in one frame; equal to another where all arrays are."""
 
     exact: Truth
+    """What is true of every car in the image."""
     occlusions: Occlusions
+    """Which car hides which."""
     labels: Tracks
+    """The labels as KITTI writes them, which are what is scored."""
     traffic_state: TrafficState
+    """Where every car is."""
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, FrameTruth) and same(self, other)
@@ -71,8 +71,11 @@ class LiveRollout(Rollout):
     """A rollout in progress: its ego car obeys commands, its states and vehicles grow."""
 
     driver: Driven
+    """The traffic, whose ego car is driven."""
     log: list[TrafficState] = field(default_factory=list)
-    meshes: list[SceneMeshes] = field(default_factory=list)  # one: of all cars so far
+    """States of the traffic so far, one per 0.1 s."""
+    meshes: list[SceneMeshes] = field(default_factory=list)
+    """One element: the meshes of all cars so far, and the camera."""
 
     @classmethod
     def begin(cls, scene: Scene, seed: int) -> "LiveRollout":
@@ -140,8 +143,11 @@ class LazyRollout:
     """A rollout, and the labels and detections of its frames so far; none is made twice."""
 
     rollout: Rollout
+    """The run, which may be in progress."""
     annotations: list[Annotations] = field(default_factory=list)
+    """What is true of each frame so far, in order."""
     detections: list[Detections] = field(default_factory=list)
+    """The detections of each frame so far, in order."""
 
     def frame(self, index: int, image: Array | None = None) -> Frame:
         """What a tracker may know of a frame."""

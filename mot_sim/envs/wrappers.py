@@ -127,12 +127,16 @@ class Scored(gym.Wrapper[Observation, Any, Observation, Any], RecordConstructorA
 
 @dataclass(frozen=True)
 class RunningCounts:
-    """Matches, false positives, misses and id switches, under TrackEval's names."""
+    """What CLEAR counts, under TrackEval's names."""
 
     CLR_TP: int = 0
+    """Matches of labels and output boxes."""
     CLR_FP: int = 0
+    """Output boxes without a label (false positives)."""
     CLR_FN: int = 0
+    """Labels without an output box (misses)."""
     IDSW: int = 0
+    """Identity switches."""
 
     def __add__(self, other: "RunningCounts") -> "RunningCounts":
         return RunningCounts(
@@ -155,15 +159,17 @@ class RunningCounts:
 
 @dataclass(eq=False)
 class RunningClear:
-    """TrackEval's CLEAR of KITTI's cars, a frame at a time; `total` is what counts so far.
+    """TrackEval's CLEAR of KITTI's cars, counted one frame at a time.
 
-    It remembers the last name of every label, and the matches of the last frame that held
-    labels and output, which are kept where they can be; see `mot_sim.metrics`.
+    Matches of the frame before are kept where they can be; see `mot_sim.metrics`.
     """
 
     total: RunningCounts = field(default_factory=RunningCounts)
+    """The counts so far."""
     names: dict[int, int] = field(default_factory=dict)
+    """Output id with which each label was last matched, by label id."""
     before: frozenset[tuple[int, int]] = frozenset()
+    """Matches (label id, output id) of the last frame that held labels and output."""
 
     def add(self, labels: Tracks, output: Tracks, frame: int) -> RunningCounts:
         """Count the rows of one frame. Raises BadTracks for rows that cannot be scored."""

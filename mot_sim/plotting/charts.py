@@ -49,20 +49,24 @@ METADATA = {".png": {"Software": "mot-sim"}, ".svg": {"Date": None}, ".pdf": {"C
 
 @dataclass(frozen=True)
 class Series:
-    """Values of one tracker, source or setting. x: levels or words; y: values there.
-
-    low, high: ends of the intervals, of the length of y, or empty. place: its colour and symbol.
-    dash: its kind of line. is_limit: values that the others are held against, in a chart of rows.
-    """
+    """Values of one tracker, source or setting."""
 
     name: str
+    """Its name in the legend."""
     x: tuple[Place, ...]
+    """Levels, or words in charts of rows and bars."""
     y: tuple[float | None, ...]
+    """The value at each x; None: no point there."""
     low: tuple[float | None, ...] = ()
+    """Lower end of each interval, None where there is none; as long as y, or empty."""
     high: tuple[float | None, ...] = ()
+    """Upper end of each interval, None where there is none; as long as y, or empty."""
     place: int = 0
+    """Number of its colour and symbol; beyond the last they begin again."""
     dash: int = 0
+    """Number of its kind of line; beyond the last they begin again."""
     is_limit: bool = False
+    """Whether these are values that the others are held against, in a chart of rows."""
 
     def points(self) -> Iterator[tuple[Place, float, float, float]]:
         """x, y and the ends of the interval, which are y where there is none."""
@@ -76,21 +80,28 @@ class Series:
 class Chart:
     """Series over one axis.
 
-    name: a short word for files. kind: lines with bands over levels; points with error bars; rows:
-    one line per word, with points and error bars; bars: one per word. Rows and bars have their
-    words down the side and their values across. y_range: of the values, if charts share one.
-    mark: a value at which a line is drawn. about: what the chart shows, for screen readers.
+    Rows and bars have their words down the side and their values across.
     """
 
     name: str
+    """A short word for the names of files."""
     title: str
+    """The heading above it."""
     x_title: str
+    """The title of the axis of levels."""
     y_title: str
+    """The title of the axis of values."""
     series: tuple[Series, ...]
+    """The series, in the order of the legend."""
     kind: Kind = "lines"
+    """lines with bands over levels; points with error bars; rows: a line of points per word; bars:
+    bars per word."""
     about: str = ""
+    """What the chart shows, for screen readers."""
     y_range: tuple[float, float] | None = None
+    """Lower and upper end of the axis of values; None: what holds all intervals."""
     mark: float | None = None
+    """Value at which a line is drawn; None: no line."""
 
     def shift(self, series: Series) -> float:
         """How far below the middle of its word a series stands, in rows; limits in the middle."""
@@ -134,10 +145,12 @@ class Chart:
 
 @dataclass(frozen=True)
 class Panel:
-    """Charts of which one is shown at a time, by label; the first one to begin with."""
+    """Charts of which one is shown at a time."""
 
     title: str
+    """The heading above them."""
     charts: tuple[tuple[str, Chart], ...]
+    """Labels and their charts; the first one is shown first."""
 
 
 if TYPE_CHECKING:

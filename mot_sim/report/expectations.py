@@ -40,29 +40,28 @@ class SameTrack:
 
 @dataclass(frozen=True, eq=False)
 class BelievedPlaces(Rows):
-    """Where tracks are: cuboids in the road frame of a frame.
-
-    cov: of x and z, m^2.
-    """
+    """Where tracks are believed to be: one row per track, in the road frame of a frame."""
 
     ids: Int[Array, " n"]
+    """Id of each track."""
     cuboids: Cuboids
+    """Their cuboids, in the road frame."""
     cov: Float[Array, "n 2 2"]
+    """Covariance of each base's (x, z), m^2."""
 
 
 @dataclass(frozen=True, eq=False)
 class ExpectedTracks:
-    """Tracks of one frame. now: those with a box in it, where they are believed to be.
-
-    expected: earlier tracks, where they were predicted in it. regions: their cuboids stretched by
-    the uncertainty. areas: boxes around those in the image, pixels, inside which detections are
-    compared with a track.
-    """
+    """Tracks of one frame: where they are, and where they were expected."""
 
     now: BelievedPlaces
+    """Tracks with a box in the frame, where they are believed to be."""
     expected: BelievedPlaces
+    """Earlier tracks, where they were predicted to be in the frame."""
     regions: Cuboids
+    """Cuboids of the expected tracks, stretched by the uncertainty."""
     areas: Float[Array, "k 4"]
+    """A box in the image per expected track, px: only detections inside are compared with it."""
 
 
 def following_tracker(camera: Camera, tracker: Tracker | None = None) -> Tracker:

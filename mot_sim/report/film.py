@@ -49,19 +49,24 @@ MIN_DETECTED_IOU = 0.5
 
 @dataclass(frozen=True)
 class Layers:
-    """What is drawn. truth: true boxes, missed cars, false boxes, switches, true outlines.
-
-    wireframes: as fitted to the image; true_wireframes: as they are, of a simulated drive.
-    follow: the top view moves and turns with us; else it stays where the film begins.
-    """
+    """What is drawn in a film."""
 
     detections: bool = True
+    """Whether detections are drawn, thin and grey."""
     truth: bool = False
+    """Whether true boxes and outlines, missed cars, false boxes and switches are drawn, where
+    labels are given."""
     search_areas: bool = False
+    """Whether the area in which each track is expected is tinted."""
     wireframes: bool = False
+    """Whether shapes fitted to the image are drawn as wires."""
     true_wireframes: bool = False
+    """Whether the true shapes of a simulated drive are drawn as wires."""
     top_view: bool = True
+    """Whether the view from above is shown below the image."""
     follow: bool = True
+    """Whether the view from above moves and turns with our car; else it stays where the film
+    begins."""
 
 
 def title_words(name: str, index: int, seconds: float, switches: int | None) -> str:
@@ -144,18 +149,22 @@ def plain_bar(width: int, height: int) -> Image:
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """Frames of 1242 x 720 pixels for KITTI's camera, drawn one by one when asked for.
-
-    truth: labels to compare the tracks with, or None. scale: of the finished frames.
-    """
+    """Frames of 1242 x 720 pixels for KITTI's camera, drawn one by one when asked for."""
 
     drive: RecordedSequence
+    """The drive, with its detections and its images, if it has any."""
     tracks: Tracks
+    """The tracks that are shown."""
     tracker_name: str = "default"
+    """The name in the title."""
     layers: Layers = Layers()
+    """What is drawn."""
     truth: Tracks | None = None
+    """Labels that the tracks are compared with; None: no comparison."""
     scale: float = 1.0
+    """Factor on the size of the finished frames, above 0."""
     fitting: Fitting = field(default_factory=Fitting)
+    """Finds the shapes for the layer of wireframes."""
 
     def frames(self, first: int = 0, end: int | None = None) -> Iterator[tuple[int, Image]]:
         """Index and picture of every delivered frame from `first` to before `end`."""

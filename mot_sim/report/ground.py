@@ -25,16 +25,18 @@ CAMERA_AHEAD = 0.3  # metres from the middle of KITTI's car to its camera
 
 @dataclass(frozen=True, eq=False)
 class GroundMap:
-    """The map of a drive: x forward and y right at its first frame (a scene: its world), metres.
-
-    poses: x, y and heading of the camera, a row a frame of the recording; None: nobody knows how
-    it moved, and every frame has a map of its own. truth: labels with cuboids, or None.
-    """
+    """The map of a drive: x forward and y right at its first frame (a scene: its world), metres."""
 
     poses: Float[Array, "m 3"] | None
+    """x, y in metres and heading in radians of the camera, a row per frame of the recording; None:
+    unknown, and every frame has a map of its own."""
     truth: Tracks | None
+    """Labels, whose cuboids are shown; None: no true cars are shown."""
     roads: Roads
+    """Its roads; empty where they are unknown."""
     worlds: tuple[TrafficState, ...] | None = None
+    """Where every car of a scene is, one per frame; None: not a scene, or its truth is not
+    shown."""
 
     @classmethod
     def of(cls, drive: RecordedSequence, truth: Tracks | None) -> "GroundMap":

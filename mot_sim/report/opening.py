@@ -41,20 +41,23 @@ MIN_DETECTED_SHARE = 0.6
 
 @dataclass(frozen=True)
 class DriveRequest:
-    """Which drive. episode: a folder of `mot-sim record`, a KITTI root, or a scene's name.
-
-    sequence: of a folder that holds several. detections: a detector of the tree; None: RRC of a
-    KITTI tree, the simulated ones of a recorded one. ego: of a KITTI tree. seed, knobs: of a
-    scene. end: frames from there on are not needed.
-    """
+    """Which drive a user asks for."""
 
     episode: str
+    """A folder of `mot-sim record`, a KITTI root, or the name of a scene."""
     sequence: str | None = None
+    """Name of the sequence in a folder that holds several; None: it holds one. Not for scenes."""
     detections: str | None = None
+    """A detector of the tree; None: RRC of a KITTI tree, the simulated ones of a recorded one. Not
+    for scenes."""
     ego: str = "oxts"
+    """Source of the camera's motion in a KITTI tree."""
     seed: int = 0
+    """Seed of a scene's run."""
     knobs: dict[str, Knob] = field(default_factory=dict)
+    """Knobs of a scene by name; empty for a folder."""
     end: int | None = None
+    """Frames from this index on are not needed; None: all are."""
 
     def open(self) -> RecordedSequence:
         """The drive, with images where there are any.

@@ -42,26 +42,31 @@ INK_COLOUR = "#222222"
 
 @dataclass(frozen=True, eq=False)
 class TwoFrames:
-    """Frame t and frame t + 1.
-
-    images: of both. before, boxes_before: the cars of frame t, in its road frame and image.
-    carried: where they are expected at t + 1, in its road frame; regions: those cuboids stretched
-    by the uncertainty. seen, boxes_seen, ids_seen: the cars of t + 1; new ones have ids of their
-    own. compared: which pairs (of before, of seen) lie in a search area, the only ones whose costs
-    are computed.
-    """
+    """Frames t and t + 1 of a drive, tracked by the two-frame scheme."""
 
     name: str
+    """The drive's name."""
     index: int
+    """Index t of the first frame."""
     camera: Camera
+    """The camera of both."""
     images: tuple[UInt8[Array, "h w 3"], UInt8[Array, "h w 3"]]
+    """RGB images of both."""
     before: BelievedPlaces
+    """The cars of frame t, in its road frame."""
     boxes_before: Float[Array, "n 4"]
+    """Boxes of the cars of frame t: x_min, y_min, x_max, y_max in px."""
     carried: BelievedPlaces
+    """The cars of frame t where they are expected at t + 1, in the road frame of t + 1."""
     regions: Cuboids
+    """Cuboids of `carried`, stretched by the uncertainty."""
     seen: BelievedPlaces
+    """The cars of frame t + 1, in its road frame; new ones have ids of their own."""
     boxes_seen: Float[Array, "m 4"]
+    """Boxes of the cars of frame t + 1: x_min, y_min, x_max, y_max in px."""
     compared: Bool[Array, "n m"]
+    """Which pairs (a row of `before`, a row of `seen`) lie in a search area; only their costs are
+    computed."""
 
     @property
     def outlines(self) -> list[Float[Array, "_ 2"]]:

@@ -33,19 +33,20 @@ UNIT_CIRCLE = np.stack((np.cos(CIRCLE_ANGLES), np.sin(CIRCLE_ANGLES)), axis=1)
 
 @dataclass(frozen=True, eq=False)
 class TopView:
-    """A panel of width x height pixels.
-
-    roads: in the map's x and y. origin: the point of the map that is shown at `anchor`, pixels.
-    heading: the direction of the map that points to the right, radians from x towards y.
-    scale: pixels a metre.
-    """
+    """A panel that shows the map from above."""
 
     roads: Roads
+    """The roads, in the map's x and y; without surfaces rings are drawn instead."""
     origin: tuple[float, float]
+    """Point x, y of the map, metres, that is shown at `anchor`."""
     scale: float
+    """Pixels per metre; raising it shows less of the map."""
     size: tuple[int, int]
+    """Width and height of the panel, px."""
     anchor: tuple[float, float] = (0.0, 0.0)
+    """Where `origin` lies in the panel: right, down, px."""
     heading: float = 0.0
+    """Direction of the map that points to the right, radians from x towards y."""
 
     def pixels(self, points: Float[Array, "*n 2"]) -> Float[Array, "*n 2"]:
         """Where points (x, y) of the map lie in the panel."""

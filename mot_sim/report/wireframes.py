@@ -46,14 +46,14 @@ def wires() -> tuple[tuple[int, int], ...]:
 
 @dataclass(frozen=True, eq=False)
 class Wireframes(Rows):
-    """Cars in one image: the 36 keypoints in pixels (NaN: behind the camera), and who they are.
-
-    shown: the points that the camera sees; all if that is unknown.
-    """
+    """The keypoints of cars in one image: one row per car."""
 
     ids: Int[Array, " n"]
+    """Id of each car."""
     points: Float[Array, "n 36 2"]
+    """Its 36 keypoints in the image, px; NaN behind the camera."""
     shown: Bool[Array, "n 36"]
+    """Which points the camera sees; of fitted cars all that are not NaN."""
 
     @classmethod
     def true(cls, truth: Truth, frame: int) -> "Wireframes":
@@ -68,6 +68,7 @@ class Fitting:
     """Finds the wireframes of boxes in images: the keypoint network, then shape and pose."""
 
     fit: ShapeFit = field(default_factory=ShapeFit)
+    """Fits shape and pose of a car to its keypoints."""
 
     @cached_property
     def front_end(self) -> FrontEnd:

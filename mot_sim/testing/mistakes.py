@@ -20,19 +20,25 @@ ORDER = {kind: number for number, kind in enumerate(MISTAKE_KINDS)}
 
 @dataclass(frozen=True, eq=False)
 class Mistake:
-    """One mistake. car: the label's id, None for a false positive. name: the output's id, None
-    for a miss. before: the name of a switched car, and its last frame under it. near: for misses
-    and false positives, the nearest box of the other side in this frame and its overlap.
-    """
+    """One mistake of a tracker."""
 
     frame: int
+    """Frame in which it happens."""
     kind: Kind
+    """switch, miss or false positive."""
     car: int | None = None
+    """Id of the label; None for a false positive."""
     name: int | None = None
+    """Id of the output; None for a miss."""
     car_box: Float[Array, " 4"] | None = None
+    """Box of the label: x_min, y_min, x_max, y_max in px; None for a false positive."""
     name_box: Float[Array, " 4"] | None = None
+    """Box of the output: x_min, y_min, x_max, y_max in px; None for a miss."""
     before: tuple[int, int] | None = None
+    """For a switch, the car's output id before it, and the last frame with that id; else None."""
     near: tuple[int, float] | None = None
+    """For a miss or false positive, the id on the other side that overlaps it most, and their IoU;
+    None: no overlap."""
 
     def __str__(self) -> str:
         if self.kind == "switch" and self.before is not None:
@@ -60,9 +66,10 @@ def _near(near: tuple[int, float] | None, what: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Mistakes:
-    """All mistakes, in the order of frames; in a frame switches first, then misses."""
+    """All mistakes of a tracker on a drive."""
 
     found: tuple[Mistake, ...]
+    """The mistakes, by frame; within a frame switches first, then misses."""
 
     @classmethod
     def of(cls, truth: Tracks, output: Tracks, frame_count: int) -> "Mistakes":

@@ -58,29 +58,37 @@ MIN_SPREAD_SHARE = 0.05
 
 @dataclass(frozen=True, eq=False)
 class CarPicture:
-    """One image (RGB) and the cars in it. ids: of one drive. visible: visible share of each."""
+    """One image and the cars in it."""
 
     drive: str
+    """Name of the drive; ids are unique within it."""
     frame: int
+    """Index of the frame."""
     image: UInt8[Array, "h w 3"]
+    """RGB image."""
     boxes: Float[Array, "n 4"]
+    """Boxes of the cars: x_min, y_min, x_max, y_max in px."""
     ids: Int[Array, " n"]
+    """Id of each car in its drive."""
     visible: Float[Array, " n"]
+    """Visible share of each car, 0..1."""
 
 
 @dataclass(frozen=True)
 class RenderedDrive:
-    """A run of a scene, drawn in one or more weathers with the same cars.
-
-    frames: those that are drawn in each weather. beside: density of houses, trees and furniture
-    beside the roads, 1 as usual.
-    """
+    """A run of a scene, drawn in one or more weathers with the same cars."""
 
     scene: str
+    """Name of the scene."""
     seed: int
+    """Seed of traffic and cars."""
     weathers: tuple[str, ...]
+    """Names of the weathers it is drawn in, at least one."""
     frames: tuple[int, ...]
+    """Indices of the frames that are drawn in each weather, at least one."""
     beside: float = 1.0
+    """Density of houses, trees and furniture beside the roads; 1 as usual, raising it makes more of
+    them."""
 
     @property
     def name(self) -> str:
@@ -139,13 +147,16 @@ def car_pictures(drive: RenderedDrive, edge_std: float = EDGE_STD) -> Iterator[C
 
 @dataclass(frozen=True)
 class LearningOptions:
-    """grid: cells along each side of the box, over which activations are pooled. length: numbers
-    of a descriptor. shrink: how far the scatter inside cars is drawn to a sphere, 0 to 1.
-    """
+    """How descriptor weights are learned. Raises BadConfig for values that are not allowed."""
 
     grid: int = 4
+    """Cells along each side of the box over which activations are pooled, 1 or more; more keep
+    finer detail."""
     length: int = 128
+    """Numbers of a descriptor, 1 or more; the features limit it. More keep finer differences."""
     shrink: float = 0.2
+    """Share, above 0, to 1, by which the scatter within cars is drawn to a sphere; raising it fits
+    the data less closely."""
 
     def __post_init__(self) -> None:
         if self.grid < 1 or self.length < 1 or not 0.0 < self.shrink <= 1.0:
@@ -157,12 +168,16 @@ class LearningOptions:
 
 @dataclass(frozen=True, eq=False)
 class DescriptorDataset:
-    """Feature vectors of cars. cars: the identity of each. drives, frames: where it was seen."""
+    """Feature vectors of cars whose identity is known: one row per car and picture."""
 
     vectors: Float[Array, "n f"]
+    """Feature vector of each row."""
     cars: Int[Array, " n"]
+    """Identity of each row's car, unique over all drives."""
     drives: Int[Array, " n"]
+    """Number of the drive of each row."""
     frames: Int[Array, " n"]
+    """Frame in which each row's car was seen."""
 
     @classmethod
     def of(
@@ -203,7 +218,9 @@ class LearnedDescriptor:
     """Learned weights, and the descriptors that they give the cars they were learned from."""
 
     weights: Weights
+    """The weights, with the unit of distance."""
     described: DescriptorDataset
+    """The data that they were learned from, with descriptors as vectors."""
 
     @property
     def equal_error(self) -> float:

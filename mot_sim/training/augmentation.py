@@ -53,11 +53,15 @@ MIN_COARSE_PIXELS = 10
 
 @dataclass(frozen=True, eq=False)
 class AugmentedCrops:
-    """What the network is shown. images: BGR. keypoints: shares of them. states: visibilities."""
+    """The crops that the network is shown: one row per crop."""
 
     images: UInt8[Array, "n s s 3"]
+    """BGR images at the network's size."""
     keypoints: Float[Array, "n 36 2"]
+    """Keypoints (right, down) as shares of the image's sides; outside 0..1 where cut off, NaN
+    behind the camera."""
     states: UInt8[Array, "n 36"]
+    """A `KeypointVisibility` per keypoint."""
 
 
 def exact_crops(crops: Crops) -> AugmentedCrops:
@@ -85,13 +89,18 @@ def detected_crops(crops: Crops, seed: int) -> AugmentedCrops:
 
 @dataclass(frozen=True, eq=False)
 class AugmentedCrop:
-    """One crop at the network's size, see `Crops`. pixels: of KITTI's camera along its side."""
+    """One crop at the network's size; see `Crops`."""
 
     image: UInt8[Array, "s s 3"]
+    """BGR image."""
     parts: UInt8[Array, "s s"]
+    """What each pixel shows; see `Crops.parts`."""
     keypoints: Float[Array, "36 2"]
+    """Keypoints (right, down) as shares of the image's sides."""
     states: UInt8[Array, "36"]
+    """A `KeypointVisibility` per keypoint."""
     pixels: float
+    """Pixels of KITTI's camera along the crop's side."""
 
 
 def _stacked(ones: list[AugmentedCrop]) -> AugmentedCrops:

@@ -39,25 +39,28 @@ FIRST_HELD_OUT_SEED = 1_000_000  # places from this seed on are for scoring only
 
 @dataclass(frozen=True, eq=False)
 class Crops(Rows):
-    """One row per car: a square around its box, CROP_ROOM times as wide as the network's crop.
-
-    images: BGR. parts: the `Semantic` of each pixel, plus ANY_CAR_MARK on cars, plus OWN_CAR_MARK
-    on this car. keypoints: shares of the square, NaN behind the camera. states: a
-    `KeypointVisibility` each. boxes: shares of the square. pixels: of KITTI's camera along the
-    square's side. distance: metres. visible: visible share of the car. truncation: share of its
-    box beyond the image. yaw: about road +y, radians.
-    """
+    """One row per car: a square around its box, CROP_ROOM times as wide as the network's crop."""
 
     images: UInt8[Array, "n s s 3"]
+    """BGR images of the squares."""
     parts: UInt8[Array, "n s s"]
+    """The `Semantic` of each pixel, plus ANY_CAR_MARK on cars, plus OWN_CAR_MARK on this car."""
     keypoints: Float[Array, "n 36 2"]
+    """Keypoints (right, down) as shares of the square's side; NaN behind the camera."""
     states: UInt8[Array, "n 36"]
+    """A `KeypointVisibility` per keypoint."""
     boxes: Float[Array, "n 4"]
+    """Exact boxes x_min, y_min, x_max, y_max as shares of the square's side."""
     pixels: Float[Array, " n"]
+    """Pixels of KITTI's camera along the square's side."""
     distance: Float[Array, " n"]
+    """Distance of the car ahead of the camera, metres (z in the road frame)."""
     visible: Float[Array, " n"]
+    """Visible share of the car, 0..1."""
     truncation: Float[Array, " n"]
+    """Share of the car's box beyond the image, 0..1."""
     yaw: Float[Array, " n"]
+    """Yaw of the car about road +y, radians."""
 
 
 def make_crops(seed: int, views: int = VIEWS_PER_PLACE) -> Crops:

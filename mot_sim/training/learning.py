@@ -38,23 +38,29 @@ Progress = Callable[[str, int, int], None]  # what is done, how much is done, ho
 
 @dataclass(frozen=True)
 class TrainingPlan:
-    """Everything that decides the result. The defaults are those of the shipped network.
+    """Everything that decides the result; the defaults are those of the shipped network.
 
-    crops: how many are drawn. held_out: more crops, of other places, for scoring. epochs: each
-    shows every crop once, and its mirror image. batch: crops per step, mirror images included.
-    rate: the highest learning rate. decay: of the weights. average: about how many steps the
-    exported weights are averaged over.
+    Raises BadConfig for values that are not allowed, UnknownName for an unknown size.
     """
 
     crops: int = 5_800
+    """Crops to train on, at least half a batch; more are rendered for longer and teach more."""
     epochs: int = 15
+    """Passes over all crops and their mirror images, 1 or more; training takes longer with more."""
     seed: int = 0
+    """Seed of the first weights, the order of the crops and their augmentation."""
     size: str = "shipped"
+    """Size of the network, one of SIZES."""
     held_out: int = 1_400
+    """Further crops, from other places, for scoring only; 1 or more."""
     batch: int = 64
+    """Crops per step, mirror images included; even, 2 or more."""
     rate: float = 2e-3
+    """The highest learning rate, strictly between 0 and 1; raising it makes larger steps."""
     decay: float = 0.03
+    """Decay of the weights, 0 or more and below 1; raising it keeps the weights smaller."""
     average: int = 400
+    """Steps over which the exported weights are about averaged, 1 or more; more smooth more."""
 
     def __post_init__(self) -> None:
         for name in ("crops", "epochs", "held_out", "average"):
@@ -85,11 +91,14 @@ class TrainingPlan:
 
 @dataclass(frozen=True, eq=False)
 class KeypointScores:
-    """Scores of predicted keypoints. right: near the true place. seen: truly visible."""
+    """Scores of predicted keypoints: one row per crop, one column per keypoint."""
 
     right: Bool[Array, "n k"]
+    """Whether the keypoint is visible and found near its true place."""
     seen: Bool[Array, "n k"]
+    """Whether the keypoint is truly visible."""
     confidence: Float[Array, "n k"]
+    """The network's confidence, 0..1, that it sees the keypoint."""
 
     @property
     def pck(self) -> float:
@@ -131,15 +140,23 @@ def score_keypoints(
 
 @dataclass(eq=False)
 class KeypointTrainer:
-    """A network in training. mean: its average over the last steps. curve: rows of a table."""
+    """A network in training."""
 
     plan: TrainingPlan
+    """Everything that decides the result."""
     network: Any
+    """The torch module that is trained."""
     mean: Any
+    """A torch module with the average of the weights over the last steps, which is exported."""
     optimiser: Any
+    """The torch optimiser of the network."""
     step: int = 0
+    """Number of steps done."""
     curve: list[dict[str, float]] = field(default_factory=list)
+    """The learning curve, one row per epoch: epoch, loss, pck (share right), doubt (calibration
+    error)."""
     recent_losses: list[float] = field(default_factory=list)
+    """Losses of the steps since the last row of the curve."""
 
     @classmethod
     def begin(cls, plan: TrainingPlan) -> "KeypointTrainer":

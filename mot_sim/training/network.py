@@ -32,16 +32,18 @@ def load_torch() -> Any:
 
 @dataclass(frozen=True)
 class NetworkSize:
-    """How large a network is. stem: channels of the first layer; wide, narrow: of the others.
-
-    stacks: hourglasses in a row. depth: how often each halves its maps.
-    """
+    """How large a network is; larger values make it slower and able to learn more."""
 
     stem: int
+    """Channels of the first layer."""
     wide: int
+    """Channels of the hourglasses' maps."""
     narrow: int
+    """Channels inside the bottlenecks."""
     stacks: int
+    """Number of hourglasses in a row."""
     depth: int
+    """How often each hourglass halves its maps."""
 
 
 SIZES = {

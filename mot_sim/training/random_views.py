@@ -35,9 +35,13 @@ class Place:
     """A neighbourhood, and the random numbers of the views there."""
 
     seed: int
+    """Seed that decides the place and all its views."""
     roads: Roads
+    """Its roads."""
     neighbourhood: Neighbourhood
+    """What stands beside and lies on the roads, ready to be drawn."""
     rng: np.random.Generator
+    """Random numbers; every view takes the next ones."""
 
     @classmethod
     def of(cls, seed: int) -> "Place":
@@ -64,26 +68,32 @@ class Place:
 
 @dataclass(frozen=True, eq=False)
 class Viewpoint:
-    """Where the camera is. ego: x, y, heading. depths: of the nearest and farthest car, metres.
-
-    finer: resolution over KITTI's camera.
-    """
+    """Where the camera is."""
 
     ego: Float[Array, "3"]
+    """Pose of the car that carries the camera: x, y in metres, heading in radians; world frame."""
     rig: Rig
+    """The camera and its mounting."""
     depths: tuple[float, float]
+    """Distances of the nearest and the farthest car ahead, metres."""
     finer: float
+    """Resolution of the camera over that of KITTI's."""
 
 
 @dataclass(frozen=True, eq=False)
 class RandomView:
-    """What is drawn: cars, camera, light. finer: resolution over KITTI's camera."""
+    """A view that is drawn: cars, camera, light and weather."""
 
     scene_meshes: SceneMeshes
+    """The cars' meshes, and the camera."""
     traffic_state: TrafficState
+    """Where the cars are."""
     view: View
+    """What the renderer draws."""
     weather: Weather
+    """Weather, applied to the drawn image."""
     finer: float
+    """Resolution of the camera over that of KITTI's."""
 
 
 def viewpoint(place: Place) -> Viewpoint:

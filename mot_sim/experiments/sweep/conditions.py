@@ -84,13 +84,13 @@ class NoiseLevels:
     jitter: float = 1.0
     """Factor on the noise of box edges, finite, >= 0; raising it makes boxes jump more."""
     misses: float = 1.0
-    """Level of missed cars, finite, >= 0; raising it makes the detector miss more of them."""
+    """Factor on the probability of missing a car, finite, >= 0; raising it misses more cars."""
     score_noise: float = 1.0
-    """Level of noise in the scores, finite, >= 0; raising it makes scores tell less about boxes."""
+    """Factor on how far scores lie below 1, finite, >= 0; raising it lowers and spreads them."""
     clutter: float = 1.0
-    """Level of false alarms and second boxes, finite, >= 0; raising it adds more of them."""
+    """Factor on the rates of false alarms and second boxes, finite, >= 0; raising it adds more."""
     cues: float = 1.0
-    """Level of noise in yaw, size, keypoints, shape and appearance, finite, >= 0."""
+    """Factor on the noise of yaw, size, keypoints, shape and appearance, finite, >= 0."""
     weather: str = "clear"
     """One of `mot_sim.simulation.sensors.WEATHERS`; the profile is changed to what it becomes in
     it."""

@@ -27,13 +27,18 @@ DEFAULT_TITLE = "mot-sim report"
 
 @dataclass(frozen=True)
 class WrittenReport:
-    """A written report. left_out: files of the results that it does not hold."""
+    """A report that was written."""
 
     path: Path
+    """The HTML file."""
     size: int
+    """Size of the file, bytes."""
     sources: tuple[ResultSource, ...]
+    """The results that it shows."""
     left_out: tuple[Path, ...]
+    """Files of the results that it does not hold."""
     figures: tuple[Path, ...] = ()
+    """Files of the charts that were written besides."""
 
 
 def write_report(

@@ -32,11 +32,14 @@ PLAYABLE_CODECS = (b"avc1", b"avc3", b"av01", b"vp09")
 
 @dataclass(frozen=True)
 class ResultSource:
-    """A result and the folder that it lies in. sha256: of the file it was read from."""
+    """A result, and the folder that it lies in."""
 
     folder: Path
+    """The folder."""
     result: Result
+    """The result; of an unfinished sweep, what is there."""
     sha256: str
+    """Hash of the file that it was read from, in hexadecimal digits."""
 
 
 def find_sources(folders: Sequence[Path]) -> list[ResultSource]:
@@ -148,12 +151,16 @@ def _cell(value: object) -> Cell:
 
 @dataclass(frozen=True)
 class Medium:
-    """A file of a result. uri: its bytes, for the page; None: left out, because of `reason`."""
+    """A picture or clip of a result."""
 
     name: str
+    """Its path relative to the result's folder."""
     path: Path
+    """The file."""
     uri: str | None
+    """Its bytes as a data URI, for the page; None: it is left out."""
     reason: str = ""
+    """Why it is left out; empty where it is not."""
 
     @property
     def is_clip(self) -> bool:

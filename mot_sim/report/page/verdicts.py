@@ -16,10 +16,12 @@ Row = dict[str, Cell]
 
 @dataclass(frozen=True)
 class Sentence:
-    """What is said, and whether that is good or bad news."""
+    """One sentence of the summary on top of the page."""
 
     text: str
+    """What is said."""
     tone: Tone = "plain"
+    """Whether it is good or bad news, or neither: good, bad or plain."""
 
 
 def verdicts_of(result: Result) -> list[Sentence]:
