@@ -14,7 +14,7 @@ help:
 	@echo "make test-gl   those that need OpenGL (EGL), in an environment with the extra gl"
 	@echo "make test-browser  those that need a Chromium"
 	@echo "make test-lowest   the core on the lowest versions that pyproject.toml allows"
-	@echo "make fuzz      every reader with 100,000 bad files (INPUTS=...); hours"
+	@echo "make fuzz      every reader with 100,000 bad files (INPUTS=...); hours, resumable"
 	@echo "make docs      the documentation as a site: out/site/index.html"
 	@echo "make lint      ruff (lint and format) and mypy"
 	@echo "make format    let ruff mend what it can"
@@ -71,9 +71,10 @@ test-lowest: $(LOWEST_STAMP)
 environments: $(GL_STAMP) $(LOWEST_STAMP)
 
 INPUTS ?= 100000
-# As users run it, without type checks; make test has 1,000 inputs each.
+# As users run it, without type checks; make test has 1,000 inputs each. An interrupted run goes on
+# where it was; remove out/fuzz to begin anew.
 fuzz: $(STAMP)
-	MOT_SIM_FUZZ=$(INPUTS) $(BIN)/python -m pytest tests/fuzz $(UNCHECKED)
+	MOT_SIM_FUZZ=$(INPUTS) MOT_SIM_FUZZ_FOLDER=out/fuzz $(BIN)/python -m pytest tests/fuzz $(UNCHECKED)
 
 DOCS_STAMP := $(VENV)/.docs-installed
 $(DOCS_STAMP): $(STAMP)

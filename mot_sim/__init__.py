@@ -5,11 +5,14 @@ record, find_scene`. Rooms may move, these names stay. Importing the package reg
 Gymnasium ids, so that `gym.make("mot_sim/Crossing-v0")` finds them.
 """
 
+import sys
 from difflib import get_close_matches
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mot_sim.envs.registration import register_environments
+from mot_sim.files.own_packages import hidden_package
 
 if TYPE_CHECKING:
     from mot_sim.datasets import box_sequence, kitti_sequence, read_labels, read_results
@@ -79,6 +82,11 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *_ROOMS})
 
 
+if (hidden := hidden_package()) is not None:
+    if sys.argv[0] == "-m" or Path(sys.argv[0]).stem == "mot-sim":  # the command: one line
+        sys.stderr.write(f"error: {hidden}\n")
+        raise SystemExit(2)
+    raise ImportError(hidden)
 register_environments()
 
 __all__ = [

@@ -29,7 +29,7 @@ class Gains(NamedTuple):
     """What was learned. Rows: small, middle, large boxes; columns: centre x, y, width, height.
 
     gains: 1 = the new box as it is. pairs: of successive innovations behind each. power: their
-    summed squares.
+    summed squares. The arrays cannot be written to: trackers remember them.
     """
 
     gains: Float[Array, "3 4"]
@@ -66,7 +66,7 @@ class BoxFilter:
 
     def start(self) -> Gains:
         """Nothing learned yet."""
-        return Gains(np.full((3, 4), self.gain), np.zeros((3, 1)), np.zeros((3, 4)))
+        return _locked(np.full((3, 4), self.gain), np.zeros((3, 1)), np.zeros((3, 4)))
 
     def __call__(
         self,
@@ -117,4 +117,13 @@ class BoxFilter:
         power = learned.power + member.dot(0.5 * (a * a + b * b))
         worth = power * (1.0 + self.prior / np.maximum(pairs, 1.0)) + MIN_POWER
         gains = learned.gains + member.dot(a * b) / worth
-        return Gains(np.minimum(np.maximum(gains, MIN_GAIN), 1.0), pairs, power)
+        return _locked(np.minimum(np.maximum(gains, MIN_GAIN), 1.0), pairs, power)
+
+
+def _locked(
+    gains: Float[Array, "3 4"], pairs: Float[Array, "3 1"], power: Float[Array, "3 4"]
+) -> Gains:
+    """Gains that are never modified."""
+    for array in (gains, pairs, power):
+        array.setflags(write=False)
+    return Gains(gains, pairs, power)

@@ -39,8 +39,9 @@ class TrackerStatistics:
 class TrackerState:
     """Everything that a tracker remembers; never modified, so keeping it is a copy.
 
-    tracks: as after the last frame, at the `time` of it, seconds. detector: what was learned of
-    the detector's misses and clutter. gains: of the noise of its boxes.
+    Its arrays cannot be written to. tracks: as after the last frame, at the `time` of it,
+    seconds. detector: what was learned of the detector's misses and clutter. gains: of the noise
+    of its boxes.
     """
 
     tracks: ActiveTracks = NO_TRACKS

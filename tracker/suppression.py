@@ -20,7 +20,7 @@ class Suppression:
     max_iou: float = 0.7
 
     def __call__(self, detections: Detections, camera: Camera) -> Detections:
-        """What is left, in the given order."""
+        """What is left, in the given order, in arrays of its own."""
         boxes, scores = detections.boxes, detections.scores
         inside = camera.clip_boxes(boxes)
         kept = (inside[:, 2] > inside[:, 0]) & (inside[:, 3] > inside[:, 1])
@@ -35,4 +35,4 @@ class Suppression:
                 for row in np.argsort(-scores, kind="stable"):
                     if kept[row]:
                         kept &= ~close[row]
-        return detections if np.count_nonzero(kept) == len(kept) else detections.select(kept)
+        return detections.select(kept)

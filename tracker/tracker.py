@@ -125,6 +125,7 @@ class Tracker:
     def step(self, frame: Frame) -> Tracks:
         """The rows of this frame, with cuboids in its road frame; no detection twice.
 
+        The arrays of the rows are the caller's, and the tracker keeps none of the frame's.
         With `existence` also the predicted boxes of tracks that should be there but were not
         detected; the score of such a row is the probability that the object exists.
         """
@@ -246,7 +247,9 @@ class Tracker:
             n * m, len(compared.pairs.pairs[0]), compared.unmeasured
         )
         next_id = state.next_id + len(born)
-        return TrackerState(updated, next_id, frame.time, statistics, existence.detector, gains)
+        return TrackerState(
+            updated.locked(), next_id, frame.time, statistics, existence.detector, gains
+        )
 
     def _update_existence(
         self,
@@ -300,7 +303,8 @@ class Tracker:
             boxes = np.where(missed[:, None], self.camera.clip_boxes(boxes), boxes)
             scores = np.where(missed, tracks.existence, scores)
         frames = np.full(len(scores), index)
-        return Tracks(frames, tracks.ids, boxes, scores, cuboids=tracks.beliefs.cuboids)
+        rows = Tracks(frames, tracks.ids, boxes, scores, cuboids=tracks.beliefs.cuboids)
+        return rows.copied()
 
 
 def elapsed(frame: Frame, before: float | None) -> float:

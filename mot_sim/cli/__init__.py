@@ -27,6 +27,7 @@ from mot_sim.cli.record import Record
 from mot_sim.cli.report import Report
 from mot_sim.cli.scenes import Scenes
 from mot_sim.cli.show import Show
+from mot_sim.cli.streams import prepare_streams, writing_stdout
 from mot_sim.cli.stress import Stress
 from mot_sim.cli.sweep import Sweep
 from mot_sim.cli.tables import Tables
@@ -89,28 +90,34 @@ COMMANDS: dict[str, type[Command]] = {
 
 def run(arguments: Sequence[str]) -> int:
     """Run one command line and give the exit code; what is wrong becomes one line on stderr."""
+    prepare_streams()
     terminal = Terminal()
     try:
-        code = _run(arguments, terminal)
-        sys.stdout.flush()
+        return _run(arguments, terminal)
     except KeyboardInterrupt:
         terminal.error("interrupted")
         return INTERRUPTED
-    except BrokenPipeError:  # the reader has seen enough; nothing more can reach it
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return OK
-    return code
 
 
 def _run(arguments: Sequence[str], terminal: Terminal) -> int:
     """Parse and run; the exit code."""
-    if list(arguments) == ["--version"]:
-        terminal.write(f"mot-sim {version('mot-sim')}\n")
-        return OK
+    from tracker.errors import BadOutput
+
+    command, code = None, OK
     try:
-        command = parse(arguments)
-    except SystemExit as leaving:  # tyro has shown the help, or what is wrong
-        return leaving.code if isinstance(leaving.code, int) else OK
+        with writing_stdout():
+            if list(arguments) == ["--version"]:
+                sys.stdout.write(f"mot-sim {version('mot-sim')}\n")
+                return OK
+            try:
+                command = parse(arguments)
+            except SystemExit as leaving:  # tyro has shown the help, or what is wrong
+                code = leaving.code if isinstance(leaving.code, int) else OK
+    except BadOutput as error:
+        terminal.error(str(error))
+        return WRONG
+    if command is None:
+        return code
     with terminal.logging(command.verbose):
         return run_parsed(command, terminal)
 
@@ -153,8 +160,6 @@ def run_parsed(command: Command, terminal: Terminal) -> int:
             return command(terminal)
     except TrackingError as error:
         terminal.error(str(error))
-    except BrokenPipeError:
-        raise
     except OSError as error:
         terminal.error(f"{error.filename or 'input or output'}: {error.strerror or error}")
     except Exception as error:

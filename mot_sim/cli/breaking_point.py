@@ -13,7 +13,6 @@ from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
     from mot_sim.experiments.stress.breaking_point import BreakingPoint, BreakingPointSpec
-    from mot_sim.experiments.sweep.paths import Level
     from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 
 
@@ -106,7 +105,7 @@ class BreakingPointCommand:
     def spec(self) -> "BreakingPointSpec":
         """The search that the options describe."""
         from mot_sim.experiments.stress.breaking_point import BreakingPointSpec
-        from mot_sim.experiments.sweep.paths import parse_level
+        from mot_sim.experiments.sweep.paths import parse_level, parse_settings
 
         words = () if self.levels is None else self.levels.split(",")
         levels = tuple(parse_level(word.strip()) for word in words)
@@ -123,7 +122,7 @@ class BreakingPointCommand:
             self.seeds,
             self.first_seed,
             self.frames,
-            {"scene.profile": parse_level(self.profile), **dict(map(setting_of, self.settings))},
+            {"scene.profile": parse_level(self.profile), **parse_settings(self.settings)},
         )
 
     def tracker_specs(self) -> "tuple[str | TrackerSpec, ...]":
@@ -162,14 +161,3 @@ class BreakingPointCommand:
         for each in failed:
             terminal.note(f"{each.tracker}: {each.failed} trials failed: {each.error}")
         return BROKEN if failed else OK
-
-
-def setting_of(text: str) -> "tuple[str, Level]":
-    """An axis and its level from NAME=LEVEL."""
-    from mot_sim.experiments.sweep.paths import parse_level
-    from tracker.errors import BadConfig
-
-    name, equals, value = (part.strip() for part in text.partition("="))
-    if not (name and equals and value):
-        raise BadConfig(f"--set {text}: write NAME=LEVEL")
-    return name, parse_level(value)

@@ -150,14 +150,14 @@ class Diagnose:
 
     def _settings(self) -> "dict[str, float | int | str | bool]":
         """The axes that were set."""
-        from mot_sim.experiments.sweep.paths import parse_setting
+        from mot_sim.experiments.sweep.paths import parse_settings
 
         found: dict[str, float | int | str | bool] = {}
         if self.profile is not None:
             found["scene.profile"] = self.profile
         if self.frames is not None:
             found["scene.frames"] = self.frames
-        return found | dict(parse_setting(text) for text in self.settings)
+        return parse_settings(self.settings, found)
 
     def _draw(
         self,

@@ -191,6 +191,8 @@ def parse_knobs(scene: str, text: str | None) -> "dict[str, mot_sim.simulation.s
         name, equals, value = (word.strip() for word in part.partition("="))
         if not (name and equals and value):
             raise BadConfig(f"--knobs {text}: write NAME=VALUE,NAME=VALUE")
+        if name in turned:
+            raise BadConfig(f"--knobs {text}: {name} stands there twice; set it once")
         turned[name] = _of_kind(type(known.get(name, "")), name, value)
     return turned
 

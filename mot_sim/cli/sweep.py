@@ -109,7 +109,7 @@ class Sweep:
     def read(self) -> "mot_sim.experiments.sweep.Design":
         """The design that the options spell."""
         from mot_sim.experiments.sweep import Design, read_design
-        from mot_sim.experiments.sweep.points import parse_axis
+        from mot_sim.experiments.sweep.points import parse_axes
 
         changes: dict[str, Any] = {
             name: getattr(self, name)
@@ -119,7 +119,7 @@ class Sweep:
         if self.trackers is not None:
             changes["trackers"] = tuple(name.strip() for name in self.trackers.split(","))
         if self.axis:
-            changes["axes"] = dict(parse_axis(text) for text in self.axis)
+            changes["axes"] = parse_axes(self.axis)
         if self.list_axes and not self.axis:
             changes["axes"] = {"detector.jitter": (1.0,)}
         if self.one_at_a_time:
@@ -134,10 +134,10 @@ class Sweep:
 
     def _fixed(self) -> "dict[str, float | int | str | bool]":
         """The axes that are set to one level everywhere."""
-        from mot_sim.experiments.sweep.paths import parse_level, parse_setting
+        from mot_sim.experiments.sweep.paths import parse_level, parse_settings
 
         found = {} if self.profile is None else {"scene.profile": parse_level(self.profile)}
-        return found | dict(parse_setting(text) for text in self.settings)
+        return parse_settings(self.settings, found)
 
     def _require_picture(self) -> None:
         from mot_sim.plotting.charts import require_figure

@@ -13,6 +13,8 @@ from typing import Any
 from rich.console import Console, RenderableType
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
+from mot_sim.cli.streams import writing_stderr, writing_stdout
+
 OK, BROKEN, WRONG, INTERRUPTED = 0, 1, 2, 130
 STDOUT = "-"
 LEVELS = (logging.WARNING, logging.INFO, logging.DEBUG)
@@ -49,11 +51,13 @@ class Terminal:
 
     def show(self, what: RenderableType) -> None:
         """A table on stdout, folded to the width of the terminal where there is one."""
-        self.out.print(what, crop=False)
+        with writing_stdout():
+            self.out.print(what, crop=False)
 
     def write(self, text: str) -> None:
         """Text on stdout, unchanged."""
-        sys.stdout.write(text)
+        with writing_stdout():
+            sys.stdout.write(text)
 
     def write_json(self, content: Mapping[str, object] | list) -> None:
         """JSON on stdout."""
@@ -71,7 +75,8 @@ class Terminal:
     def note(self, text: str) -> None:
         """One line on stderr."""
         line = " ".join(text.split("\n"))
-        self.err.print(line, markup=False, soft_wrap=True)
+        with writing_stderr():
+            self.err.print(line, markup=False, soft_wrap=True)
 
     def error(self, text: str) -> None:
         """What is wrong, in one line on stderr."""

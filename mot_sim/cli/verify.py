@@ -48,6 +48,11 @@ class Verify:
         for each in found:
             if each.trouble is not None:
                 terminal.note(f"{each.name}: {each.trouble}")
+        if any(each.is_same and not each.is_bit_equal for each in found):
+            terminal.note(
+                "the last bits differ, no printed digit does: another CPU or build of NumPy "
+                "rounds otherwise (docs/determinism.md); bits are equal on the same ones"
+            )
         return OK if all(each.is_same for each in found) else BROKEN
 
     def _show(
@@ -64,8 +69,15 @@ class Verify:
                 each.name,
                 each.frames,
                 *(each.verdict(group) for group in shown),
-                "same" if each.is_same else "trouble" if each.trouble else "differs",
+                _verdict(each),
             )
             for each in found
         )
         terminal.show(Table(tuple(columns), rows))
+
+
+def _verdict(found: "mot_sim.simulation.episodes.EpisodeVerification") -> str:
+    """One or two words on an episode."""
+    if found.is_same:
+        return "same" if found.is_bit_equal else "same digits"
+    return "trouble" if found.trouble else "differs"

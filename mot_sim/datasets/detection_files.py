@@ -8,14 +8,15 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Bool, Float, Shaped
+from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 from scipy.special import expit
 
+from mot_sim.datasets.box_checks import inverted_cure, refuse_normalised
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.files.text import TextTable, read_table
 from tracker.errors import BadConfig
-from tracker.types import Detections
+from tracker.types import KITTI_KINDS, Detections, is_kitti_kind, kinds_said, spelled_as_kitti
 
 BadBoxes = Literal["error", "drop"]
 CORNER_COLUMNS = ("x1", "y1", "x2", "y2")
@@ -128,17 +129,14 @@ def check_detections(
     boxes, box_columns = form.boxes(table), form.box_columns
     scores = table.finite(["score"])[:, 0] if "score" in form.columns else np.ones(len(table))
     sides = boxes[:, 2:] - boxes[:, :2]
+    inverted = (sides < 0.0).any(axis=1)
     table.reject(
-        (sides < 0.0).any(axis=1),
-        "inverted box",
-        box_columns,
-        "the second corner lies below and right of the first; widths and heights are positive",
+        inverted, "inverted box", box_columns, inverted_cure(inverted, " ".join(box_columns))
     )
+    refuse_normalised(table, boxes, box_columns)
     furthest = np.array([*image_size, *image_size], dtype=float) - 1.0
     clipped = np.clip(boxes, 0.0, furthest)
-    keep = (
-        _of_kind(table["type"], form.kind) if form.kind is not None else np.ones(len(table), bool)
-    )
+    keep = np.ones(len(table), bool) if form.kind is None else _of_kind(table, form.kind)
     flat = (sides == 0.0).any(axis=1)
     outside = ~flat & (clipped[:, 2:] <= clipped[:, :2]).any(axis=1)
     if bad_boxes == "error":
@@ -175,5 +173,15 @@ def _words(form: DetectionFormat) -> Sequence[str]:
     return ("type",) if isinstance(form.kind, str) else ()
 
 
-def _of_kind(kinds: Shaped[Array, " n"], kind: str | float) -> Bool[Array, " n"]:
-    return np.asarray(kinds == kind, dtype=bool)
+def _of_kind(table: TextTable, kind: str | float) -> Bool[Array, " n"]:
+    """Where rows are of the kind that is tracked; says what a file without any holds."""
+    kinds = table["type"]
+    if isinstance(kind, str):
+        kinds = spelled_as_kitti(kinds)
+        cure = f"KITTI's classes are {', '.join(KITTI_KINDS)} (case does not matter)"
+        table.reject(~is_kitti_kind(kinds), "no class of KITTI", ["type"], cure)
+    keep = np.asarray(kinds == kind, dtype=bool)
+    if len(table) and not keep.any():
+        message = "%s: holds %s, and nothing of %s, which alone is tracked: nothing comes out"
+        log.warning(message, table.path, kinds_said(kinds), kind)
+    return keep

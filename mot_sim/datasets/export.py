@@ -10,7 +10,7 @@ from numpy import ndarray as Array
 from mot_sim.datasets.kitti.labels import write_labels, write_results
 from mot_sim.files.writing import write_lines
 from tracker.errors import BadConfig, BadTracks
-from tracker.types import Detections, Sequence, Tracks
+from tracker.types import Detections, Sequence, Tracks, spelled_as_kitti
 
 DEFAULT_FRAME_RATE = 10.0
 
@@ -101,7 +101,11 @@ def _detection_rows(indices: Int[Array, " k"], parts: list[Detections]) -> MotRo
 
 def _truth_rows(truth: Tracks) -> MotRows:
     named = truth.select(truth.ids >= 0)
-    cars = np.ones(len(named), dtype=bool) if named.kinds is None else named.kinds == "Car"
+    cars = (
+        np.ones(len(named), dtype=bool)
+        if named.kinds is None
+        else spelled_as_kitti(named.kinds) == "Car"
+    )
     return named.frames, named.ids + 1, named.boxes, np.where(cars, 1.0, 0.0)
 
 

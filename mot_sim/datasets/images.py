@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Shaped, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.files.text import MAX_FRAMES
+from mot_sim.files.text import MAX_FRAMES, what_is_there
 from tracker.errors import BadFile, DatasetNotFound
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp")
@@ -64,7 +64,7 @@ class ImageFolder:
         """Like `find`; raises DatasetNotFound when there are no numbered images."""
         found = cls.find(folder, first_frame)
         if found is None:
-            there = "no numbered images in it" if folder.is_dir() else "no such folder"
+            there = what_is_there(folder, "no numbered images in it")
             raise DatasetNotFound(
                 f"{folder}: {there}; give images named 000000.png, or ask for none"
             )

@@ -12,7 +12,9 @@ from mot_sim.datasets import (
     kitti_sequence,
     read_results,
 )
+from mot_sim.files.text import what_is_there
 from mot_sim.metrics import RULES, Evaluation, evaluate
+from mot_sim.metrics.doubts import doubts_of
 from tracker.errors import DatasetNotFound, UnknownName
 from tracker.types import Tracks
 
@@ -64,14 +66,19 @@ def require_rules(rules: str) -> None:
 
 
 def result_files(folder: Path) -> dict[str, Path]:
-    """The result files in a folder, or in its folder `data`, by sequence."""
+    """The result files in a folder, or in its folder `data`, by sequence; or a single file.
+
+    Raises DatasetNotFound for none; it says what lies there instead.
+    """
     for place in (folder, folder / "data"):
         files = {path.stem: path for path in sorted(place.glob("*.txt"))}
         if files:
             return files
-    there = "no such folder" if not folder.is_dir() else "no results in it"
+    if folder.is_file() and folder.suffix == ".txt":
+        return {folder.stem: folder}
     raise DatasetNotFound(
-        f"{folder}: {there}; results are SSSS.txt, as `mot-sim track` writes them"
+        f"{folder}: {what_is_there(folder, 'no results in it')}; results are SSSS.txt, as "
+        "`mot-sim track` writes them"
     )
 
 
@@ -89,7 +96,11 @@ def score_sequences(
     unlabelled = tuple(name for name in truths if name not in contests)
     if not contests:
         raise DatasetNotFound(f"no labels for {', '.join(unlabelled)}: nothing can be scored")
-    return ScoredSequences(evaluate(contests, rules), unlabelled)
+    scored = ScoredSequences(evaluate(contests, rules), unlabelled)
+    for name, contest in contests.items():
+        for doubt in doubts_of(*contest):
+            log.warning("%s: %s", name, doubt)
+    return scored
 
 
 def pick_results(

@@ -18,6 +18,7 @@ from mot_sim.files.writing import whole_file
 from tracker.errors import BadFile
 
 HEAD_ENTRY = "head"
+MAX_BYTES = 500_000_000  # unpacked; an hour of a full road has 50 MB
 TEXT_COLUMNS = {"kinds", "bodies", "paints"}  # the columns that hold text
 
 
@@ -66,10 +67,13 @@ class ArrayFormat:
     def _load(self, path: Path) -> dict[str, Array]:
         """All arrays of an npz file; BadFile if it is none."""
         try:
+            require_size(path)
             with np.load(BytesIO(path.read_bytes()), allow_pickle=False) as archive:
                 return {name: plain_array(archive[name], name) for name in archive.files}
         except FileNotFoundError:
             raise BadFile(f"{path}: no such file; record first") from None
+        except BadFile:
+            raise
         except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
             raise BadFile(f"{path}: damaged: {error}; {self.cure}") from None
         except Exception as error:  # NumPy lets through whatever a broken file causes
@@ -93,6 +97,17 @@ class ArrayFormat:
                 f"{path}: {self.holds} of version {version}, this is {self.version}: {cure}"
             )
         return promised
+
+
+def require_size(path: Path, most: int = MAX_BYTES) -> None:
+    """Raise BadFile for an npz file that unpacks to more than so many bytes; unpacks nothing.
+
+    An entry cannot hold more than the archive says: reading ends there.
+    """
+    with zipfile.ZipFile(path) as archive:
+        size = sum(entry.file_size for entry in archive.infolist())
+    if size > most:
+        raise BadFile(f"{path}: unpacks to {size:,} bytes, where such files have at most {most:,}")
 
 
 def checksum(arrays: Mapping[str, Array]) -> str:

@@ -19,6 +19,7 @@ MAX_INTEGER = 2.0**53
 MAX_NUMBER = 1e18
 # 28 hours at 100 Hz; what is laid out by frames stays small.
 MAX_FRAMES = 10_000_000
+MAX_TEXT_BYTES = 2_000_000_000  # 20 million rows of labels
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,11 +46,11 @@ class TextTable:
             block[:, index] = self.rows[column]
         return block
 
-    def integers(self, column: str, lowest: int | None = None) -> Int[Array, " n"]:
+    def integers(self, column: str, lowest: int | None = None, cure: str = "") -> Int[Array, " n"]:
         """A column of whole numbers; BadFile for fractions and for values below `lowest`."""
         numbers = self.finite([column], most=np.inf)[:, 0]
         broken = (numbers % 1.0 != 0.0) | (np.abs(numbers) > MAX_INTEGER)
-        self.reject(broken, f"{column} is not a whole number", [column])
+        self.reject(broken, f"{column} is not a whole number", [column], cure)
         if lowest is not None:
             cure = f"{column}s of this format start at {lowest}"
             self.reject(numbers < lowest, f"{column} below {lowest}", [column], cure)
@@ -98,12 +99,50 @@ class TextTable:
         return filled[row + self.header]
 
 
-def read_text(path: Path) -> str:
-    """The whole file as text, whatever its line ends; BadFile when it cannot be read."""
+# How the files begin that people give where a text file or a folder belongs, and what to do.
+_PACKED = {
+    b"PK\x03\x04": "a zip archive; unpack it, and give the folder",
+    b"\x1f\x8b": "packed by gzip; unpack it with gunzip",
+    b"\x93NUMPY": "an array of numpy; write it as text",
+    b"PAR1": "a Parquet file; write it as text",
+    b"\x89HDF": "an HDF5 file; write it as text",
+    b"\x89PNG": "an image",
+    b"\xff\xd8\xff": "an image",
+    b"%PDF": "a PDF",
+}
+
+
+def packed_as(path: Path) -> str | None:
+    """What a file is that is packed or binary, and what to do about it; None for any other."""
     try:
+        with path.open("rb") as file:
+            start = file.read(8)
+    except OSError:
+        return None
+    return next((what for magic, what in _PACKED.items() if start.startswith(magic)), None)
+
+
+def what_is_there(folder: Path, empty: str) -> str:
+    """What stands where a folder belongs: nothing, a file (of what kind), or one with `empty`."""
+    if folder.is_dir():
+        return empty
+    if not folder.exists():
+        return "no such folder"
+    return f"no folder but {packed_as(folder) or 'a single file'}"
+
+
+def read_text(path: Path, most: int = MAX_TEXT_BYTES) -> str:
+    """The whole file as text, whatever its line ends; BadFile when it cannot be read.
+
+    most: bytes; a larger file is refused before it is read.
+    """
+    try:
+        if (size := path.stat().st_size) > most:
+            raise BadFile(f"{path}: {size:,} bytes, where files of this kind have at most {most:,}")
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
-        raise BadFile(f"{path}: not a text file ({error.reason} at byte {error.start})") from None
+        what = packed_as(path) or f"{error.reason} at byte {error.start}"
+        raise BadFile(f"{path}: not a text file ({what})") from None
     except OSError as error:
         raise BadFile(f"{path}: cannot be read: {error.strerror}") from None
 

@@ -13,9 +13,16 @@ from tracker.errors import BadOutput
 def whole_file(path: Path) -> Iterator[Path]:
     """Gives a path beside the file to write to, then moves that into place; parents are made.
 
-    A crash leaves the old file or none. Raises BadOutput when the folder cannot be written to,
-    or the disk is full.
+    A crash leaves the old file or none. A link is followed; a pipe or a device is written to
+    itself. Raises BadOutput when the folder cannot be written to, or the disk is full.
     """
+    path = path.resolve() if path.is_symlink() else path
+    if is_stream(path):
+        try:
+            yield path
+        except OSError as error:
+            raise BadOutput(f"{path}: cannot be written: {error.strerror or error}") from None
+        return
     half = path.with_name(f".{path.name}.{os.getpid()}-{uuid4().hex[:12]}.half")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -26,6 +33,11 @@ def whole_file(path: Path) -> Iterator[Path]:
     finally:
         if half.parent.is_dir():
             half.unlink(missing_ok=True)
+
+
+def is_stream(path: Path) -> bool:
+    """Whether a pipe or a device stands there, which takes text but cannot be replaced."""
+    return path.exists() and not path.is_file() and not path.is_dir()
 
 
 def write_lines(path: Path, lines: Iterable[str]) -> None:
@@ -44,8 +56,15 @@ def require_writable(path: Path) -> None:
     """Raise BadOutput when `write_lines` would not be able to write there; writes nothing."""
     if path.is_dir():
         raise BadOutput(f"{path}: cannot be written: Is a directory")
+    if path.is_symlink():
+        return require_writable(path.resolve())
+    if is_stream(path):
+        if not os.access(path, os.W_OK):
+            raise BadOutput(f"{path}: cannot be written: Permission denied")
+        return None
     place = path.parent
     while not place.exists() and place != place.parent:
         place = place.parent
     if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
         raise BadOutput(f"{path}: cannot be written: {place} is no folder that can be written to")
+    return None

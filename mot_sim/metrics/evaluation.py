@@ -1,16 +1,20 @@
 """From truth and output to scores, by named rules, for one sequence or many together."""
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from mot_sim.metrics.clear import ClearCounts, Number, clear_scores
 from mot_sim.metrics.devkit2018 import devkit2018_clear
+from mot_sim.metrics.doubts import why_nothing_is_scored
 from mot_sim.metrics.hota import ALPHAS, Hota, hota_scores
 from mot_sim.metrics.identity import Identity, identity_scores
 from mot_sim.metrics.preprocessing import PreparedSequence, prepare_sequence, scored_rows
 from tracker.errors import BadConfig, UnknownName
 from tracker.types import Tracks
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,11 +122,20 @@ def evaluate_sequence(
     truth: all labels, with the columns kinds, truncation and occlusion where the data set has
     them. output: all rows without kinds, or of kind Car, count as cars. Rows may come in any
     order; only between matches of exactly equal merit does the order within a frame choose, as
-    in TrackEval. Raises UnknownName for the rules, BadTracks for rows that cannot be scored.
+    in TrackEval. Where rows are given and none is scored, a warning says what they hold. Raises
+    UnknownName for the rules, BadTracks for rows that cannot be scored.
     """
+    return _scores("sequence", truth, output, frame_count, rules)
+
+
+def _scores(name: str, truth: Tracks, output: Tracks, frame_count: int, rules: str) -> Scores:
     if rules not in RULES:
         raise UnknownName.of("rules", rules, RULES)
-    return RULES[rules](prepare_sequence(truth, output, frame_count), frame_count)
+    prepared = prepare_sequence(truth, output, frame_count)
+    for what, rows in (("labels", truth), ("results", output)):
+        if (why := why_nothing_is_scored(rows)) is not None:
+            log.warning("%s: the %s %s", name, what, why)
+    return RULES[rules](prepared, frame_count)
 
 
 def evaluate(
@@ -133,7 +146,7 @@ def evaluate(
     Raises as `evaluate_sequence` and `combine` do.
     """
     scores = {
-        name: evaluate_sequence(truth, output, frame_count, rules)
+        name: _scores(name, truth, output, frame_count, rules)
         for name, (truth, output, frame_count) in sequences.items()
     }
     return Evaluation(rules, scores, combine(list(scores.values())))

@@ -23,6 +23,8 @@ from tracker.types import Tracks
 EPSILON = float(np.finfo(float).eps)
 # A lead below this may be rounding of the solver: such frames are left to the solver.
 MIN_LEAD = 1e-9
+# Beyond this a float skips whole numbers.
+MAX_WHOLE = 2.0**53
 
 
 def same_frame_pairs(
@@ -128,6 +130,35 @@ def bare_rows(tracks: Tracks, rows: Bool[Array, " n"], frame_count: int, where: 
     if (np.diff(picked.frames) < 0).any():
         return picked.select(np.argsort(picked.frames, kind="stable"))
     return picked
+
+
+def whole_numbers(column: object, what: str, where: str) -> Int[Array, " n"]:
+    """A column as signed integers of 64 bits, whatever its type; BadTracks for anything else."""
+    numbers = np.asarray(column)
+    if numbers.dtype.kind == "i":
+        return numbers.astype(np.int64, copy=False)
+    if numbers.dtype.kind not in "uf":
+        raise BadTracks(
+            f"{where}: {what}s are of type {numbers.dtype}, the first of them "
+            f"{numbers.ravel()[:1].tolist()}; give whole numbers"
+        )
+    broken = ~(np.abs(numbers.astype(np.float64)) < MAX_WHOLE) | (numbers % 1 != 0)
+    if broken.any():
+        row = int(np.flatnonzero(broken)[0])
+        raise BadTracks(f"{where}: {what} {numbers[row]} of row {row} is not a whole number")
+    return numbers.astype(np.int64)
+
+
+def corners(boxes: object, where: str) -> Float[Array, "n 4"]:
+    """Boxes as rows of four floats, whatever their type; BadTracks for other shapes."""
+    array = np.asarray(boxes, dtype=np.float64)
+    if array.size == 0:
+        return array.reshape(0, 4)
+    if array.ndim != 2 or array.shape[1] != 4:
+        raise BadTracks(
+            f"{where}: boxes of shape {array.shape}: give n rows of x_min, y_min, x_max, y_max"
+        )
+    return array
 
 
 def match(

@@ -10,9 +10,18 @@ import numpy as np
 from jaxtyping import Bool, Int
 from numpy import ndarray as Array
 
-from mot_sim.metrics.matching import EPSILON, Overlaps, bare_rows, match, same_frame_pairs
+from mot_sim.metrics.matching import (
+    EPSILON,
+    Overlaps,
+    bare_rows,
+    corners,
+    match,
+    same_frame_pairs,
+    whole_numbers,
+)
+from tracker.errors import BadTracks
 from tracker.geometry import box_area, box_intersection
-from tracker.types import Tracks
+from tracker.types import KITTI_KINDS, Tracks, is_kitti_kind, spelled_as_kitti
 
 MIN_OVERLAP = 0.5  # intersection over union of a match
 MAX_OCCLUSION_LEVEL = 2  # KITTI's levels: 0 visible, 1 partly, 2 largely occluded, 3 unknown
@@ -39,9 +48,11 @@ def prepare_sequence(truth: Tracks, output: Tracks, frame_count: int) -> Prepare
 
     Of the truth: Car and Van; without a column `kinds` all are cars; without `truncation` or
     `occlusion` nothing is truncated or occluded. Of the output: all but other kinds than Car.
-    Rows with a negative id belong to no object and are left out, as in both reference evaluators.
-    Raises BadTracks: see `bare_rows`.
+    Kinds are compared without case, as in TrackEval. Rows with a negative id belong to no object
+    and are left out, as in both reference evaluators. Raises BadTracks as `checked_columns` and
+    `bare_rows` do.
     """
+    truth, output = checked_columns(truth, "truth"), checked_columns(output, "output")
     is_car, is_van = kind_is(truth, "Car", True), kind_is(truth, "Van", False)
     labels = (is_car | is_van) & (truth.ids >= 0)
     cars = kind_is(output, "Car", True) & (output.ids >= 0)
@@ -61,11 +72,36 @@ def prepare_sequence(truth: Tracks, output: Tracks, frame_count: int) -> Prepare
     )
 
 
+def checked_columns(tracks: Tracks, where: str) -> Tracks:
+    """The same rows with frames and ids as integers, boxes as floats, kinds in KITTI's spelling.
+
+    Numbers may be of any type. Raises BadTracks for frames and ids that are not whole, for boxes
+    that are not four numbers a row, and for a kind that is no class of KITTI.
+    """
+    tracks = tracks.replaced(
+        frames=whole_numbers(tracks.frames, "frame", where),
+        ids=whole_numbers(tracks.ids, "id", where),
+        boxes=corners(tracks.boxes, where),
+    )
+    if tracks.kinds is None or not len(tracks):
+        return tracks
+    kinds = spelled_as_kitti(tracks.kinds)
+    strange = ~is_kitti_kind(kinds)
+    if strange.any():
+        row = int(np.flatnonzero(strange)[0])
+        raise BadTracks(
+            f"{where}: kind {str(kinds[row])!r} of row {row} is no class of KITTI: write one of "
+            f"{', '.join(KITTI_KINDS)} (case does not matter), or leave kinds out: all are cars"
+        )
+    return tracks.replaced(kinds=kinds)
+
+
 def kind_is(tracks: Tracks, kind: str, without_kinds: bool) -> Bool[Array, " n"]:
     """Where rows are of a kind; `without_kinds` everywhere when there is no such column."""
     if tracks.kinds is None:
         return np.full(len(tracks), without_kinds)
-    return np.asarray(tracks.kinds == kind, dtype=bool).reshape(len(tracks))
+    kinds = spelled_as_kitti(tracks.kinds)
+    return np.asarray(kinds == kind, dtype=bool).reshape(len(tracks))
 
 
 def ignored_if_unmatched(prepared: PreparedSequence, slack: float) -> Bool[Array, " m"]:

@@ -20,6 +20,7 @@ from mot_sim.datasets import (
 )
 from mot_sim.evaluation.run_folder import RUN_FILE
 from mot_sim.evaluation.runs import Recipe, track_sequence
+from mot_sim.files.text import what_is_there
 from mot_sim.metrics.matching import same_frame_pairs
 from mot_sim.simulation.episode import SimulatedDrive, record
 from mot_sim.simulation.episodes import EpisodeFiles, read_episode, stored_episodes
@@ -74,8 +75,9 @@ class DriveRequest:
         if self.episode in SCENE_NAMES:
             return self._scene()
         if len(folder.parts) > 1 or folder.exists():
+            there = what_is_there(folder, "no episode")
             raise DatasetNotFound(
-                f"{folder}: no such folder; give one of mot-sim record, a KITTI root, or a scene"
+                f"{folder}: {there}; give one of mot-sim record, a KITTI root, or a scene"
             )
         raise UnknownName.of("folder or scene", self.episode, SCENE_NAMES.names())
 

@@ -27,16 +27,16 @@ from tracker.types import Tracks
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SimulatedDrive(RecordedSequence):
-    """A drive of which everything is known, whether it was run just now or read from a file.
-
-    seed: everything follows from it. traffic: who was where; state i is frame i. scene_meshes:
-    the cars and the camera. annotations: the ground truth of all frames, apart from the frames.
-    """
+    """A drive of which everything is known, whether it was run just now or read from a file."""
 
     seed: int
+    """Random seed, from which everything follows."""
     traffic: RecordedTraffic
+    """Who was where; state i is frame i."""
     scene_meshes: SceneMeshes
+    """The cars and the camera."""
     annotations: Annotations
+    """The ground truth of all frames of the run, whether they are delivered or not."""
 
     @property
     def vehicles(self) -> Vehicles:
@@ -75,6 +75,7 @@ class Episode(SimulatedDrive):
     """One run of a scene."""
 
     scene: Scene
+    """What was run."""
 
 
 def record(

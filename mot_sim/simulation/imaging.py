@@ -32,11 +32,13 @@ def motion_at(rollout: Rollout, frame: int) -> tuple[float, float]:
 class RenderedImages:
     """The frames of a rollout, drawn one by one on request; satisfies `ImageSource`.
 
-    renderer: a name of RENDERERS, or `auto`. Raises UnknownName and NoOpenGL at once.
+    Raises UnknownName and NoOpenGL at once.
     """
 
     rollout: Rollout
+    """What is drawn."""
     renderer: str = "raster"
+    """A name of RENDERERS, or `auto`."""
 
     def __post_init__(self) -> None:
         _ = self.drawing

@@ -22,6 +22,7 @@ class Rig:
     """A camera above the reference point (x, y) of the ego car, looking along its heading."""
 
     camera: Camera
+    """Calibration and mounting; it must look ahead and stand upright, with focal lengths > 0."""
 
     def __post_init__(self) -> None:
         R_road_cam = self.camera.T_road_cam[:3, :3]

@@ -22,23 +22,28 @@ Knob = int | float | str | bool  # the value of a knob
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What can be run: who drives on which roads, and what watches them, for how many frames.
-
-    make_traffic: is given the shapes that cars are chosen from, whose sizes the traffic takes.
-    weather: light and air of the pictures. surroundings: how much stands beside the roads.
-    knobs: what `mot_sim.simulation.registry.find_scene` made it from, together with its name.
-    """
+    """What can be run: who drives on which roads, and what watches them, for how many frames."""
 
     name: str
+    """What it is called in tables and files."""
     make_traffic: Callable[[Models], Traffic]
+    """Makes the traffic from the shapes that cars are chosen from, whose sizes it takes."""
     frame_count: int
+    """Length of a run in frames of 0.1 s, >= 1."""
     roads: Roads = field(default_factory=Roads)
+    """The painted ground; empty: the cars stand on a plain."""
     rig: Rig = field(default_factory=Rig.kitti)
+    """The camera on the ego car."""
     detector: Detector = field(default_factory=Detector)
+    """Noise model that turns the truth into detections."""
     vehicle_sampler: VehicleSampler = field(default_factory=VehicleSampler)
+    """How shapes and paints of cars are chosen."""
     weather: Weather = field(default_factory=lambda: find_weather("noon"))
+    """Light and air of the pictures; does not change the detections."""
     surroundings: Surroundings = field(default_factory=Surroundings)
+    """How much stands beside the roads; more: more things that hide cars."""
     knobs: Mapping[str, Knob] = field(default_factory=dict)
+    """What `mot_sim.simulation.registry.find_scene` made it from, together with its name."""
 
     def __post_init__(self) -> None:
         if self.frame_count < 1:
@@ -50,8 +55,11 @@ class Rollout:
     """One run of a scene before it is annotated or drawn; state i of the traffic is frame i."""
 
     scene: Scene
+    """What is run."""
     seed: int
+    """Random seed, from which everything follows."""
     traffic: RecordedTraffic
+    """Who is where in every frame."""
 
     @classmethod
     def of(cls, scene: Scene, seed: int, traffic: RecordedTraffic | None = None) -> "Rollout":

@@ -21,19 +21,18 @@ MINUTE_SECONDS = 60.0
 
 @dataclass(frozen=True)
 class Figures:
-    """Means over runs of a scene.
-
-    cars: visible ones a frame, at least MIN_VISIBLE of them. occluded: share of the cars in sight
-    of which less than half is visible. turned: share of the visible ones that head more than 30
-    degrees off the ego's heading. ids: different visible cars a minute. yaw_rate: the largest of
-    the ego car, degrees a second.
-    """
+    """Means over runs of a scene; cars count that are large and near enough and in sight."""
 
     cars: float
+    """Cars per frame of which at least a share of MIN_VISIBLE is visible."""
     occluded: float
+    """Share of the cars in sight of which less than half is visible, 0 to 1."""
     turned: float
+    """Share of the visible cars that head more than 30 degrees off the ego's heading, 0 to 1."""
     ids: float
+    """Different visible cars per minute."""
     yaw_rate: float
+    """Largest of the ego car, degrees per second."""
 
 
 def figures_of_rollout(rollout: Rollout, progress: Callable[[], None] | None = None) -> Figures:

@@ -29,7 +29,9 @@ class SceneMeshes:
     """The cars of a run and the camera that looks at them."""
 
     vehicles: Vehicles
+    """Who the cars are."""
     rig: Rig
+    """The camera on the ego car."""
 
     @cached_property
     def meshes(self) -> tuple[tuple[Mesh, ...], ...]:

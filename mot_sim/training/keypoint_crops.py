@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int, UInt8
 from numpy import ndarray as Array
 
+from mot_sim.files.array_files import require_size
 from mot_sim.files.writing import write_bytes
 from mot_sim.simulation.renderers import Rendered, Renderer, find_renderer
 from mot_sim.simulation.scenery import post_process
@@ -31,6 +32,7 @@ CROP_PIXELS = 96  # sides of a stored crop
 CROP_ROOM = 1.5  # side of a stored crop over the network's: room for a detector's errors
 ANY_CAR_MARK = 64  # added in `parts`
 OWN_CAR_MARK = 128
+MAX_CROP_BYTES = 4_000_000_000  # of the crops of one place
 MIN_CROP_HEIGHT_PIXELS = 18.0  # of a box, in KITTI's camera
 MIN_CROP_VISIBLE_SHARE = 0.25
 MAX_TRUNCATION = 0.6
@@ -151,6 +153,7 @@ def load_crops(path: Path) -> Crops:
     if not path.is_file():
         raise DatasetNotFound(f"no crops at {path}: make them with `mot-sim train-keypoints`")
     try:
+        require_size(path, MAX_CROP_BYTES)
         with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
             columns = [file[column.name] for column in fields(Crops)]
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:

@@ -1,7 +1,7 @@
 """What every framework of the register promises, online, in a window or over the whole drive."""
 
 import pickle
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -157,3 +157,55 @@ def test_a_cost_that_is_no_number_is_named(name: str) -> None:
     tracker = replace(TRACKERS["default"](LEVEL), costs=((1.0, Broken()),))
     with pytest.raises(BadConfig, match=r"costs -?(inf|nan)"):
         run(FRAMEWORKS[name](tracker), town().frames)
+
+
+def scribbled_over(rows: Tracks) -> None:
+    """Every array of the rows, made useless."""
+    for array in (rows.frames, rows.ids, rows.boxes, rows.scores, *vars(rows.cuboids).values()):
+        array[:] += 1000
+
+
+@every_framework
+@every_tracker
+def test_what_the_caller_does_to_rows_and_frames_changes_nothing_later(
+    name: str, preset: str
+) -> None:
+    """Rows are the caller's own; a detector may write its next boxes over the last ones."""
+    expected = run(built(name, preset), town().frames)
+    framework, parts = built(name, preset), []
+    for frame in pickle.loads(pickle.dumps(town().frames)):
+        rows = framework.step(frame)
+        parts.append(rows.copied())
+        scribbled_over(rows)
+        frame.detections.boxes[:] = 7.0
+        frame.detections.scores[:] = 0.0
+        if frame.T_now_before is not None:
+            frame.T_now_before[:] = np.nan
+    if isinstance(framework, Delayed):
+        parts.append(framework.finish())
+    assert_same(Tracks.concatenate(parts), expected)
+
+
+def arrays_in(thing: object) -> list[np.ndarray]:
+    """Every array of a nested state."""
+    if isinstance(thing, np.ndarray):
+        return [thing]
+    if isinstance(thing, tuple):
+        return [array for part in thing for array in arrays_in(part)]
+    if is_dataclass(thing):
+        return [array for field in fields(thing) for array in arrays_in(getattr(thing, field.name))]
+    return []
+
+
+@every_framework
+def test_what_is_remembered_of_tracks_cannot_be_written_to(name: str) -> None:
+    framework = built(name)
+    for frame in town().frames[:5]:
+        framework.step(frame)
+    tracks = framework.state.tracks if name in ASSOCIATIONS else framework.state.linker.recent
+    remembered = arrays_in(tracks)
+    assert len(remembered) > 10
+    for array in remembered:
+        assert not array.flags.writeable
+    with pytest.raises(ValueError, match="read-only"):
+        tracks.ids[:] += 1

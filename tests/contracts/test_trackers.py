@@ -153,3 +153,18 @@ def test_ids_are_given_in_order_from_0_and_never_again(name: str) -> None:
             assert new == len(known)
             known.add(new)
     assert tracker.state.next_id == len(known)
+
+
+@every_tracker
+def test_what_is_compared_and_explained_shares_nothing_that_can_be_changed(name: str) -> None:
+    """Ids of the predicted tracks are the memory's, read-only; boxes of a frame are copies."""
+    tracker = replace(TRACKERS[name](LEVEL), explain=True)
+    run(tracker, town(), last=5)
+    frame = pickle.loads(pickle.dumps(town().frames[5]))
+    compared = tracker.cost_matrix(frame)
+    with pytest.raises(ValueError, match="read-only"):
+        compared.tracks.ids[:] += 1
+    tracker.step(frame)
+    boxes = tracker.explanation.boxes.copy()
+    frame.detections.boxes[:] += 50.0
+    np.testing.assert_array_equal(tracker.explanation.boxes, boxes)

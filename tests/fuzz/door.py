@@ -1,6 +1,7 @@
 """The property of every reader: it returns, or raises one of our own errors, and nothing else."""
 
 import os
+import re
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -8,14 +9,11 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from hypothesis import HealthCheck, Phase, given, settings
-from hypothesis import strategies as st
-
 from tracker.errors import TrackingError
 
-# Inputs a reader is given; `make fuzz` asks for 100,000.
+# Inputs a reader is given; `make fuzz` asks for more.
 INPUTS = int(os.environ.get("MOT_SIM_FUZZ", "1000"))
-BATCH = 25 if INPUTS <= 1000 else 100  # inputs an example of hypothesis
+BATCH = 25  # inputs
 SECONDS = 60  # in which a batch must be read; a reader that hangs is stopped then
 
 Spoil = Callable[[bytes, Random], bytes]
@@ -38,32 +36,37 @@ def fuzz(
 ) -> None:
     """Give a reader so many bad files at `path`.
 
-    Each example draws some bytes: they are the first file, and the seed of the others, which are
-    spoiled copies of the good ones. At least one of the good files must be read.
+    Files come in batches, each made from its number alone: random bytes, which are the first file
+    and the seed of the others, spoiled copies of the good ones. At least one of the good files
+    must be read. Where MOT_SIM_FUZZ_FOLDER names a folder, the number of finished batches is kept
+    there for each test, and a later run goes on behind them.
     """
     seeds = good if isinstance(good, list) else [good]
     for seed in seeds:
         path.write_bytes(seed)
         read(path)
-    examples = -(-inputs // BATCH)
-
-    @settings(
-        max_examples=examples,
-        phases=(Phase.generate,),
-        suppress_health_check=list(HealthCheck),
-        deadline=None,
-        database=None,
-        derandomize=INPUTS <= 1000,
-    )
-    @given(st.binary(max_size=64))
-    def run(drawn: bytes) -> None:
+    kept = _kept_count()
+    done = 0 if kept is None or not kept.is_file() else int(kept.read_text())
+    for batch in range(done, -(-inputs // BATCH)):
+        drawn = Random(batch)
+        first = drawn.randbytes(drawn.randrange(65))
         with _at_most(SECONDS):
-            check(path, drawn, read)
+            check(path, first, read)
             for number in range(1, BATCH):
-                rng = Random(drawn + bytes([number]))
+                rng = Random(f"{batch} {number}")
                 check(path, spoil(rng.choice(seeds), rng), read)
+        if kept is not None:
+            kept.write_text(str(batch + 1))
 
-    run()
+
+def _kept_count() -> Path | None:
+    """The file with the number of this test's finished batches; None where none is kept."""
+    folder = os.environ.get("MOT_SIM_FUZZ_FOLDER")
+    if not folder:
+        return None
+    test = os.environ["PYTEST_CURRENT_TEST"].rpartition(" ")[0]
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    return Path(folder) / f"{re.sub('[^A-Za-z0-9]+', '_', test)}-by-{BATCH}.txt"
 
 
 def check(path: Path, content: bytes, read: Callable[[Path], Any]) -> None:

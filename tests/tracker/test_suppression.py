@@ -77,7 +77,10 @@ def test_what_is_left_overlaps_no_more_than_the_limit(seed, n, max_iou) -> None:
 
 
 @pytest.mark.parametrize("n", [1, 2, 3])
-def test_boxes_far_apart_are_handed_on_as_they_are(n: int) -> None:
+def test_boxes_far_apart_are_handed_on_in_arrays_of_their_own(n: int) -> None:
     boxes = np.array([[100.0 * i, 10, 100.0 * i + 50, 60] for i in range(n)])
     detections = Detections(boxes, np.ones(n))
-    assert Suppression()(detections, LEVEL) is detections
+    kept = Suppression()(detections, LEVEL)
+    np.testing.assert_array_equal(kept.boxes, boxes)
+    assert not np.shares_memory(kept.boxes, boxes)
+    assert not np.shares_memory(kept.scores, detections.scores)

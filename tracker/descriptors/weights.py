@@ -15,6 +15,7 @@ from tracker.errors import BadWeights
 
 SHIPPED_WEIGHTS = Path(__file__).parent.parent / "weights" / "appearance.npz"
 WEIGHTS_FORMAT = 1
+MAX_BYTES = 200_000_000  # unpacked; ours has less than one
 WEIGHTS_KEYS = {"format", "weights", "mean", "grid", "hourglass", "unit", "training", "sha256"}
 WEIGHTS_HINT = "reinstall mot-sim, or make the file again with mot-sim train-appearance"
 
@@ -70,6 +71,8 @@ def _read(path: Path) -> tuple[Weights, dict[str, object]]:
         raise BadWeights(f"{path}: no weights of the appearance descriptor; {WEIGHTS_HINT}")
     try:
         with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as file:
+            if sum(entry.file_size for entry in file.zip.infolist()) > MAX_BYTES:
+                raise BadWeights(f"{path}: unpacks to more than {MAX_BYTES:,} bytes")
             missing = WEIGHTS_KEYS - set(file.files)
             if missing:
                 raise BadWeights(

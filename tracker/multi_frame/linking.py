@@ -112,10 +112,12 @@ class Linker:
         scores = detections.scores
         new = ActiveTracks.born(observed, scores, np.ones(len(scores)), first)
         new, gains = self._filter(links, recent, new, dt, state.gains)
+        for remembered in (detections, observed, new):
+            remembered.locked()
         frame_nodes = FrameNodes(
             frame.index, frame.time, first, detections, observed, new.beliefs, arcs, T_world_road
         )
-        kept = ActiveTracks.concatenate((self._within_memory(recent), new))
+        kept = ActiveTracks.concatenate((self._within_memory(recent), new)).locked()
         n, m = pairs.shape
         statistics = state.statistics.after_frame(n * m, len(costs), unmeasured)
         after = LinkerState(kept, frame_nodes.end, frame.time, T_world_road, statistics, gains)

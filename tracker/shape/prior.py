@@ -11,6 +11,7 @@ from numpy import ndarray as Array
 from tracker.errors import BadFile, DatasetNotFound
 from tracker.shape.basis import ShapeBasis
 
+MAX_BYTES = 10_000_000  # unpacked; ours has 7 kB
 SHIPPED_PRIOR = Path(__file__).with_name("prior.npz")
 
 # The left half of the authors' 36 keypoints in their order; the right half follows, mirrored.
@@ -71,6 +72,8 @@ def save_prior(basis: ShapeBasis, path: str | Path) -> None:
 def _read_ours(path: Path) -> ShapeBasis:
     try:
         with np.load(BytesIO(path.read_bytes()), allow_pickle=False) as file:
+            if sum(entry.file_size for entry in file.zip.infolist()) > MAX_BYTES:
+                raise BadFile(f"{path}: unpacks to more than {MAX_BYTES:,} bytes")
             arrays = {name: file[name] for name in ("points", "mean", "vectors", "std")}
     except Exception as error:  # NumPy lets through whatever a broken file causes
         raise BadFile(f"{path} is no shape prior: {error}") from error

@@ -1,13 +1,15 @@
-"""The nouns: frozen dataclasses of arrays, no algorithms."""
+"""The nouns: frozen dataclasses of arrays, no algorithms; and KITTI's words for classes."""
 
 from tracker.types.camera import Camera
 from tracker.types.cuboids import Cuboids
 from tracker.types.detections import Detections
+from tracker.types.kinds import KITTI_KINDS, is_kitti_kind, kinds_said, spelled_as_kitti
 from tracker.types.rows import Rows
 from tracker.types.sequence import Frame, Sequence, SequenceWrapper
 from tracker.types.tracks import Tracks
 
 __all__ = [
+    "KITTI_KINDS",
     "Camera",
     "Cuboids",
     "Detections",
@@ -16,4 +18,7 @@ __all__ = [
     "Sequence",
     "SequenceWrapper",
     "Tracks",
+    "is_kitti_kind",
+    "kinds_said",
+    "spelled_as_kitti",
 ]

@@ -45,6 +45,27 @@ class Rows:
         mine = self.__dict__
         return _table(type(self), {name: mine[name] for name in self.__match_args__} | columns)
 
+    def _columns(self) -> list[tuple[str, Any]]:
+        """The columns with their names."""
+        mine = self.__dict__
+        return [(name, mine[name]) for name in self.__match_args__]
+
+    def copied(self: Table) -> Table:
+        """The same rows in arrays of their own."""
+        columns = {
+            name: None if column is None else _copied(column) for name, column in self._columns()
+        }
+        return _table(type(self), columns)
+
+    def locked(self: Table) -> Table:
+        """This table itself, whose arrays can no longer be written to: NumPy raises ValueError."""
+        for _, column in self._columns():
+            if isinstance(column, np.ndarray):
+                column.setflags(write=False)
+            elif column is not None:
+                column.locked()
+        return self
+
     def updated(self: Table, rows: RowIndex, others: Table) -> Table:
         """The same table with the rows of another one in these places.
 
@@ -84,3 +105,8 @@ def _table(kind: type[Table], columns: dict[str, Any]) -> Table:
     table = object.__new__(kind)
     table.__dict__.update(columns)
     return table
+
+
+def _copied(column: Any) -> Any:
+    """An array or a nested table of its own."""
+    return column.copy() if isinstance(column, np.ndarray) else column.copied()

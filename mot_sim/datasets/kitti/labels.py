@@ -7,14 +7,15 @@ pitched or rolled camera KITTI's rotation_y is the yaw projected on the camera's
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int, Shaped
 from numpy import ndarray as Array
 
+from mot_sim.datasets.box_checks import inverted_cure, refuse_normalised
 from mot_sim.files.text import TextTable, read_table
 from mot_sim.files.writing import write_lines
 from tracker.errors import BadTracks
 from tracker.geometry import invert, transform, wrap_angle
-from tracker.types import Cuboids, Tracks
+from tracker.types import KITTI_KINDS, Cuboids, Tracks, is_kitti_kind, spelled_as_kitti
 
 # What KITTI writes where there is no cuboid: in results, and in DontCare labels.
 NO_CUBOID = (-1.0, -1.0, -1.0, -1000.0, -1000.0, -1000.0, -10.0)
@@ -85,7 +86,7 @@ def read_labels(
     with file and line for bad rows, frames outside the sequence and an id twice in a frame.
     """
     table = read_table(path, LABEL_COLUMNS, words=["type"])
-    return tracks_of_table(table, T_road_label, frame_count)
+    return tracks_of_table(table, T_road_label, frame_count, levels(table, "truncated"))
 
 
 def write_labels(
@@ -100,7 +101,10 @@ def write_labels(
 
 
 def tracks_of_table(
-    table: TextTable, T_road_label: Float[Array, "4 4"] | None, frame_count: int | None
+    table: TextTable,
+    T_road_label: Float[Array, "4 4"] | None,
+    frame_count: int | None,
+    truncation: Int[Array, " n"],
 ) -> Tracks:
     """The tracks of a table with the columns of labels, and perhaps `score`."""
     cuboids = None
@@ -112,19 +116,45 @@ def tracks_of_table(
         table.integers("id", -1),
         require_boxes(table),
         table.finite(["score"])[:, 0] if "score" in (table.rows.dtype.names or ()) else None,
-        table["type"],
-        table.integers("truncated"),
-        table.integers("occluded"),
+        kinds_of(table),
+        truncation,
+        levels(table, "occluded"),
         cuboids,
     )
     return in_order(tracks, table)
+
+
+def levels(table: TextTable, column: str) -> Int[Array, " n"]:
+    """A column of KITTI's levels; BadFile for shares, as its object benchmark has them."""
+    cure = "tracking labels have levels 0, 1, 2 (occluded: 3 as well), or -1 where it is unknown"
+    return table.integers(column, cure=cure)
+
+
+def levels_or_shares(table: TextTable, column: str) -> Int[Array, " n"]:
+    """A column of levels that may hold shares in 0..1 as well: no level is known (-1) there."""
+    numbers = table.finite([column])[:, 0]
+    shares = (numbers > 0.0) & (numbers < 1.0)
+    cure = "write a level (0, 1, 2, -1 for unknown) or a share in 0..1"
+    table.reject(~shares & (numbers % 1.0 != 0.0), f"{column} is no level", [column], cure)
+    return np.where(shares, -1, numbers).astype(np.int64)
+
+
+def kinds_of(table: TextTable) -> Shaped[Array, " n"]:
+    """The column `type` in KITTI's spelling, whatever its case; BadFile for no class of KITTI."""
+    kinds = spelled_as_kitti(table["type"])
+    cure = f"KITTI's classes are {', '.join(KITTI_KINDS)} (case does not matter)"
+    table.reject(~is_kitti_kind(kinds), "no class of KITTI", ["type"], cure)
+    return kinds
 
 
 def require_boxes(table: TextTable) -> Float[Array, "n 4"]:
     """The boxes x1 y1 x2 y2 of a table; BadFile for NaN, infinity and inverted ones."""
     boxes = table.finite(LABEL_BOX_COLUMNS)
     inverted = np.asarray((boxes[:, 2:] < boxes[:, :2]).any(axis=1))
-    table.reject(inverted, "inverted box", LABEL_BOX_COLUMNS, "x1 <= x2 and y1 <= y2 belong here")
+    table.reject(
+        inverted, "inverted box", LABEL_BOX_COLUMNS, inverted_cure(inverted, "x1 y1 x2 y2")
+    )
+    refuse_normalised(table, boxes, LABEL_BOX_COLUMNS)
     return boxes
 
 
@@ -213,7 +243,8 @@ def read_results(
     """
     table = read_table(path, lambda fields: COLUMNS_BY_COUNT.get(len(fields)), words=["type"])
     if "type" in (table.rows.dtype.names or ()):
-        return tracks_of_table(table, T_road_label, frame_count)
+        truncation = levels_or_shares(table, "truncated")
+        return tracks_of_table(table, T_road_label, frame_count, truncation)
     tracks = Tracks(
         table.frames(frame_count, first=1),
         table.integers("id", 0),

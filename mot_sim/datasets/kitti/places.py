@@ -3,6 +3,7 @@
 import os
 from pathlib import Path
 
+from mot_sim.files.text import what_is_there
 from tracker.errors import DatasetNotFound, UnknownName
 
 ROOT_VARIABLE = "MOT_SIM_KITTI_ROOT"
@@ -27,6 +28,8 @@ def find_root(root: Path | str | None = None) -> Path:
     if not named:
         raise DatasetNotFound(f"no KITTI root is given; {CURE}")
     folder = Path(named).expanduser()
+    if not folder.is_dir():
+        raise DatasetNotFound(f"{folder}: no KITTI root, {what_is_there(folder, '')}; {CURE}")
     if not any((folder / split).is_dir() for split in SPLITS):
         raise DatasetNotFound(
             f"{folder}: no KITTI root, it lacks 'training' and 'testing'; "
@@ -86,7 +89,7 @@ def training_row(name: str, split: str) -> int | None:
 
 def _contents(folder: Path) -> str:
     if not folder.is_dir():
-        return f"{folder} does not exist"
+        return f"{folder} is {what_is_there(folder, '')}"
     names = sorted(path.name for path in folder.iterdir())
     shown = ", ".join(names[:8]) + (f", ... ({len(names)} in all)" if len(names) > 8 else "")
     return f"{folder} holds {shown or 'nothing'}"

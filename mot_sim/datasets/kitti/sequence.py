@@ -107,13 +107,15 @@ def kitti_sequence(
     log = DetectionLog(np.zeros(0, np.int64), Detections.empty())
     if detected is not None:
         log = read_detections(*detected, camera.image_size, frame_count, bad_boxes)
+    labels = folder / "label_02" / f"{name}.txt"
     if frame_count is None:
-        frame_count = int(log.frames[-1]) + 1 if len(log.frames) else 0
+        frame_count = int(log.frames.max(initial=-1)) + 1
+        if labels.is_file():
+            frame_count = max(frame_count, int(read_labels(labels).frames.max(initial=-1)) + 1)
     Ts_world_cam = EGO[ego].poses(root, split, name, calibration, frame_count)
     motion = _seen_motion(ego, found, None if number is None else known_size, frame_count)
     if images and found is not None and motion is None:
         found.warn_of_gaps(frame_count)
-    labels = folder / "label_02" / f"{name}.txt"
     return KittiSequence(
         name=name,
         camera=camera,
@@ -140,7 +142,7 @@ def _seen_motion(
 
 
 def _frame_count(root: Path, split: str, name: str, images: ImageFolder | None) -> int | None:
-    """From OXTS, else from KITTI's list, else from the images; None when nothing says."""
+    """From OXTS, else from KITTI's list, else from the images; None when only rows can say."""
     oxts = oxts_path(root, split, name)
     if oxts.is_file():
         return sum(1 for line in read_text(oxts).split("\n") if line.strip())

@@ -11,6 +11,7 @@ from mot_sim.datasets.kitti.labels import (
     COLUMNS_BY_COUNT,
     LABEL_BOX_COLUMNS,
     in_order,
+    levels_or_shares,
     require_boxes,
     tracks_of_table,
 )
@@ -91,7 +92,8 @@ def _read_drive(drive: RecordedSequence, path: Path) -> Tracks:
     ids = table.integers("id")
     table.reject(ids < 0, "id below 0", ["frame", "id"], "leave out rows that belong to no track")
     if "type" in (table.rows.dtype.names or ()):
-        return tracks_of_table(table, None, drive.frame_count)
+        truncation = levels_or_shares(table, "truncated")
+        return tracks_of_table(table, None, drive.frame_count, truncation)
     return _plain_tracks(table)
 
 

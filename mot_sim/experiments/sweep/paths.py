@@ -1,6 +1,6 @@
 """Values inside nested dataclasses by dotted names: `lifecycle.max_gap`, `misses.by_height.3`."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass, replace
 from difflib import get_close_matches
 from math import isfinite
@@ -59,10 +59,21 @@ def fitting(value: Level, like: Level, where: str) -> Level:
 
 def parse_setting(text: str) -> tuple[str, Level]:
     """The axis and the level of NAME=LEVEL, as `--set` takes it. Raises BadConfig."""
-    name, equals, value = text.partition("=")
+    name, equals, value = (part.strip() for part in text.partition("="))
     if not (name and equals and value):
         raise BadConfig(f"--set {text}: write NAME=LEVEL")
     return name, parse_level(value)
+
+
+def parse_settings(texts: Iterable[str], given: Mapping[str, Level] = {}) -> dict[str, Level]:
+    """All of them; given: what other options set. Raises BadConfig for an axis set twice."""
+    found = dict(given)
+    for text in texts:
+        name, level = parse_setting(text)
+        if name in found:
+            raise BadConfig(f"--set {text}: {name} is set to {found[name]} already; set it once")
+        found[name] = level
+    return found
 
 
 def parse_level(text: str) -> Level:

@@ -1,6 +1,6 @@
 """Where in the space of its axes a design looks: grids, one axis at a time, or drawn points."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import exp, inf, log
@@ -82,6 +82,17 @@ def require_levels(axis: str, levels: Levels, mode: str) -> None:
         raise BadConfig(f"axis {axis} has no levels: write --axis {axis}=0,0.5,1")
     if len(set(levels)) < len(levels):
         raise BadConfig(f"axis {axis}: {list(levels)} holds a level twice")
+
+
+def parse_axes(texts: Iterable[str]) -> dict[str, Levels]:
+    """All axes with their levels. Raises BadConfig for one that is given twice."""
+    found: dict[str, Levels] = {}
+    for text in texts:
+        name, levels = parse_axis(text)
+        if name in found:
+            raise BadConfig(f"--axis {text}: {name} is one already; give all its levels at once")
+        found[name] = levels
+    return found
 
 
 def parse_axis(text: str) -> tuple[str, Levels]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
+from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.evaluation.runs import Recipe, parse_costs
@@ -201,11 +202,12 @@ class Updated:
         """The rows of this frame; the tracker gets copies."""
         seen = frame.detections
         update: Callable[..., Any] = self.inner.update
-        answer = update(seen.boxes.copy(), seen.scores.copy())
-        if isinstance(answer, Tracks):
-            return answer
-        is_pair = isinstance(answer, tuple) and len(answer) == 2
-        rows = _paired(*answer) if is_pair else np.asarray(answer, dtype=float)
+        rows = update(seen.boxes.copy(), seen.scores.copy())
+        if isinstance(rows, Tracks):
+            return rows
+        if isinstance(rows, tuple) and len(rows) == 2:
+            rows = rows_of_pair(*rows)
+        rows = np.asarray(rows, dtype=float)
         if rows.size == 0:
             return Tracks.empty()
         if rows.ndim != 2 or rows.shape[1] < 5:
@@ -217,14 +219,14 @@ class Updated:
         return Tracks(frames, ids.astype(np.int64), rows[:, :4], np.ones(len(rows)))
 
 
-def _paired(ids: Any, boxes: Any) -> Array:
-    """Rows of box and id. Raises BadRows where they do not fit together."""
-    numbers, found = np.asarray(ids), np.asarray(boxes, dtype=float)
+def rows_of_pair(ids: object, boxes: object) -> Float[Array, "n 5"]:
+    """Rows x_min, y_min, x_max, y_max, id. Raises BadRows for other shapes."""
+    names, found = np.asarray(ids, dtype=float), np.asarray(boxes, dtype=float)
     if found.size == 0:
         found = found.reshape(0, 4)
-    if numbers.ndim != 1 or found.ndim != 2 or len(numbers) != len(found):
-        raise BadRows(f"update gave ids of shape {numbers.shape} and boxes of shape {found.shape}")
-    return np.column_stack((found[:, :4], numbers))
+    if names.ndim != 1 or found.ndim != 2 or len(names) != len(found):
+        raise BadRows(f"update gave ids of shape {names.shape} and boxes of shape {found.shape}")
+    return np.column_stack((found[:, :4], names))
 
 
 class BadRows(TrackingError):

@@ -13,7 +13,7 @@ from mot_sim.experiments.sweep.running import read_partial
 from mot_sim.experiments.sweep.store import SWEEP_FILE
 from mot_sim.experiments.sweep.summary import summary, sweep_tables
 from mot_sim.files.documents import CONTENT_ERRORS
-from mot_sim.files.text import read_text
+from mot_sim.files.text import read_text, what_is_there
 from mot_sim.tables import Cell, Table
 from tracker.errors import BadConfig, BadFile
 
@@ -66,7 +66,8 @@ def find_sources(folders: Sequence[Path]) -> list[ResultSource]:
 def _places(folder: Path) -> Iterator[Path]:
     """The folder if it is one of ours, else those of its folders that are."""
     if not folder.is_dir():
-        raise BadFile(f"{folder}: no folder; name one that a command got as --out")
+        there = what_is_there(folder, "nothing of ours")
+        raise BadFile(f"{folder}: {there}; name a folder that a command got as --out")
     if _is_ours(folder):
         yield folder
         return

@@ -58,22 +58,24 @@ def choose(shares: list[float], draws: Float[Array, " n"]) -> Int[Array, " n"]:
 
 @dataclass(frozen=True, eq=False)
 class CarShape:
-    """A car in the `object` frame: x forward, y down, z left, origin on the road, metres.
-
-    faces: counter-clockwise from outside. parts: index into PARTS a face. pieces: which closed
-    piece a face belongs to. keypoints: KEYPOINTS_36; keypoints_14: KEYPOINTS_14; coefficients:
-    of eq. 1. All three are None for a car that does not come from the fleet. scale: how much
-    the fleet's shape was stretched along x, y, z.
-    """
+    """A car in the `object` frame: x forward, y down, z left, origin on the road, metres."""
 
     vertices: Float[Array, "v 3"]
+    """Points of the mesh."""
     faces: Int[Array, "f 3"]
+    """Rows of `vertices`, counter-clockwise from outside."""
     parts: Int[Array, " f"]
+    """Index into PARTS of each face."""
     pieces: Int[Array, " f"]
+    """Which closed piece each face belongs to: see `piece`."""
     keypoints: Float[Array, "36 3"] | None = None
+    """KEYPOINTS_36; None for a car that does not come from the fleet."""
     keypoints_14: Float[Array, "14 3"] | None = None
+    """KEYPOINTS_14; None for a car that does not come from the fleet."""
     coefficients: Float[Array, " b"] | None = None
+    """Of eq. 1; None for a car that does not come from the fleet."""
     scale: Float[Array, "3"] | None = None
+    """Factors by which the fleet's shape was stretched along x, y, z; None as `coefficients`."""
 
     @cached_property
     def size(self) -> Float[Array, "3"]:

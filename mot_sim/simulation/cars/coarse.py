@@ -24,10 +24,12 @@ MIN_TURN_COSINE = 0.2  # cosine: no face may turn further when a vertex moves
 
 @dataclass(frozen=True, eq=False)
 class Coarse:
-    """A coarser mesh over the same vertices. origins: the face that each one was before."""
+    """A coarser mesh over the same vertices."""
 
     faces: Int[Array, "c 3"]
+    """Rows of the vertices."""
     origins: Int[Array, " c"]
+    """For each face the row of the whole mesh's face that it was."""
 
 
 @cache

@@ -30,26 +30,30 @@ FLEET_ARRAYS = ("mean", "vectors", "std", "body_means", "body_roots")  # what th
 
 @dataclass(frozen=True, eq=False)
 class Components:
-    """Mean and principal components of the left halves of cars, and where the bodies lie.
-
-    mean, vectors: `half_points`, metres. std: of each coefficient. body_means, body_roots: mean
-    and a root of the covariance of the coefficients of every body, in the order of BODIES.
-    """
+    """Mean and principal components of the left halves of cars, and where the bodies lie."""
 
     mean: Float[Array, "h 3"]
+    """Left half of the mean car: points in the `object` frame, metres."""
     vectors: Float[Array, "b h 3"]
+    """How a coefficient of 1 moves each of these points, metres; one row per coefficient."""
     std: Float[Array, " b"]
+    """Standard deviation of each coefficient over the population."""
     body_means: Float[Array, "m b"]
+    """Mean coefficients of every body, in the order of BODIES."""
     body_roots: Float[Array, "m b b"]
+    """A root of the covariance of the coefficients of every body, in the order of BODIES."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cars:
-    """Cars that were drawn: coefficients of eq. 1, number of the body in BODIES, paint."""
+    """Cars that were drawn, one row each."""
 
     coefficients: Float[Array, "n b"]
+    """Of eq. 1."""
     bodies: Int[Array, " n"]
+    """Number of the body in BODIES."""
     paints: tuple[str, ...]
+    """Names of PAINTS."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +67,7 @@ class Fleet:
     """
 
     components: Components
+    """The mean car and how cars differ from it."""
 
     @property
     def coefficients(self) -> int:

@@ -73,18 +73,18 @@ EXTREMES = ([PLATES[0] + 4, at(9, "t2"), at(9, "s2")], [0, 1, 2])
 
 @dataclass(frozen=True, eq=False)
 class Topology:
-    """The faces of the whole car (counter-clockwise from outside) and what they are made of.
-
-    parts: index into PARTS a face. pieces: which closed piece a face belongs to (shell, four
-    wheels, two mirrors, two plates). twins: for every point of the whole car its half point;
-    on_right: whether it is the mirrored one.
-    """
+    """The faces of the whole car, and what they are made of."""
 
     faces: Int[Array, "f 3"]
+    """Rows of the car's points, counter-clockwise from outside."""
     parts: Int[Array, " f"]
+    """Index into PARTS of each face."""
     pieces: Int[Array, " f"]
+    """Which closed piece each face belongs to: shell, four wheels, two mirrors, two plates."""
     twins: Int[Array, " v"]
+    """For every point of the whole car its point of the left half."""
     on_right: Bool[Array, " v"]
+    """Whether the point is a mirrored one, on the right."""
 
 
 @cache

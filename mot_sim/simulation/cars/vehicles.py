@@ -22,19 +22,21 @@ VAN_MODEL = 1 << 40  # the id that parked vans are drawn with; no car has it
 
 @dataclass(frozen=True, eq=False)
 class Vehicles(Rows):
-    """A row for each car of a run, by ascending id.
-
-    kinds: KITTI's class, 'Car' or 'Van'. bodies: of BODIES. paints: of PAINTS. coefficients: of
-    eq. 1. size: length, height, width in metres; the shape of the coefficients is stretched to
-    it, by nothing where the traffic took its sizes from the shapes.
-    """
+    """One row for each car of a run, by ascending id."""
 
     ids: Int[Array, " n"]
+    """Id of the car, as in the traffic."""
     kinds: Shaped[Array, " n"]
+    """KITTI's class: 'Car' or 'Van'."""
     bodies: Shaped[Array, " n"]
+    """Names of BODIES."""
     paints: Shaped[Array, " n"]
+    """Names of PAINTS."""
     coefficients: Float[Array, "n b"]
+    """Of eq. 1."""
     size: Float[Array, "n 3"]
+    """Length, height, width, metres; the shape of the coefficients is stretched to it, by nothing
+    where the traffic took its sizes from the shapes."""
 
     @classmethod
     def empty(cls, coefficients: int = 5) -> "Vehicles":
@@ -105,30 +107,37 @@ def keypoint_faces() -> tuple[Int[Array, " f"], ...]:
 
 @dataclass(frozen=True, eq=False)
 class Models:
-    """The shapes that a run's cars are taken from. size, van_size: length, height, width."""
+    """The shapes that a run's cars are taken from, one row each."""
 
     cars: Cars
+    """Shape, body and paint of each model."""
     groups: Int[Array, " m"]
+    """The negative id of the group of models that look alike, or the model's own number."""
     size: Float[Array, "m 3"]
+    """Length, height, width of each model, metres."""
     van: Cars
+    """The one model of parked vans."""
     van_size: tuple[float, float, float]
+    """Its length, height, width, metres."""
 
 
 @dataclass(frozen=True)
 class VehicleSampler:
-    """How cars are chosen: a number of models (shapes) is drawn, and every car is one of them.
-
-    body: all cars have this one; None: as on European streets. paint: all cars have this one;
-    None: drawn. alike: share of the models that look the same (same shape, same paint), in so
-    many groups. coefficients: of eq. 1, 1 to 20.
-    """
+    """How cars are chosen: a number of models (shapes) is drawn, and every car is one of them."""
 
     models: int = 24
+    """Number of models, >= 1; more: fewer cars share a shape."""
     body: str | None = None
+    """Body of all cars, one of BODIES; None: drawn as on European streets."""
     paint: str | None = None
+    """Paint of all cars, one of PAINTS; None: drawn."""
     alike: float = 0.0
+    """Share of the models that look the same (shape and paint) as others, 0 to 1; more: appearance
+    and shape tell fewer cars apart."""
     groups: int = 1
+    """Number of groups, >= 1, that look alike within; more: fewer cars look the same."""
     coefficients: int = 5
+    """Number of shape coefficients of eq. 1, 1 to 20; more: shapes differ in finer details."""
 
     def __post_init__(self) -> None:
         if self.models < 1:

@@ -4,7 +4,7 @@ The checksum of the file finds accidents; `require_sound` finds what was written
 """
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -52,6 +52,8 @@ TRUTH_TABLES = (
     "events",
     "camera",
 )  # the tables of the truth's checksum
+# The parts of an episode that stand in this file, and their tables.
+PART_TABLES = {"trajectories": ("traffic",), "truth": TRUTH_TABLES}
 METADATA = "metadata"
 # What the columns were called in earlier versions, and what they are called now.
 FORMER_NAMES = {
@@ -120,20 +122,25 @@ def _known(array: Array) -> Array:
 
 @dataclass(frozen=True)
 class Metadata:
-    """How an episode was made. knobs: of the scene. frames: that were recorded.
-
-    pictures: the kinds that were drawn. renderer: None: nothing was.
-    sha256: by part of the tree; `trajectories` of the traffic's arrays, `truth` of the truth's.
-    """
+    """How an episode was made."""
 
     scene: str
+    """Name of the scene."""
     knobs: Mapping[str, Knob]
+    """What the scene was made with, by name: numbers or words."""
     seed: int
+    """Random seed, 0 to 2^63 - 1."""
     frames: int
+    """Frames that were recorded, >= 0; fewer than the scene's after an interruption."""
     renderer: str | None
+    """Name of what drew the pictures; None: nothing was drawn."""
     pictures: tuple[str, ...]
+    """Kinds of pictures that were drawn, of PICTURES."""
     versions: Mapping[str, str]
+    """Versions of the software that made the episode, by name."""
     sha256: Mapping[str, str]
+    """Hash of each part of the tree; `trajectories` of the traffic's arrays, `truth` of the
+    truth's."""
 
     @classmethod
     def parse(cls, text: str, path: Path) -> "Metadata":
@@ -153,12 +160,19 @@ class Extra:
     """All that the file holds."""
 
     metadata: Metadata
+    """How the episode was made."""
     traffic: RecordedTraffic
+    """Who was where."""
     vehicles: Vehicles
+    """Who the cars are."""
     annotations: Annotations
+    """The ground truth of all frames, and who hides whom."""
     events: Events
+    """What happens in the run."""
     log: DetectionLog
+    """What the detector gave."""
     camera: Camera
+    """The exact camera."""
 
 
 def arrays_of(drive: SimulatedDrive) -> dict[str, Array]:
@@ -184,7 +198,16 @@ def array_digests(arrays: Mapping[str, Array]) -> dict[str, str]:
     def digest(*names: str) -> str:
         return checksum({key: arrays[key] for key in arrays if key.split(".")[0] in names})
 
-    return {"trajectories": digest("traffic"), "truth": digest(*TRUTH_TABLES)}
+    return {part: digest(*names) for part, names in PART_TABLES.items()}
+
+
+def read_arrays(path: Path, tables: Sequence[str]) -> dict[str, Array]:
+    """The arrays of some tables of the file, by `table.column`. Raises BadFile."""
+    extra, found = read_extra(path), {}
+    for name in tables:
+        inside = {"truth": extra.annotations.truth, "occlusions": extra.annotations.occlusions}
+        found |= _columns(name, inside.get(name) or getattr(extra, name))
+    return found
 
 
 def write_extra(path: Path, metadata: Metadata, arrays: Mapping[str, Array]) -> None:

@@ -20,11 +20,7 @@ MAX_EPISODES = 10_000  # names have four digits
 
 @dataclass(eq=False)
 class EpisodeFolder(ResumableFolder):
-    """Episodes that appear one by one, each as a whole; see `ResumableFolder`.
-
-    wanted: the names of all episodes. finished: those that stand in the folder, whole and of
-    full length.
-    """
+    """Episodes that appear one by one, each as a whole; `wanted` are the names of all of them."""
 
     FILE = EPISODES_FILE
     PARTS = "episodes"
@@ -33,7 +29,9 @@ class EpisodeFolder(ResumableFolder):
     STANDS = "holds episodes already; --resume records the rest, --overwrite replaces them"
 
     finished: frozenset[str] = frozenset()
+    """Names of the episodes that stand in the folder, whole and of full length."""
     is_complete: bool = False
+    """Whether all wanted episodes were recorded."""
 
     @classmethod
     def open(

@@ -25,14 +25,14 @@ Pixels = Shaped[Array, "h w *c"]
 
 @dataclass(eq=False)
 class Pictures:
-    """Keeps the pictures of frames, in order, and what they hash to.
-
-    parts: of PICTURES. places: None keeps the hashes alone.
-    """
+    """Keeps the pictures of frames, in order, and what they hash to."""
 
     parts: Sequence[str]
+    """Kinds of pictures, of PICTURES."""
     places: EpisodeFiles | None = None
+    """Where they are written; None: only the hashes are kept."""
     hashes: dict[str, list[bytes]] = field(init=False)
+    """SHA-256 of each frame's pixels, by kind of picture."""
 
     def __post_init__(self) -> None:
         self.hashes = {part: [] for part in self.parts}

@@ -30,7 +30,9 @@ class EpisodeFiles:
     """The files of one episode. The extra file comes last: where it is, the episode is whole."""
 
     root: Path
+    """Folder of the KITTI tree."""
     name: str
+    """Name of the episode, as '0000'."""
 
     @property
     def extra(self) -> Path:

@@ -19,10 +19,12 @@ from tracker.errors import DatasetNotFound
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StoredEpisode(SimulatedDrive):
-    """An episode that was recorded before; `metadata` says of which scene, and how."""
+    """An episode that was recorded before."""
 
     metadata: Metadata
+    """Of which scene it is, and how it was made."""
     kept_events: Events
+    """The events that the file holds."""
 
     @cached_property
     def events(self) -> Events:

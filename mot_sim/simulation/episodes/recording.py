@@ -18,10 +18,12 @@ from tracker.errors import BadConfig, UnknownName
 
 @dataclass(frozen=True)
 class PictureOptions:
-    """Which pictures are drawn. parts: of PICTURES. renderer: of RENDERERS, or `auto`."""
+    """Which pictures are drawn."""
 
     parts: tuple[str, ...] = ("images",)
+    """Kinds of pictures, of PICTURES, each named once; empty: none is drawn."""
     renderer: str = "raster"
+    """A name of RENDERERS, or `auto`."""
 
     def __post_init__(self) -> None:
         for part in self.parts:

@@ -24,14 +24,14 @@ DEPTH_MARGIN = 1e-3  # how much wider than the triangles the range of depths is 
 
 @dataclass(frozen=True, eq=False)
 class Fragments:
-    """What triangles cover of the rows of an image from `top` on, until nothing more comes.
-
-    numbers: 1 + row of the nearest triangle, 0 = none. depth: metres, where there is a triangle.
-    """
+    """What triangles cover of the rows of an image from `top` on, until nothing more comes."""
 
     top: int
+    """Row of the image that the first row here is."""
     numbers: Int[Array, "r w"]
+    """1 + row of the nearest triangle; 0: none."""
     depth: Float32[Array, "r w"]
+    """Metres along the optical axis; valid where there is a triangle."""
 
 
 class Canvas:

@@ -24,16 +24,16 @@ _KINDS = np.where(np.arange(256) > 127, Semantic.ROAD, Semantic.GROUND).astype(n
 
 @dataclass(frozen=True, eq=False)
 class Horizon:
-    """Where a camera sees the road plane, and how far it is; fixed for a camera.
-
-    depth: metres along the optical axis, inf above the horizon. below: 255 where the road
-    is, else 0. first: the first row with road. slope: of the rays, up from the horizon.
-    """
+    """Where a camera sees the road plane, and how far it is; fixed for a camera."""
 
     depth: Float32[Array, "h w"]
+    """Metres along the optical axis to the road plane; inf above the horizon."""
     below: UInt8[Array, "h w"]
+    """255 where the road plane is, else 0."""
     first: int
+    """First row with road; the image's height where there is none."""
     slope: Float32[Array, "h w"]
+    """How steeply each pixel's ray rises, metres up per metre of depth; 0 at the horizon."""
 
 
 @lru_cache(maxsize=8)

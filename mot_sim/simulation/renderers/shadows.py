@@ -25,10 +25,12 @@ FOOTPRINT_LAYERS = ((0.05, 0.9), (-0.12, 1.0))
 
 @dataclass(frozen=True, eq=False)
 class Outlines:
-    """Convex outlines on the road, one after the other: corners (x, z), and each one's end."""
+    """Convex outlines on the road, one after the other."""
 
     corners: Float[Array, "k 2"]
+    """Corners x, z in the `road` frame of all outlines, metres."""
     ends: Int[Array, " n"]
+    """Row after the last corner of each outline."""
 
     @classmethod
     def around(cls, groups: list[Float[Array, "_ 2"]]) -> "Outlines":

@@ -17,43 +17,43 @@ PixelBox = tuple[int, int, int, int]
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """One instance drawn alone, in its own crop of the image.
-
-    box: first column and row, last ones plus one. nearness: see `Scan.metres`; 0 where it is not.
-    """
+    """One instance drawn alone, in its own crop of the image."""
 
     instance: int
+    """Its id; NO_INSTANCE for all scenery together."""
     box: PixelBox
+    """First column and row, last column and row plus one, of the crop in the image."""
     nearness: Float32[Array, "r c"]
+    """How near it is at each pixel, see `Scan.metres`; 0 where it is not."""
 
 
 @dataclass(frozen=True, eq=False)
 class Hidden(Rows):
-    """Who hides whom: `pixels` of the silhouette of `instances` show `occluder_ids`.
-
-    occluder_ids: NO_INSTANCE for scenery.
-    """
+    """Who hides whom: one row for each pair of a hidden instance and what hides it."""
 
     instances: Int[Array, " m"]
+    """Id of the hidden instance."""
     occluder_ids: Int[Array, " m"]
+    """Id of what hides it; NO_INSTANCE for scenery."""
     pixels: Int[Array, " m"]
+    """Pixels of the hidden silhouette that show the occluder."""
 
 
 @dataclass(frozen=True, eq=False)
 class Silhouettes(Rows):
-    """A row for each instance of a view, by ascending id; scenery has none.
-
-    visible: its pixels in the frame. amodal: its pixels if it stood there alone. Both inside the
-    image. visible_boxes: around the visible pixels' centres; inverted where there are none.
-    amodal_boxes: around its mesh's projection, from the near plane on, not clipped to the image;
-    inverted where nothing is in sight.
-    """
+    """One row for each instance of a view, by ascending id; scenery has none."""
 
     instances: Int[Array, " n"]
+    """Id of the instance."""
     visible: Int[Array, " n"]
+    """Pixels of it that are seen in the frame."""
     amodal: Int[Array, " n"]
+    """Pixels inside the image that it would have if it stood there alone."""
     visible_boxes: Float[Array, "n 4"]
+    """Boxes around the visible pixels' centres, pixels; inverted where there are none."""
     amodal_boxes: Float[Array, "n 4"]
+    """Boxes around the mesh's projection from the near plane on, pixels, not clipped to the image;
+    inverted where nothing is in sight."""
 
     @property
     def fraction(self) -> Float[Array, " n"]:
@@ -65,17 +65,21 @@ class Silhouettes(Rows):
 class Scan:
     """The geometry of a view without its colours: who is where, how far, and what hides whom.
 
-    layers: of everything that is drawn inside the image, by ascending id, scenery first, in one.
-    numbers: 1 + the id of the nearest instance, 0 = none or scenery. nearness: of the nearest
-    object, 0 = none. Scenery that can hide nothing is not in here.
+    Scenery that can hide nothing is not in here.
     """
 
     silhouettes: Silhouettes
+    """What is seen of each instance."""
     hidden: Hidden
+    """Who hides whom."""
     layers: tuple[Layer, ...]
+    """All that is drawn inside the image: scenery first, in one, then instances by ascending id."""
     numbers: Int32[Array, "h w"]
+    """1 + id of the nearest instance; 0: none or scenery."""
     nearness: Float32[Array, "h w"]
+    """Of the nearest object, see `metres`; 0: none."""
     range_: tuple[float, float]
+    """Depths of nearness 1 and 0, metres."""
 
     @property
     def instances(self) -> Int32[Array, "h w"]:

@@ -25,6 +25,7 @@ class Texture:
     """An RGB picture, made once and used in many frames."""
 
     pixels: UInt8[Array, "h w 3"]
+    """RGB; row v, column u; at least one pixel."""
 
     def __post_init__(self) -> None:
         height, width = self.pixels.shape[:2]
@@ -62,14 +63,15 @@ def _plain_map() -> Float[Array, "3 3"]:
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """A finer picture of a part of the road plane.
-
-    A_texture_road: as in `Road`. reach: metres of depth up to which it is to be shown.
-    """
+    """A finer picture of a part of the road plane."""
 
     texture: Texture
+    """The picture, seen from above."""
     A_texture_road: Float[Array, "3 3"]
+    """From (x, z, 1) of the `road` frame, metres, to the texture's pixels (u, v, 1); not
+    singular."""
     reach: float = np.inf
+    """Metres of depth up to which it is shown."""
 
     def __post_init__(self) -> None:
         A = self.A_texture_road
@@ -79,18 +81,19 @@ class Level:
 
 @dataclass(frozen=True, eq=False)
 class Road:
-    """The road plane, painted by a texture that looks down on it.
-
-    A_texture_road: homogeneous, from (x, z, 1) of the `road` frame, metres, to the texture's
-    pixels (u, v, 1). around: the plane's colour outside the texture. finer: pictures of parts
-    of the plane, from fine to coarse, drawn instead of the texture near the camera. The default
-    is a plain asphalt plane, 2 km across.
-    """
+    """The road plane, painted by a texture that looks down on it; by default plain asphalt, 2 km
+    across."""
 
     texture: Texture = field(default_factory=_plain)
+    """The picture, seen from above."""
     A_texture_road: Float[Array, "3 3"] = field(default_factory=_plain_map)
+    """From (x, z, 1) of the `road` frame, metres, to the texture's pixels (u, v, 1); not
+    singular."""
     around: Colour = GRASS_COLOUR
+    """RGB of the plane outside the texture."""
     finer: tuple[Level, ...] = ()
+    """Pictures of parts of the plane, from fine to coarse, drawn instead of the texture near the
+    camera."""
 
     def __post_init__(self) -> None:
         Level(self.texture, self.A_texture_road)  # which checks them
@@ -125,15 +128,15 @@ class Road:
 
 @dataclass(frozen=True, eq=False)
 class Panorama:
-    """All that is too far away to shift: clouds, hills, the tops of distant trees.
-
-    rgba: its columns go once around, to the right, beginning with azimuth 0 (world x); its
-    rows are elevations, evenly from `top` down to `bottom`, radians.
-    """
+    """All that is too far away to shift: clouds, hills, the tops of distant trees."""
 
     rgba: UInt8[Array, "h w 4"]
+    """Columns go once around to the right from azimuth 0 (world x); rows are elevations, evenly
+    from `top` down to `bottom`. At least 2 x 2."""
     top: float
+    """Elevation of the first row, radians; above `bottom`."""
     bottom: float
+    """Elevation of the last row, radians."""
 
     def __post_init__(self) -> None:
         if min(self.rgba.shape[:2]) < 2 or not self.top > self.bottom:
@@ -150,25 +153,28 @@ class Panorama:
 
 @dataclass(frozen=True)
 class Sky:
-    """A sky that fades from the horizon up, or a panorama, seen along a heading (radians)."""
+    """A sky that fades from the horizon up, or a panorama."""
 
     top: Colour = (104, 150, 202)
+    """RGB high up, where there is no panorama."""
     low: Colour = (222, 231, 236)
+    """RGB at the horizon, where there is no panorama."""
     panorama: Panorama | None = None
+    """What is drawn above the horizon; None: only the fading colours."""
     heading: float = 0.0
+    """Direction in which the camera looks at the panorama, radians from world +x to the right."""
 
 
 @dataclass(frozen=True)
 class Sun:
-    """Where light comes from, in the `road` frame (y is down), and how strong it is.
-
-    towards: to the sun, any length. ambient: light that a face turned away still gets, 0 to 1.
-    shade: how much of the road's light a cast shadow takes, 0 to 1.
-    """
+    """Where light comes from, and how strong it is."""
 
     towards: tuple[float, float, float] = (-0.35, -0.75, -0.55)
+    """Vector to the sun in the `road` frame (y is down), any length; y must be negative."""
     ambient: float = 0.45
+    """Share of the light that a face turned away still gets, 0 to 1; more: less contrast."""
     shade: float = 0.55
+    """Share of the road's light that a cast shadow takes, 0 to 1; more: darker shadows."""
 
     def __post_init__(self) -> None:
         if not self.towards[1] < 0.0:

@@ -15,15 +15,14 @@ NEAR_METRES = 0.3  # metres before the camera; nothing nearer is in its view
 
 @dataclass(frozen=True, eq=False)
 class Triangles:
-    """A soup of triangles in the camera's frame, grouped by object.
-
-    corners: metres. objects: rows of `MeshInstances`, ascending. faces: rows of that object's mesh;
-    a face that the near plane cuts into two triangles stands here twice.
-    """
+    """A soup of triangles in the camera's frame, grouped by object."""
 
     corners: Float[Array, "t 3 3"]
+    """Three corners of each triangle in the camera's frame, metres."""
     objects: Int[Array, " t"]
+    """Row of `MeshInstances` that each belongs to, ascending."""
     faces: Int[Array, " t"]
+    """Row of that object's mesh; a face that the near plane cuts in two stands here twice."""
 
     def __len__(self) -> int:
         return len(self.corners)

@@ -36,18 +36,19 @@ class Semantic(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Coloured triangles in the object's frame: x forward, y down, z to the left, metres.
-
-    faces: rows of vertices, anticlockwise seen from outside; only that side is drawn.
-    colours: RGB of each face. semantics: a `Semantic` of each face. casts: whether it casts a
-    shadow on the road; of what stands still, the road's picture may hold that already.
-    """
+    """Coloured triangles in the object's frame: x forward, y down, z to the left, metres."""
 
     vertices: Float[Array, "v 3"]
+    """Points in the object's frame, metres, finite."""
     faces: Int[Array, "f 3"]
+    """Rows of `vertices`, anticlockwise seen from outside; only that side is drawn."""
     colours: UInt8[Array, "f 3"]
+    """RGB of each face."""
     semantics: UInt8[Array, " f"]
+    """A `Semantic` of each face."""
     casts: bool = True
+    """Whether it casts a shadow on the road; for what stands still, the road's picture may hold
+    it."""
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.vertices).all():
@@ -103,15 +104,15 @@ class Mesh:
 
 @dataclass(frozen=True, eq=False)
 class MeshInstances:
-    """Objects before the camera: a mesh each (the same one may stand in many places).
-
-    T_cam_object: from the objects' frames to the camera's, rigid. ids: of the instances,
-    NO_INSTANCE for scenery; rows with the same id are parts of one thing.
-    """
+    """Objects before the camera, one row each."""
 
     meshes: tuple[Mesh, ...]
+    """Shape of each object; several may share one."""
     T_cam_object: Float[Array, "n 4 4"]
+    """From each object's frame to the camera's, rigid, finite."""
     ids: Int[Array, " n"]
+    """Id of each object, >= 0, or NO_INSTANCE for scenery; rows with the same id are parts of one
+    thing."""
 
     def __post_init__(self) -> None:
         if not len(self.meshes) == len(self.T_cam_object) == len(self.ids):
@@ -143,27 +144,29 @@ class MeshInstances:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """Everything in front of a camera. road: None = no ground, the sky goes on below.
-
-    Objects stand on or above the road; what is below it is drawn over it.
-    """
+    """Everything in front of a camera."""
 
     camera: Camera
+    """Where it is seen from, and the image's size."""
     instances: MeshInstances
+    """Objects, on or above the road; what is below the road is drawn over it."""
     road: Road | None = field(default_factory=Road)
+    """The painted road plane; None: no ground, the sky goes on below."""
     sky: Sky = field(default_factory=Sky)
+    """What is seen above the horizon."""
     sun: Sun = field(default_factory=Sun)
+    """Light and shadows."""
 
 
 @dataclass(frozen=True, eq=False)
 class Rendered:
-    """A frame, all of it from one pass; row v, column u.
-
-    image: RGB. depth: metres along the optical axis, inf = sky. instances: ids, or NO_INSTANCE.
-    semantics: `Semantic`.
-    """
+    """A frame, all of it from one pass; row v, column u."""
 
     image: UInt8[Array, "h w 3"]
+    """RGB."""
     depth: Float32[Array, "h w"]
+    """Metres along the optical axis; inf: sky."""
     instances: Int32[Array, "h w"]
+    """Id of the object seen, or NO_INSTANCE."""
     semantics: UInt8[Array, "h w"]
+    """`Semantic` of what is seen."""

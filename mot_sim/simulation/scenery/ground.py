@@ -34,11 +34,14 @@ Place = tuple[int, int, int]  # of a tile: its level, column and row
 
 @dataclass(frozen=True, eq=False)
 class Grain:
-    """Noise of unit variance for each level of detail: `stones` and `blades`; `slow` for all."""
+    """Periodic noise; that of level 0 has unit variance, coarser levels are its means."""
 
     stones: tuple[Float32[Array, "_ _"], ...]
+    """For each level of detail the noise of asphalt, pavement, kerbs and lines."""
     blades: tuple[Float32[Array, "_ _"], ...]
+    """For each level of detail the noise of grass."""
     slow: Float32[Array, "s s"]
+    """Noise with 0.4 m per texel for all levels: large spots."""
 
     def at(self, which: str, level: int, column: int, row: int) -> Float32[Array, "t t"]:
         """The noise under a tile."""
@@ -101,19 +104,22 @@ assert set(CHANNELS) == set(PAINTS)
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """What tiles are painted from.
-
-    tracks, marks: how bright the asphalt is there. cracks: polylines. wear: of the paint, 0 to 1.
-    shadows: of things that stand still, and how dark each.
-    """
+    """What tiles are painted from."""
 
     surfaces: Patches
+    """The painted patches of the roads; each is filled with 255 in the channel of its paint."""
     tracks: Patches
+    """Where tyres and oil darken the asphalt; the value is its brightness, 128 = its own."""
     marks: Patches
+    """Mended spots and manhole covers; the value is the brightness, 128 = the asphalt's own."""
     cracks: Patches
+    """Open polylines along which the asphalt is broken; without values."""
     shadows: Patches
+    """Of things that stand still; the value is how dark each is, 255 = black."""
     grain: Grain
+    """The noise on all paints."""
     wear: float
+    """How worn the lines are, 0 (new) to 1; more: larger parts of the lines are lost."""
 
     @classmethod
     def of(cls, roads: Roads, seed: int, wear: float, shadows: Patches) -> "Ground":

@@ -23,9 +23,13 @@ class Neighbourhood:
     """What is drawn around the cars. A place looks the same whenever and however one gets there."""
 
     windows: Windows
+    """The painted ground."""
     scenery: Scenery
+    """The houses, trees and other things beside the roads."""
     seed: int
+    """Random seed; the panorama in the sky is drawn from it."""
     light: Light
+    """The sun and the clouds."""
 
     @classmethod
     def build(

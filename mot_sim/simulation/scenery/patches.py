@@ -19,10 +19,12 @@ MAX_TEXELS_OUTSIDE = 4000.0  # texels beyond an image at which polygons are cut
 
 @dataclass(frozen=True, eq=False)
 class Patches:
-    """Convex polygons in world coordinates, with what each one is filled with."""
+    """Convex polygons on the ground, each with the value that it is filled with."""
 
     corners: tuple[Float[Array, "_ 2"], ...]
+    """Corners x, y of each polygon in world, metres."""
     values: tuple[tuple[int, ...], ...]
+    """What each polygon is filled with: one number per channel, 0 to 255."""
 
     @cached_property
     def boxes(self) -> Float[Array, "n 4"]:

@@ -28,15 +28,16 @@ _rail_of = lru_cache(maxsize=64)(rail)
 
 @dataclass(frozen=True)
 class Knobs:
-    """What a neighbourhood looks like; wear: of asphalt and paint, 0 to 1.
-
-    houses, trees, furniture (lamps, signs, fences): 0 = none, 1 = as in a usual town, at most 3.
-    """
+    """What a neighbourhood looks like."""
 
     wear: float = 0.5
+    """Wear of asphalt and paint, 0 (new) to 1; more: more cracks and mended spots, paler lines."""
     houses: float = 1.0
+    """Density of houses, 0 to 3: 0 = none, 1 = as in a usual town."""
     trees: float = 1.0
+    """Density of trees and bushes, 0 to 3: 0 = none, 1 = as in a usual town."""
     furniture: float = 1.0
+    """Density of lamps, signs and fences, 0 to 3: 0 = none, 1 = as in a usual town."""
 
     def __post_init__(self) -> None:
         for name, most in (
@@ -52,15 +53,16 @@ class Knobs:
 
 @dataclass(frozen=True, eq=False)
 class Item:
-    """A thing at its place. base: the convex outline of what of it stands on the ground.
-
-    make: the thing, by how near it is seen from (0 to DETAILS - 1). leafy: light comes through.
-    """
+    """A thing at its place beside the road."""
 
     kind: str
+    """What it is: house, tree, bush, lamp, sign, hedge, wall or rail."""
     make: Callable[[int], Solid]
+    """Gives the thing in world, by level of detail: 0 (finest) to DETAIL_LEVELS - 1."""
     base: Float[Array, "n 2"]
+    """Corners x, y in world, metres, of the convex outline of what stands on the ground."""
     leafy: bool = False
+    """Whether light comes through it, so that each of its faces casts its own shadow."""
 
 
 def place(terrain: Terrain, seed: int, knobs: Knobs) -> list[Item]:

@@ -61,11 +61,17 @@ class Shot:
     """A drawn frame and the weather in which the camera takes it; see `post_process`."""
 
     weather: Weather
+    """What the light, the air and the camera do to the image."""
     view: View
+    """What was drawn: camera, sun and objects."""
     rendered: Rendered
+    """The drawn frame in clear weather."""
     seed: int
+    """Random seed of the run, for noise and rain."""
     frame: int
+    """Number of the frame, from 0; each has other noise and drops."""
     motion: tuple[float, float]
+    """Metres ahead and radians to the right that the camera moves in a frame's time."""
 
     @property
     def camera(self) -> Camera:

@@ -18,10 +18,12 @@ COVER_RADIUS_METRES = 0.33  # metres: the radius of a manhole cover
 
 @dataclass(frozen=True, eq=False)
 class Mark:
-    """A convex patch of other brightness; tone 128 is the asphalt's own."""
+    """A convex patch of other brightness."""
 
     corners: Float[Array, "n 2"]
+    """Corners x, y in world, metres."""
     tone: int
+    """Brightness, 0 to 255; 128 is the asphalt's own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +31,7 @@ class Crack:
     """An open polyline along which the asphalt is broken."""
 
     points: Float[Array, "n 2"]
+    """Points x, y in world, metres, in order."""
 
 
 def tracks_of(roads: Roads) -> list[Mark]:

@@ -32,15 +32,17 @@ R_world_piece = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 @dataclass(frozen=True, eq=False)
 class Scenery:
-    """Pieces on the ground of the world, each around its own origin; meshes are made when needed.
-
-    radii: how far each piece reaches from its origin.
-    """
+    """Pieces on the ground of the world, each around its own origin; meshes are made when
+    needed."""
 
     pieces: tuple[tuple[Item, ...], ...]
+    """The things of each piece: those whose bases lie in one square of 30 m."""
     origins: Float[Array, "n 2"]
+    """x, y in world of each piece's origin, metres."""
     radii: Float[Array, " n"]
+    """How far each piece reaches from its origin, metres."""
     made: dict[tuple[int, int], Mesh] = field(default_factory=dict)
+    """Meshes made so far, by piece and level of detail; the oldest are dropped."""
 
     @classmethod
     def around(cls, roads: Roads, seed: int, knobs: Knobs | None = None) -> "Scenery":

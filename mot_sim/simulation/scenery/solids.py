@@ -19,8 +19,11 @@ class Solid:
     """Coloured triangles; which side of each is outside is settled."""
 
     corners: Float[Array, "k 3 3"]
+    """Three corners of each triangle: x, y and the height above the ground, metres."""
     colours: UInt8[Array, "k 3"]
+    """RGB of each triangle."""
     semantics: UInt8[Array, " k"]
+    """A `Semantic` of each triangle."""
 
     def __len__(self) -> int:
         return len(self.corners)

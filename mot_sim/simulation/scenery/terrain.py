@@ -17,17 +17,17 @@ MARGIN_METRES = 70.0  # metres around the roads
 
 @dataclass(frozen=True, eq=False)
 class Terrain:
-    """A grid over the roads and what lies beside them.
-
-    low: x, y of the first cell's outer corner. distance: metres to the nearest asphalt.
-    paved: 255 on pavements, kerbs and asphalt. taken: 255 where something stands already; the
-    only thing here that changes.
-    """
+    """A grid over the roads and what lies beside them; row = y, column = x, cells of half a
+    metre."""
 
     low: Float[Array, "2"]
+    """x, y in world of the first cell's outer corner, metres."""
     distance: Float32[Array, "h w"]
+    """Metres to the nearest asphalt."""
     paved: UInt8[Array, "h w"]
+    """255 on pavements, kerbs and asphalt, else 0."""
     taken: UInt8[Array, "h w"]
+    """255 where something stands already, else 0; the only thing here that changes."""
 
     @classmethod
     def of(cls, roads: Roads) -> "Terrain":

@@ -22,18 +22,19 @@ RANGES: dict[str, tuple[float, float]] = {
 
 @dataclass(frozen=True)
 class Light:
-    """The sun of a world, and its clouds.
-
-    azimuth: degrees from world +x towards +y. elevation: degrees above the horizon. ambient: of
-    the light, what comes from the sky. shade: what a shadow takes of the ground's light; both 0
-    to 1. clouds: the share of the sky they cover.
-    """
+    """The sun of a world, and its clouds."""
 
     azimuth: float = 125.0
+    """Direction of the sun, degrees from world +x towards +y; any finite number."""
     elevation: float = 48.0
+    """Height of the sun above the horizon, degrees, 5 to 90; lower: longer shadows."""
     ambient: float = 0.5
+    """Share of the light that comes from the sky, 0 to 1; more: brighter sides away from the
+    sun."""
     shade: float = 0.5
+    """Share of the ground's light that a shadow takes, 0 to 1; more: darker shadows."""
     clouds: float = 0.35
+    """Share of the sky that clouds cover, 0 to 1; changes only the drawn sky."""
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.azimuth) and 5.0 <= self.elevation <= 90.0):
@@ -62,30 +63,36 @@ class Light:
 
 @dataclass(frozen=True)
 class Weather:
-    """Knobs of the post-effect; all of them are neutral by default, and then no byte changes.
-
-    light: of the world that this weather belongs to, for `Neighbourhood.build`. visibility:
-    metres at which contrast has fallen to 5 %; inf = clear air. air: the colour of fog and haze.
-    overcast, rain, night: how much, 0 to 1. headlights: ours and those of others, at night.
-    warmth: of the light, -1 blue to 1 red. glare: of a low sun ahead. exposure: gain.
-    motion_blur: the share of the frame time that the shutter is open. noise: standard deviation
-    in grey levels. vignetting: what the corners lose. jpeg: quality; 100 = none, not compressed.
-    """
+    """Knobs of the post-effect; all of them are neutral by default, and then no byte changes."""
 
     light: Light = Light()
+    """Sun and clouds of the world that this weather belongs to, for `Neighbourhood.build`."""
     visibility: float = np.inf
+    """Metres at which contrast has fallen to 5 %, >= 10; lower: denser fog; inf: clear air."""
     air: Colour = AIR_COLOUR
+    """Colour of fog and haze, RGB, 0 to 255 each."""
     overcast: float = 0.0
+    """How far clouds cover the sky, 0 to 1; more: greyer sky, paler and darker colours."""
     rain: float = 0.0
+    """How heavy the rain is, 0 to 1; more: more drops, a darker road that mirrors more."""
     night: float = 0.0
+    """How dark it is, 0 to 1; more: less light from the sky, and lamps that glow."""
     headlights: float = 0.0
+    """Strength of our headlights and of the glow around lamps, 0 to 1; seen only at night."""
     warmth: float = 0.0
+    """Colour of the light, -1 (blue) to 1 (red)."""
     glare: float = 0.0
+    """Strength of the halo around a sun ahead of the camera, 0 to 1; more: less contrast there."""
     exposure: float = 1.0
+    """Gain on all colours, 0.1 to 10; higher: brighter, clipped at white."""
     motion_blur: float = 0.0
+    """Share of the frame's time that the shutter is open, 0 to 1; more: longer blur."""
     noise: float = 0.0
+    """Standard deviation of the sensor's noise, grey levels, 0 to 60; more: grainier images."""
     vignetting: float = 0.0
+    """Share of the light that the image's corners lose, 0 to 1; more: darker corners."""
     jpeg: float = 100.0
+    """Quality of the JPEG compression, 1 to 100; lower: more artefacts; 100: not compressed."""
 
     def __post_init__(self) -> None:
         for name, (least, most) in RANGES.items():

@@ -35,8 +35,11 @@ class SceneryWindow:
     """The tiles of one level around a place; those in sight are filled."""
 
     origin: tuple[int, int]
+    """Column and row of its first tile, counted in tiles from the world's origin."""
     pixels: UInt8[Array, "s s 4"]
+    """RGBA picture of all its tiles; row = y, column = x; alpha is 255 on what cars drive on."""
     filled: Bool[Array, "a a"]
+    """Which tiles are painted; the others show a meadow. Row = y, column = x."""
 
     @classmethod
     def at(cls, origin: tuple[int, int], before: "SceneryWindow | None" = None) -> "SceneryWindow":
@@ -89,10 +92,13 @@ class Windows:
     """The road around a moving camera. What it shows depends on the place alone, not on the way."""
 
     ground: Ground
+    """What tiles are painted from."""
     tiles: OrderedDict[tuple[int, int, int], UInt8[Array, "t t 4"]] = field(
         default_factory=OrderedDict
     )
+    """The tiles painted last, by level, column and row; at most 320."""
     now: dict[int, SceneryWindow] = field(default_factory=dict)
+    """The window around the camera, by level of detail."""
 
     def road(
         self, ego: Float[Array, "3"], T_world_road: Float[Array, "4 4"], camera: Camera

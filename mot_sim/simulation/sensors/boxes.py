@@ -20,20 +20,22 @@ MIN_SIDE_SHARE = 0.05  # of the true side; a smaller box is no box
 
 @dataclass(frozen=True)
 class Component:
-    """One of four errors: bias + spread * shape(x), x a correlated standard normal number.
-
-    bias and spread: parts of the box's side. tail: 0 is normal; shape(x) = sinh(tail * x) / tail.
-    skew: adds skew * (x^2 - 1). spread grows by e^(hidden * (1 - visible)) and by
-    (height / 50 px)^by_height.
-    """
+    """One of four errors: bias + spread * shape(x), x a correlated standard normal number."""
 
     spread: float = 0.0
+    """Typical size of the error, in parts of the box's side, >= 0; more: boxes jump more."""
     bias: float = 0.0
+    """Mean of the error, in parts of the box's side; not 0: boxes are always off to one side."""
     tail: float = 0.0
+    """shape(x) = sinh(tail * x) / tail, >= 0; 0 is normal, more: more errors far from the mean."""
     skew: float = 0.0
+    """Adds skew * (x^2 - 1) to shape(x); not 0: large errors lie on one side."""
     hidden: float = 0.0
+    """`spread` grows by e^(hidden * (0.95 - visible)); more: larger errors of hidden cars."""
     by_height: float = 0.0
+    """`spread` grows by (height / 50 px)^by_height; below 0: larger errors of small boxes."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """How x is correlated over time; slower: boxes drift instead of jumping."""
 
     def __post_init__(self) -> None:
         require_sigmas("jitter spread, tail", self.spread, self.tail)
@@ -47,12 +49,16 @@ class Component:
 
 @dataclass(frozen=True)
 class Jitter:
-    """x, y: of the centre, in parts of width and height. width, height: of log(side)."""
+    """Errors of a box's centre and size."""
 
     x: Component = field(default_factory=Component)
+    """Error of the centre, in parts of the width."""
     y: Component = field(default_factory=Component)
+    """Error of the centre, in parts of the height."""
     width: Component = field(default_factory=Component)
+    """Error of log(width)."""
     height: Component = field(default_factory=Component)
+    """Error of log(height)."""
 
     def __call__(
         self,
@@ -131,9 +137,10 @@ def box_errors(boxes: Float[Array, "n 4"], true: Float[Array, "n 4"]) -> Float[A
 
 @dataclass(frozen=True)
 class VisiblePart:
-    """weight: 0 draws the whole car (amodal, as KITTI's labels), 1 only its visible part."""
+    """How much boxes keep to the visible part of a car."""
 
     weight: float = 0.0
+    """0 (box of the whole car, as KITTI's labels) to 1 (box of its visible part alone)."""
 
     def __post_init__(self) -> None:
         require_rates("visible_part weight", self.weight)
@@ -148,9 +155,10 @@ class VisiblePart:
 
 @dataclass(frozen=True)
 class Border:
-    """snap: pixels; an edge this near to the border lies on it."""
+    """What happens to boxes at the image's border."""
 
     snap: float = 0.0
+    """Pixels, >= 0: an edge nearer to the border lies on it; more: more edges do."""
 
     def __post_init__(self) -> None:
         require_sigmas("border snap", self.snap)

@@ -26,29 +26,37 @@ FRAME_OFFSET = 1 << 20  # births before frame 0 have a positive number too
 
 @dataclass(frozen=True, eq=False)
 class FalseAlarms(Rows):
-    """Rows by frame: the false alarms that are there."""
+    """The false alarms that are there: one row per frame and false alarm, by frame."""
 
     frames: Int[Array, " n"]
+    """The frame."""
     ids: Int[Array, " n"]
+    """Id of the false alarm, the same as long as it stays."""
     boxes: Float[Array, "n 4"]
+    """Inside the image, pixels."""
     scores: Float[Array, " n"]
+    """Confidence, 0 to 1."""
 
 
 @dataclass(frozen=True)
 class Clutter:
-    """rate: false alarms in a frame, on average. autocorrelation: shares of them by lifetime.
-
-    height: pixels. aspect: width over height. x: centre, in parts of the image's width. wobble:
-    of a box from frame to frame, parts of its side. log_odds: of its score.
-    """
+    """How often and where boxes are reported without a car."""
 
     rate: float = 0.0
+    """False alarms per frame on average, 0 to 8; more: more false tracks."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """Shares of the false alarms by mean lifetime; slower: they stay for more frames."""
     height: Quantiles = Quantiles((25.0, 60.0))
+    """Distribution of a box's height, pixels; values below 2 count as 2."""
     aspect: Quantiles = Quantiles((1.0, 2.5))
+    """Distribution of width over height; values below 0.1 count as 0.1."""
     x: Quantiles = Quantiles((0.0, 1.0))
+    """Distribution of the centre, in parts of the image's width."""
     wobble: float = 0.02
+    """Std of a box's moves from frame to frame, in parts of its sides, >= 0; more: boxes jump
+    more."""
     log_odds: Quantiles = Quantiles((-2.0, 2.0))
+    """Distribution of the score's log-odds; higher: false alarms look surer."""
 
     def __post_init__(self) -> None:
         require_sigmas("clutter rate, wobble", self.rate, self.wobble)

@@ -29,15 +29,18 @@ FRAME_ID = -1  # the id of what belongs to a frame and to no object
 class Autocorrelation:
     """How noise is correlated over time: shares of its variance, and how long each share lasts.
 
-    The autocorrelation after t seconds is the sum of share * exp(-t / seconds); 0 seconds is
-    white noise, inf a constant of the object. smooth: 1 for shares whose part is
-    (1 + t / seconds) * exp(-t / seconds) instead, which hardly change between frames and then
-    do; none given: no share is. Nothing in it depends on the frame rate.
+    The autocorrelation after t seconds is the sum of share * exp(-t / seconds). Nothing in it
+    depends on the frame rate.
     """
 
     shares: tuple[float, ...] = (1.0,)
+    """Share of the variance of each part, 0 to 1; their sum is 1."""
     seconds: tuple[float, ...] = (0.0,)
+    """How long each part lasts, >= 0: 0 is white noise, inf a constant of the object; more:
+    slower."""
     smooth: tuple[float, ...] = ()
+    """1: the part follows (1 + t / seconds) * exp(-t / seconds) instead, which hardly changes
+    between frames, at most 60 s long; 0: it does not; empty: none does."""
 
     def __post_init__(self) -> None:
         require_rates("autocorrelation shares, smooth", *self.shares, *self.smooth)
@@ -175,16 +178,18 @@ def _kept_blocks(
 
 @dataclass(frozen=True)
 class MixingPlan:
-    """How the columns of an effect are summed up from what a stream draws.
-
-    processes, constants, white: of each, the column that it is added to, and its weight.
-    """
+    """How the columns of an effect are summed up from what a stream draws."""
 
     stream: NoiseStream
+    """What is drawn."""
     columns: int
+    """Number of columns of the effect."""
     processes: list[tuple[int, float]]
+    """For each process the column that it is added to, and its weight."""
     constants: list[tuple[int, float]]
+    """The same for each constant of the object."""
     white: list[tuple[int, float]]
+    """The same for each column of white noise."""
 
 
 @lru_cache(maxsize=256)

@@ -19,18 +19,21 @@ STATE_COUNT = 4  # visible, hidden by the car itself, hidden by another, outside
 
 @dataclass(frozen=True)
 class Pose:
-    """yaw: std in radians; hidden: its growth e^(hidden * (1 - visible)). flips: rate of yaw + pi.
-
-    size: relative error of length, height and width. autocorrelation: of the errors;
-    flip_autocorrelation: of how long a car stays turned round.
-    """
+    """Errors of the measured yaw and size."""
 
     yaw: float = 0.0
+    """Std of the yaw's error, radians, >= 0; more: less exact yaw."""
     hidden: float = 0.0
+    """The std of yaw grows by e^(hidden * (1 - visible)), >= 0; more: less exact for hidden
+    cars."""
     flips: float = 0.0
+    """Rate of yaw + pi, 0 to 1; more: cars are taken for turned round more often."""
     size: float = 0.0
+    """Std of the relative error of length, height and width, >= 0; more: less exact sizes."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """How the errors are correlated over time; slower: a car's errors last longer."""
     flip_autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """How flips are correlated over time; slower: a car stays turned round longer."""
 
     def __post_init__(self) -> None:
         require_sigmas("pose yaw, hidden, size", self.yaw, self.hidden, self.size)
@@ -62,19 +65,22 @@ class Pose:
 
 @dataclass(frozen=True)
 class Shape:
-    """spread: std of a coefficient at 10 m; growth: its power of depth / 10 m.
-
-    pull: the part of the way to the mean shape (coefficients 0) that every car goes, since a fit
-    trusts its prior; shrink: that a wholly hidden car goes of what is left. stated: the std that
-    the detector claims; 0: the true one of the noise.
-    """
+    """Errors of the measured shape coefficients."""
 
     spread: float = 0.0
+    """Std of each coefficient's error at a depth of 10 m, >= 0; more: less exact shapes."""
     growth: float = 1.0
+    """The std grows by (depth / 10 m)^growth, >= 0; more: less exact for far cars."""
     shrink: float = 0.0
+    """Part of the way to the mean shape that a wholly hidden car goes besides `pull`, 0 to 1; more:
+    hidden cars look alike."""
     pull: float = 0.0
+    """Part of the way to the mean shape that every car goes, since a fit trusts its prior, 0 to 1;
+    more: cars look alike."""
     stated: float = 0.0
+    """Std that the detector claims of each coefficient, >= 0; 0: the true one of the noise."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """How the errors are correlated over time; slower: a car's errors last longer."""
 
     def __post_init__(self) -> None:
         require_sigmas("shape spread, growth, stated", self.spread, self.growth, self.stated)
@@ -108,16 +114,18 @@ class Shape:
 
 @dataclass(frozen=True)
 class Keypoints:
-    """spread, misses: by state (visible, self-occluded, occluded by another, truncated).
-
-    spread: parts of the box's larger side. flips: the rate of left taken for right, which swaps
-    the first half of the points with the second. autocorrelation: of the errors and the flips.
-    """
+    """Errors of keypoints; states are visible, self-occluded, occluded by another, truncated."""
 
     spread: tuple[float, ...] = (0.0,) * STATE_COUNT
+    """Std of u and v for each state, in parts of the box's larger side, >= 0; more: points jump
+    more and state a lower confidence."""
     misses: tuple[float, ...] = (0.0,) * STATE_COUNT
+    """Rate of missed points for each state, 0 to 1; more: fewer points."""
     flips: float = 0.0
+    """Rate of left taken for right, 0 to 1, which swaps the first half of the points with the
+    second."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """How errors and flips are correlated over time; slower: they last longer."""
 
     def __post_init__(self) -> None:
         if len(self.spread) != STATE_COUNT or len(self.misses) != STATE_COUNT:
@@ -154,18 +162,23 @@ class Keypoints:
 
 @dataclass(frozen=True)
 class AppearanceNoise:
-    """size: numbers of a descriptor. noise: std over a descriptor's length. view: length of the
-    part that turns with the viewpoint. alike: how many cars in a row of ids share one look.
-    unit: the distance of vectors of length 1 at which two cars are as likely one as two; what is
-    reported is in that unit, as the tracker's own descriptors are.
-    """
+    """Descriptors of cars' looks and their noise."""
 
     size: int = 32
+    """Numbers in a descriptor, >= 1; more: cars without the same look differ more surely."""
     noise: float = 0.0
+    """Typical length of the noise, >= 0, a look's own being 1; more: looks tell cars apart less
+    well."""
     view: float = 0.0
+    """Length of the part that turns with the viewpoint, >= 0, a look's own being 1; more: looks
+    change more in turns."""
     alike: int = 1
+    """Cars with consecutive ids that share one look, >= 1; more: more cars look the same."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """How the noise is correlated over time; slower: a car's errors last longer."""
     unit: float = 1.0
+    """Distance of vectors of length 1, > 0, at which two cars are as likely one as two; what is
+    reported is in that unit, as the tracker's own descriptors are."""
 
     def __post_init__(self) -> None:
         require_sigmas("appearance noise, view", self.noise, self.view)

@@ -29,15 +29,14 @@ NO_OBJECT = -1
 
 @dataclass(frozen=True, eq=False)
 class Provenance(Rows):
-    """A row a detection, in the order of its log.
-
-    sources: object, duplicate, merged, split, clutter. ids: the object of truth that it shows,
-    or is a copy or a part of; -1 for clutter. others: the second object in a merged box, else -1.
-    """
+    """Where each detection comes from, in the order of its log."""
 
     sources: Shaped[Array, " n"]
+    """'object', 'duplicate', 'merged', 'split' or 'clutter'."""
     ids: Int[Array, " n"]
+    """Object of truth that it shows, or is a copy or a part of; -1 for clutter."""
     others: Int[Array, " n"]
+    """The second object in a merged box, else -1."""
 
     @classmethod
     def of(cls, source: Source, ids: Int[Array, " n"]) -> "Provenance":
@@ -47,10 +46,12 @@ class Provenance(Rows):
 
 @dataclass(frozen=True, eq=False)
 class Sensed:
-    """What a detector gave, and where each row of it came from."""
+    """What a detector gave."""
 
     log: DetectionLog
+    """The detections."""
     provenance: Provenance
+    """Where each of them comes from."""
 
     @classmethod
     def of(
@@ -62,33 +63,47 @@ class Sensed:
 
 @dataclass(frozen=True, eq=False)
 class Responses(Rows):
-    """What the detector makes of each sighting: a box, a score, and whether it is reported."""
+    """What the detector makes of each sighting."""
 
     sightings: Sightings
+    """What could be seen."""
     boxes: Float[Array, "n 4"]
+    """Boxes with their errors, pixels; may reach out of the image."""
     scores: Float[Array, " n"]
+    """Confidence, 0 to 1."""
     reported: Bool[Array, " n"]
+    """Whether it is reported: taken for a car, and not missed."""
     provenance: Provenance
+    """Where each row comes from."""
 
 
 @dataclass(frozen=True)
 class Detector:
     """Sees what is true with the noise of a profile; each level scales one kind of noise.
 
-    profile: a name of PROFILES, a TOML file, or a Profile. Level 1 is the profile, level 0 none of
-    it: with every level 0, or the profile `perfect`, the boxes are exact and all scores are 1.
-    jitter: of boxes. misses. score_noise: of scores. clutter: false alarms and second boxes.
-    cues: yaw, size, keypoints, shape. A car of which no pixel is visible is never seen, at any
+    Level 1 is the profile, level 0 none of it: with every level 0, or the profile `perfect`, the
+    boxes are exact and all scores are 1. A car of which no pixel is visible is never seen, at any
     level.
     """
 
     profile: str | Profile = "rrc"
+    """Whose noise it is: a name of PROFILES, a TOML file, `module:function`, or a Profile."""
     jitter: float = 1.0
+    """Factor on the errors of boxes, >= 0; more: boxes jump more; 0 turns off `visible_part`
+    too."""
     misses: float = 1.0
+    """Factor on the rates at which cars go unseen, >= 0; more: more gaps; 0 turns off `confusion`
+    too."""
     score_noise: float = 1.0
+    """Factor on how far scores are below 1, >= 0; more: lower, more varied scores."""
     clutter: float = 1.0
+    """Factor on the rates of false alarms and duplicates, >= 0; 0 turns off merges and splits
+    too."""
     cues: float = 1.0
+    """Factor on the errors of yaw, size, keypoints, shape and appearance, >= 0; more: less exact
+    cues."""
     effects: Profile = field(init=False, repr=False, compare=False)
+    """The effects of the profile."""
 
     def __post_init__(self) -> None:
         levels = self.jitter, self.misses, self.score_noise, self.clutter, self.cues

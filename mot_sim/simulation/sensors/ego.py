@@ -20,18 +20,20 @@ from tracker.types import Camera
 
 @dataclass(frozen=True)
 class Odometry:
-    """scale: path over true path, less 1. drift: std of the yaw rate's error, radians a second.
-
-    slip: std of the relative error of a step. dropouts: the rate of frames whose motion is
-    unknown and taken for none. Memories: of drift and slip, and of how long it stays lost.
-    """
+    """How the ego car's measured motion is off."""
 
     scale: float = 0.0
+    """Measured over true path, less 1, finite; 0.01: every way is 1 % too long."""
     drift: float = 0.0
+    """Std of the yaw rate's error, rad/s, >= 0; more: the measured path bends more."""
     slip: float = 0.0
+    """Std of the relative error of a step's length, >= 0; more: less exact steps."""
     dropouts: float = 0.0
+    """Rate of frames whose motion is unknown and taken for none, 0 to 1; more: more lost motion."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """How drift and slip are correlated over time; slower: larger errors of the path."""
     dropout_autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """How dropouts are correlated over time; slower: more frames are lost in a row."""
 
     def __post_init__(self) -> None:
         require_finite("odometry scale", self.scale)
@@ -76,18 +78,22 @@ class Odometry:
 
 @dataclass(frozen=True)
 class Miscalibration:
-    """Stds, drawn once an episode: focal (relative), pitch (radians), height (metres).
-
-    slope: radians by which the road ahead rises (not drawn; to the tracker it is a pitch).
-    vibration: std in radians of the pitch from frame to frame; autocorrelation: of it.
-    """
+    """How far the camera that the tracker is given is from the true one; drawn once per episode."""
 
     focal: float = 0.0
+    """Std of the focal length's relative error, >= 0; more: distances are less exact."""
     pitch: float = 0.0
+    """Std of the pitch's error, radians, >= 0; more: the road's distances are less exact."""
     height: float = 0.0
+    """Std of the error of the height above the road, metres, >= 0; more: distances are less
+    exact."""
     slope: float = 0.0
+    """Radians by which the road ahead rises, finite; not drawn, and to the tracker it is a
+    pitch."""
     vibration: float = 0.0
+    """Std of the pitch from frame to frame, radians, >= 0; more: all boxes of a frame move more."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """How the vibration is correlated over time; slower: the boxes sway instead of jumping."""
 
     def __post_init__(self) -> None:
         require_sigmas("miscalibration", self.focal, self.pitch, self.height, self.vibration)

@@ -29,13 +29,12 @@ MAX_BLOCKS = 1 << 22  # more blocks than any drive has (155 days at 10 Hz)
 
 @dataclass(frozen=True)
 class GaussMarkov:
-    """Some processes for one step: first the rough ones, then the smooth ones.
-
-    rough, smooth: a of each, the step over its correlation time.
-    """
+    """Some processes for one step: first the rough ones, then the smooth ones."""
 
     rough: tuple[float, ...]
+    """a of each rough process: the step over its correlation time."""
     smooth: tuple[float, ...]
+    """a of each smooth process: the step over its correlation time."""
 
     @property
     def noise_width(self) -> int:
@@ -131,32 +130,38 @@ def processes_of(parts: Sequence[tuple[float, bool]]) -> tuple[GaussMarkov, list
 
 @dataclass(frozen=True)
 class NoiseStream:
-    """What is drawn under one name: processes, constants of the object, and white numbers."""
+    """What is drawn under one name."""
 
     name: str
+    """Name of the effect; other names draw other numbers."""
     processes: GaussMarkov
+    """Processes that run from frame to frame."""
     constants: int
+    """How many constants each object has."""
     white: int
+    """How many white numbers each frame of an object has."""
 
 
 class DrawnBlocks(NamedTuple):
-    """All frames of some blocks, constants of their objects, and white numbers."""
+    """What is drawn for some blocks of frames."""
 
     path: Float[Array, "p b n"]
+    """Value of each process in every frame of each block."""
     constants: Float[Array, "p f"]
+    """Constants of each block's object."""
     white: Float[Array, "p b w"]
+    """White numbers of every frame of each block."""
 
 
 class JoinedStreams(NamedTuple):
-    """The processes of several streams side by side.
-
-    noise_order: where each column of their noise stands in the streams' noise, one after the
-    other. columns: of each stream, which of the processes are its own.
-    """
+    """The processes of several streams side by side."""
 
     processes: GaussMarkov
+    """All processes."""
     noise_order: Int[Array, " nm"]
+    """Where each column of their noise stands in the streams' noise, one after the other."""
     columns: list[Int[Array, " _"]]
+    """For each stream, which of the processes are its own."""
 
 
 def draw_blocks(

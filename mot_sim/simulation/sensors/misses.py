@@ -33,24 +33,33 @@ TRUNCATION_KNOTS = (0.0, 0.2, 0.6)
 class Misses:
     """Log-odds of being found: base + by_visible + by_height + by_truncation + by_both, all tables.
 
-    by_both: visible fraction by height, row after row: what the two do together beyond their sum.
-    truncation_by_height: grows by_truncation by truncation_by_height * log(height / 100 px).
-    autocorrelation: of the normal numbers that make bursts. flutter: by visible fraction, their
-    share that what hides a car makes anew, with flutter_autocorrelation. shared: the share that
-    all objects of a frame have in common (glare, blur), over shared_seconds.
+    Higher log-odds mean fewer misses. Between the knots of a table run straight lines.
     """
 
     base: float
+    """Log-odds that every object has, finite."""
     by_visible: tuple[float, ...] = (0.0,) * len(VISIBLE_KNOTS)
+    """What is added at each visible fraction of VISIBLE_KNOTS."""
     by_height: tuple[float, ...] = (0.0,) * len(HEIGHT_KNOTS)
+    """What is added at each box height of HEIGHT_KNOTS, pixels."""
     by_truncation: tuple[float, ...] = (0.0,) * len(TRUNCATION_KNOTS)
+    """What is added at each truncation of TRUNCATION_KNOTS."""
     by_both: tuple[float, ...] = (0.0,) * (len(VISIBLE_KNOTS) * len(HEIGHT_KNOTS))
+    """Visible fraction by height, row after row: what the two do together beyond their sum."""
     truncation_by_height: tuple[float, ...] = (0.0,) * len(TRUNCATION_KNOTS)
+    """`by_truncation` grows by it times log(height / 100 px), -2 to 1, at each truncation."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """How the noise behind a car's misses is correlated over time; slower: fewer, longer gaps."""
     flutter: tuple[float, ...] = (0.0,) * len(VISIBLE_KNOTS)
+    """Share of the noise, 0 to 1 at each visible fraction, that follows `flutter_autocorrelation`
+    instead: what hides a car changes."""
     flutter_autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """How that share is correlated over time; slower: longer gaps of hidden cars."""
     shared: float = 0.0
+    """Share of the noise that all objects of a frame have in common (glare, blur), 0 to 1; more:
+    many are missed at once."""
     shared_seconds: float = 0.0
+    """How long the common share lasts, seconds, >= 0; more: longer gaps of all objects."""
 
     def __post_init__(self) -> None:
         require_finite("misses base", self.base)
@@ -134,11 +143,14 @@ def hat_functions(values: Float[Array, " n"], knots: tuple[float, ...]) -> Float
 
 @dataclass(frozen=True)
 class Confusion:
-    """The rates at which other vehicles are reported as cars, and how long a verdict lasts."""
+    """The rates at which other vehicles are reported as cars."""
 
     van: float = 0.0
+    """Rate of vans reported as cars, 0 to 1; more: more vans in the detections."""
     truck: float = 0.0
+    """Rate of trucks reported as cars, 0 to 1; more: more trucks in the detections."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """How verdicts are correlated over time; slower: a verdict lasts longer."""
 
     def __post_init__(self) -> None:
         require_rates("confusion", self.van, self.truck)

@@ -22,19 +22,26 @@ NO_CHANGE = Quantiles((0.0, 0.0))
 
 @dataclass(frozen=True)
 class Duplicates:
-    """seen, missed: the rate of a second box by visible fraction, of cars that are seen or not.
-
-    dx, dy, dw, dh: how it lies to the true box, as in `move_boxes`. log_odds: of its score.
-    """
+    """Second boxes about one car."""
 
     seen: tuple[float, ...] = (0.0,) * len(VISIBLE_KNOTS)
+    """Rate of a second box for cars that are seen, 0 to 1 at each visible fraction of
+    VISIBLE_KNOTS."""
     missed: tuple[float, ...] = (0.0,) * len(VISIBLE_KNOTS)
+    """Rate of such a box for cars that are missed, 0 to 1 at each visible fraction of
+    VISIBLE_KNOTS."""
     dx: Quantiles = NO_CHANGE
+    """Distribution of its centre's offset, in parts of the true box's width."""
     dy: Quantiles = NO_CHANGE
+    """Distribution of its centre's offset, in parts of the true box's height."""
     dw: Quantiles = NO_CHANGE
+    """Distribution of log(its width / the true one)."""
     dh: Quantiles = NO_CHANGE
+    """Distribution of log(its height / the true one)."""
     log_odds: Quantiles = NO_CHANGE
+    """Distribution of its score's log-odds; higher: second boxes look surer."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """How second boxes are correlated over time; slower: they stay for more frames."""
 
     def __post_init__(self) -> None:
         for rates in (self.seen, self.missed):
@@ -72,11 +79,14 @@ class Duplicates:
 
 @dataclass(frozen=True)
 class Splits:
-    """rate: of vehicles at least min_width pixels wide."""
+    """Wide vehicles that are reported in two parts, side by side."""
 
     rate: float = 0.0
+    """Rate at which a wide vehicle is split, 0 to 1; more: more second boxes."""
     min_width: float = 200.0
+    """Width of the box, pixels, >= 0, from which a vehicle may be split; more: fewer splits."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """How splits are correlated over time; slower: a vehicle stays split longer."""
 
     def __post_init__(self) -> None:
         require_rates("splits", self.rate)
@@ -101,11 +111,14 @@ class Splits:
 
 @dataclass(frozen=True)
 class Merges:
-    """rate: of a car whose box overlaps another's by min_iou or more being swallowed by it."""
+    """Cars that share one box with another."""
 
     rate: float = 0.0
+    """Rate at which two overlapping cars become one box, 0 to 1; more: more cars lost in others."""
     min_iou: float = 0.3
+    """IoU of the two boxes, 0 to 1, from which they may merge; more: fewer merges."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """How merges are correlated over time; slower: two cars stay merged longer."""
 
     def __post_init__(self) -> None:
         require_rates("merges", self.rate, self.min_iou)

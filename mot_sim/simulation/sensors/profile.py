@@ -34,27 +34,40 @@ PROFILE_NAMES = NameRegister("profile", {})
 
 @dataclass(frozen=True)
 class Profile:
-    """The effects of one detector; an effect that is None does nothing.
-
-    Without `confusion` all kinds are reported as cars.
-    """
+    """The effects of one detector; an effect that is None does nothing."""
 
     name: str = "perfect"
+    """What it is called."""
     source: str = ""
+    """Where its numbers come from."""
     confusion: Confusion | None = None
+    """Which vans and trucks are reported; None: all kinds are reported as cars."""
     misses: Misses | None = None
+    """Which cars go unseen; None: only those without a visible pixel."""
     visible_part: VisiblePart | None = None
+    """How much boxes keep to the visible part; None: boxes of the whole car."""
     jitter: Jitter | None = None
+    """Errors of boxes."""
     border: Border | None = None
+    """What happens to boxes at the image's border; None: they are clipped."""
     scores: ScoreNoise | None = None
+    """Confidence of boxes; None: all are 1."""
     duplicates: Duplicates | None = None
+    """Second boxes about one car."""
     merges: Merges | None = None
+    """Cars that share one box."""
     splits: Splits | None = None
+    """Vehicles in two boxes."""
     clutter: Clutter | None = None
+    """Boxes where no car is."""
     pose: Pose | None = None
+    """Measured yaw and size; None: not measured."""
     keypoints: Keypoints | None = None
+    """Measured keypoints; None: not measured."""
     shape: Shape | None = None
+    """Measured shape coefficients; None: not measured."""
     appearance: AppearanceNoise | None = None
+    """Descriptors of looks; None: not measured."""
 
 
 # The effects by name, in their order.
@@ -170,19 +183,22 @@ def _table_lines(name: str, effect: Any) -> list[str]:
 
 @dataclass(frozen=True)
 class SensorWeather:
-    """odds: added to the log-odds of being found; far: more of it for boxes below 35 px.
-
-    glare: share of the misses that a frame's objects share, over half a second. jitter, clutter:
-    factors. score_shift: added to the scores before they are mapped to log-odds. The numbers are
-    ours, not measured.
-    """
+    """What a weather does to a profile; its numbers are ours, not measured."""
 
     odds: float = 0.0
+    """Added to the log-odds of being found; lower: more misses."""
     far: float = 0.0
+    """Added on top for boxes of 25 px and lower, less up to 35 px; lower: more misses of far
+    cars."""
     glare: float = 0.0
+    """Least share of the misses that a frame's objects have in common, 0 to 1; more: many are
+    missed at once, for about half a second."""
     jitter: float = 1.0
+    """Factor on the errors of boxes; more: boxes jump more."""
     clutter: float = 1.0
+    """Factor on the rate of false alarms; more: more false tracks."""
     score_shift: float = 0.0
+    """Added to the scores' latent y before it is mapped to log-odds; lower: lower scores."""
 
     def __call__(self, profile: Profile) -> Profile:
         """The profile in this weather; effects that it lacks stay away."""

@@ -13,9 +13,11 @@ from mot_sim.simulation.sensors.checks import require_rising
 
 @dataclass(frozen=True)
 class Quantiles:
-    """values: at the probabilities 0, 1/(n-1), ..., 1; straight lines between."""
+    """A distribution by its quantiles."""
 
     values: tuple[float, ...]
+    """At the probabilities 0, 1/(n-1), ..., 1, straight lines between; two or more that never
+    fall."""
 
     def __post_init__(self) -> None:
         require_rising("quantiles", self.values)

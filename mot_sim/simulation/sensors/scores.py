@@ -17,17 +17,23 @@ from mot_sim.simulation.sensors.sightings import Sightings
 class ScoreNoise:
     """A latent y = by_visible + by_height + noise, mapped from y_knots to log_odds.
 
-    coupling: the part of the noise (a correlation) that comes from how nearly the object was
-    missed. autocorrelation: of the rest. The map is monotone, so that the marginal distribution
-    is free: detectors put most of their boxes at their highest score.
+    The map is monotone, so that the marginal distribution is free: detectors put most of their
+    boxes at their highest score.
     """
 
     y_knots: tuple[float, ...]
+    """Values of y, two or more that never fall."""
     log_odds: tuple[float, ...]
+    """Log-odds of the score at each of `y_knots`, never falling; higher: surer scores."""
     by_visible: tuple[float, ...] = (0.0,) * len(VISIBLE_KNOTS)
+    """Part of y at each visible fraction of VISIBLE_KNOTS."""
     by_height: tuple[float, ...] = (0.0,) * len(HEIGHT_KNOTS)
+    """Part of y at each box height of HEIGHT_KNOTS, pixels."""
     coupling: float = 0.0
+    """Correlation, 0 to 1, of the noise with how nearly the object was missed; more: low scores
+    just before and after misses."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """How the rest of the noise is correlated over time; slower: scores flicker less."""
 
     def __post_init__(self) -> None:
         require_rising("scores y_knots", self.y_knots)

@@ -21,28 +21,34 @@ PASSAGE_FRAMES = 4  # before and after, over which a change of level is spread
 
 @dataclass(frozen=True, eq=False)
 class Sightings(Rows):
-    """Rows by frame and id: what the chain of effects needs to know of an object in a frame.
-
-    boxes: inside the image. amodal_boxes: not clipped. visible_boxes: around the visible pixels,
-    NaN where unknown. visible: fraction in [0, 1]. truncation: part of the amodal box outside the
-    image. depth: metres along the road's z, NaN where unknown. kinds as KITTI spells them.
-    keypoints: pixels; keypoint_states: 0 visible, 1 self-occluded, 2 occluded by another, 3
-    truncated. shape: coefficients of eq. 1. None: unknown.
-    """
+    """What the chain of effects needs to know: one row per frame and object, in that order."""
 
     frames: Int[Array, " n"]
+    """The frame."""
     ids: Int[Array, " n"]
+    """The object."""
     boxes: Float[Array, "n 4"]
+    """Inside the image, pixels."""
     amodal_boxes: Float[Array, "n 4"]
+    """Not clipped to the image, pixels; of labels the same as `boxes`."""
     visible_boxes: Float[Array, "n 4"]
+    """Around the visible pixels; NaN where unknown."""
     visible: Float[Array, " n"]
+    """Visible fraction, 0 to 1."""
     truncation: Float[Array, " n"]
+    """Part of the amodal box outside the image, 0 to 1."""
     depth: Float[Array, " n"]
+    """Metres along the road's z; NaN where unknown."""
     kinds: Shaped[Array, " n"]
+    """Class, as KITTI spells it."""
     cuboids: Cuboids | None = None
+    """In the road frame; None: unknown."""
     keypoints: Float[Array, "n k 2"] | None = None
+    """Pixels, NaN behind the camera; None: unknown."""
     keypoint_states: UInt8[Array, "n k"] | None = None
+    """0 visible, 1 self-occluded, 2 occluded by another, 3 truncated; None: unknown."""
     shape: Float[Array, "n b"] | None = None
+    """Coefficients of eq. 1; None: unknown."""
 
     @property
     def height(self) -> Float[Array, " n"]:

@@ -18,14 +18,16 @@ MAX_STAMP_ERROR_STEPS = 0.45  # steps that a time stamp is off at most, so that 
 
 @dataclass(frozen=True)
 class Timing:
-    """drops: the rate of lost frames; autocorrelation: of how long that lasts. jitter: std of a
-    time stamp, seconds. latency: seconds by which detections are older than their frame.
-    """
+    """Which frames come, with what time stamp, and how old their detections are."""
 
     drops: float = 0.0
+    """Rate of lost frames, 0 to 1; more: more frames never come (the first always does)."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
+    """How losses are correlated over time; slower: more frames are lost in a row."""
     jitter: float = 0.0
+    """Std of a time stamp's error, seconds, >= 0; at most 0.45 of a step is applied."""
     latency: float = 0.0
+    """Seconds, >= 0, by which detections are older than their frame, rounded to whole frames."""
 
     def __post_init__(self) -> None:
         require_rates("timing drops", self.drops)
@@ -62,11 +64,14 @@ class Timing:
 
 @dataclass(frozen=True, eq=False)
 class Timed(SequenceWrapper):
-    """A sequence with time stamps of its own, and detections `late` frames old."""
+    """A sequence with time stamps of its own, and with old detections."""
 
     sequence: RecordedSequence
+    """The frames that come."""
     stamps: Float[Array, " k"]
+    """Time stamp of each frame, seconds, increasing."""
     late: int = 0
+    """How many frames older than their frame the detections are, >= 0."""
 
     def __iter__(self) -> Iterator[Frame]:
         for frame, stamp in zip(self.sequence, self.stamps.tolist(), strict=True):

@@ -32,10 +32,12 @@ NEIGHBOUR_OFFSETS = np.array([(du, dv) for dv in (-1, 0, 1) for du in (-1, 0, 1)
 
 @dataclass(frozen=True, eq=False)
 class Annotations:
-    """The ground truth of some frames: a row a car and frame, and who hides whom."""
+    """The ground truth of some frames."""
 
     truth: Truth
+    """One row per car and frame."""
     occlusions: Occlusions
+    """Who hides whom."""
 
     @classmethod
     def concatenate(cls, parts: "list[Annotations]") -> "Annotations":

@@ -20,18 +20,18 @@ Row = tuple[int, str, int, int]
 
 @dataclass(frozen=True, eq=False)
 class Events(Rows):
-    """A row an event, in the order of frames. kinds: of EVENTS.
-
-    others: the second car of a crossing (the boxes of two visible cars overlap and change
-    sides), or of a collision (-1: the ego car); -2 where there is none. enter, leave: the first
-    frame with a visible pixel, and the first one without, of a stay in the image; a car that is
-    hidden for a while has not left.
-    """
+    """One row per event, in the order of frames."""
 
     frames: Int[Array, " n"]
+    """Frame in which it happens; 'enter' is the first one with a visible pixel of a stay in the
+    image, 'leave' the first one after the stay."""
     kinds: Shaped[Array, " n"]
+    """Of EVENTS; a car that is hidden for a while has not left."""
     ids: Int[Array, " n"]
+    """The car."""
     others: Int[Array, " n"]
+    """The other car of a crossing (visible boxes overlap and change sides) or of a collision (-1:
+    the ego car); -2 where there is none."""
 
     @classmethod
     def of(cls, rows: Iterable[Row]) -> "Events":

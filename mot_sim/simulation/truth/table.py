@@ -36,30 +36,35 @@ class Truth(Rows):
     """What is true of every car in every frame, in the order of frames and ids.
 
     Cars without a pixel in the image, were they alone there, have no row; hidden ones have one.
-    tracks: boxes around the mesh's projection, clipped to the image; KITTI's class and levels;
-    cuboids in the road frame. visible: pixels seen over the pixels of the whole silhouette
-    inside the image. truncation: part of the unclipped box's area that is outside the image.
-    amodal_boxes: not clipped to the image, of what is before the near plane. visible_boxes: around
-    the visible pixels' centres, NaN where there are none. pixels, amodal_pixels: seen, and of the
-    silhouette. keypoints: the 36 of `tracker.shape.KEYPOINTS_36` in pixels, NaN behind the
-    camera; keypoint_states: a `KeypointVisibility` each. speed: m/s, forward. velocity: m/s along
-    x and y of the world. acceleration (m/s^2) and yaw_rate (rad/s, about world z, down): over the
-    step from the frame before, 0 at first sight.
     """
 
     tracks: Tracks
+    """Boxes around the mesh's projection, clipped to the image, pixels; KITTI's class and levels;
+    cuboids in the road frame."""
     visible: Float[Array, " n"]
+    """Pixels seen over the pixels of the whole silhouette inside the image, 0 to 1."""
     truncation: Float[Array, " n"]
+    """Part of the unclipped box's area that is outside the image, 0 to 1."""
     amodal_boxes: Float[Array, "n 4"]
+    """Boxes around what is before the near plane, pixels, not clipped to the image."""
     visible_boxes: Float[Array, "n 4"]
+    """Boxes around the visible pixels' centres, pixels; NaN where there are none."""
     pixels: Int[Array, " n"]
+    """Pixels seen."""
     amodal_pixels: Int[Array, " n"]
+    """Pixels of the whole silhouette inside the image."""
     keypoints: Float[Array, "n 36 2"]
+    """The 36 of `tracker.shape.KEYPOINTS_36`, pixels; NaN behind the camera."""
     keypoint_states: UInt8[Array, "n 36"]
+    """A `KeypointVisibility` of each keypoint."""
     speed: Float[Array, " n"]
+    """Along the heading, m/s."""
     velocity: Float[Array, "n 2"]
+    """Along x and y of the world, m/s."""
     acceleration: Float[Array, " n"]
+    """Change of the speed since the frame before, m/s^2; 0 at first sight."""
     yaw_rate: Float[Array, " n"]
+    """About world z (down) since the frame before, rad/s; 0 at first sight."""
 
     @property
     def is_moving(self) -> Array:
@@ -69,15 +74,16 @@ class Truth(Rows):
 
 @dataclass(frozen=True, eq=False)
 class Occlusions(Rows):
-    """Who hides whom: in a frame, `pixels` of the silhouette of `ids` show `occluder_ids`.
-
-    occluder_ids: an id, or -1 for scenery. In the order of frames and ids.
-    """
+    """Who hides whom: one row per frame and pair, in the order of frames and ids."""
 
     frames: Int[Array, " m"]
+    """The frame."""
     ids: Int[Array, " m"]
+    """The hidden car."""
     occluder_ids: Int[Array, " m"]
+    """The car that hides it; -1 for scenery."""
     pixels: Int[Array, " m"]
+    """Pixels of the hidden car's silhouette that show the occluder."""
 
 
 def occlusion_level(visible: Float[Array, " n"]) -> Int[Array, " n"]:

@@ -127,7 +127,7 @@ def test_without_a_root_the_cure_is_named(mot_sim: CommandLine, command: list[st
 
 def test_a_root_that_is_not_there_is_named(mot_sim: CommandLine, tmp_path: Path) -> None:
     outcome = mot_sim("track", "--root", tmp_path / "nowhere", "--out", tmp_path / "out")
-    require_one_line(outcome, "nowhere", "does not exist")
+    require_one_line(outcome, "nowhere", "no such folder")
 
 
 def test_an_existing_output_folder_stays_as_it_is(

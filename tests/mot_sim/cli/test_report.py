@@ -132,7 +132,7 @@ def test_what_does_not_fit_is_named(mot_sim: CommandLine, tmp_path: Path) -> Non
     ("options", "words"),
     [
         ((), "nothing to report: name folders"),
-        (("nowhere",), "no folder; name one that a command got as --out"),
+        (("nowhere",), "no such folder; name a folder that a command got as --out"),
         (("empty",), "nothing of ours: no result.json, sweep.json, run.json"),
         (("damaged",), "result.json:1: damaged"),
         (("old",), "a result of format 0, this mot-sim reads 1"),

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from mot_sim.datasets import ScoreMap
 from mot_sim.datasets.detection_files import DetectionFormat, read_detections
+from mot_sim.datasets.kitti.detectors import DETECTORS
 from tests.mot_sim.datasets.conftest import write
 from tracker.errors import BadConfig, BadFile
 
@@ -70,7 +71,7 @@ def test_boxes_are_clipped_to_the_pixel_centres(tmp_path: Path) -> None:
         ("1,1,2,inf,4,.5", "x2 is not finite: x2 inf"),
         ("1,1,2,3,4,nan", "score is not finite: score nan"),
         ("nan,1,2,3,4,1", "frame is not finite"),
-        ("1,3,2,1,4,.5", "inverted box: x1 3, y1 2, x2 1, y2 4; the second corner"),
+        ("1,3,2,1,4,.5", "inverted box: x1 3, y1 2, x2 1, y2 4; 1 of 2 rows are so"),
         ("1,1,4,3,2,.5", "inverted box: x1 1, y1 4, x2 3, y2 2"),
         ("1,1,2,1,4,.5", "box without area: x1 1, y1 2, x2 1, y2 4; mend the file"),
         ("1,1,4,3,4,.5", "box without area: x1 1, y1 4, x2 3, y2 4"),
@@ -153,7 +154,7 @@ def test_only_the_wanted_kind_is_kept_and_judged(tmp_path: Path) -> None:
 
 box_rows = st.lists(
     st.tuples(
-        st.integers(0, 9), st.floats(0, 90), st.floats(0, 40), st.floats(0.5, 9), st.floats(0.5, 9),
+        st.integers(0, 9), st.floats(0, 90), st.floats(0, 40), st.floats(2, 9), st.floats(2, 9),
         st.floats(-10, 10),
     ),
     max_size=8,
@@ -172,3 +173,24 @@ def test_boxes_inside_the_image_are_read_as_written(
     np.testing.assert_array_equal(log.frames, expected[:, 0])
     np.testing.assert_array_equal(log.detections.boxes, expected[:, 1:5])
     np.testing.assert_array_equal(log.detections.scores, expected[:, 5])
+
+
+def test_shares_of_the_image_are_refused(tmp_path: Path) -> None:
+    path = write(tmp_path / "d.txt", "0,.08,.48,.11,.56,.9\n1,.08,.48,.11,.56,.9\n")
+    said = re.escape(f"{path}:1: all 2 boxes lie within 0..1: normalised boxes?: x1 0.08, y1 0.48")
+    with pytest.raises(BadFile, match=said):
+        read_detections(path, RRC, SIZE)
+
+
+def test_a_file_without_the_tracked_class_says_what_it_holds(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    rest = "0 0 -10 1 2 30 34 1.5 1.6 4 1 1.6 20 -1.5 .9"
+    path = write(tmp_path / "d.txt", f"0 1 Pedestrian {rest}\n1 1 pedestrian {rest}\n")
+    assert len(read_detections(path, DETECTORS["kitti"], SIZE).frames) == 0
+    assert "holds 2 of Pedestrian, and nothing of Car, which alone is tracked" in caplog.text
+    write(path, f"0 1 CAR {rest}\n1 1 car {rest}\n")
+    assert len(read_detections(path, DETECTORS["kitti"], SIZE).frames) == 2
+    write(path, f"0 1 Car {rest}\n1 1 Vehicle {rest}\n")
+    with pytest.raises(BadFile, match=r"d\.txt:2: no class of KITTI: type Vehicle"):
+        read_detections(path, DETECTORS["kitti"], SIZE)

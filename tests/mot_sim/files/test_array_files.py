@@ -1,13 +1,16 @@
 """Named arrays in one file."""
 
 import json
+import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mot_sim.files.array_files import ArrayFormat, checksum
-from tracker.errors import BadFile, BadOutput
+from tracker.descriptors.weights import read_weights
+from tracker.errors import BadFile, BadOutput, BadWeights
+from tracker.shape import load_prior
 
 APPLES = ArrayFormat("apples", 2, "pick again")
 ARRAYS = {"red": np.arange(3), "green": np.array(["a", "bc"])}
@@ -75,6 +78,22 @@ def test_strange_arrays_are_named(tmp_path: Path) -> None:
         APPLES.write(tmp_path / "a.npz" / "b.npz", ARRAYS)
 
 
+def test_a_file_that_unpacks_to_too_much_is_refused_before_it_is_unpacked(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.npz"
+    with (
+        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive,
+        archive.open("a.npy", "w") as file,
+    ):
+        block = bytes(1 << 20)
+        for _ in range(600):
+            file.write(block)
+    assert path.stat().st_size < 2_000_000
+    with pytest.raises(BadFile, match=r"bomb.npz: unpacks to 629,145,600 bytes"):
+        ArrayFormat("a thing", 1).read(path, ["a"])
+    with pytest.raises(BadFile, match="unpacks to more than"):
+        load_prior(path)
+    with pytest.raises(BadWeights, match="unpacks to more than"):
+        read_weights(path)
 def test_half_floats_and_entries_that_are_no_arrays_are_refused(tmp_path: Path) -> None:
     path, kind = tmp_path / "a.npz", ArrayFormat("a thing", 1)
     kind.write(path, {"a": np.zeros(3, np.float16)})

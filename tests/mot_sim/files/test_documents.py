@@ -63,3 +63,13 @@ def test_a_named_path_must_lie_in_a_given_folder(tmp_path: Path) -> None:
     for named in (str(other / "b.toml"), str(home / ".." / "b.toml"), str(home / "link" / "b")):
         with pytest.raises(BadFile, match=r"x: it names .*, which lies outside .*home; move it"):
             require_inside(named, "x", home)
+
+
+def test_a_toml_file_that_would_take_long_is_refused_at_once(tmp_path: Path) -> None:
+    dots, large = tmp_path / "dots.toml", tmp_path / "large.toml"
+    dots.write_text(".".join("a" * 50_000) + " = 1\n")
+    large.write_text("a = 1 # so\n" * 100_000)
+    with pytest.raises(BadFile, match="deeper than anything of ours"):
+        read_toml(dots)
+    with pytest.raises(BadFile, match=r"large.toml: 1,100,000 bytes, where .* at most 200,000"):
+        read_toml(large)

@@ -6,6 +6,7 @@ import pytest
 from benchmarks.metrics.cases import tracks
 from mot_sim.metrics.matching import Overlaps
 from mot_sim.metrics.preprocessing import prepare_sequence, scored_rows
+from tracker.errors import BadTracks
 from tracker.types import Tracks
 
 BOX = (0.0, 0.0, 40.0, 30.0)
@@ -91,3 +92,16 @@ def test_neutral_marks_follow_their_rows_when_frames_are_out_of_order():
     contest = prepare_sequence(tracks(labels), tracks([]), 3)
     assert contest.overlaps.truth.ids.tolist() == [2, 3, 1]
     assert contest.neutral.tolist() == [True, False, False]
+
+
+def test_kinds_are_compared_without_case():
+    assert left([(0, 1, BOX, "car")], [(0, 9, BOX, "CAR")]) == (1, 1)
+    assert left([(0, 1, BOX, "VAN", 0, 0)], [(0, 9, BOX, "Car")]) == (0, 0)
+
+
+@pytest.mark.parametrize("kind", ["0", "Vehicle", "bus", ""])
+def test_what_is_no_class_of_kitti_is_refused(kind: str):
+    with pytest.raises(BadTracks, match=r"output: kind '.*' of row 0 is no class of KITTI"):
+        left([(0, 1, BOX)], [(0, 9, BOX, kind)])
+    with pytest.raises(BadTracks, match=r"truth: kind '.*' of row 0 is no class of KITTI"):
+        left([(0, 1, BOX, kind)], [(0, 9, BOX)])

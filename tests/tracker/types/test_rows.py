@@ -119,3 +119,17 @@ def test_what_was_computed_from_a_table_is_no_column_of_the_next() -> None:
     assert whole.replaced(numbers=np.ones(2, np.int64)).total == 2
     assert whole.updated(np.array([0]), Counted(np.array([9]))).total == 15
     assert Counted.concatenate((whole, Counted(np.array([1])))).total == 7
+
+
+def test_a_copy_has_arrays_of_its_own_and_a_locked_table_cannot_be_written_to() -> None:
+    whole = table(3)
+    mine = whole.copied()
+    mine.ids[:] = 7
+    mine.cuboids.base[:] = 7.0
+    assert whole.ids.tolist() == [100, 101, 102]
+    assert whole.cuboids.base[0, 0] == 0.5
+    assert mine.scores is None
+    assert whole.locked() is whole
+    for array in (whole.ids, whole.cuboids.base):
+        with pytest.raises(ValueError, match="read-only"):
+            array[:] += 1

@@ -37,8 +37,11 @@ class FitComparison:
     """One figure of the real detections beside that of the made ones."""
 
     what: str
+    """What the figure measures."""
     real: float
+    """Of the real detections; NaN where there is nothing to count."""
     made: float
+    """Of the simulated ones; NaN where there is nothing to count."""
 
 
 def fit_lines(real: DetectorMeasurements, made: DetectorMeasurements) -> list[FitComparison]:

@@ -30,28 +30,35 @@ class LabelledDetections:
     """A labelled drive and what a detector gave on it."""
 
     labels: Tracks
+    """KITTI's labels of the drive."""
     log: DetectionLog
+    """What the detector gave."""
     frame_count: int
+    """Frames of the drive."""
     camera: Camera
+    """The camera of the drive."""
 
 
 @dataclass(frozen=True, eq=False)
 class Found(Rows):
-    """A row a labelled car, van or truck in a frame, ids unique over all drives.
-
-    scored: cars and vans, which boxes are matched to. counted: those that must be found.
-    hit: matched (IoU >= .5, one to one). errors: dx, dy, dw, dh of `box_errors`; edges: in parts
-    of the sides; log_odds: of the score; NaN where not hit.
-    """
+    """Which labels were found: one row for each labelled car, van or truck in a frame."""
 
     sightings: Sightings
+    """What could be seen of it."""
     ids: Int[Array, " n"]
+    """Id of the object, unique over all drives."""
     scored: Bool[Array, " n"]
+    """Whether boxes are matched to it: cars and vans."""
     counted: Bool[Array, " n"]
+    """Whether it must be found."""
     hit: Bool[Array, " n"]
+    """Whether it was matched (IoU >= 0.5, one to one)."""
     errors: Float[Array, "n 4"]
+    """dx, dy, dw, dh of `box_errors`; NaN where not hit."""
     edges: Float[Array, "n 4"]
+    """Errors of the left, upper, right and lower edge, in parts of the sides; NaN where not hit."""
     log_odds: Float[Array, " n"]
+    """Of the score; NaN where not hit."""
 
     @property
     def frames(self) -> Int[Array, " n"]:
@@ -61,24 +68,34 @@ class Found(Rows):
 
 @dataclass(frozen=True, eq=False)
 class FalseBoxes(Rows):
-    """A row a false positive. nearest: the row of `Found` that it overlaps most, by iou; or -1."""
+    """One row for each false positive."""
 
     drives: Int[Array, " n"]
+    """Number of the drive."""
     frames: Int[Array, " n"]
+    """Inside the drive."""
     boxes: Float[Array, "n 4"]
+    """Pixels."""
     log_odds: Float[Array, " n"]
+    """Of the score."""
     nearest: Int[Array, " n"]
+    """Row of `Found` that it overlaps most; -1 where it touches none."""
     iou: Float[Array, " n"]
+    """Overlap with that one, 0 to 1."""
     width: Float[Array, " n"]
+    """Of the drive's image, pixels."""
 
 
 @dataclass(frozen=True, eq=False)
 class DetectorMeasurements:
-    """All of it, over some drives."""
+    """What was measured of a detector over some drives."""
 
     found: Found
+    """Which labels were found."""
     false: FalseBoxes
+    """The false positives."""
     frame_count: int
+    """Frames of all drives."""
 
     @property
     def recall(self) -> float:

@@ -100,21 +100,25 @@ def ks_distance(a: Array, b: Array) -> float:
 
 @dataclass(frozen=True)
 class Distance:
-    """How far two measurements of a detector are from each other, or from its model.
-
-    gaps, edges, scores: Kolmogorov-Smirnov distances (edges: the worst of the four).
-    by_depth, by_occlusion: mean absolute difference of recall, bins weighted by their rows.
-    false: relative difference of false positives a frame. precision, recall: differences.
-    """
+    """How far two measurements of a detector are from each other, or from its model."""
 
     gaps: float
+    """Kolmogorov-Smirnov distance of the gaps' lengths, 0 to 1."""
     edges: float
+    """Kolmogorov-Smirnov distance of edge errors, 0 to 1: the worst of the four edges."""
     scores: float
+    """Kolmogorov-Smirnov distance of the hits' scores, 0 to 1."""
     by_depth: float
+    """Mean absolute difference of recall over bins of depth, weighted by their rows."""
     by_occlusion: float
+    """Mean absolute difference of recall over bins of the visible fraction, weighted by their
+    rows."""
     false: float
+    """Relative difference of the false positives per frame."""
     precision: float
+    """Absolute difference, 0 to 1."""
     recall: float
+    """Absolute difference, 0 to 1."""
 
     @classmethod
     def between(cls, one: DetectorMeasurements, other: DetectorMeasurements) -> "Distance":

@@ -66,12 +66,16 @@ def correlation_of(
 
 @dataclass(frozen=True, eq=False)
 class RatedEvents(Rows):
-    """A row per object and frame: whether an event happens, and the known rate at which it does."""
+    """Events and their known rates: one row per object and frame."""
 
     happens: Bool[Array, " n"]
+    """Whether the event happens."""
     rates: Float[Array, " n"]
+    """Probability at which it does, 0 to 1."""
     ids: Int[Array, " n"]
+    """The object."""
     frames: Int[Array, " n"]
+    """The frame."""
 
     def latent_correlation(self, first: Int[Array, " k"], second: Int[Array, " k"]) -> float:
         """Of the latents of pairs of rows; NaN without pairs."""

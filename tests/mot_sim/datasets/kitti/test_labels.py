@@ -176,7 +176,7 @@ coordinates = st.floats(-100, 100)
 label_rows = st.lists(
     st.tuples(
         st.integers(0, 20), st.sampled_from(["Car", "Van", "Person_sitting"]), st.integers(0, 2),
-        st.integers(0, 3), *[coordinates] * 5, *[st.floats(0.1, 20)] * 3,
+        st.integers(0, 3), *[coordinates] * 5, *[st.floats(2, 20)] * 3,
     ),
     max_size=6,
 )  # fmt: skip

@@ -101,13 +101,15 @@ def test_images_that_are_not_there_are_missed(tiny_tree: Path) -> None:
         kitti_sequence(tiny_tree, "0030", images=True)
 
 
-def test_frames_are_counted_by_oxts_then_kittis_list_then_images_then_boxes(
+def test_frames_are_counted_by_oxts_then_kittis_list_then_images_then_rows(
     tiny_tree: Path,
 ) -> None:
     training = tiny_tree / "training"
     (training / "oxts" / "0030.txt").unlink()
     assert kitti_sequence(tiny_tree, "0030", ego="none").frame_count == 3
     write(tiny_tree / "detections" / "rrc" / "0030.txt", "")
+    assert kitti_sequence(tiny_tree, "0030", ego="none").frame_count == 3  # of the labels
+    (training / "label_02" / "0030.txt").unlink()
     assert kitti_sequence(tiny_tree, "0030", ego="none").frame_count == 0
     paint(training / "image_02" / "0030" / "000006.png", (0, 0, 0))
     assert kitti_sequence(tiny_tree, "0030", ego="none").frame_count == 7

@@ -59,16 +59,24 @@ def test_a_callable_of_a_module_is_a_tracker() -> None:
     assert isinstance(updated.inner, odd.Updates)
 
 
-def test_a_sweeps_tracker_may_answer_with_ids_and_boxes() -> None:
-    built = TrackerSpec.parse(f"mine={ODD}:Pairs").build(CAMERA)
-    boxes = [[10.0, 10.0, 50.0, 40.0], [60.0, 10.0, 90.0, 40.0], [200.0, 10.0, 250.0, 40.0]]
-    given = Frame(4, 0.4, detections=Detections.of(boxes, scores=[0.9, 0.8, 0.7]))
-    tracks = built.step(given)
-    assert tracks.ids.tolist() == [0, 1, 2]
-    assert tracks.frames.tolist() == [4, 4, 4]
-    assert tracks.boxes.tolist() == boxes
-    nothing = Frame(5, 0.5, detections=Detections.of(np.zeros((0, 4)), scores=[]))
-    assert len(built.step(nothing)) == 0
+class Answers:
+    """A tracker that always answers the same."""
+
+    def __init__(self, answer: object) -> None:
+        self.answer = answer
+
+    def update(self, boxes: np.ndarray, scores: np.ndarray) -> object:
+        """The answer."""
+        return self.answer
+
+
+@pytest.mark.parametrize("answer", [([7], [[1.0, 2, 3, 4]]), [[1.0, 2, 3, 4, 7]]])
+def test_an_update_may_answer_in_any_form(answer: object) -> None:
+    frame = Frame(3, 0.3, Detections.of([[1.0, 2, 3, 4]]))
+    rows = Updated(Answers(answer)).step(frame)
+    assert (rows.frames.tolist(), rows.ids.tolist()) == ([3], [7])
+    assert rows.boxes.tolist() == [[1.0, 2.0, 3.0, 4.0]]
+    assert len(Updated(Answers(([], []))).step(frame)) == 0
 
 
 @pytest.mark.parametrize(

@@ -2,12 +2,21 @@
 
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from mot_sim.simulation.episodes import EpisodeFiles, record_episode, verify_episode, verify_tree
+from mot_sim.simulation.episodes import (
+    EpisodeFiles,
+    record_episode,
+    recording,
+    verify_episode,
+    verify_tree,
+)
 from mot_sim.simulation.scene import Scene
+from mot_sim.simulation.truth import Annotations
 from tests.mot_sim.simulation.episodes.conftest import SEED
 from tests.mot_sim.simulation.episodes.small import FRAMES, small
 from tracker.errors import DatasetNotFound, UnknownName
@@ -123,3 +132,36 @@ def test_a_tree_without_episodes_is_told(tmp_path: Path) -> None:
     (tmp_path / "training" / "calib" / "0000.txt").write_text("")
     with pytest.raises(DatasetNotFound, match="no episodes in it; mot-sim record makes some"):
         verify_tree(tmp_path, find)
+
+
+def nudged(monkeypatch: pytest.MonkeyPatch, by: float) -> None:
+    """From now on a new run sees boxes that are off by so many pixels, as on another CPU."""
+    original = recording.annotate_frame
+
+    def annotate_frame(*arguments: Any) -> Annotations:
+        seen = original(*arguments)
+        tracks = seen.truth.tracks
+        moved = seen.truth.replaced(tracks=tracks.replaced(boxes=tracks.boxes + by))
+        return replace(seen, truth=moved)
+
+    monkeypatch.setattr(recording, "annotate_frame", annotate_frame)
+
+
+def test_another_rounding_of_the_last_bits_is_the_same_to_the_printed_digits(
+    recorded: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    nudged(monkeypatch, 1e-9)
+    found = verify_episode(recorded, "0000", find)
+    assert found.is_same
+    assert not found.is_bit_equal
+    assert found.parts["truth"] == found.verdict("labels") == "same to the printed digits"
+    assert found.verdict("trajectories") == "same"
+
+
+def test_another_printed_digit_is_a_difference(
+    recorded: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    nudged(monkeypatch, 1e-5)
+    found = verify_episode(recorded, "0000", find)
+    assert not found.is_same
+    assert found.parts["truth"] == found.parts["exact detections"] == "a new run differs"
