@@ -99,6 +99,15 @@ class ArrayFormat:
         return promised
 
 
+def plain_array(found: Any, name: str) -> Array:
+    """An entry of an npz file. Raises ValueError for what is no array, and for half floats."""
+    if not isinstance(found, Array):
+        raise ValueError(f"{name} is no array")
+    if found.dtype.kind == "f" and found.dtype.itemsize not in (4, 8):
+        raise ValueError(f"{name} is of type {found.dtype}")  # which linear algebra does not take
+    return found
+
+
 def require_size(path: Path, most: int = MAX_BYTES) -> None:
     """Raise BadFile for an npz file that unpacks to more than so many bytes; unpacks nothing.
 

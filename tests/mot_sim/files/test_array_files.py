@@ -94,6 +94,8 @@ def test_a_file_that_unpacks_to_too_much_is_refused_before_it_is_unpacked(tmp_pa
         load_prior(path)
     with pytest.raises(BadWeights, match="unpacks to more than"):
         read_weights(path)
+
+
 def test_half_floats_and_entries_that_are_no_arrays_are_refused(tmp_path: Path) -> None:
     path, kind = tmp_path / "a.npz", ArrayFormat("a thing", 1)
     kind.write(path, {"a": np.zeros(3, np.float16)})
