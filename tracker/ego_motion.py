@@ -7,8 +7,9 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from tracker.beliefs import MIN_DEPTH, Beliefs
+from tracker.errors import BadMotion
 from tracker.geometry import propagate_covariance
-from tracker.types import Camera, Cuboids, Frame
+from tracker.types import Camera, Cuboids, Frame, max_step
 from tracker.types.shape_pose import ShapePose
 
 # How far an unknown camera motion may be from standing still: 1 m along and 10 cm across the
@@ -78,8 +79,19 @@ def _move_boxes(
     return (corners[:, :, :2] / np.maximum(corners[:, :, 2:], MIN_SCALE)).reshape(-1, 4)
 
 
-def camera_motion(frame: Frame) -> tuple[Float[Array, "4 4"], Float[Array, "6 6"]]:
-    """The camera's motion since the last frame and its covariance, where unknown a wide one."""
-    if frame.T_now_before is None:
+def camera_motion(frame: Frame, dt: float) -> tuple[Float[Array, "4 4"], Float[Array, "6 6"]]:
+    """The camera's motion since the last frame and its covariance, where unknown a wide one.
+
+    dt: seconds since that frame. BadMotion for a motion that is faster than any car.
+    """
+    T_now_before = frame.T_now_before
+    if T_now_before is None:
         return np.eye(4), UNKNOWN_MOTION_COV
-    return frame.T_now_before, np.zeros((6, 6)) if frame.motion_cov is None else frame.motion_cov
+    metres = math.hypot(*T_now_before[:3, 3].tolist())
+    if metres > max_step(dt):
+        raise BadMotion(
+            f"frame {frame.index}: T_now_before moves the camera by {metres:.4g} m in {dt:.3g} s, "
+            "faster than any car: is it in metres, from the last frame to this one (no pose in "
+            "the world), and without a jump of the map? Give None where the motion is unknown"
+        )
+    return T_now_before, np.zeros((6, 6)) if frame.motion_cov is None else frame.motion_cov

@@ -9,7 +9,11 @@ class TrackingError(Exception):
 
 
 class BadCalibration(TrackingError):
-    """A camera that cannot be: singular K, no height, no image."""
+    """A camera that cannot be: K transposed, a mirrored mount, no height, no image."""
+
+
+class BadMotion(TrackingError):
+    """A motion of the camera that cannot be: no rigid transform, faster than any car, NaN."""
 
 
 class BadDetections(TrackingError):

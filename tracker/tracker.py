@@ -179,7 +179,7 @@ class Tracker:
         detections: of this frame, by which an uncertain rotation of the camera is corrected.
         """
         beliefs, moved = self.dynamics.predict(tracks.beliefs, dt)
-        T_now_before, motion_cov = camera_motion(frame)
+        T_now_before, motion_cov = camera_motion(frame, dt)
         predicted = compensate_ego_motion(beliefs, self.camera, T_now_before, motion_cov, moved)
         rotation_filter = self.camera_rotation_filter
         if (

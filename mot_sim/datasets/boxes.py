@@ -53,14 +53,26 @@ def box_sequence(
             f"{camera}: image_width and image_height are {image_size[0]}x{image_size[1]}, the "
             f"images in {images} have {folder.image_size[0]}x{folder.image_size[1]} pixels"
         )
-    Ts_world_cam = None if poses is None else read_poses(_require(Path(poses), "pose file"))
     frame_count = None if folder is None else max(folder.paths) + 1
-    frame_count = frame_count if Ts_world_cam is None else len(Ts_world_cam)
     columns = tuple(table.rows.dtype.names or ())
     form = DetectionFormat(columns, delimiter=",", score_map=score_map)
-    log = check_detections(table, form, image_size, frame_count, bad_boxes)
-    if frame_count is None:
-        frame_count = int(table["frame"].max()) + 1 if len(table) else 0
+    known_count = frame_count if poses is None else None  # otherwise there is one frame per pose
+    log = check_detections(table, form, image_size, known_count, bad_boxes)
+    last_box = int(table["frame"].max(initial=-1))
+    Ts_world_cam = None
+    if poses is not None:
+        path = _require(Path(poses), "pose file")
+        Ts_world_cam = read_poses(path, step=1.0 / described.frame_rate)
+        last = max(last_box, -1 if frame_count is None else frame_count - 1)
+        if len(Ts_world_cam) <= last:
+            raise BadFile(
+                f"{path}: {len(Ts_world_cam)} poses, but {boxes if last == last_box else images} "
+                f"reaches frame {last}, counted from 0; give one pose per frame, {last + 1} in "
+                "all (between those of key-frames, interpolate)"
+            )
+        frame_count = len(Ts_world_cam)
+    elif frame_count is None:
+        frame_count = last_box + 1
     if folder is not None:
         folder.warn_of_gaps(frame_count)
     if motion_cov is None and Ts_world_cam is not None:

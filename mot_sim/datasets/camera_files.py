@@ -9,11 +9,11 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.files.documents import read_toml
-from mot_sim.files.text import read_table
+from mot_sim.files.text import TextTable, read_table
 from mot_sim.files.writing import write_lines
 from tracker.errors import BadCalibration, BadConfig, BadFile, DatasetNotFound, UnknownName
-from tracker.geometry import invert
-from tracker.types import Camera
+from tracker.geometry import invert, rigid_fault
+from tracker.types import Camera, max_step
 
 INTRINSIC_KEYS = ("fx", "fy", "cx", "cy")
 REQUIRED_KEYS = ("image_width", "image_height", "camera_height")
@@ -24,9 +24,12 @@ CAMERA_KEYS_HELP = (
     "K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] or fx, fy, cx, cy; image_width and image_height "
     "in pixels; camera_height in metres"
 )
-POSE_COLUMNS = tuple(f"{name}{row}" for row in "123" for name in ("r1", "r2", "r3", "t"))
-# Largest entry of R R^T - 1 that passes for a rotation printed with a few digits.
-ROTATION_TOLERANCE = 1e-3
+# As they stand in a line: the matrix row by row.
+POSE_COLUMNS = (
+    *("r11", "r12", "r13", "tx"),
+    *("r21", "r22", "r23", "ty"),
+    *("r31", "r32", "r33", "tz"),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,25 +108,62 @@ def _number(path: Path, values: Mapping[str, object], key: str) -> float:
     return float(value)
 
 
-def read_poses(path: Path, frame_count: int | None = None) -> Float[Array, "n 4 4"]:
+def read_poses(
+    path: Path, frame_count: int | None = None, step: float | None = None
+) -> Float[Array, "n 4 4"]:
     """Ts_world_cam of a file with 12 numbers a line, as in KITTI's odometry benchmark.
 
     The rotations are made orthonormal, which mends what printing cut off. Raises BadFile for
-    another number of lines than frames and for what is no rotation.
+    another number of lines than frames, for blank lines between them, for what is no rotation
+    and, given the step from frame to frame in seconds, for leaps that no camera makes.
     """
-    table = read_table(path, POSE_COLUMNS)
+    table = read_table(path, lambda fields: _pose_columns(path, fields), line_of_frame=True)
     Ts_world_cam = np.zeros((len(table), 4, 4))
     Ts_world_cam[:, :3] = table.finite(POSE_COLUMNS).reshape(-1, 3, 4)
     Ts_world_cam[:, 3, 3] = 1.0
     if frame_count is not None and len(table) != frame_count:
         raise BadFile(f"{path}: {len(table)} poses for {frame_count} frames; give one a frame")
-    Rs = Ts_world_cam[:, :3, :3]
-    off = np.abs(Rs @ np.swapaxes(Rs, 1, 2) - np.eye(3)).max(axis=(1, 2), initial=0.0)
-    bad = (off > ROTATION_TOLERANCE) | (np.linalg.det(Rs) < 0.0)
-    table.reject(bad, "the first three columns are no rotation", POSE_COLUMNS[:3])
-    U, _, Vt = np.linalg.svd(Rs)
+    for row, pose in enumerate(Ts_world_cam):
+        fault = rigid_fault(pose)
+        if fault is not None:
+            raise BadFile(
+                f"{path}:{table.line(row)}: {fault}; a line is a camera-to-world matrix, "
+                f"{' '.join(POSE_COLUMNS)}"
+            )
+    if step is not None:
+        reject_leaps(table, Ts_world_cam, step, ("tx", "ty", "tz"))
+    U, _, Vt = np.linalg.svd(Ts_world_cam[:, :3, :3])
     Ts_world_cam[:, :3, :3] = U @ Vt
     return Ts_world_cam
+
+
+def _pose_columns(path: Path, fields: list[str]) -> tuple[str, ...]:
+    """The columns of a file of poses; BadFile for other formats that are known."""
+    others = {
+        8: "a trajectory of TUM's (time, tx ty tz, quaternion)?",
+        16: "4x4 matrices? Leave out their last row, 0 0 0 1.",
+        7: "positions and quaternions?",
+    }
+    if len(fields) in others:
+        raise BadFile(
+            f"{path}:1: {len(fields)} values: {others[len(fields)]} A line is the camera-to-world "
+            f"matrix of a frame, row by row: {' '.join(POSE_COLUMNS)}"
+        )
+    return POSE_COLUMNS
+
+
+def reject_leaps(
+    table: TextTable, Ts_world: Float[Array, "n 4 4"], step: float, columns: tuple[str, ...]
+) -> None:
+    """BadFile for a pose that is farther from the one before than any camera moves in a step."""
+    metres = np.zeros(len(table))
+    metres[1:] = np.linalg.norm(np.diff(Ts_world[:, :3, 3], axis=0), axis=1)
+    leaps = metres > max_step(step)
+    if leaps.any():
+        first = int(np.flatnonzero(leaps)[0])
+        what = f"a leap of {metres[first]:.4g} m from the frame before, {step:.3g} s earlier"
+        cure = "are the positions in metres, one line per frame, all of one map without a jump?"
+        table.reject(leaps, what, columns, cure)
 
 
 def planar_poses(Ts_world_road: Float[Array, "t 4 4"]) -> Float[Array, "t 3"]:

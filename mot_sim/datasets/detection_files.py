@@ -105,16 +105,20 @@ def read_detections(
     image_size: tuple[int, int],
     frame_count: int | None = None,
     bad_boxes: BadBoxes | None = None,
+    counted_in: Path | None = None,
 ) -> DetectionLog:
     """The detections in a file, clipped to the image [0, width - 1] x [0, height - 1].
 
     bad_boxes: "error" refuses boxes without area and boxes wholly outside the image, "drop"
     leaves them out and logs how many; None: as the format says. An empty file holds no
     detections. Raises BadFile with file and line for NaN and infinity, inverted boxes, frames
-    outside the sequence (when frame_count says how long it is), and rows that are not numbers.
+    outside the sequence (when frame_count says how long it is; counted_in: by the lines of this
+    file), and rows that are not numbers.
     """
     table = read_table(path, form.names, form.delimiter, words=_words(form))
-    return check_detections(table, form, image_size, frame_count, bad_boxes or form.bad_boxes)
+    return check_detections(
+        table, form, image_size, frame_count, bad_boxes or form.bad_boxes, counted_in
+    )
 
 
 def check_detections(
@@ -123,9 +127,10 @@ def check_detections(
     image_size: tuple[int, int],
     frame_count: int | None,
     bad_boxes: BadBoxes,
+    counted_in: Path | None = None,
 ) -> DetectionLog:
     """The detections of a table that was read; see `read_detections`."""
-    frames = table.frames(frame_count, form.first_frame)
+    frames = table.frames(frame_count, form.first_frame, counted_in)
     boxes, box_columns = form.boxes(table), form.box_columns
     scores = table.finite(["score"])[:, 0] if "score" in form.columns else np.ones(len(table))
     sides = boxes[:, 2:] - boxes[:, :2]

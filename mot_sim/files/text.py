@@ -56,10 +56,13 @@ class TextTable:
             self.reject(numbers < lowest, f"{column} below {lowest}", [column], cure)
         return numbers.astype(np.int64)
 
-    def frames(self, frame_count: int | None = None, first: int = 0) -> Int[Array, " n"]:
+    def frames(
+        self, frame_count: int | None = None, first: int = 0, counted_in: Path | None = None
+    ) -> Int[Array, " n"]:
         """The column `frame`, counted from 0 where the file counts from `first`.
 
-        BadFile for frames before the first and, given frame_count, beyond the last.
+        BadFile for frames before the first and, given frame_count, beyond the last. counted_in:
+        the file whose lines were counted for it, which may lack some.
         """
         frames = self.integers("frame", first)
         beyond = frames - first >= MAX_FRAMES
@@ -67,6 +70,8 @@ class TextTable:
         if frame_count is not None:
             last = frame_count - 1 + first
             cure = f"the sequence has frames {first}..{last}; is it the right one?"
+            if counted_in is not None:
+                cure += f" Or does {counted_in}, with one line per frame, lack some?"
             self.reject(frames > last, "frame beyond the sequence", ["frame"], cure)
         return frames - first
 
@@ -153,15 +158,19 @@ def read_table(
     delimiter: str | None = None,
     words: Sequence[str] = (),
     header: bool = False,
+    line_of_frame: bool = False,
 ) -> TextTable:
     """The table in a text file, one row a line; blank lines are skipped.
 
     columns: their names; or, where a format has variants, what gives the names for the fields
     of the first line (None: no such variant). words: the columns that hold text. delimiter
-    None: any white space. header: the first line is not a row. No rows for an empty file.
+    None: any white space. header: the first line is not a row. line_of_frame: there is a
+    line per frame, and a blank one is refused, see `count_rows`. No rows for an empty file.
     Raises BadFile with file and line for rows of another length and for values that are not
     numbers; NaN and infinity pass.
     """
+    if line_of_frame:
+        count_rows(path)
     lines = [line for line in read_text(path).split("\n") if line.strip()]
     first = [field.strip() for field in lines[0].split(delimiter)] if lines else []
     names = columns(first) if callable(columns) else columns
@@ -179,6 +188,23 @@ def read_table(
         reason = _first_fault(filled, names, delimiter, words) or f" {error}"
         raise BadFile(f"{path}:{reason}") from None
     return TextTable(path, rows, header)
+
+
+def count_rows(path: Path) -> int:
+    """How many rows a file has that holds one line per frame.
+
+    BadFile for a blank line between them: with it left out, all later frames were one too early.
+    """
+    lines = read_text(path).rstrip().split("\n")
+    for number, line in enumerate(lines, 1):
+        if len(lines) > 1 and not line.strip():
+            filled = sum(1 for line in lines if line.strip())
+            raise BadFile(
+                f"{path}:{number}: a blank line where frame {number - 1} belongs, {filled} of "
+                f"{len(lines)} lines hold values; put there what was lost, interpolated from its "
+                "neighbours, for otherwise all later frames come too early"
+            )
+    return len(lines) if lines != [""] else 0
 
 
 def _first_fault(

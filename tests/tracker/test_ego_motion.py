@@ -15,11 +15,13 @@ from tests.tracker.samples import (
     drive,
     locked,
 )
+from tracker import Tracker
 from tracker.beliefs import Beliefs
 from tracker.ego_motion import MIN_SCALE, compensate_ego_motion
+from tracker.errors import BadMotion
 from tracker.geometry import homogeneous, invert, rotation_x, rotation_y, transform, wrap_angle
 from tracker.lifecycle import in_view
-from tracker.types import Camera
+from tracker.types import Camera, Detections, Frame
 
 NO_DOUBT = np.zeros((6, 6))
 ego_steps = st.tuples(st.floats(-2, 2), st.floats(-2, 3), st.floats(-0.2, 0.2))
@@ -211,3 +213,15 @@ def test_transport_leaves_its_inputs_as_they_were() -> None:
 
 def test_nothing_is_carried_to_nothing() -> None:
     assert len(compensate_ego_motion(Beliefs.empty(), LEVEL, step_of(LEVEL, z=1.0), np.eye(6))) == 0
+
+
+@pytest.mark.parametrize("preset", [Tracker.paper, Tracker.default])
+def test_a_motion_faster_than_any_car_is_refused(preset) -> None:
+    boxes = Detections.of([[600.0, 180.0, 660.0, 220.0]])
+    tracker = preset(LEVEL)
+    for index, metres in enumerate((0.0, -0.8, -20.0)):
+        tracker.step(Frame(index, 0.1 * index, boxes, homogeneous(t=np.array([0, 0, metres]))))
+    far = homogeneous(t=np.array([0.0, 0.0, -80.0]))  # 0.8 m in centimetres
+    with pytest.raises(BadMotion, match=r"frame 3: T_now_before moves the camera by 80 m in 0\.1"):
+        tracker.step(Frame(3, 0.3, boxes, far))
+    tracker.step(Frame(3, 0.9, boxes, far))  # after a gap it may be

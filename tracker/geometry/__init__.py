@@ -20,6 +20,7 @@ from tracker.geometry.transforms import (
     transform,
     wrap_angle,
 )
+from tracker.geometry.validity import covariance_fault, intrinsics_fault, rigid_fault
 
 __all__ = [
     "adjoint_of",
@@ -27,11 +28,14 @@ __all__ = [
     "box_intersection",
     "box_iou",
     "convex_intersection",
+    "covariance_fault",
     "cross_matrix",
     "homogeneous",
+    "intrinsics_fault",
     "invert",
     "polygon_area",
     "propagate_covariance",
+    "rigid_fault",
     "road_contact",
     "road_contact_jacobian",
     "rotation_x",

@@ -5,7 +5,7 @@ from tracker.types.cuboids import Cuboids
 from tracker.types.detections import Detections
 from tracker.types.kinds import KITTI_KINDS, is_kitti_kind, kinds_said, spelled_as_kitti
 from tracker.types.rows import Rows
-from tracker.types.sequence import Frame, Sequence, SequenceWrapper
+from tracker.types.sequence import Frame, Sequence, SequenceWrapper, max_step
 from tracker.types.tracks import Tracks
 
 __all__ = [
@@ -20,5 +20,6 @@ __all__ = [
     "Tracks",
     "is_kitti_kind",
     "kinds_said",
+    "max_step",
     "spelled_as_kitti",
 ]

@@ -10,11 +10,16 @@ from numpy import ndarray as Array
 from tracker.errors import BadCalibration
 from tracker.geometry import (
     homogeneous,
+    intrinsics_fault,
     invert,
     road_contact,
     rotation_x,
     rotation_z,
 )
+from tracker.types.validation import as_floats, as_number, as_rigid, as_whole_number
+
+# Metres; on a bridge or a mast perhaps, but 165 are centimetres.
+MAX_HEIGHT = 100.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,13 +36,21 @@ class Camera:
     T_cam_road: Float[Array, "4 4"]
 
     def __post_init__(self) -> None:
-        if not np.isfinite(self.K).all() or abs(np.linalg.det(self.K)) < 1e-9:
-            raise BadCalibration(f"K is singular or not finite: {self.K.tolist()}")
-        if min(self.image_size) <= 0:
-            raise BadCalibration(f"image size {self.image_size}: give width and height in pixels")
-        if not self.height > 0.0:
+        """Converts array-likes; raises BadCalibration for what no camera has, and says why."""
+        K = as_floats("K", self.K, BadCalibration)
+        fault = intrinsics_fault(K)
+        if fault is not None:
+            raise BadCalibration(f"K is {fault}: {K.tolist()}")
+        object.__setattr__(self, "K", K)
+        object.__setattr__(self, "image_size", _image_size(self.image_size))
+        T_cam_road = as_rigid("T_cam_road", self.T_cam_road, BadCalibration)
+        object.__setattr__(self, "T_cam_road", T_cam_road)
+        if not 0.0 < self.height <= MAX_HEIGHT:
+            below = -MAX_HEIGHT <= self.height < 0.0
             raise BadCalibration(
-                f"camera height {self.height:g} m: the camera must stand above the road"
+                f"camera height {self.height:g} m: the camera must stand above the road, at most "
+                f"{MAX_HEIGHT:g} m; "
+                + ("is it T_road_cam? Give its inverse" if below else "give metres")
             )
 
     @classmethod
@@ -49,10 +62,20 @@ class Camera:
         pitch: float = 0.0,
         roll: float = 0.0,
     ) -> "Camera":
-        """A camera `height` metres above the road; pitch > 0 looks up, roll > 0 leans right."""
+        """A camera `height` metres above the road; pitch > 0 looks up, roll > 0 leans right.
+
+        pitch, roll: radians. Raises BadCalibration as the constructor does.
+        """
+        height = as_number("camera height", height, BadCalibration)
+        pitch, roll = (
+            as_number(name, angle, BadCalibration)
+            for name, angle in (("pitch", pitch), ("roll", roll))
+        )
+        if max(abs(pitch), abs(roll)) > np.pi:
+            raise BadCalibration(f"pitch {pitch:g}, roll {roll:g}: give radians, within +-3.14")
         R_road_cam = rotation_x(pitch) @ rotation_z(roll)
         T_road_cam = homogeneous(R_road_cam, np.array([0.0, -height, 0.0]))
-        return cls(np.asarray(K, dtype=float), image_size, invert(T_road_cam))
+        return cls(K, image_size, invert(T_road_cam))
 
     @cached_property
     def T_road_cam(self) -> Float[Array, "4 4"]:
@@ -142,3 +165,19 @@ class Camera:
         Rays at or above the horizon never meet it and give NaN.
         """
         return road_contact(self.rays_road(pixels), self.height) @ self.T_road_cam[:3, :3]
+
+
+def _image_size(given: object) -> tuple[int, int]:
+    """Width and height as two whole numbers above 0; else BadCalibration."""
+    cure = "give width and height in pixels"
+    try:
+        width, height = given  # type: ignore[misc]
+    except (TypeError, ValueError):
+        raise BadCalibration(f"image size {given!r}: {cure}") from None
+    size = (
+        as_whole_number("image width", width, BadCalibration),
+        as_whole_number("image height", height, BadCalibration),
+    )
+    if min(size) <= 0:
+        raise BadCalibration(f"image size {size}: {cure}")
+    return size

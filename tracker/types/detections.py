@@ -8,6 +8,7 @@ from numpy import ndarray as Array
 
 from tracker.errors import BadDetections
 from tracker.types.rows import Rows
+from tracker.types.validation import as_floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +20,9 @@ class Detections(Rows):
     eq. 1. keypoints: u, v, confidence. descriptor: psi of eq. 5.
     pose_cov: covariance of (yaw, shape), c = 1 + b.
     A NaN row in a cue column: the cue was not measured for that box.
-    The constructor trusts its arguments; `Detections.of` checks them.
+    Array-likes are converted. Raises BadDetections for NaN or infinite boxes and scores, inverted
+    boxes, rows that are not four numbers and columns of different lengths. Boxes without area
+    are allowed here: they overlap nothing.
     """
 
     boxes: Float[Array, "n 4"]
@@ -31,44 +34,49 @@ class Detections(Rows):
     descriptor: Float[Array, "n d"] | None = None
     pose_cov: Float[Array, "n c c"] | None = None
 
+    def __post_init__(self) -> None:
+        for name in self.__match_args__:
+            column = self.__dict__[name]
+            if column is not None:
+                object.__setattr__(self, name, as_floats(name, column, BadDetections))
+        boxes, scores = self.boxes, self.scores
+        if boxes.ndim != 2 or boxes.shape[1] != 4:
+            raise BadDetections(
+                f"boxes of shape {boxes.shape}: give n rows of x_min, y_min, x_max, y_max"
+            )
+        for name in self.__match_args__[1:]:
+            column = self.__dict__[name]
+            if column is not None and column.shape[:1] != boxes.shape[:1]:
+                count = len(column) if column.ndim else "one value for the"
+                raise BadDetections(f"{len(boxes)} boxes but {count} {name}: give one row a box")
+        if scores.ndim != 1:
+            raise BadDetections(f"scores of shape {scores.shape}: give one number a box")
+        bad = ~np.isfinite(boxes).all(axis=1) | ~np.isfinite(scores)
+        if np.count_nonzero(bad):
+            row = int(np.flatnonzero(bad)[0])
+            raise BadDetections(
+                f"box {row} is not finite: {boxes[row].tolist()} score {scores[row]}"
+            )
+        inverted = (boxes[:, 2:] < boxes[:, :2]).any(axis=1)
+        if np.count_nonzero(inverted):
+            row = int(np.flatnonzero(inverted)[0])
+            raise BadDetections(
+                f"box {row} is inverted: {boxes[row].tolist()}; "
+                "boxes are x_min, y_min, x_max, y_max"
+            )
+
     @classmethod
     def of(
         cls, boxes: object, scores: object = None, **cues: Float[Array, "n ..."]
     ) -> "Detections":
-        """Detections from anything array-like, checked. Scores default to 1.
-
-        Raises BadDetections for NaN or infinite values, inverted boxes, rows that are not four
-        numbers and columns of different lengths. Boxes without area are allowed here: they
-        overlap nothing.
-        """
-        box_array = np.asarray(boxes, dtype=float)
+        """Detections from anything array-like. Scores default to 1; no boxes at all may be []."""
+        box_array = as_floats("boxes", boxes, BadDetections)
         if box_array.size == 0:
             box_array = box_array.reshape(0, 4)
-        if box_array.ndim != 2 or box_array.shape[1] != 4:
-            raise BadDetections(
-                f"boxes of shape {box_array.shape}: give n rows of x_min, y_min, x_max, y_max"
-            )
-        score_array = (
-            np.ones(len(box_array)) if scores is None else np.asarray(scores, dtype=float).ravel()
-        )
-        for name, column in {"scores": score_array, **cues}.items():
-            if len(column) != len(box_array):
-                raise BadDetections(
-                    f"{len(box_array)} boxes but {len(column)} {name}: give one row a box"
-                )
-        bad = ~np.isfinite(box_array).all(axis=1) | ~np.isfinite(score_array)
-        if bad.any():
-            row = int(np.flatnonzero(bad)[0])
-            raise BadDetections(
-                f"box {row} is not finite: {box_array[row].tolist()} score {score_array[row]}"
-            )
-        inverted = (box_array[:, 2:] < box_array[:, :2]).any(axis=1)
-        if inverted.any():
-            row = int(np.flatnonzero(inverted)[0])
-            raise BadDetections(
-                f"box {row} is inverted: {box_array[row].tolist()}; "
-                "boxes are x_min, y_min, x_max, y_max"
-            )
+        if scores is None:
+            score_array = np.ones(box_array.shape[:1])
+        else:
+            score_array = as_floats("scores", scores, BadDetections).ravel()
         return cls(box_array, score_array, **cues)
 
     @classmethod

@@ -2,13 +2,23 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol, runtime_checkable
 
+import numpy as np
 from jaxtyping import Float, UInt8
 from numpy import ndarray as Array
 
+from tracker.errors import BadConfig, BadDetections, BadMotion
+from tracker.geometry import covariance_fault
 from tracker.types.camera import Camera
 from tracker.types.detections import Detections
+from tracker.types.validation import as_floats, as_number, as_rigid, as_whole_number
+
+# How far a camera may move: faster than any car or train, and slower than what is no motion but
+# another unit or a jump; m/s, and metres besides, for positions that are corrected at once.
+MAX_SPEED = 200.0
+MAX_CORRECTION = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,6 +30,8 @@ class Frame:
     the camera moved, and at the first frame. motion_cov: covariance of its left perturbation
     (translation, then rotation vector) in the camera frame of now; metres, radians.
     image: RGB, or None.
+    Raises BadMotion for a matrix that is no such thing, BadConfig for an index that is no whole
+    number and a time that is not finite, BadDetections for what are no `Detections`.
     """
 
     index: int
@@ -28,6 +40,46 @@ class Frame:
     T_now_before: Float[Array, "4 4"] | None = None
     motion_cov: Float[Array, "6 6"] | None = None
     image: UInt8[Array, "h w 3"] | None = None
+
+    def __post_init__(self) -> None:
+        assign = object.__setattr__
+        if type(self.index) is not int:
+            assign(self, "index", as_whole_number("frame index", self.index, BadConfig))
+        assign(self, "time", as_number(f"frame {self.index}: time", self.time, BadConfig))
+        if not isinstance(self.detections, Detections):
+            raise BadDetections(
+                f"frame {self.index}: detections of type {type(self.detections).__name__}; give "
+                "Detections.of(boxes, scores)"
+            )
+        if self.T_now_before is not None:
+            name = f"frame {self.index}: T_now_before"
+            assign(self, "T_now_before", as_rigid(name, self.T_now_before, BadMotion))
+        if self.motion_cov is not None:
+            name = f"frame {self.index}: motion_cov"
+            assign(self, "motion_cov", _motion_cov(name, self.motion_cov))
+
+
+def _motion_cov(name: str, given: object) -> Float[Array, "6 6"]:
+    cov = as_floats(name, given, BadMotion)
+    if cov.shape != (6, 6):
+        raise BadMotion(
+            f"{name}: its shape is {cov.shape}; give 6x6, of translation and rotation vector"
+        )
+    fault = _fault_of(cov.tobytes())
+    if fault is not None:
+        raise BadMotion(f"{name}: {fault}")
+    return cov
+
+
+@lru_cache(maxsize=16)
+def _fault_of(covariance: bytes) -> str | None:
+    """`covariance_fault`; most drives have one and the same in all frames."""
+    return covariance_fault(np.frombuffer(covariance).reshape(6, 6))
+
+
+def max_step(seconds: float) -> float:
+    """The metres that no camera on the road moves in so much time."""
+    return MAX_SPEED * seconds + MAX_CORRECTION
 
 
 @runtime_checkable

@@ -14,7 +14,7 @@ from numpy import ndarray as Array
 from mot_sim.files.text import MAX_NUMBER, read_text
 from mot_sim.files.writing import write_lines
 from tracker.errors import BadCalibration, BadFile, DatasetNotFound
-from tracker.geometry import homogeneous
+from tracker.geometry import homogeneous, intrinsics_fault, rigid_fault
 from tracker.types import Camera
 
 # Metres from the road to the cameras of KITTI's car (Geiger et al., "Vision meets robotics").
@@ -57,7 +57,7 @@ def read_calibration(path: Path) -> Calibration:
     """The calibration in `calib/SSSS.txt`, in either dialect.
 
     Raises DatasetNotFound without the file, BadFile for a line that is no row of numbers and
-    for a missing P2, BadCalibration for a singular K.
+    for a missing P2, BadCalibration for a P2 without a K and for mounts that are not rigid.
     """
     if not path.is_file():
         raise DatasetNotFound(f"{path}: no calibration; a KITTI tree has <root>/training/calib")
@@ -66,13 +66,18 @@ def read_calibration(path: Path) -> Calibration:
         raise BadFile(f"{path}: no P2 (the left colour camera); found: {', '.join(rows) or 'none'}")
     P2 = rows["P2"].reshape(3, 4)
     K = P2[:, :3]
-    if abs(np.linalg.det(K)) < 1e-9:
-        raise BadCalibration(f"{path}: K = P2[:, :3] is singular: {K.tolist()}; mend P2")
+    fault = intrinsics_fault(K)
+    if fault is not None:
+        raise BadCalibration(f"{path}: K = P2[:, :3] is {fault}: {K.tolist()}; mend P2")
     T_cam_label = homogeneous(None, np.linalg.solve(K, P2[:, 3]))
     if not {"R_rect", "Tr_velo_cam", "Tr_imu_velo"} <= rows.keys():
         return Calibration(K, T_cam_label)
-    T_rect = homogeneous(rows["R_rect"].reshape(3, 3))
-    T_label_imu = T_rect @ _rigid(rows["Tr_velo_cam"]) @ _rigid(rows["Tr_imu_velo"])
+    T_label_imu = homogeneous(rows["R_rect"].reshape(3, 3))
+    _require_rigid(path, "R_rect", T_label_imu)
+    for key in ("Tr_velo_cam", "Tr_imu_velo"):
+        T = np.vstack([rows[key].reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
+        _require_rigid(path, key, T)
+        T_label_imu = T_label_imu @ T
     return Calibration(K, T_cam_label, T_cam_label @ T_label_imu)
 
 
@@ -114,5 +119,7 @@ def _rows(path: Path) -> dict[str, Float[Array, " k"]]:
     return rows
 
 
-def _rigid(row: Float[Array, "12"]) -> Float[Array, "4 4"]:
-    return np.vstack([row.reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
+def _require_rigid(path: Path, key: str, T: Float[Array, "4 4"]) -> None:
+    fault = rigid_fault(T)
+    if fault is not None:
+        raise BadCalibration(f"{path}: {key}: {fault}")

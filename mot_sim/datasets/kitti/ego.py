@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.datasets.camera_files import read_poses
+from mot_sim.datasets.camera_files import read_poses, reject_leaps
 from mot_sim.datasets.images import ImageFolder
 from mot_sim.datasets.kitti.calibration import Calibration
 from mot_sim.datasets.kitti.places import beside_the_splits, require_file, split_folder
@@ -22,6 +22,8 @@ from tracker.types import Camera
 
 EARTH_RADIUS = 6_378_137.0  # metres, as in the KITTI devkit
 MAX_LATITUDE_DEG = 89.0  # the map goes to infinity at the poles
+
+STEP_SECONDS = 0.1  # KITTI's frame rate is 10 Hz
 
 OXTS_COLUMNS = (
     "lat", "lon", "alt", "roll", "pitch", "yaw", "vn", "ve", "vf", "vl", "vu", "ax", "ay", "az",
@@ -65,7 +67,7 @@ class Oxts:
                 f"{split_folder(root, split) / 'calib' / name}.txt: lacks R_rect, Tr_velo_cam or "
                 "Tr_imu_velo, so OXTS cannot be carried to the camera; take another ego-motion"
             )
-        Ts_world_imu = read_oxts(path)
+        Ts_world_imu = read_oxts(path, STEP_SECONDS)
         if len(Ts_world_imu) != frame_count:
             raise BadFile(f"{path}: {len(Ts_world_imu)} lines for {frame_count} frames")
         return Ts_world_imu @ invert(calibration.T_cam_imu)
@@ -76,9 +78,13 @@ def oxts_path(root: Path, split: str, name: str) -> Path:
     return split_folder(root, split) / "oxts" / f"{name}.txt"
 
 
-def read_oxts(path: Path) -> Float[Array, "n 4 4"]:
-    """Ts_world_imu: east, north, up in metres from the first frame (Mercator, KITTI devkit)."""
-    table = read_table(path, OXTS_COLUMNS)
+def read_oxts(path: Path, step: float | None = None) -> Float[Array, "n 4 4"]:
+    """Ts_world_imu: east, north, up in metres from the first frame (Mercator, KITTI devkit).
+
+    BadFile for values that are none, for blank lines between the others (there is a line per
+    frame) and, given the step from frame to frame in seconds, for leaps that no car makes.
+    """
+    table = read_table(path, OXTS_COLUMNS, line_of_frame=True)
     lat, lon, alt, roll, pitch, yaw = table.finite(OXTS_POSE_COLUMNS).T
     table.reject(np.abs(lat) > MAX_LATITUDE_DEG, "no latitude", ["lat"], "degrees, -89 to 89")
     Ts_world_imu = np.zeros((len(lat), 4, 4))
@@ -90,6 +96,8 @@ def read_oxts(path: Path) -> Float[Array, "n 4 4"]:
     Ts_world_imu[:, 1, 3] = scale * EARTH_RADIUS * np.log(np.tan(np.radians(90.0 + lat) / 2.0))
     Ts_world_imu[:, 2, 3] = alt
     Ts_world_imu[:, :3, 3] -= Ts_world_imu[0, :3, 3].copy()
+    if step is not None:
+        reject_leaps(table, Ts_world_imu, step, ("lat", "lon", "alt"))
     Ts_world_imu[:, :3, :3] = _rotations(roll, pitch, yaw)
     return Ts_world_imu
 
@@ -122,7 +130,7 @@ class PoseFiles:
         """Ts_world_cam; raises DatasetNotFound without the file and BadFile for a bad one."""
         path = beside_the_splits(root, "odometry", self.folder, split) / f"{name}.txt"
         require_file(path, "pose file", "give it, or take another ego-motion: oxts, none")
-        return read_poses(path, frame_count)
+        return read_poses(path, frame_count, STEP_SECONDS)
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,9 +25,12 @@ from mot_sim.datasets.kitti.places import (
     training_row,
 )
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
-from mot_sim.files.text import read_text
-from tracker.errors import BadConfig, DatasetNotFound, UnknownName
+from mot_sim.files.text import count_rows
+from tracker.errors import BadConfig, BadFile, DatasetNotFound, UnknownName
 from tracker.types import Detections, Tracks
+
+# With this share of the frames of KITTI's sequence of its name, an OXTS file is that one's.
+MIN_OXTS_SHARE = 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,10 +106,12 @@ def kitti_sequence(
     number = training_row(name, split)
     known_size = DEFAULT_SIZE if number is None else TRAINING_SIZES[number]
     camera = calibration.camera(found.image_size if found else known_size, height, pitch)
-    frame_count = _frame_count(root, split, name, found)
+    oxts = oxts_path(root, split, name)
+    counted_in = oxts if oxts.is_file() else None
+    frame_count = _frame_count(counted_in, name, number, found)
     log = DetectionLog(np.zeros(0, np.int64), Detections.empty())
     if detected is not None:
-        log = read_detections(*detected, camera.image_size, frame_count, bad_boxes)
+        log = read_detections(*detected, camera.image_size, frame_count, bad_boxes, counted_in)
     labels = folder / "label_02" / f"{name}.txt"
     if frame_count is None:
         frame_count = int(log.frames.max(initial=-1)) + 1
@@ -141,15 +146,25 @@ def _seen_motion(
     return source.image_motion(images, image_size, frame_count)
 
 
-def _frame_count(root: Path, split: str, name: str, images: ImageFolder | None) -> int | None:
-    """From OXTS, else from KITTI's list, else from the images; None when only rows can say."""
-    oxts = oxts_path(root, split, name)
-    if oxts.is_file():
-        return sum(1 for line in read_text(oxts).split("\n") if line.strip())
-    number = training_row(name, split)
+def _frame_count(
+    oxts: Path | None, name: str, number: int | None, images: ImageFolder | None
+) -> int | None:
+    """From OXTS, else from KITTI's list, else from the images; None when only rows can say.
+
+    BadFile for OXTS that lacks lines: a blank one, or a few less than KITTI's sequence has.
+    """
+    known = None if number is None else TRAINING_FRAMES[number]
+    if oxts is not None:
+        count = count_rows(oxts)
+        if known is not None and MIN_OXTS_SHARE * known <= count != known:
+            raise BadFile(
+                f"{oxts}: {count} lines where KITTI's sequence {name} has {known} frames; give "
+                "one line per frame (or another name to a sequence that is not KITTI's)"
+            )
+        return count
     if images is not None and number is None:
         return max(images.paths) + 1
-    return None if number is None else TRAINING_FRAMES[number]
+    return known
 
 
 def _detection_file(

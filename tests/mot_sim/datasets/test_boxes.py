@@ -109,10 +109,24 @@ def test_bad_boxes_are_refused_with_file_and_line(folder: Path, text: str, messa
         box_sequence(folder / "boxes.csv", folder / "camera.toml")
 
 
-def test_boxes_beyond_the_poses_are_refused(folder: Path) -> None:
+def test_fewer_poses_than_frames_are_refused_by_the_name_of_their_file(folder: Path) -> None:
     poses = write(folder / "poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n")
-    with pytest.raises(BadFile, match=r"boxes.csv:3: frame beyond the sequence: frame 2"):
+    table, camera = folder / "boxes.csv", folder / "camera.toml"
+    with pytest.raises(BadFile, match=r"^\S*poses.txt: 1 poses, but \S*boxes.csv reaches frame 2,"):
+        box_sequence(table, camera, poses=poses)
+    paint(folder / "images" / "000004.png", (0, 0, 0), size=(100, 40))
+    with pytest.raises(BadFile, match=r"poses.txt: 1 poses, but \S*images reaches .*, 5 in all"):
+        box_sequence(table, camera, folder / "images", poses)
+
+
+def test_a_leap_of_the_poses_depends_on_the_frame_rate(folder: Path) -> None:
+    poses = write(
+        folder / "poses.txt", "".join(f"1 0 0 0 0 1 0 0 0 0 1 {20 * z}\n" for z in (0, 1, 2))
+    )
+    with pytest.raises(BadFile, match=r"poses.txt:2: a leap of 20 m .* 0\.05 s earlier"):
         box_sequence(folder / "boxes.csv", folder / "camera.toml", poses=poses)
+    write(folder / "camera.toml", CAMERA.replace("frame_rate = 20", "frame_rate = 10"))
+    assert len(box_sequence(folder / "boxes.csv", folder / "camera.toml", poses=poses)) == 3
 
 
 def test_missing_files_are_named(folder: Path) -> None:

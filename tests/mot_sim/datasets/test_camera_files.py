@@ -112,12 +112,29 @@ def test_printed_rotations_become_orthonormal(tmp_path: Path) -> None:
     ("text", "message"),
     [
         (LEVEL, r"p.txt: 1 poses for 2 frames"),
-        (LEVEL + "2 0 0 0 0 1 0 0 0 0 1 0\n", r"p.txt:2: the first three columns are no rotation"),
-        (LEVEL + "1 0 0 0 0 1 0 0 0 0 -1 0\n", r"p.txt:2: the first three columns are no rotation"),
-        (LEVEL + "1 0 0 nan 0 1 0 0 0 0 1 0\n", r"p.txt:2: t1 is not finite"),
+        (LEVEL + "2 0 0 0 0 1 0 0 0 0 1 0\n", r"p.txt:2: its rotation is not orthonormal"),
+        (LEVEL + "1 0 0 0 0 1 0 0 0 0 -1 0\n", r"p.txt:2: its determinant is -1: mirrored"),
+        (LEVEL + "1 0 0 nan 0 1 0 0 0 0 1 0\n", r"p.txt:2: tx is not finite"),
+        ("\n" + LEVEL, r"p.txt:1: a blank line where frame 0 belongs, 1 of 2 lines"),
+        (LEVEL + "\n" + LEVEL, r"p.txt:2: a blank line where frame 1 belongs, 2 of 3 lines"),
+        ("0.1 0 0 0 0 0 0 1\n", r"p.txt:1: 8 values: .*TUM.* r11 r12 r13 tx r21 r22 r23 ty r31"),
+        (LEVEL[:-1] + " 0 0 0 1\n", r"p.txt:1: 16 values: 4x4 matrices\? Leave out their last"),
         (LEVEL + "1 0 0 0 0 1 0 0 0 0 1\n", r"p.txt:2: 11 values where 12 belong"),
     ],
 )
 def test_bad_poses_are_refused(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(BadFile, match=message):
         read_poses(write(tmp_path / "p.txt", text), 2)
+
+
+def test_blank_lines_at_the_end_of_poses_are_no_frames(tmp_path: Path) -> None:
+    assert len(read_poses(write(tmp_path / "p.txt", LEVEL * 2 + "\n \n"), 2)) == 2
+
+
+def test_a_leap_between_two_poses_is_refused_with_its_line(tmp_path: Path) -> None:
+    drives = "".join(f"1 0 0 0 0 1 0 0 0 0 1 {z}\n" for z in (0.0, 2.0, 4.0, 304.0, 306.0))
+    path = write(tmp_path / "p.txt", drives)
+    assert len(read_poses(path)) == 5
+    with pytest.raises(BadFile, match=r"p.txt:4: a leap of 300 m .* 0\.1 s earlier: .*tz 304"):
+        read_poses(path, step=0.1)
+    assert len(read_poses(path, step=2.0)) == 5

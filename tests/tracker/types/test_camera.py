@@ -127,11 +127,26 @@ def test_no_points_project_to_no_pixels() -> None:
 @pytest.mark.parametrize(
     ("bad", "told"),
     [
+        ({"K": K.T}, "transposed: the principal point stands in the last row"),
+        ({"K": 2.0 * K}, r"scaled: K\[2, 2\] must be 1 and is 2"),
+        ({"K": K * [[-1.0], [1.0], [1.0]]}, "mirrored: a focal length is negative"),
+        ({"K": np.column_stack((K, [45.0, 0.2, 0.003]))}, r"of shape \(3, 4\).*P\[:, :3\]"),
+        ({"K": np.array([[0.56, 0.0, 0.5], [0.0, 1.9, 0.46], [0.0, 0.0, 1.0]])}, "normalised"),
+        ({"K": K + np.tri(3, k=-1)}, "not upper triangular"),
+        ({"K": [["f", 0, 0]] * 3}, "K: values of type"),
+        ({"K": [[700.0, 0.0], [0.0]]}, "K: .*give an array of numbers"),
+        ({"image_size": (float("nan"), 375)}, "image width is nan"),
+        ({"image_size": (1242.5, 375)}, "image width is 1242.5; give a whole number"),
+        ({"image_size": 1242}, "image size 1242: give width and height"),
+        ({"image_size": (1242, 375, 3)}, r"\(1242, 375, 3\): give width and height"),
+        ({"height": 165.0}, "height 165 m.*at most 100 m; give metres"),
+        ({"pitch": -5.0}, "pitch -5, roll 0: give radians"),
+        ({"roll": float("inf")}, "roll is inf"),
         ({"K": np.diag([700.0, 0.0, 1.0])}, r"singular.*\[0\.0, 0\.0, 0\.0\]"),
         ({"K": np.full((3, 3), np.nan)}, r"not finite.*nan"),
         ({"height": -0.5}, r"height -0\.5 m"),
         ({"height": 0.0}, r"height 0 m"),
-        ({"height": float("nan")}, r"height nan m"),
+        ({"height": float("nan")}, r"height is nan"),
         ({"image_size": (0, 375)}, r"\(0, 375\)"),
         ({"image_size": (1242, -1)}, r"\(1242, -1\)"),
     ],
@@ -139,3 +154,32 @@ def test_no_points_project_to_no_pixels() -> None:
 def test_what_cannot_be_a_camera_is_refused_with_its_value(bad: dict, told: str) -> None:
     with pytest.raises(BadCalibration, match=told):
         Camera.mounted(**{"K": K, "image_size": IMAGE, "height": HEIGHT, **bad})
+
+
+@pytest.mark.parametrize(
+    ("T_cam_road", "told"),
+    [
+        (LEVEL.T_cam_road * 2.0, "its last row is 0, 0, 0, 2"),
+        (LEVEL.T_cam_road * [[2.0], [2.0], [2.0], [1.0]], "its rotation is scaled by 2"),
+        (LEVEL.T_cam_road @ np.diag([1.0, -1.0, 1.0, 1.0]), "mirrored"),
+        (LEVEL.T_cam_road.T, "transposed: the translation stands in the last row"),
+        (LEVEL.T_road_cam, r"height -1\.65 m.*is it T_road_cam\? Give its inverse"),
+        (np.full((4, 4), np.nan), r"entry \[0, 0\] is nan"),
+        (np.zeros((4, 4)), "its last row"),
+        (np.eye(3), r"its shape is \(3, 3\)"),
+    ],
+)
+def test_a_mount_that_is_not_rigid_is_named_with_what_is_wrong(T_cam_road, told: str) -> None:
+    with pytest.raises(BadCalibration, match=told):
+        Camera(K, IMAGE, T_cam_road)
+
+
+def test_what_is_like_an_array_becomes_one() -> None:
+    """Lists, whole numbers, float32, a mount without its last row."""
+    for T in (LEVEL.T_cam_road.tolist(), LEVEL.T_cam_road[:3], LEVEL.T_cam_road.astype("f4")):
+        camera = Camera(K.astype(int).tolist(), np.array([1242.0, 375.0]), T)
+        assert camera.K.dtype == camera.T_cam_road.dtype == np.float64
+        assert camera.image_size == (1242, 375)
+        assert camera.height == pytest.approx(HEIGHT)
+        np.testing.assert_array_equal(camera.K, K)
+        assert camera.clip_boxes(np.zeros((1, 4))).shape == (1, 4)

@@ -59,3 +59,32 @@ def test_nothing_detected_is_an_empty_table(nothing) -> None:
     assert len(detections) == 0
     assert detections.boxes.shape == (0, 4)
     assert detections.scores.shape == (0,)
+
+
+@pytest.mark.parametrize("dtype", [np.int64, np.float32, np.uint16, list])
+def test_the_constructor_converts_what_is_like_an_array(dtype) -> None:
+    boxes = GOOD if dtype is list else np.array(GOOD).astype(dtype)
+    scores = [1, 0] if dtype is list else np.array([1, 0], dtype)
+    taken = Detections(boxes, scores, yaw=[0, 1])
+    assert taken.boxes.dtype == taken.scores.dtype == taken.yaw.dtype == np.float64
+    np.testing.assert_array_equal(taken.boxes, GOOD)
+
+
+@pytest.mark.parametrize(
+    ("columns", "told"),
+    [
+        ({"boxes": [["a", "b", "c", "d"]] * 2}, "boxes: values of type"),
+        ({"boxes": [GOOD[0], [1, 2, 3]]}, "boxes: .*give an array of numbers"),
+        ({"boxes": np.array(GOOD).ravel()}, r"boxes of shape \(8,\)"),
+        ({"boxes": [GOOD[0], [5, np.nan, 20, 30]]}, "box 1 is not finite"),
+        ({"boxes": [GOOD[0], [20, 5, 5, 30]]}, "box 1 is inverted"),
+        ({"scores": [1.0]}, "2 boxes but 1 scores"),
+        ({"scores": 1.0}, "2 boxes but one value for the scores"),
+        ({"scores": np.ones((2, 1))}, r"scores of shape \(2, 1\)"),
+        ({"size": np.ones((3, 3))}, "2 boxes but 3 size"),
+        ({"descriptor": "none"}, "descriptor: values of type"),
+    ],
+)
+def test_the_constructor_refuses_what_no_detector_means(columns, told: str) -> None:
+    with pytest.raises(BadDetections, match=told):
+        Detections(**{"boxes": np.array(GOOD), "scores": np.ones(2), **columns})

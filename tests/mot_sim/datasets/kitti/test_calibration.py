@@ -55,7 +55,26 @@ def test_without_the_other_sensors_there_is_no_imu(tmp_path: Path) -> None:
         ("P2: 1 2 3\n", BadFile, r":1: P2: has 3 values, 3 of them finite; 12 finite ones"),
         ("\nP2: " + "x " * 12, BadFile, r":2: P2:: could not convert string to float: 'x'"),
         ("P2: " + "nan " * 12, BadFile, r":1: P2: has 12 values, 0 of them finite"),
-        ("P2: " + "1 " * 12, BadCalibration, r": K = P2\[:, :3\] is singular: .*; mend P2"),
+        (
+            "P2: 700 0 600 0 0 0 170 0 0 0 1 0",
+            BadCalibration,
+            r": K = P2\[:, :3\] is singular: .*; mend P2",
+        ),
+        (
+            "P2: 700 0 0 0 0 700 0 0 600 170 1 0",
+            BadCalibration,
+            r": K = P2\[:, :3\] is transposed: .*; mend P2",
+        ),
+        (
+            CALIBRATION.replace("R_rect 1", "R_rect -1"),
+            BadCalibration,
+            ": R_rect: its determinant is -1: mirrored",
+        ),
+        (
+            CALIBRATION.replace("Tr_velo_cam 0 -1", "Tr_velo_cam 0 -2"),
+            BadCalibration,
+            ": Tr_velo_cam: its rotation is not orthonormal",
+        ),
         (CALIBRATION + "R0_rect: 1 0\n", BadFile, r":6: R0_rect: has 2 values"),
     ],
 )

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from mot_sim.datasets.kitti.calibration import read_calibration
 from mot_sim.datasets.kitti.ego import Oxts, read_oxts
+from mot_sim.datasets.kitti.sequence import kitti_sequence
 from tests.mot_sim.datasets.conftest import CALIBRATION, STEP, write
 from tracker.errors import BadFile
 from tracker.geometry import invert
@@ -64,3 +65,44 @@ def test_a_calibration_without_the_imu_cannot_use_oxts(tiny_tree: Path) -> None:
     path = write(tiny_tree / "training" / "calib" / "0030.txt", CALIBRATION.split("R_rect")[0])
     with pytest.raises(BadFile, match=r"calib/0030.txt: lacks R_rect.*take another ego-motion"):
         Oxts().poses(tiny_tree, "training", "0030", read_calibration(path), 3)
+
+
+@pytest.mark.parametrize("lost", ["", "   "])
+def test_a_blank_line_for_a_lost_sample_is_refused_with_its_line(tiny_tree: Path, lost) -> None:
+    path = tiny_tree / "training" / "oxts" / "0030.txt"
+    rows = path.read_text().splitlines()
+    write(path, "\n".join([rows[0], lost, rows[2]]) + "\n\n")
+    for ego in ("oxts", "orbslam3"):
+        with pytest.raises(BadFile, match=r"oxts/0030.txt:2: a blank line where frame 1 belongs"):
+            kitti_sequence(tiny_tree, "0030", ego=ego)
+    with pytest.raises(BadFile, match="2 of 3 lines hold values"):
+        read_oxts(path)
+
+
+def test_a_missing_line_is_noticed_by_kittis_own_count(tiny_tree: Path) -> None:
+    training = tiny_tree / "training"
+    (training / "calib" / "0030.txt").rename(training / "calib" / "0012.txt")
+    write(tiny_tree / "detections/rrc/0012.txt", "")
+    row = "49 8 100 0 0 0" + REST + "\n"
+    path = write(training / "oxts" / "0012.txt", row * 77)
+    with pytest.raises(BadFile, match=r"oxts/0012.txt: 77 lines where KITTI's .* 0012 has 78"):
+        kitti_sequence(tiny_tree, "0012")
+    for count in (78, 40):  # 40: a drive of one's own
+        write(path, row * count)
+        assert len(kitti_sequence(tiny_tree, "0012")) == count
+
+
+def test_detections_beyond_the_lines_of_oxts_name_both(tiny_tree: Path) -> None:
+    rows = (tiny_tree / "training/oxts/0030.txt").read_text().splitlines()
+    write(tiny_tree / "training/oxts/0030.txt", "\n".join(rows[:2]))
+    told = r"rrc/0030.txt:2: frame beyond .*does \S*oxts/0030.txt, with one line per frame, lack"
+    with pytest.raises(BadFile, match=told):
+        kitti_sequence(tiny_tree, "0030")
+
+
+def test_a_leap_of_the_positions_is_refused(tiny_tree: Path) -> None:
+    path = tiny_tree / "training" / "oxts" / "0030.txt"
+    write(path, "".join(f"{49 + d} 8 100 0 0 0{REST}\n" for d in (0, 0, 0.01)))
+    assert len(read_oxts(path)) == 3
+    with pytest.raises(BadFile, match=r"oxts/0030.txt:3: a leap of 1113 m"):
+        kitti_sequence(tiny_tree, "0030")
