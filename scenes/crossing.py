@@ -134,5 +134,8 @@ def _traffic(models: Models) -> Scripted:
 
 
 def crossing(*, frames: int = 140) -> Scene:
-    """The same script for every seed, which chooses the paints only; frames: at 10 Hz."""
+    """The same script for every seed, which chooses the paints only.
+
+    frames: length of the run in frames, at 10 Hz.
+    """
     return Scene("crossing", _traffic, frames, _roads())

@@ -30,9 +30,12 @@ def gauntlet(
 ) -> Scene:
     """Cars cross behind parked vans.
 
-    rate: cars a second in each lane, 0 to 0.6. speed: m/s of the slowest lane; the others are
-    faster. vans: in the row, up to 8. gap: metres between them. alike: share of the models of
-    cars that look the same. frames: at 10 Hz.
+    rate: cars per second in each lane, 0 to 0.6.
+    speed: speed of the slowest lane in m/s, 4 to 20; the other lanes are faster.
+    vans: vans in the row, 0 to 8.
+    gap: metres between two vans, 0.5 to 10.
+    alike: share of the car models that look the same, 0 to 1.
+    frames: length of the run in frames, at 10 Hz.
     """
     if not 0.0 <= rate <= 0.6:
         raise BadConfig(f"rate of the gauntlet is {rate:g}: give 0 to 0.6 cars a second and lane")

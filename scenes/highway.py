@@ -9,7 +9,9 @@ def highway(
 ) -> Scene:
     """Three lanes, one way.
 
-    cars: driving at the beginning. arrivals: cars a second that come later. alike: share of
-    the models of cars that look the same. frames: at 10 Hz.
+    cars: cars that drive at the beginning.
+    arrivals: cars per second that enter later, >= 0.
+    alike: share of the car models that look the same, 0 to 1.
+    frames: length of the run in frames, at 10 Hz.
     """
     return live_scene("highway", cars, arrivals, frames, alike)

@@ -15,8 +15,11 @@ def intersection(
 ) -> Scene:
     """Four arms, one lane each way, with rows of parked cars.
 
-    cars: driving at the beginning. arrivals: cars a second that come later. parked: share of
-    the kerb's places that are taken. vans: parked where they hide the most. alike: share of
-    the models of cars that look the same. frames: at 10 Hz.
+    cars: cars that drive at the beginning.
+    arrivals: cars per second that enter later, >= 0.
+    parked: share of the parking places at the kerb that are taken, 0 to 1.
+    vans: vans parked where they hide the most.
+    alike: share of the car models that look the same, 0 to 1.
+    frames: length of the run in frames, at 10 Hz.
     """
     return live_scene("intersection", cars, arrivals, frames, alike, parked, vans)

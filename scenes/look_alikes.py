@@ -14,7 +14,10 @@ def look_alikes(
 ) -> Scene:
     """A highway full of cars that look the same.
 
-    cars: driving at the beginning. arrivals: cars a second that come later. alike: share of the
-    models of cars that look the same. models: how many there are. frames: at 10 Hz.
+    cars: cars that drive at the beginning.
+    arrivals: cars per second that enter later, >= 0.
+    alike: share of the car models that look the same, 0 to 1.
+    models: number of car models that the cars are drawn from, 1 or more.
+    frames: length of the run in frames, at 10 Hz.
     """
     return live_scene("look_alikes", cars, arrivals, frames, alike, road="highway", models=models)

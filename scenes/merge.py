@@ -7,7 +7,9 @@ from scenes.live import live_scene
 def merge(*, cars: int = 30, arrivals: float = 1.0, alike: float = 0.0, frames: int = 200) -> Scene:
     """Two lanes and a ramp.
 
-    cars: driving at the beginning. arrivals: cars a second that come later. alike: share of
-    the models of cars that look the same. frames: at 10 Hz.
+    cars: cars that drive at the beginning.
+    arrivals: cars per second that enter later, >= 0.
+    alike: share of the car models that look the same, 0 to 1.
+    frames: length of the run in frames, at 10 Hz.
     """
     return live_scene("merge", cars, arrivals, frames, alike)

@@ -26,9 +26,11 @@ def stop_and_go(
 ) -> Scene:
     """Three columns of cars that stop and go.
 
-    speed: m/s between two stops. period: seconds from stop to stop. gap: metres between cars
-    that stand, 3 or more. alike: share of the models of cars that look the same. frames: at
-    10 Hz.
+    speed: m/s between two stops, 1 to 15.
+    period: seconds from one stop to the next, 6 to 60.
+    gap: metres between standing cars, 3 to 30.
+    alike: share of the car models that look the same, 0 to 1.
+    frames: length of the run in frames, at 10 Hz.
     """
     if not 1.0 <= speed <= 15.0 or not 6.0 <= period <= 60.0:
         raise BadConfig(

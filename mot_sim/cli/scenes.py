@@ -1,7 +1,6 @@
 """`mot-sim scenes`: the scenes, what a camera sees of them, and their knobs."""
 
 from dataclasses import asdict, dataclass
-from inspect import getdoc
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
@@ -72,16 +71,20 @@ class Scenes:
 
     def _show_knobs(self, name: str, terminal: Terminal) -> None:
         """The knobs of a scene, and what it says of them."""
-        from mot_sim.simulation.registry import knobs_of, scene_maker
+        from mot_sim.simulation.registry import knob_descriptions, knobs_of, scene_about
         from mot_sim.tables import Column, Table
 
-        knobs, about = knobs_of(name), getdoc(scene_maker(name)) or ""
+        knobs, texts, about = knobs_of(name), knob_descriptions(name), scene_about(name)
         if self.json:
-            terminal.write_json({"scene": name, "about": about, "knobs": knobs})
+            content = {"scene": name, "about": about, "knobs": knobs, "descriptions": texts}
+            terminal.write_json(content)
             return
         terminal.write(f"{about}\n\n")
-        rows = tuple((knob, type(value).__name__, str(value)) for knob, value in knobs.items())
-        terminal.show(Table((Column("knob", "name"), Column("type"), Column("default")), rows))
+        rows = tuple(
+            (knob, type(value).__name__, str(value), texts[knob]) for knob, value in knobs.items()
+        )
+        names = ("type", "default", "what it is")
+        terminal.show(Table((Column("knob", "name"), *map(Column, names)), rows))
 
 
 def figure_table(

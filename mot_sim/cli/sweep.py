@@ -2,7 +2,9 @@
 
 import json as jsonlib
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
@@ -13,6 +15,9 @@ from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
     import mot_sim.experiments.sweep
+    import mot_sim.tables
+
+MIN_TABLE_WIDTH = 100  # of a terminal: an axis and its value take 60 columns
 
 Many = tyro.conf.UseAppendAction[tuple[str, ...]]
 
@@ -71,9 +76,10 @@ class Sweep:
     plot: Annotated[Path | None, option("FILE", "no picture")] = None
     """Curves as PNG, SVG or PDF: HOTA and IDF1 over each axis, one line per tracker."""
     json: File = None
-    """The summary as JSON into a file; - prints it instead of the tables."""
+    """The summary (with --list-axes: the axes) as JSON into a file; - prints it instead of the
+    tables."""
     list_axes: Flag = False
-    """Show what can be an axis of this scene, profile and trackers, with its own value."""
+    """Show what can be an axis of this scene, profile and trackers: its own value, what it is."""
     verbose: Verbose = 0
     """Say more: -v, -vv."""
 
@@ -86,7 +92,11 @@ class Sweep:
         self._require_picture()
         design = self.read()
         if self.list_axes:
-            show_axes(terminal, design)
+            table = axis_table(design)
+            if self.json is not None:
+                terminal.save(jsonlib.dumps(table.as_records(), indent=2) + "\n", self.json)
+            if self.json != STDOUT:
+                show_axes(terminal, table)
             return OK
         if self.out is None:
             from tracker.errors import BadConfig
@@ -179,9 +189,30 @@ class Sweep:
         return BROKEN if failed else OK
 
 
-def show_axes(terminal: Terminal, design: "mot_sim.experiments.sweep.Design") -> None:
-    """What can be an axis, with its own value."""
+def axis_table(design: "mot_sim.experiments.sweep.Design") -> "mot_sim.tables.Table":
+    """What can be an axis, with its own value as --set takes it, and what it is."""
     from mot_sim.tables import Column, Table
 
-    rows = tuple((axis, str(value)) for axis, value in design.known_axes().items())
-    terminal.show(Table((Column("axis", "name"), Column("own value")), rows))
+    texts = design.axis_descriptions()
+    rows = tuple(
+        (axis, _spelled(value), texts[axis]) for axis, value in design.known_axes().items()
+    )
+    columns = (Column("axis", "name"), Column("own value", "name"), Column("what it is"))
+    return Table(columns, rows, name="axes")
+
+
+def _spelled(value: "mot_sim.experiments.sweep.paths.Level") -> float | int | str:
+    """A level as the command line spells it."""
+    return str(value).lower() if isinstance(value, bool) else value
+
+
+def show_axes(terminal: Terminal, table: "mot_sim.tables.Table") -> None:
+    """The table of axes; on a narrow terminal as a list, since its names are long."""
+    if terminal.out.width >= MIN_TABLE_WIDTH:
+        terminal.show(table)
+        return
+    width = terminal.out.width
+    for text, rows in groupby(table.shown_rows(), key=lambda row: row[2]):
+        lines = [f"{axis} = {value}".rstrip() for axis, value, _ in rows]
+        lines += wrap(text, width, initial_indent="    ", subsequent_indent="    ")
+        terminal.write("\n".join(lines) + "\n")

@@ -1,10 +1,12 @@
 """Finds scenes by name. The modules are imported by string, and only when asked for."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
-from inspect import Parameter, signature
+from inspect import Parameter, getdoc, signature
 from typing import Any
 
+from mot_sim.files.field_docstrings import field_docstrings
 from mot_sim.files.named_objects import NameRegister
 from mot_sim.simulation.scene import Knob, Scene
 from mot_sim.simulation.scene_names import SCENE_GROUP, SCENES
@@ -13,15 +15,17 @@ from mot_sim.simulation.scenery import find_weather
 from tracker.errors import BadConfig, UnknownName
 
 SCENE_NAMES = NameRegister("scene", SCENES, SCENE_GROUP)
-# What can be set for every scene: the detector's noise (see `mot_sim.simulation.sensors.
-# find_profile`), a name of `mot_sim.simulation.scenery.WEATHERS`, and how many houses, trees, lamps
-# and signs stand beside the roads (1 = as in a usual town, at most 3).
+# What can be set for every scene; the last three are fields of `Surroundings`.
 COMMON: dict[str, Any] = {
     "profile": "rrc",
     "weather": "noon",
     "houses": 1.0,
     "trees": 1.0,
     "furniture": 1.0,
+}
+COMMON_DESCRIPTIONS = {
+    "profile": "The detector's noise: a name (mot-sim list) or a TOML file.",
+    "weather": "Light and air of the pictures, by name (mot-sim list).",
 }
 KNOB_TYPES = (int, float, str, bool)
 
@@ -86,10 +90,45 @@ def knobs_of(name: str) -> dict[str, Any]:
     return own | COMMON
 
 
+def knob_descriptions(name: str) -> dict[str, str]:
+    """What each knob of a scene is: what its function's docstring says as `knob: what it is.`.
+
+    Empty for knobs that the docstring does not name. Raises as `knobs_of`.
+    """
+    found = dict.fromkeys(knobs_of(name), "") | COMMON_DESCRIPTIONS
+    amounts = field_docstrings(Surroundings)
+    found |= {knob: amounts.get(knob, "") for knob in COMMON if knob not in COMMON_DESCRIPTIONS}
+    _, *rest = _said_of(name)
+    return found | dict(zip(rest[::2], rest[1::2], strict=True))
+
+
+def scene_about(name: str) -> str:
+    """What a scene's function says of it before it comes to the knobs. Raises as `knobs_of`."""
+    return _said_of(name)[0]
+
+
+def _said_of(name: str) -> list[str]:
+    """What a scene's function says before its knobs; then each of its own knobs and its text."""
+    own = "|".join(re.escape(knob) for knob in knobs_of(name) if knob not in COMMON)
+    about = getdoc(scene_maker(name)) or ""
+    before, *rest = re.split(rf"(?:^|(?<=[.;])\s+)({own}): ", about) if own else [about]
+    texts = (text if at % 2 == 0 else " ".join(text.split()) for at, text in enumerate(rest))
+    return [before.strip(), *texts]
+
+
 def scene_maker(name: str) -> Callable[..., Scene]:
     """The function that makes the scene of a name. Raises as `find_scene`."""
     maker: Callable[..., Scene] = SCENE_NAMES.find(name)
     return maker
 
 
-__all__ = ["COMMON", "SCENES", "SCENE_NAMES", "find_scene", "knobs_of", "scene_maker"]
+__all__ = [
+    "COMMON",
+    "SCENES",
+    "SCENE_NAMES",
+    "find_scene",
+    "knob_descriptions",
+    "knobs_of",
+    "scene_about",
+    "scene_maker",
+]

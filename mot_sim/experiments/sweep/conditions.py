@@ -10,8 +10,16 @@ import numpy as np
 from jaxtyping import Int
 from numpy import ndarray as Array
 
-from mot_sim.experiments.sweep.paths import Level, fitting, scalars, unknown, with_value
-from mot_sim.simulation.registry import SCENE_NAMES, find_scene, knobs_of
+from mot_sim.experiments.sweep.paths import (
+    Level,
+    descriptions,
+    fitting,
+    scalars,
+    unknown,
+    with_value,
+)
+from mot_sim.files.field_docstrings import field_docstrings
+from mot_sim.simulation.registry import SCENE_NAMES, find_scene, knob_descriptions, knobs_of
 from mot_sim.simulation.rig import KITTI_HEIGHT_METRES, KITTI_IMAGE_SIZE, KITTI_K, Rig
 from mot_sim.simulation.scene import Scene
 from mot_sim.simulation.sensors import (
@@ -138,8 +146,21 @@ class Conditions:
 
     def axes(self) -> dict[str, Level]:
         """Every axis with its value here."""
+        return scalars(self._parts())
+
+    def axis_descriptions(self) -> dict[str, str]:
+        """What each of `axes` is."""
+        own = field_docstrings(Profile)
+        found = {f"scene.{knob}": text for knob, text in knob_descriptions(self.scene).items()}
+        for root, part in self._parts().items():
+            if root != "scene":
+                found |= descriptions(part, root, own.get(root, ""))
+        return found
+
+    def _parts(self) -> dict[str, Any]:
+        """What has axes, by what their names begin with."""
         parts = {root: self._part(root) for root in (*AXIS_ROOTS, *EFFECTS)}
-        return scalars({name: part for name, part in parts.items() if part is not None})
+        return {root: part for root, part in parts.items() if part is not None}
 
     def _part(self, root: str) -> Any:
         """What an axis whose name begins like this belongs to; None: nothing."""

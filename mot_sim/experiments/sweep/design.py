@@ -1,6 +1,6 @@
 """A design: which levels of which axes, which trackers, how many seeds; also from TOML files."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from itertools import chain
@@ -20,6 +20,7 @@ from mot_sim.experiments.sweep.points import (
 from mot_sim.experiments.sweep.tracker_specs import (
     BY_NAME,
     TrackerSpec,
+    setting_descriptions,
     tracker_settings,
     tracker_specs_of,
 )
@@ -27,6 +28,7 @@ from mot_sim.files.documents import read_toml, require_inside
 from mot_sim.metrics import RULES
 from mot_sim.simulation.registry import scene_maker
 from mot_sim.simulation.rig import Rig
+from tracker import Tracker
 from tracker.errors import BadConfig, UnknownName
 
 DESIGNS_FOLDER = Path(__file__).parent / "designs"
@@ -132,12 +134,27 @@ class Design:
 
     def known_axes(self) -> dict[str, Level]:
         """Every axis of this scene and profile, with its own value."""
-        fixed = {axis: value for axis, value in self.fixed.items() if axis.startswith("scene.")}
-        found = Conditions.of(self.scene, {"scene.frames": self.frames, **fixed}).axes()
-        for each in (each for each in self.contenders if each.is_ours):
-            built = each.build(Rig.kitti().camera)
+        found = self._own_conditions().axes()
+        for built in self._our_trackers():
             found |= {TRACKER_AXIS + name: value for name, value in tracker_settings(built).items()}
         return found | {TRACKER_AXIS + name: "" for name in BY_NAME}
+
+    def axis_descriptions(self) -> dict[str, str]:
+        """What each of `known_axes` is."""
+        found = self._own_conditions().axis_descriptions()
+        for built in (*self._our_trackers(), Tracker.default(Rig.kitti().camera)):
+            texts = setting_descriptions(built)
+            found |= {TRACKER_AXIS + name: text for name, text in texts.items()}
+        return {axis: found.get(axis, "") for axis in self.known_axes()}
+
+    def _own_conditions(self) -> Conditions:
+        """The scene's and the profile's own values."""
+        fixed = {axis: value for axis, value in self.fixed.items() if axis.startswith("scene.")}
+        return Conditions.of(self.scene, {"scene.frames": self.frames, **fixed})
+
+    def _our_trackers(self) -> Iterator[Any]:
+        """Those of the trackers whose settings are axes."""
+        return (each.build(Rig.kitti().camera) for each in self.contenders if each.is_ours)
 
     def description(self) -> dict[str, Any]:
         """The design in plain values, as `sweep.json` and the table keep it."""

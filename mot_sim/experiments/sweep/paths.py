@@ -1,11 +1,12 @@
 """Values inside nested dataclasses by dotted names: `lifecycle.max_gap`, `misses.by_height.3`."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from difflib import get_close_matches
 from math import isfinite
 from typing import Any, TypeVar
 
+from mot_sim.files.field_docstrings import field_docstrings
 from tracker.errors import BadConfig, UnknownName
 
 Level = float | int | str | bool  # what an axis can be set to
@@ -14,19 +15,39 @@ Whole = TypeVar("Whole")
 
 def scalars(whole: Any, prefix: str = "") -> dict[str, Level]:
     """All numbers, words and switches inside, by their dotted names."""
+    return {path: value for path, value, _ in _leaves(whole, prefix, "")}
+
+
+def descriptions(whole: Any, prefix: str = "", own: str = "") -> dict[str, str]:
+    """What each of `scalars` is: the docstring of the innermost field that holds it.
+
+    own: what those that no field holds are.
+    """
+    return {path: text for path, _, text in _leaves(whole, prefix, own, field_docstrings)}
+
+
+def _leaves(
+    whole: Any,
+    path: str,
+    text: str,
+    docstrings: Callable[[type], Mapping[str, str]] = lambda _: {},
+) -> Iterator[tuple[str, Level, str]]:
+    """The dotted name, the value and the text of everything inside that can be set."""
     if isinstance(whole, Level):
-        return {prefix: whole}
+        yield path, whole, text
+        return
     parts: dict[str, Any] = {}
+    texts: Mapping[str, str] = {}
     if isinstance(whole, Mapping):
         parts = {str(name): value for name, value in whole.items()}
     elif isinstance(whole, tuple):
         parts = {str(number): value for number, value in enumerate(whole)}
     elif is_dataclass(whole):
         parts = {each.name: getattr(whole, each.name) for each in fields(whole) if each.init}
-    found: dict[str, Level] = {}
+        texts = docstrings(type(whole))
     for name, value in parts.items():
-        found |= scalars(value, f"{prefix}.{name}" if prefix else name)
-    return found
+        inner = f"{path}.{name}" if path else name
+        yield from _leaves(value, inner, texts.get(name, text), docstrings)
 
 
 def with_value(whole: Whole, path: str, value: Level) -> Whole:

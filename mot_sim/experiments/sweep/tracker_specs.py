@@ -11,12 +11,14 @@ from numpy import ndarray as Array
 from mot_sim.evaluation.runs import Recipe, parse_costs
 from mot_sim.experiments.sweep.paths import (
     Level,
+    descriptions,
     fitting,
     parse_level,
     scalars,
     unknown,
     with_value,
 )
+from mot_sim.files.field_docstrings import field_docstrings
 from mot_sim.files.named_objects import ASSOCIATION_NAMES, COST_NAMES, TRACKER_NAMES, make_tracker
 from mot_sim.simulation.rig import Rig
 from tracker import TRACKERS, Camera, Frame, Tracks
@@ -157,6 +159,16 @@ def tracker_settings(built: Any) -> dict[str, Level]:
     return _own_settings(built) | ({} if inner is None else tracker_settings(inner))
 
 
+def setting_descriptions(built: Any) -> dict[str, str]:
+    """What each of `tracker_settings` is, and each of BY_NAME."""
+    texts = field_docstrings(type(built))
+    own = {name: texts[name] for name in BY_NAME if name in texts}
+    for name, part in _parts(built).items():
+        own |= descriptions(part, name, texts.get(name, ""))
+    inner = getattr(built, "tracker", None)
+    return own | ({} if inner is None else setting_descriptions(inner))
+
+
 def _own_settings(built: Any) -> dict[str, Level]:
     return scalars(_parts(built))
 
@@ -233,4 +245,12 @@ class BadRows(TrackingError):
     """A tracker's output that cannot be scored."""
 
 
-__all__ = ["BadRows", "Steps", "TrackerSpec", "Updated", "tracker_settings", "tracker_specs_of"]
+__all__ = [
+    "BadRows",
+    "Steps",
+    "TrackerSpec",
+    "Updated",
+    "setting_descriptions",
+    "tracker_settings",
+    "tracker_specs_of",
+]

@@ -2,7 +2,14 @@
 
 import pytest
 
-from mot_sim.simulation.registry import COMMON, SCENES, find_scene, knobs_of
+from mot_sim.simulation.registry import (
+    COMMON,
+    SCENES,
+    find_scene,
+    knob_descriptions,
+    knobs_of,
+    scene_about,
+)
 from mot_sim.simulation.scene import Scene, record_scene_traffic
 from tracker.errors import BadConfig, UnknownName
 
@@ -60,3 +67,40 @@ def test_more_than_a_road_holds_is_refused(knobs) -> None:
 
 def test_every_scene_has_the_common_knobs() -> None:
     assert all(set(COMMON) <= set(knobs_of(name)) for name in SCENES)
+
+
+@pytest.mark.parametrize("name", sorted(SCENES))
+def test_every_knob_of_a_scene_says_what_it_is(name: str) -> None:
+    texts = knob_descriptions(name)
+    assert list(texts) == list(knobs_of(name))
+    assert {knob: text for knob, text in texts.items() if not text} == {}
+    assert scene_about(name)
+    assert not any(text in scene_about(name) for text in texts.values())
+
+
+def boats(*, count: int = 2, wind: float = 1.0, frames: int = 9) -> Scene:
+    """Boats on a river: three of them at most.
+
+    Light wind. count: how many, and where;
+    one per lane. frames: at 10 Hz.
+    """
+    raise NotImplementedError
+
+
+def ships(*, frames: int = 9) -> Scene:
+    raise NotImplementedError
+
+
+def test_texts_of_knobs_are_found_inside_a_paragraph() -> None:
+    here = f"{__name__}:boats"
+    texts = knob_descriptions(here)
+    assert texts["count"] == "how many, and where; one per lane."
+    assert texts["frames"] == "at 10 Hz."
+    assert texts["wind"] == ""
+    assert scene_about(here) == "Boats on a river: three of them at most.\n\nLight wind."
+
+
+def test_a_scene_without_a_docstring_has_knobs_without_texts() -> None:
+    here = f"{__name__}:ships"
+    assert knob_descriptions(here)["frames"] == ""
+    assert scene_about(here) == ""

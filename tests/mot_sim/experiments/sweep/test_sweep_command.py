@@ -6,13 +6,20 @@ import signal
 import subprocess
 import sys
 import time
+from math import pi
 from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
+from rich.console import Console
 
 from mot_sim.__main__ import main
+from mot_sim.cli.sweep import show_axes
+from mot_sim.cli.terminal import Terminal
+from mot_sim.files.field_docstrings import field_docstrings
+from mot_sim.tables import Column, Table
 from tests.mot_sim.experiments.small import trial_files
+from tracker import Tracker
 
 ROOT = Path(__file__).parents[4]
 SMALL = [
@@ -48,11 +55,39 @@ def test_failed_trials_are_named_and_the_exit_code_is_1(
     assert "odd: 2 trials failed: frame 0: ids that stand twice in a frame: [7]" in told
 
 
-def test_axes_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_axes_are_listed_with_what_they_are(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["sweep", "--scene", "crossing", "--list-axes"]) == 0
-    shown = capsys.readouterr().out
+    shown = {line.split()[0]: line for line in capsys.readouterr().out.splitlines() if line.split()}
     for axis in ("scene.trees", "rig.frame_rate", "odometry.drift", "tracker.lifecycle.max_gap"):
         assert axis in shown
+    text = field_docstrings(Tracker)["strong_score"]
+    assert shown["tracker.strong_score"].strip().split(maxsplit=2)[1:] == ["0.0", text]
+
+
+def test_axes_are_listed_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["sweep", "--scene", "crossing", "--list-axes", "--json", "-"]) == 0
+    rows = {row["axis"]: row for row in json.loads(capsys.readouterr().out)}
+    assert rows["tracker.lift.use_box_height"]["own value"] == "false"
+    assert rows["tracker.lift.yaw"]["own value"] == -0.5 * pi
+    assert rows["scene.frames"]["what it is"] == "length of the run in frames, at 10 Hz."
+    both = [row["what it is"] for axis, row in rows.items() if axis.startswith("misses.by_both.")]
+    assert len(both) == 24
+    assert len(set(both)) == 1
+
+
+def test_a_narrow_terminal_gets_a_list_of_axes(capsys: pytest.CaptureFixture[str]) -> None:
+    rows = (
+        ("a.x.0", 1.5, "How far the one is from the other, in metres along the road."),
+        ("a.x.1", 2, "How far the one is from the other, in metres along the road."),
+        ("a.y", "", ""),
+    )
+    columns = (Column("axis", "name"), Column("own value", "name"), Column("what it is"))
+    terminal = Terminal(Console(width=40))
+    show_axes(terminal, Table(columns, rows))
+    assert capsys.readouterr().out == (
+        "a.x.0 = 1.5\na.x.1 = 2\n    How far the one is from the other,\n"
+        "    in metres along the road.\na.y =\n"
+    )
 
 
 @pytest.mark.parametrize(
