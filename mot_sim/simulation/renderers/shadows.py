@@ -135,7 +135,8 @@ def drawn(
     whole = np.minimum.reduceat(points_cam[:, 2], starts) >= near
     pixels = camera.project(points_cam)
     whole[whole] &= np.maximum.reduceat(np.abs(pixels).max(axis=1), starts)[whole] < MAX_PIXEL
-    fixed, polygons = _fixed(np.nan_to_num(pixels)), []
+    # (What is farther out, or behind the camera, is not of a whole outline: any number will do.)
+    fixed, polygons = _fixed(np.nan_to_num(pixels).clip(-MAX_PIXEL, MAX_PIXEL)), []
     for start, end, is_whole in zip(starts.tolist(), ends.tolist(), whole.tolist(), strict=True):
         if is_whole:
             polygons.append(fixed[start:end])

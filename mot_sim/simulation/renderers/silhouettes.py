@@ -7,7 +7,7 @@ from jaxtyping import Bool, Float, Float32, Int, Int32
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers.filling import Canvas, depth_of, near_far
-from mot_sim.simulation.renderers.triangles import NEAR_METRES, Triangles
+from mot_sim.simulation.renderers.triangles import NEAR_METRES, Triangles, box_inside
 from mot_sim.simulation.renderers.view import NO_INSTANCE, View
 from tracker.types import Camera, Rows
 
@@ -54,6 +54,9 @@ class Silhouettes(Rows):
     amodal_boxes: Float[Array, "n 4"]
     """Boxes around the mesh's projection from the near plane on, pixels, not clipped to the image;
     inverted where nothing is in sight."""
+    clipped_boxes: Float[Array, "n 4"]
+    """Boxes around the part of that projection inside the image, up to its outer pixels' centres;
+    inverted where there is none."""
 
     @property
     def fraction(self) -> Float[Array, " n"]:
@@ -105,16 +108,16 @@ def scan_view(view: View, near: float = NEAR_METRES) -> Scan:
     triangles = Triangles.of(view.instances, view.camera, near)
     owners = view.instances.ids
     every = np.unique(owners[owners != NO_INSTANCE])
-    amodal_boxes, farthest = extents(triangles, view.camera, owners, every)
+    amodal_boxes, clipped_boxes, farthest = extents(triangles, view.camera, owners, every)
     scenery = triangles.of_objects(np.flatnonzero(owners == NO_INSTANCE))
-    scenery, over = hiders(scenery, view.camera, amodal_boxes, farthest)
+    scenery, over = hiders(scenery, view.camera, clipped_boxes, farthest)
     canvas, range_ = Canvas(view.camera), near_far(triangles)
     width, height = view.camera.image_size
     # (Zeros cost nothing where nothing is drawn: the system hands out empty pages.)
     numbers = np.zeros((height, width), np.int32)
     nearest = np.zeros((height, width), np.float32)
     layers: list[Layer] = []
-    boxes = pixel_boxes(np.concatenate((over, amodal_boxes)), view.camera)
+    boxes = pixel_boxes(np.concatenate((over, clipped_boxes)), view.camera)
     for number, box in zip([NO_INSTANCE, *every.tolist()], boxes, strict=True):
         left, top, right, bottom = box
         if left < right and top < bottom:
@@ -126,7 +129,8 @@ def scan_view(view: View, near: float = NEAR_METRES) -> Scan:
             np.copyto(numbers[top:bottom, left:right], number - NO_INSTANCE, where=alone > crop)
             np.maximum(alone, crop, out=crop)
             layers.append(Layer(number, box, alone))
-    silhouettes, hidden = _measured(every, amodal_boxes, layers, numbers)
+    counted, hidden = _measured(every, layers, numbers)
+    silhouettes = Silhouettes(every, *counted, amodal_boxes, clipped_boxes)
     return Scan(silhouettes, hidden, tuple(layers), numbers, nearest, range_)
 
 
@@ -136,12 +140,9 @@ def silhouettes(view: View, near: float = NEAR_METRES) -> Silhouettes:
 
 
 def _measured(
-    every: Int[Array, " k"],
-    amodal_boxes: Float[Array, "k 4"],
-    layers: list[Layer],
-    numbers: Int32[Array, "h w"],
-) -> tuple[Silhouettes, Hidden]:
-    """Counts, boxes and occluders of everything that was drawn alone."""
+    every: Int[Array, " k"], layers: list[Layer], numbers: Int32[Array, "h w"]
+) -> tuple[tuple[Int[Array, " k"], Int[Array, " k"], Float[Array, "k 4"]], Hidden]:
+    """Visible and whole counts, visible boxes and occluders of everything that was drawn alone."""
     visible, whole = np.zeros(len(every), np.int64), np.zeros(len(every), np.int64)
     visible_boxes = np.tile(NO_BOX, (len(every), 1))
     hiding: list[tuple[int, int, int]] = []
@@ -161,30 +162,45 @@ def _measured(
                 for other, count in zip(others.tolist(), pixels.tolist(), strict=True)
             ]
     columns = np.array(hiding, dtype=np.int64).reshape(-1, 3).T
-    return Silhouettes(every, visible, whole, visible_boxes, amodal_boxes), Hidden(*columns)
+    return (visible, whole, visible_boxes), Hidden(*columns)
 
 
 def extents(
     triangles: Triangles, camera: Camera, owners: Int[Array, " n"], ids: Int[Array, " m"]
-) -> tuple[Float[Array, "m 4"], Float[Array, " m"]]:
-    """Upright boxes around each instance's triangles, pixels, and their largest depth, metres.
+) -> tuple[Float[Array, "m 4"], Float[Array, "m 4"], Float[Array, " m"]]:
+    """Boxes around each instance's triangles, and around their parts inside the image, pixels.
 
-    Inverted, and -inf, without a triangle.
+    And their largest depth, metres. Inverted, and -inf, without a triangle.
     """
-    boxes, farthest = np.tile(NO_BOX, (len(ids), 1)), np.full(len(ids), -np.inf)
+    boxes, clipped = np.tile(NO_BOX, (len(ids), 1)), np.tile(NO_BOX, (len(ids), 1))
+    farthest = np.full(len(ids), -np.inf)
     starts = np.flatnonzero(np.diff(triangles.objects, prepend=-1))
     if len(starts):
         points = triangles.corners.reshape(-1, 3)
         pixels = projected(points, camera)
         rows = np.searchsorted(ids, owners[triangles.objects[starts]])
-        known = owners[triangles.objects[starts]] != NO_INSTANCE
-        low = np.minimum.reduceat(pixels, 3 * starts)
-        high = np.maximum.reduceat(pixels, 3 * starts)
+        known = np.flatnonzero(owners[triangles.objects[starts]] != NO_INSTANCE)
+        around = np.concatenate(
+            (np.minimum.reduceat(pixels, 3 * starts), np.maximum.reduceat(pixels, 3 * starts)),
+            axis=1,
+        )
         deep = np.maximum.reduceat(points[:, 2], 3 * starts)
-        np.minimum.at(boxes[:, :2], rows[known], low[known])
-        np.maximum.at(boxes[:, 2:], rows[known], high[known])
+        _enclose(boxes, rows[known], around[known])
         np.maximum.at(farthest, rows[known], deep[known])
-    return boxes, farthest
+        parts = np.split(pixels.reshape(-1, 3, 2), starts[1:])
+        cut = (camera.clip_boxes(around) != around).any(axis=1)
+        for one in known[cut[known]].tolist():
+            around[one] = box_inside(parts[one], camera.far_corner[2:])
+        _enclose(clipped, rows[known], around[known])
+    return boxes, clipped, farthest
+
+
+def _enclose(
+    boxes: Float[Array, "m 4"], rows: Int[Array, " k"], parts: Float[Array, "k 4"]
+) -> None:
+    """Widen the boxes of some rows, in place, so that they hold other boxes."""
+    np.minimum.at(boxes[:, :2], rows, parts[:, :2])
+    np.maximum.at(boxes[:, 2:], rows, parts[:, 2:])
 
 
 def hiders(

@@ -78,7 +78,7 @@ def annotate_frame(
     instances = scene_meshes.instances(state, scenery)
     scanned = scan_view(View(rig.camera, instances, road=None))
     seen = scanned.silhouettes
-    boxes, truncation = clip_to_image(seen.amodal_boxes, rig.camera)
+    boxes, (_, truncation) = seen.clipped_boxes, clip_to_image(seen.amodal_boxes, rig.camera)
     rows = np.flatnonzero((seen.amodal > 0) & (boxes[:, 2:] > boxes[:, :2]).all(axis=1))
     seen, vehicle_rows = seen.select(rows), vehicles.rows(state.ids[rows])
     keypoints_cam, faces_us = keypoints_of(vehicles, vehicle_rows, instances.T_cam_object[rows])

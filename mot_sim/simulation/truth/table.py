@@ -39,8 +39,8 @@ class Truth(Rows):
     """
 
     tracks: Tracks
-    """Boxes around the mesh's projection, clipped to the image, pixels; KITTI's class and levels;
-    cuboids in the road frame."""
+    """Boxes around the part of the mesh's projection inside the image, pixels; KITTI's class and
+    levels; cuboids in the road frame."""
     visible: Float[Array, " n"]
     """Pixels seen over the pixels of the whole silhouette inside the image, 0 to 1."""
     truncation: Float[Array, " n"]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mot_sim.simulation.renderers import MeshInstances, Sun, View
-from mot_sim.simulation.renderers.shadows import Outlines, fall, shadow_mask
+from mot_sim.simulation.renderers.shadows import Outlines, drawn, fall, shadow_mask
 from tests.mot_sim.simulation.renderers.shapes import KITTI, at, box, view_of
 
 SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 4.0], [0.0, 4.0], [1.0, 1.0]])
@@ -36,6 +36,16 @@ def test_a_shadow_that_reaches_behind_the_camera_is_cut() -> None:
     assert mask[-1, 0] > 0
     assert mask[-1, -1] == 0
     assert not mask[:170].any()
+
+
+def test_a_shadow_that_ends_just_before_the_camera_is_cut() -> None:
+    # Its corner at 10 um lies ten thousand million pixels to the left.
+    outline = np.array([[-150.0, 1e-5], [-2.0, 20.0], [-9.0, 30.0]])
+    whole = np.array([[-2.0, 20.0], [-9.0, 30.0], [-9.0, 20.0]])
+    polygons = drawn(KITTI, np.concatenate((outline, whole)), np.array([3, 6]), 0.3)
+    assert len(polygons) == 2
+    assert (np.abs(polygons[0]) <= 8000 * 16 + 1).all()
+    assert polygons[0][:, 0].max() == polygons[1][:, 0].max()
 
 
 def test_it_is_darkest_beneath_the_car() -> None:

@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from mot_sim.simulation.renderers import NO_INSTANCE, MeshInstances, View, scan_view, silhouettes
+from mot_sim.simulation.renderers import (
+    NEAR_METRES,
+    NO_INSTANCE,
+    MeshInstances,
+    View,
+    scan_view,
+    silhouettes,
+)
 from mot_sim.simulation.renderers.raster import RasterRenderer
 from tests.mot_sim.simulation.renderers.shapes import (
     CROOKED,
@@ -11,6 +18,7 @@ from tests.mot_sim.simulation.renderers.shapes import (
     at,
     box,
     lump,
+    painted,
     street,
     view_of,
     wedge,
@@ -97,6 +105,30 @@ def test_what_is_out_of_sight_has_no_pixels_and_an_inverted_box() -> None:
     measured = silhouettes(view)
     assert (measured.visible[0], measured.amodal[0], measured.fraction[0]) == (0, 0, 0.0)
     assert measured.amodal_boxes[0, 0] > measured.amodal_boxes[0, 2]
+
+
+def test_a_wall_past_the_near_plane_and_the_border_is_cut_there_not_pushed_inside() -> None:
+    K = np.array([[100.0, 0.0, 50.0], [0.0, 100.0, 40.0], [0.0, 0.0, 1.0]])
+    camera = Camera.mounted(K, (101, 81), 1.0)
+    # A slab from x = 1, 0.4 m below to 0.25 m above the camera, from behind it to 8 m before it.
+    corners = [(x, y, z) for x in (1.0, 1.2) for y in (-0.25, 0.4) for z in (-2.0, 8.0)]
+    quads = [(0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5)]
+    slab = painted(corners, [(q[0], *two) for q in quads for two in (q[1:3], q[2:])])
+    measured = silhouettes(View(camera, MeshInstances((slab,), np.eye(4)[None], np.array([0]))))
+    near = 100.0 / NEAR_METRES
+    amodal = [62.5, 40.0 - 0.25 * near, 50.0 + near, 40.0 + 0.4 * near]
+    assert measured.amodal_boxes[0] == pytest.approx(amodal)
+    # It leaves the image at u = 100, 2 m away, where it is 32.5 pixels high.
+    assert measured.clipped_boxes[0] == pytest.approx([62.5, 27.5, 100.0, 60.0])
+    assert np.abs(measured.visible_boxes - measured.clipped_boxes).max() <= 1.0
+    assert measured.fraction.tolist() == [1.0]
+
+
+def test_only_the_boxes_of_what_leaves_the_image_are_cut() -> None:
+    measured = silhouettes(street(cars=4))  # the second one leaves it to the right
+    cut, whole = measured.clipped_boxes, measured.amodal_boxes
+    assert (cut[1, 2], whole[1, 2] > 1300.0) == (1241.0, True)
+    assert np.array_equal(np.delete(cut, 1, axis=0), np.delete(whole, 1, axis=0))
 
 
 def test_no_object_gives_no_row() -> None:

@@ -2,12 +2,22 @@
 
 import numpy as np
 import pytest
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
 
 from mot_sim.simulation.renderers import MeshInstances
-from mot_sim.simulation.renderers.triangles import Triangles, cut_near, side_planes, sphere_in_view
+from mot_sim.simulation.renderers.triangles import (
+    Triangles,
+    box_inside,
+    cut_near,
+    side_planes,
+    sphere_in_view,
+)
 from tests.mot_sim.simulation.renderers.shapes import CROOKED, KITTI, at, box, lump, view_of, wedge
 
 NEAR = 0.3
+FAR = np.array([100.0, 80.0])
 
 
 def area(corners: np.ndarray) -> np.ndarray:
@@ -81,3 +91,43 @@ def test_an_object_that_crosses_the_near_plane_is_cut_there() -> None:
     triangles = Triangles.of(view.instances, KITTI, NEAR)
     assert len(triangles) > 0
     assert triangles.corners[..., 2].min() == NEAR
+
+
+@pytest.mark.parametrize(
+    ("triangle", "inside"),
+    [
+        (((10, 10), (50, 20), (30, 60)), (10, 10, 50, 60)),
+        # From its only corner inside it opens to the right: at u = 100 it is 40 pixels high.
+        (((60, 40), (160, 90), (160, -10)), (60, 20, 100, 60)),
+        (((50, -40), (90, 40), (10, 40)), (10, 0, 90, 40)),
+        # No edge is inside: the whole rectangle is covered.
+        (((-300, -200), (400, -200), (50, 900)), (0, 0, 100, 80)),
+        # No corner is inside: the line u + v = 40 cuts off the rectangle's first corner.
+        (((-60, 100), (100, -60), (-60, -60)), (0, 0, 40, 40)),
+        (((-60, 100), (100, -60), (200, 200)), (0, 0, 100, 80)),
+    ],
+)
+def test_the_box_inside_is_that_of_the_part_inside(triangle, inside) -> None:
+    for turned in (triangle, triangle[::-1]):
+        assert box_inside(np.array([turned], float), FAR) == pytest.approx(np.array(inside))
+
+
+def test_a_triangle_past_a_corner_of_the_image_is_not_inside_it() -> None:
+    past = np.array([[(-50.0, 20.0), (20.0, -50.0), (-60.0, -60.0)]])
+    assert np.isinf(box_inside(past, FAR)).all()
+    assert np.isinf(box_inside(past[:0], FAR)).all()
+    within = np.array([[(70.0, 50.0), (80.0, 50.0), (75.0, 60.0)]])
+    assert box_inside(np.concatenate((past, within)), FAR).tolist() == [70.0, 50.0, 80.0, 60.0]
+
+
+@given(st.lists(st.tuples(*[st.integers(-150, 250)] * 6), min_size=1, max_size=4))
+def test_the_box_inside_is_that_of_the_polygons_cut(corners) -> None:
+    triangles = np.array(corners, float).reshape(-1, 3, 2)
+    triangles = triangles[area(np.pad(triangles, ((0, 0), (0, 0), (0, 1)))) > 1.0]
+    image = shapely.box(0.0, 0.0, *FAR)
+    cut = shapely.union_all([shapely.Polygon(one).intersection(image) for one in triangles])
+    found = box_inside(triangles, FAR)
+    if cut.is_empty:
+        assert np.isinf(found).all()
+    else:
+        np.testing.assert_allclose(found, cut.bounds, atol=1e-6)

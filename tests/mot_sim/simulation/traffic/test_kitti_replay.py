@@ -7,7 +7,11 @@ import numpy as np
 import pytest
 
 from mot_sim.datasets.kitti import KittiSequence, kitti_sequence
+from mot_sim.simulation.cars import VehicleSampler
+from mot_sim.simulation.renderers import View, find_renderer
 from mot_sim.simulation.rig import Rig
+from mot_sim.simulation.scene_meshes import SceneMeshes
+from mot_sim.simulation.scenery import find_weather
 from mot_sim.simulation.traffic import kitti_recording, kitti_replay
 from tests.mot_sim.datasets.conftest import STEP, tiny_tree  # noqa: F401
 from tracker.errors import BadConfig
@@ -84,3 +88,14 @@ def test_a_sequence_that_cannot_be_replayed_is_told(tiny_tree: Path) -> None:  #
 @pytest.mark.parametrize("pitch", [0.0, 0.02])
 def test_real_labels_come_back_to_a_micrometre(kitti_root: Path, pitch: float) -> None:
     assert assert_labels_come_back(kitti_sequence(kitti_root, "0004", pitch=pitch)) > 300
+
+
+@pytest.mark.kitti
+def test_a_real_drive_in_a_low_sun_is_drawn_without_a_warning(kitti_root: Path) -> None:
+    sequence = kitti_sequence(kitti_root, "0000", detections=None)
+    recording = kitti_recording(sequence)
+    stage = SceneMeshes(VehicleSampler().sample(recording, 0), Rig(sequence.camera))
+    light, raster = find_weather("low_sun").light, find_renderer("raster")
+    for state in recording.states[80:110]:  # at frame 94 a shadow ends just before the camera
+        view = View(sequence.camera, stage.instances(state), sun=light.sun(state.ego[2]))
+        assert raster.render(view).image.any()

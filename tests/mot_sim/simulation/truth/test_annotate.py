@@ -5,8 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mot_sim.simulation.registry import SCENES, find_scene
 from mot_sim.simulation.renderers import NO_INSTANCE, MeshInstances, View, find_renderer
 from mot_sim.simulation.rig import Rig
+from mot_sim.simulation.scene import Rollout
+from mot_sim.simulation.sensors.sightings import Sightings
 from mot_sim.simulation.traffic.traffic_state import TrafficState
 from mot_sim.simulation.truth import KeypointVisibility, annotate, annotate_frame, occlusion_level
 from tests.mot_sim.simulation.cars.rays import hits
@@ -121,6 +124,30 @@ def test_a_car_that_reaches_behind_the_camera_keeps_the_part_before_it() -> None
     assert len(truth) == 1
     assert truth.tracks.boxes[0, 2:].tolist() == [1241.0, 374.0]
     assert truth.truncation[0] > 0.5
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_boxes_of_fully_visible_cars_are_those_of_their_pixels_in_every_scene(name) -> None:
+    rollout = Rollout.of(find_scene(name, frames=57), 1)
+    states = [rollout.traffic_states[frame] for frame in range(0, 57, 7)]
+    truth = annotate(states, rollout.scene_meshes, rollout.scenery_in).truth
+    free = truth.visible == 1.0
+    assert (free & (truth.truncation > 0.3)).any()
+    off = np.abs(truth.tracks.boxes - truth.visible_boxes)[free]
+    assert off.max() <= 2.0
+
+
+def test_the_box_of_a_car_beside_the_camera_is_that_of_its_pixels() -> None:
+    rollout = Rollout.of(find_scene("street", frames=11), 1)
+    state = rollout.traffic_states[10]
+    truth = annotate_frame(state, rollout.scene_meshes, 0, scenery=rollout.scenery_in(state)).truth
+    (row,) = np.flatnonzero(truth.tracks.ids == 2)
+    assert truth.visible[row] == 1.0
+    assert truth.visible_boxes[row].tolist() == [1113.0, 288.0, 1241.0, 374.0]
+    np.testing.assert_allclose(truth.tracks.boxes[row], truth.visible_boxes[row], atol=1.0)
+    assert truth.tracks.boxes[row, 2:].tolist() == [1241.0, 374.0]
+    seen = Sightings.from_truth(truth)
+    np.testing.assert_array_equal(seen.boxes[row], truth.tracks.boxes[row])
 
 
 def test_speeds_turns_and_accelerations_are_those_of_the_worlds() -> None:
