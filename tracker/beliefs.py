@@ -31,20 +31,21 @@ BOTTOM_CENTRE = np.array([[0.5, 0.0], [0.0, 0.0], [0.5, 0.0], [0.0, 1.0]])
 
 @dataclass(frozen=True, eq=False)
 class Beliefs(Rows):
-    """Objects in the road frame of one moment, with their uncertainty.
-
-    cuboids: where they stand. velocity: of the base along road x and z, m/s (0: unknown).
-    cov: covariance of (x, z, velocity x, velocity z). boxes: in the image of that moment, as
-    detected (after `Lift`) or as predicted (after ego-motion), pixels, not clipped. shape_pose,
-    embedding: as last measured; None when no detector gives it.
-    """
+    """Objects in the road frame of one moment, with their uncertainty; one per row."""
 
     cuboids: Cuboids
+    """Where they stand, in the road frame."""
     velocity: Float[Array, "n 2"]
+    """Of the base along road x and z, m/s; 0: unknown."""
     cov: Float[Array, "n 4 4"]
+    """Covariance of (x, z, velocity x, velocity z) in the road frame, m and m/s."""
     boxes: Float[Array, "n 4"]
+    """x_min, y_min, x_max, y_max in the image of that moment, px, not clipped; as detected (after
+    `Lift`) or as predicted (after ego-motion)."""
     shape_pose: ShapePose | None = None
+    """Shape and yaw as last measured; None where no detector gives them."""
     embedding: Embedding | None = None
+    """Appearance as last measured; None where no detector gives it."""
 
     @classmethod
     def empty(cls) -> "Beliefs":
@@ -98,28 +99,30 @@ def alike(parts: Sequence[Beliefs]) -> Sequence[Beliefs]:
 
 @dataclass(frozen=True)
 class Lift:
-    """Back-projects boxes to beliefs on the road: eq. 2 with its linearised covariance.
-
-    edge_std: std of a box's bottom centre at confidence 1, as a fraction of the box's height;
-        it doubles at confidence 0 (sigma(s) of the paper). RRC's edges: 2.7-3.1 %.
-    pitch_std, height_std: how the camera nods (radians) and heaves (metres) from frame to frame;
-        what is constant shifts the belief and the new detection alike.
-    car_size: length, height, width where no detector measured them; car_size_std: of the height,
-        as a fraction; it is what limits the depth that a box's height tells.
-    yaw: where no detector measured it (-pi/2: along the road that the camera looks down).
-    speed_std: prior of the unknown velocity along x and z, m/s.
-    use_box_height: fuse the depth that the box's height tells. Unlike the paper, which has eq. 2
-        alone; a box whose bottom edge is no road contact is placed by its height in any case.
-    """
+    """Back-projects boxes to beliefs on the road: eq. 2 with its linearised covariance."""
 
     edge_std: float = 0.03
+    """Std of a box's bottom centre at score 1, share of the box's height; it doubles at score 0
+    (sigma(s) of the paper). RRC's edges: 0.027-0.031; more: larger search areas."""
     pitch_std: float = 0.005
+    """How much the camera nods from frame to frame, rad; what is constant shifts old and new alike.
+    More: less certain depths."""
     height_std: float = 0.03
+    """How much the camera heaves from frame to frame, metres; more: less certain depths."""
     car_size: tuple[float, float, float] = MEAN_CAR
+    """Length, height and width where no detector measured them, metres."""
     car_size_std: float = 0.06
+    """Std of the height in `car_size`, share of it; it limits the depth that a box's height tells.
+    More: that depth weighs less."""
     yaw: float = -np.pi / 2
+    """Yaw where no detector measured it, rad about road +y; -pi/2: along the road that the camera
+    looks down."""
     speed_std: tuple[float, float] = (3.0, 8.0)
+    """Std of the unknown velocity of a new belief, along road x and z, m/s; more: the second
+    detection may lie farther away."""
     use_box_height: bool = False
+    """Whether to fuse the depth that the box's height tells. Unlike the paper, which has eq. 2
+    alone; a box whose bottom edge is no road contact is placed by its height in any case."""
 
     def __call__(self, detections: Detections, camera: Camera) -> Beliefs:
         """One belief a detection.

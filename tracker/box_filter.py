@@ -26,23 +26,25 @@ MIN_POWER = 1e-12
 
 
 class Gains(NamedTuple):
-    """What was learned. Rows: small, middle, large boxes; columns: centre x, y, width, height.
-
-    gains: 1 = the new box as it is. pairs: of successive innovations behind each. power: their
-    summed squares. The arrays cannot be written to: trackers remember them.
-    """
+    """What was learned. Rows: small, middle, large boxes; columns: centre x, y, width, height."""
 
     gains: Float[Array, "3 4"]
+    """Share of an innovation that is taken, 0.2 to 1; 1 = the new box as it is."""
     pairs: Float[Array, "3 1"]
+    """Pairs of successive innovations that were used, for each size of box."""
     power: Float[Array, "3 4"]
+    """Summed squares of those innovations, in box heights squared."""
 
 
 class Filtered(NamedTuple):
-    """boxes: new and predicted ones mixed. innovations: see `ActiveTracks`."""
+    """What the filter makes of new boxes; one row per track that was detected."""
 
     boxes: Float[Array, "k 4"]
+    """New and predicted boxes mixed: x_min, y_min, x_max, y_max, px."""
     innovations: Float[Array, "k 4"]
+    """New boxes less predicted ones, see `ActiveTracks.innovations`."""
     learned: Gains
+    """What is known of the detector's noise after this frame."""
 
 
 @dataclass(frozen=True)
@@ -56,13 +58,16 @@ class BoxFilter:
     """
 
     gain: float = 0.8
-    """To start from; 1: the new box as it is."""
+    """Gain to start from; 1: the new box as it is; less: smoother boxes, which follow more
+    slowly."""
     prior: float = 200.0
-    """How many pairs of innovations that start is worth."""
+    """How many pairs of innovations that start is worth; more: the gain is learned more slowly."""
     sizes: tuple[float, float] = (35.0, 60.0)
-    """Pixels of the shorter side, between small, middle and large boxes."""
+    """Lengths of the shorter side, px, between small and middle and between middle and large
+    boxes."""
     border: float = 2.0
-    """A box this near to the image's border (pixels) is cut by it and taken as it is."""
+    """A box this near to the image's border, px, is cut by it and taken as it is; more: fewer boxes
+    are filtered."""
 
     def start(self) -> Gains:
         """Nothing learned yet."""

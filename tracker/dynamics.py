@@ -30,13 +30,11 @@ class Dynamics(Protocol):
 
 @dataclass(frozen=True)
 class ConstantPosition:
-    """The paper's: a car stays where it was last detected, until its next detection.
-
-    speed_std: std of the speed that it may have nevertheless, along road x and z, m/s; it
-    widens the search area with the time unseen.
-    """
+    """The paper's: a car stays where it was last detected, until its next detection."""
 
     speed_std: tuple[float, float] = (1.0, 5.0)
+    """Std of the speed that it may have nevertheless, along road x and z, m/s; more: the search
+    area widens faster with the time unseen."""
 
     def predict(self, beliefs: Beliefs, dt: float) -> tuple[Beliefs, Float[Array, "n 2"] | None]:
         """The same place, with a larger covariance."""
@@ -58,10 +56,12 @@ class ConstantVelocity:
     """A Kalman filter on (x, z, velocity x, velocity z), all objects at once.
 
     The same filter as filterpy's `KalmanFilter` with its `Q_discrete_white_noise`, batched (a
-    test holds them equal). acceleration_std: m/s^2, of the white-noise acceleration.
+    test holds them equal).
     """
 
     acceleration_std: float = 2.0
+    """Std of the white-noise acceleration, m/s^2; more: the velocity follows new detections
+    faster."""
 
     def predict(self, beliefs: Beliefs, dt: float) -> tuple[Beliefs, Float[Array, "n 2"] | None]:
         """F x and F P F' + Q; the shift of the position is returned apart."""

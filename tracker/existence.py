@@ -25,25 +25,29 @@ MAX_COVERED_SHARE = 0.3
 
 @dataclass(frozen=True)
 class DetectorStatistics:
-    """What the tracker learned of its detector.
-
-    hits of tries: detections of known cars in plain view. confirmed of newborns: first detections
-    that were followed by a second one in the next frame.
-    """
+    """What the tracker learned of its detector."""
 
     hits: int = 0
+    """How many of `tries` were detected."""
     tries: int = 0
+    """Frames in which a track with 3 hits or more was detected, or missed in plain view."""
     confirmed: int = 0
+    """How many of `newborns` were detected again in the next frame."""
     newborns: int = 0
+    """First detections whose next frame showed whether a second one followed."""
 
 
 class ExistenceUpdate(NamedTuple):
     """The probabilities of existence after a frame, and what was learned of the detector."""
 
     matched: Float[Array, " k"]
+    """Probability, 0 to 1, that each detected track is an object."""
     unmatched: Float[Array, " l"]
+    """The same of each track that was not detected."""
     born: Float[Array, " b"]
+    """The same of each detection that no track claims."""
     detector: DetectorStatistics
+    """What is known of the detector after this frame."""
 
 
 @dataclass(frozen=True)
@@ -58,21 +62,27 @@ class ExistenceFilter:
     """
 
     detection_probability: float = 0.95
-    """P_D: that a car in plain view is detected, to start from."""
+    """P_D to start from: that a car in plain view is detected, 0 < P_D < 1; more: a miss costs more
+    belief."""
     detection_prior: float = 50.0
-    """How many tries that start is worth."""
+    """How many tries `detection_probability` is worth, > 0; more: P_D is learned more slowly."""
     birth_probability: float = 0.9
-    """P_B: that a newborn is detected again, to start from."""
+    """P_B to start from: that a newborn is detected again, 0 < P_B < 1; more: new tracks are
+    believed sooner."""
     birth_prior: float = 20.0
-    """How many newborns that start is worth."""
+    """How many newborns `birth_probability` is worth, > 0; more: P_B is learned more slowly."""
     likelihood_ratio: float = 20.0
-    """How much likelier a box is where a car is expected than anywhere else."""
+    """How much likelier a box is where a car is expected than anywhere else, > 0; more: a hit
+    raises the probability further."""
     mean_lifetime: float = 3.0
-    """Mean seconds until a car leaves."""
+    """Mean seconds until a car leaves, > 0; more: tracks that are not detected stay probable
+    longer."""
     prediction_lifetime: float = 2.0
-    """Mean seconds until a predicted box no longer overlaps the car."""
+    """Mean seconds until a predicted box no longer overlaps its car, > 0; more: rows are put out
+    longer in gaps."""
     threshold: float = 0.5
-    """Tracks are put out from this probability on."""
+    """Probability from which a track is put out, 0 < threshold < 1; more: fewer false and fewer
+    true rows."""
 
     def __post_init__(self) -> None:
         shares = {

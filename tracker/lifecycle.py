@@ -21,18 +21,20 @@ class ActiveTracks(Rows):
     """The tracks that have not ended, one per row."""
 
     ids: Int[Array, " n"]
+    """Identities, >= 0; no two alike."""
     beliefs: Beliefs
+    """Where the objects are, in the road frame of the moment."""
     time_since_update: Float[Array, " n"]
-    """Seconds since the last detection."""
+    """Seconds since the last detection, >= 0."""
     hits: Int[Array, " n"]
-    """How many detections there were."""
+    """Number of detections so far, >= 1."""
     existence: Float[Array, " n"]
-    """The probability that there is an object."""
+    """Probability that there is an object, 0 to 1."""
     innovations: Float[Array, "n 4"]
-    """The last box less the predicted one: centre and size, in box heights, cut at +-0.5; NaN:
-    not known."""
+    """The last box less the predicted one: centre and size, in box heights, cut at +-0.5; NaN: not
+    known."""
     scores: Float[Array, " n"]
-    """Of the detection in this frame; NaN: not detected in it."""
+    """Score of the detection in this frame; NaN: not detected in it."""
 
     @classmethod
     def empty(cls) -> "ActiveTracks":
@@ -70,15 +72,14 @@ NO_TRACKS = ActiveTracks.empty()
 
 @dataclass(frozen=True)
 class Lifecycle:
-    """When tracks begin and end.
-
-    birth_score: a detection without a track begins one from this score on, at once.
-    max_gap: seconds that a track lives on without a detection; 0: it ends at the first miss (the
-    paper). A track whose predicted place has left the view ends as well.
-    """
+    """When tracks begin and end; one whose predicted place has left the view ends as well."""
 
     birth_score: float = 0.0
+    """A detection without a track begins one from this score on, at once; more: fewer false tracks,
+    later births."""
     max_gap: float = 0.0
+    """Seconds that a track lives on without a detection; 0: it ends at the first miss (the paper);
+    more: longer gaps are bridged."""
 
     def living(self, tracks: ActiveTracks, camera: Camera) -> ActiveTracks:
         """Those detected in this frame, and those that live on without."""

@@ -14,10 +14,12 @@ SPEED_STD = 10.0
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """States (x, z, velocity x, velocity z) with covariances, one a moment."""
+    """The states of a car over time, with their covariances; one per moment."""
 
     states: Float[Array, "n 4"]
+    """x, z, velocity x, velocity z; m and m/s, in a frame that does not move."""
     covs: Float[Array, "n 4 4"]
+    """Their covariances."""
 
 
 def smoothed(

@@ -10,14 +10,13 @@ from tracker.types import Camera, Detections
 
 @dataclass(frozen=True)
 class Suppression:
-    """Drops weak boxes, boxes without area in the image, and the weaker one of two that overlap.
-
-    min_score: boxes below it are dropped. max_iou: of two boxes that overlap more, the one with
-    the smaller score goes (at equal scores the later one).
-    """
+    """Drops weak boxes, boxes without area in the image, and the weaker one of two that overlap."""
 
     min_score: float = 0.0
+    """Boxes with a lower score are dropped; more: fewer false alarms and more misses."""
     max_iou: float = 0.7
+    """Of two boxes whose IoU is larger, the one with the lower score is dropped (at equal scores
+    the later one), 0 to 1; more: more boxes stay."""
 
     def __call__(self, detections: Detections, camera: Camera) -> Detections:
         """What is left, in the given order, in arrays of its own."""

@@ -57,15 +57,23 @@ class Tracker:
     """
 
     camera: Camera
+    """The camera of the drive: intrinsics, and where it stands above the road."""
     costs: WeightedCosts
-    """Weights with costs."""
+    """Weights with costs; the cost of a pair is their weighted mean. Weights must be >= 0, and one
+    > 0."""
     lift: Lift = Lift()
+    """How detections are placed on the road, with which uncertainty."""
     dynamics: Dynamics = ConstantPosition()
+    """How an unseen car moves."""
     suppress: Suppression = Suppression()
+    """Which detections are dropped before anything else."""
     associate: Associate = Hungarian()
+    """How costs become pairs of tracks and detections."""
     lifecycle: Lifecycle = Lifecycle()
+    """When tracks begin and end."""
     sigmas: float = 1.0
-    """How far the regions of eqs. 3-4 are stretched, in standard deviations."""
+    """How far the regions of eqs. 3-4 are stretched, in standard deviations, >= 0; more: larger
+    search areas."""
     strong_score: float = 0.0
     """Detections from this score on are matched first, weaker ones to the tracks that are left."""
     tie_break: float = 1e-3
@@ -80,7 +88,9 @@ class Tracker:
     explain: bool = False
     """Whether to keep the `explanation` of the last step."""
     state: TrackerState = TrackerState()
+    """The whole memory; assign it to go back."""
     explanation: Explanation | None = None
+    """Why the last step matched as it did; None unless `explain` is set."""
 
     def __post_init__(self) -> None:
         weights = [weight for weight, _ in self.costs]

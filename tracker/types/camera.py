@@ -24,16 +24,15 @@ MAX_HEIGHT = 100.0
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """A pinhole camera above a road plane.
-
-    K: pixels, pixel centres at integers. image_size: width, height. T_cam_road: from the
-    `road` frame (on the road under the camera: x right, y along the road normal, down,
-    z forward) to the `cam` frame (x right, y down, z forward): pitch, roll and height are in it.
-    """
+    """A pinhole camera above a road plane."""
 
     K: Float[Array, "3 3"]
+    """Intrinsics, px, invertible; pixel centres are at integers."""
     image_size: tuple[int, int]
+    """Width and height of the image, px, > 0."""
     T_cam_road: Float[Array, "4 4"]
+    """Rigid, from `road` (on the road under the camera: x right, y down its normal, z forward) to
+    `cam` (x right, y down, z forward); it holds pitch, roll and height, > 0 and <= 100 m."""
 
     def __post_init__(self) -> None:
         """Converts array-likes; raises BadCalibration for what no camera has, and says why."""

@@ -17,15 +17,14 @@ CORNERS = np.array([
 
 @dataclass(frozen=True, eq=False)
 class Cuboids(Rows):
-    """Cars as upright cuboids in the `road` frame (x right, y down, z forward), metres.
-
-    base: centre of the bottom face. yaw: about road +y, 0 = facing road +x, radians.
-    size: length, height, width, i.e. along the object's x (forward), y (down), z (left).
-    """
+    """Cars as upright cuboids in the `road` frame (x right, y down, z forward), one per row."""
 
     base: Float[Array, "n 3"]
+    """Centre of the bottom face, metres."""
     yaw: Float[Array, " n"]
+    """About road +y, rad; 0 = facing road +x."""
     size: Float[Array, "n 3"]
+    """Length, height, width: along the object's x (forward), y (down), z (left); metres."""
 
     @classmethod
     def empty(cls) -> "Cuboids":

@@ -15,10 +15,6 @@ from tracker.types.validation import as_floats
 class Detections(Rows):
     """Boxes with scores, and whatever cues were measured on them: each a column, or None.
 
-    boxes: x_min, y_min, x_max, y_max in pixels. scores: any scale, larger is surer.
-    yaw: radians about road +y. size: length, height, width in metres. shape: coefficients of
-    eq. 1. keypoints: u, v, confidence. descriptor: psi of eq. 5.
-    pose_cov: covariance of (yaw, shape), c = 1 + b.
     A NaN row in a cue column: the cue was not measured for that box.
     Array-likes are converted. Raises BadDetections for NaN or infinite boxes and scores, inverted
     boxes, rows that are not four numbers and columns of different lengths. Boxes without area
@@ -26,13 +22,22 @@ class Detections(Rows):
     """
 
     boxes: Float[Array, "n 4"]
+    """x_min, y_min, x_max, y_max, px."""
     scores: Float[Array, " n"]
+    """Confidence of the detector; any scale, larger is surer. `Tracker` takes scores as
+    probabilities."""
     yaw: Float[Array, " n"] | None = None
+    """About road +y, rad; 0 = facing road +x."""
     size: Float[Array, "n 3"] | None = None
+    """Length, height, width, metres."""
     shape: Float[Array, "n b"] | None = None
+    """Coefficients of eq. 1."""
     keypoints: Float[Array, "n k 3"] | None = None
+    """u, v (px) and confidence of each keypoint."""
     descriptor: Float[Array, "n d"] | None = None
+    """psi of eq. 5, appearance."""
     pose_cov: Float[Array, "n c c"] | None = None
+    """Covariance of (yaw, shape); c = b + 1."""
 
     def __post_init__(self) -> None:
         for name in self.__match_args__:

@@ -12,9 +12,10 @@ from tracker.types.rows import Rows
 
 @dataclass(frozen=True, eq=False)
 class Embedding(Rows):
-    """descriptor: psi of eq. 5, as last measured; NaN rows where it never was."""
+    """How objects looked when they were last seen."""
 
     descriptor: Float[Array, "n d"]
+    """psi of eq. 5, as last measured; NaN rows where it never was."""
 
     @classmethod
     def of(cls, detections: Detections) -> "Embedding | None":

@@ -25,21 +25,24 @@ MAX_CORRECTION = 5.0
 class Frame:
     """Everything that an online tracker may know about one moment. Truth is never in here.
 
-    index: counts from 0. time: seconds. T_now_before: moves points of the camera frame of the
-    last frame that was DELIVERED into the camera frame of this one; None when it is unknown how
-    the camera moved, and at the first frame. motion_cov: covariance of its left perturbation
-    (translation, then rotation vector) in the camera frame of now; metres, radians.
-    image: RGB, or None.
     Raises BadMotion for a matrix that is no such thing, BadConfig for an index that is no whole
     number and a time that is not finite, BadDetections for what are no `Detections`.
     """
 
     index: int
+    """Number of the frame in its sequence, counted from 0."""
     time: float
+    """When it was taken, s."""
     detections: Detections
+    """What the detector found in it."""
     T_now_before: Float[Array, "4 4"] | None = None
+    """Moves points of the camera frame of the last frame that was DELIVERED into the camera frame
+    of this one, rigid; None at the first frame, and where it is unknown."""
     motion_cov: Float[Array, "6 6"] | None = None
+    """Covariance of the left perturbation (translation, rotation vector) of `T_now_before` in the
+    camera frame of now; metres, rad. None: it is taken as exact."""
     image: UInt8[Array, "h w 3"] | None = None
+    """RGB; None where there is none."""
 
     def __post_init__(self) -> None:
         assign = object.__setattr__
@@ -111,6 +114,7 @@ class SequenceWrapper:
     """Another sequence under its own name; what wraps one to change its frames begins here."""
 
     sequence: Sequence
+    """What is wrapped."""
 
     @property
     def name(self) -> str:

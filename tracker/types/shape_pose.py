@@ -15,14 +15,14 @@ TURN_RATE_STD = 0.08
 
 @dataclass(frozen=True, eq=False)
 class ShapePose(Rows):
-    """The shape and pose that were last measured of objects; NaN rows where none ever was.
-
-    shape: coefficients of eq. 1. yaw: about the road's +y of now. cov: of (yaw, shape).
-    """
+    """The shape and pose that were last measured of objects; NaN rows where none ever was."""
 
     shape: Float[Array, "n b"]
+    """Coefficients of eq. 1."""
     yaw: Float[Array, " n"]
+    """About road +y in the road frame of now, rad."""
     cov: Float[Array, "n c c"]
+    """Covariance of (yaw, shape); c = b + 1."""
 
     def unknown(self, count: int) -> "ShapePose":
         """`count` rows whose shape and pose were not measured."""

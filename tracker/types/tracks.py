@@ -13,22 +13,24 @@ from tracker.types.rows import Rows
 
 @dataclass(frozen=True, eq=False)
 class Tracks(Rows):
-    """Rows (frame, id, box, ...), in the order of frames; absent columns are None.
-
-    boxes: x_min, y_min, x_max, y_max in pixels. scores: of the tracker's output.
-    kinds: the class as KITTI spells it ('Car', 'Van', 'DontCare', ...); DontCare has id -1.
-    truncation, occlusion: KITTI's integer levels; -1 where the data set does not say.
-    cuboids: in the road frame.
-    """
+    """Rows (frame, id, box, ...), in the order of frames; absent columns are None."""
 
     frames: Int[Array, " n"]
+    """Frame of each row, counted from 0."""
     ids: Int[Array, " n"]
+    """Identity of the object, >= 0, at most once per frame; -1 in DontCare rows."""
     boxes: Float[Array, "n 4"]
+    """x_min, y_min, x_max, y_max, px."""
     scores: Float[Array, " n"] | None = None
+    """The tracker's confidence in each row, larger is surer."""
     kinds: Shaped[Array, " n"] | None = None
+    """Class as KITTI spells it: 'Car', 'Van', 'DontCare', ..."""
     truncation: Int[Array, " n"] | None = None
+    """KITTI's integer level; -1 where the data set does not say."""
     occlusion: Int[Array, " n"] | None = None
+    """KITTI's integer level; -1 where the data set does not say."""
     cuboids: Cuboids | None = None
+    """Where the objects are, in the road frame of the row's frame."""
 
     @classmethod
     def empty(cls) -> "Tracks":
