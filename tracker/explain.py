@@ -12,24 +12,26 @@ from tracker.costs import GatedPairs, WeightedCosts, weighted_sum
 
 @dataclass(frozen=True, eq=False)
 class Explanation:
-    """Rows = the tracks that were expected, columns = the detections after suppression.
-
-    ids: of the rows. boxes: of the columns. gated: whether the pair lay outside the search area,
-    so that no cost was computed. parts: each cost by its class's name, NaN where gated. total:
-    what was associated, inf where gated. matched: the pairs that were made. runner_up: for each
-    pair the cheapest total among the other pairs of its row and column, inf without any.
-    pairing: what was compared: beliefs, their regions and search areas.
-    """
+    """Rows = the tracks that were expected, columns = the detections after suppression."""
 
     frame: int
+    """Index of the frame."""
     ids: Int[Array, " n"]
+    """Ids of the rows."""
     boxes: Float[Array, "m 4"]
+    """Boxes of the columns: x_min, y_min, x_max, y_max, px."""
     gated: Bool[Array, "n m"]
+    """Whether the pair lay outside the search area, so that no cost was computed."""
     parts: dict[str, Float[Array, "n m"]]
+    """Each cost by its class's name; NaN where gated or not measured."""
     total: Float[Array, "n m"]
+    """What was associated: the weighted mean of the costs; inf where gated."""
     matched: Bool[Array, "n m"]
+    """Which pairs were made."""
     runner_up: Float[Array, "n m"]
+    """For each pair the cheapest total among the others of its row and column; inf without any."""
     pairing: GatedPairs
+    """What was compared: beliefs, their regions and search areas."""
 
     @classmethod
     def of(

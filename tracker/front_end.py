@@ -43,15 +43,19 @@ def parse_cues(text: str) -> tuple[str, ...]:
 class FrontEnd:
     """What measures cues in images; None: that stage is left out.
 
-    hourglass: the keypoint network. fit: keypoints to shape and pose. keypoint_share: std of a
-    keypoint at confidence 1, as a share of the box's sides. BadConfig when a stage lacks the
-    network that feeds it, BadWeights for a descriptor of another network.
+    BadConfig when a stage lacks the network that feeds it, BadWeights for a descriptor of another
+    network.
     """
 
     hourglass: Hourglass | None = None
+    """The keypoint network."""
     fit: ShapeFit | None = None
+    """From keypoints to shape and pose."""
     descriptor: Descriptor | None = None
+    """What describes the appearance (eq. 5)."""
     keypoint_share: float = KEYPOINT_SHARE
+    """Std of a keypoint at confidence 1, share of the box's sides, 0 < share < 1; more: less
+    certain shapes and yaws."""
 
     def __post_init__(self) -> None:
         needs = self.descriptor is not None and self.descriptor.needs_activations
@@ -112,13 +116,12 @@ class FrontEnd:
 
 @dataclass(frozen=True, eq=False)
 class SequenceWithCues(SequenceWrapper):
-    """A drive whose detections get cues while it is played; satisfies `tracker.types.Sequence`.
-
-    seconds: spent so far, by the names of STAGES.
-    """
+    """A drive whose detections get cues while it is played; satisfies `tracker.types.Sequence`."""
 
     front_end: FrontEnd
+    """What measures the cues."""
     seconds: dict[str, float] = field(default_factory=dict)
+    """Seconds spent so far, by the names of STAGES."""
 
     def __iter__(self) -> Iterator[Frame]:
         for frame in self.sequence:

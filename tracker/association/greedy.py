@@ -11,12 +11,10 @@ from tracker.association.match import Match
 
 @dataclass(frozen=True)
 class Greedy:
-    """The cheapest pair first, then the cheapest of what is left; ties by row, then column.
-
-    max_cost: pairs that cost as much or more are never made.
-    """
+    """The cheapest pair first, then the cheapest of what is left; ties by row, then column."""
 
     max_cost: float = 1.0
+    """Pairs that cost as much or more are never made; more: more pairs, and more wrong ones."""
 
     def __call__(self, costs: Float[Array, "n m"]) -> Match:
         """The greedy match."""

@@ -13,12 +13,11 @@ from tracker.errors import BadConfig
 
 @dataclass(frozen=True)
 class Hungarian:
-    """The match with the smallest sum of (cost - max_cost): a pair is made only if it gains.
-
-    max_cost: pairs that cost as much or more are never made.
-    """
+    """The match with the smallest sum of (cost - max_cost): a pair is made only if it gains."""
 
     max_cost: float = 1.0
+    """Pairs that cost as much or more are never made, finite; more: more pairs, and more wrong
+    ones."""
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.max_cost):

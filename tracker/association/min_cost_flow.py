@@ -18,11 +18,14 @@ from tracker.errors import BadConfig
 
 @dataclass(frozen=True, eq=False)
 class Arcs:
-    """Possible links: node tails[k] is followed by heads[k] (a larger number) at costs[k]."""
+    """Possible links between nodes, one per row. Raises BadConfig for links that cannot be."""
 
     tails: Int[Array, " k"]
+    """Node that each link leaves."""
     heads: Int[Array, " k"]
+    """Node that follows, a larger number than the tail's."""
     costs: Float[Array, " k"]
+    """What each link costs, finite; negative: it gains."""
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.costs).all():
@@ -41,11 +44,14 @@ class Arcs:
 
 @dataclass(frozen=True, eq=False)
 class Flow:
-    """The cheapest tracks. links: (node, next one). used: nodes on a track. cost: of them all."""
+    """The cheapest tracks through all nodes."""
 
     links: Int[Array, "l 2"]
+    """Node and next node of each link that is used, in the order of the nodes."""
     used: Bool[Array, " n"]
+    """Whether each node lies on a track."""
     cost: float
+    """Sum of the costs of the used nodes, links and births."""
 
     @property
     def tracks(self) -> Int[Array, " n"]:

@@ -37,11 +37,14 @@ WeightedCosts = tuple[tuple[float, Cost], ...]
 
 
 class Sum(NamedTuple):
-    """total: the weighted mean of the costs, a pair. parts: each cost. unmeasured: NaN in them."""
+    """The overall pairwise cost, and what it was made of; one entry per pair."""
 
     total: Float[Array, " k"]
+    """Weighted mean of the costs, 0 to 1; inf where no cost could be measured."""
     parts: tuple[Float[Array, " k"], ...]
+    """Each cost by itself, in the order of the weights; NaN where its cue is missing."""
     unmeasured: int
+    """How many numbers in `parts` are NaN."""
 
 
 def weighted_sum(pairing: GatedPairs, costs: WeightedCosts) -> Sum:

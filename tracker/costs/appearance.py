@@ -22,6 +22,7 @@ class Appearance:
     """
 
     eta_app: float = log(2.0)
+    """Steepness of the cost, finite and > 0; more: looks that differ a little cost more."""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.eta_app < np.inf:

@@ -21,19 +21,25 @@ class GatedPairs:
 
     Costs are computed only for the pairs (rows[k], columns[k]) whose detection lies in the
     search area, the region's projection into the image: the paper's main saving.
-    sigmas: how many standard deviations the regions are stretched by. expected_regions:
-    g(xi, phi(pi_G^-1(.), s)) of eqs. 3-4. search_areas: the upright boxes around their
-    projections, clipped to the image. pairs: rows and columns whose boxes meet the search areas.
     """
 
     expected: Beliefs
+    """What is compared with new detections: the tracks as predicted for now."""
     observed: Beliefs
+    """The new detections, lifted to the road."""
     detections: Detections
+    """The new detections as the detector gave them, in the same order."""
     camera: Camera
+    """The camera of both."""
     sigmas: float
+    """How many standard deviations the regions are stretched by, >= 0."""
     expected_regions: Cuboids = field(init=False)
+    """g(xi, phi(pi_G^-1(.), s)) of eqs. 3-4, in the road frame."""
     search_areas: Float[Array, "n 4"] = field(init=False)
+    """Upright boxes around their projections: x_min, y_min, x_max, y_max, px, clipped to the
+    image."""
     pairs: tuple[Int[Array, " k"], Int[Array, " k"]] = field(init=False)
+    """Rows and columns of the pairs whose boxes meet the search areas."""
 
     def __post_init__(self) -> None:
         regions = self.expected.region(self.sigmas)

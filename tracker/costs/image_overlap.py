@@ -15,12 +15,12 @@ from tracker.geometry import box_iou
 class ImageOverlap:
     """1 - IoU of the expected box (moved by the camera's and the car's motion) and the new one.
 
-    buffer: both boxes are widened by this fraction of their sides, so that small and fast cars,
-    whose boxes would miss each other, still meet (as C-BIoU does). Not of the paper's eqs. 3-6;
-    its Table IV uses such a 2D-2D cue as the baseline.
+    Not of the paper's eqs. 3-6; its Table IV uses such a 2D-2D cue as the baseline.
     """
 
     buffer: float = 0.0
+    """Share of its sides that both boxes are widened by, on each side, so that small and fast cars
+    still meet (as C-BIoU does); more: boxes farther apart overlap."""
 
     def __call__(self, pairing: GatedPairs) -> Float[Array, " k"]:
         """The cost of every pair of the pairing, in [0, 1]."""

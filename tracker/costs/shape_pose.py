@@ -18,15 +18,19 @@ class ShapeAndPose:
 
     Unlike the paper: both squares are weighted by the covariances of the two fits, the pose
     difference is the angle of the rotation between the two (so that +-pi are close), and the sum
-    is mapped to [0, 1). eta_shape, eta_pose: 1 over the mean of the weighted squares between two
-    detections of one car, of the fleet under a drawn keypoint noise (`benchmarks.shape_fit`).
-    shape_floor, yaw_floor: std that no fit undercuts; coefficients, radians.
+    is mapped to [0, 1). Each eta is 1 over the mean of the weighted squares between two detections
+    of one car, of the fleet under a drawn keypoint noise (`benchmarks.shape_fit`).
     """
 
     eta_shape: float = 0.4
+    """Weight of the squared difference of shapes; more: other shapes cost more."""
     eta_pose: float = 1.6
+    """Weight of the squared difference of yaws; more: other yaws cost more."""
     shape_floor: float = 0.02
+    """Std of the coefficients of eq. 1 that no fit undercuts; more: small differences of shape cost
+    less."""
     yaw_floor: float = 0.03
+    """Std of the yaw that no fit undercuts, rad; more: small turns cost less."""
 
     def __call__(self, pairing: GatedPairs) -> Float[Array, " k"]:
         """The cost of every pair; NaN where a fit is missing or not trusted.

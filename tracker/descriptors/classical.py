@@ -24,13 +24,14 @@ class Classical:
 
     Colours are measured in stops against the mean of the whole picture, so that neither
     exposure nor the colour of the light matters; black and white cars stay apart. Histograms
-    are compared by their square roots (Hellinger). gradients: their share of the squared length,
-    0 to 1. unit: the distance at which two cars are as likely one as two, on synthetic cars
-    (`benchmarks.appearance --unit`).
+    are compared by their square roots (Hellinger).
     """
 
     gradients: float = 0.35
+    """Share of the gradients in the squared length, 0 to 1; more: colours count less."""
     unit: float = 0.45
+    """Distance at which two cars are as likely one as two, on synthetic cars
+    (`benchmarks.appearance --unit`), > 0; more: all distances become smaller."""
 
     @property
     def needs_activations(self) -> bool:

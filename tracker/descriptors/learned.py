@@ -20,17 +20,21 @@ class Learned:
     """psi of eq. 5: activation maps pooled over a grid on the box, and colours, times weights.
 
     The result is brought to the length 1 / unit, so that its squared distance is a correlation
-    (the published code normalises and correlates, too). weights: of the channels in every cell,
-    to the numbers of a descriptor. mean: of the features of many cars. grid: cells
-    along each side. hourglass: sha256 of the network whose activations these weights are for.
-    unit: the distance at which two cars are as likely one as two (`mot-sim train-appearance`).
+    (the published code normalises and correlates, too).
     """
 
     weights: Float32[Array, "f d"]
+    """From the features (the channels in every cell, then colours) to the numbers of a
+    descriptor."""
     mean: Float32[Array, " f"]
+    """Mean of each feature over many cars; it is subtracted first."""
     grid: int
+    """Number of cells along each side of the box, >= 1."""
     hourglass: str
+    """sha256 of the keypoint network whose activations these weights are for."""
     unit: float = 1.0
+    """Distance at which two cars are as likely one as two (`mot-sim train-appearance`), > 0; more:
+    all distances become smaller."""
 
     @classmethod
     def load(cls, path: Path | str | None = None) -> "Learned":

@@ -21,13 +21,18 @@ WEIGHTS_HINT = "reinstall mot-sim, or make the file again with mot-sim train-app
 
 
 class Weights(NamedTuple):
-    """What a weights file holds; see `Learned`."""
+    """What a weights file holds; the fields are those of `Learned`."""
 
     weights: Float32[Array, "f d"]
+    """See `Learned.weights`."""
     mean: Float32[Array, " f"]
+    """See `Learned.mean`."""
     grid: int
+    """See `Learned.grid`."""
     hourglass: str
+    """See `Learned.hourglass`."""
     unit: float
+    """See `Learned.unit`."""
 
 
 def write_weights(path: Path, content: Weights, training: Mapping[str, object]) -> None:

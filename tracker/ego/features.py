@@ -26,18 +26,23 @@ class Features(Protocol):
 class CornerFlow:
     """The strongest corners of every cell of a grid, followed by Lucas and Kanade's flow.
 
-    cell: pixels along a cell's side. per_cell: corners of a cell at most. spacing: pixels
-    between two corners at least. quality: of a corner, as a share of the best one's. window,
-    levels: of the flow. On KITTI's images it beats ORB with a ratio test in accuracy and speed
+    On KITTI's images it beats ORB with a ratio test in accuracy and speed
     (benchmarks/odometry.py measures both).
     """
 
     cell: int = 48
+    """Side of a cell, px; more: fewer corners."""
     per_cell: int = 4
+    """Most corners of a cell; more: surer motions, more time."""
     spacing: int = 6
+    """Least distance between two corners, px; more: fewer corners, better spread."""
     quality: float = 2e-3
+    """Least strength of a corner, share of the best one's; more: fewer corners."""
     window: int = 17
+    """Side of the window that the flow compares, px; more: surer flow, blurred at edges of
+    objects."""
     levels: int = 4
+    """Highest level of the flow's image pyramid; more: larger motions are followed."""
 
     def __call__(
         self, before: UInt8[Array, "h w"], now: UInt8[Array, "h w"], free: Bool[Array, "h w"]

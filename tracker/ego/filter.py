@@ -22,48 +22,53 @@ MAX_OUTLIERS_IN_A_ROW = 4
 
 @dataclass(frozen=True, eq=False)
 class MotionMeasurement:
-    """A measured motion: translation and rotation vector, and their covariance.
-
-    is_outlier: it is far from what was predicted, and its covariance was widened for it.
-    """
+    """A measured motion of the camera between two images."""
 
     twist: Float[Array, "6"]
+    """Translation (metres) and rotation vector (rad) of T_now_before, camera frame of now."""
     cov: Float[Array, "6 6"]
+    """Its covariance."""
     is_outlier: bool = False
+    """Whether it is far from what was predicted, so that its covariance was widened."""
 
 
 @dataclass(frozen=True, eq=False)
 class CameraVelocity:
-    """What is known of the camera's velocity.
-
-    age: seconds since the last measurement. outliers: measurements in a row that were.
-    """
+    """What is known of the camera's velocity."""
 
     mean: Float[Array, "6"]
+    """Translation (m/s) and rotation vector (rad/s) of T_now_before per second, camera frame."""
     cov: Float[Array, "6 6"]
+    """Its covariance."""
     age: float = 0.0
+    """Seconds since the last measurement that was used."""
     outliers: int = 0
+    """How many measurements in a row were outliers."""
 
 
 @dataclass(frozen=True)
 class Coasting:
-    """How a car may move; axes of the road: right, down, forward.
-
-    speed, turn: metres and radians per second that no car exceeds. start: standard deviations of
-    the velocity before any measurement. change: of the velocity after a tenth of a second (a car
-    brakes at 3 to 8 m/s^2 and bumps turn it by half a degree a frame). gate: standard deviations
-    (of six numbers together) up to which a measurement is used. patience: seconds without any,
-    after which the camera's motion is unknown. scale_std: the common error of all lengths, as a
-    share: that of the camera's height, which no averaging removes.
-    """
+    """How a car may move; axes of the road: right, down, forward."""
 
     speed: float = 60.0
+    """Speed that no car exceeds, m/s, > 0; more: faster measurements are believed."""
     turn: float = 1.5
+    """Turn rate that no car exceeds, rad/s, > 0; more: faster turns are believed."""
     start: tuple[float, float, float, float, float, float] = (1.5, 1.5, 20.0, 0.3, 0.3, 0.3)
+    """Std of the velocity before any measurement: m/s along the axes, then rad/s about them, >
+    0."""
     change: tuple[float, float, float, float, float, float] = (0.2, 0.2, 0.4, 0.1, 0.1, 0.1)
+    """Std of its change within a tenth of a second (cars brake at 3 to 8 m/s^2, bumps turn them by
+    half a degree a frame), > 0; more: less smooth motions."""
     gate: float = 6.0
+    """Standard deviations, of six numbers together, up to which a measurement is used, > 0; more:
+    worse measurements are used."""
     patience: float = 1.0
+    """Seconds without any measurement after which the motion is unknown, > 0; more: it coasts
+    longer."""
     scale_std: float = 0.02
+    """Common error of all lengths, std as a share: that of the camera's height, which no averaging
+    removes."""
 
     def __post_init__(self) -> None:
         low = min(self.speed, self.turn, self.gate, self.patience, *self.start, *self.change)

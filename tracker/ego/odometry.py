@@ -27,18 +27,23 @@ UNREAD_STILL_STD = 0.1  # metres: what `still` pixels may hide in a scene some 5
 class Limits:
     """When a measurement is one, and how good it can be.
 
-    noise: of a followed point, pixels. agreeing: the least share of points that fit. still: the
-    median pixels that points move beyond a rotation, up to which the camera only turned.
-    direction_std, rotation_std (radians), length_std (a share, and metres): what every
-    measurement is off by besides its points' noise; measured against OXTS on KITTI's sequences.
+    The std are what every measurement is off by besides its points' noise; measured against OXTS
+    on KITTI's sequences.
     """
 
     noise: float = 0.3
+    """Std of a followed point, px; more: worse points count as agreeing."""
     agreeing: float = 0.4
+    """Least share of the points that must fit a motion, 0 to 1; more: fewer frames are measured."""
     still: float = 0.35
+    """Median px that points move beyond a rotation, up to which the camera only turned; more: slow
+    motions count as none."""
     direction_std: float = 0.015
+    """Std of the direction of the motion, rad."""
     rotation_std: float = 4e-4
+    """Std of the rotation about each axis, rad."""
     length_std: tuple[float, float] = (0.03, 0.01)
+    """Std of the length: a share of it, and metres."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,12 +63,19 @@ class VisualOdometry:
     """
 
     camera: Camera
+    """The camera; images must have its size."""
     features: Features = field(default_factory=CornerFlow)
+    """What finds the same points in two images."""
     road: RoadScale | None = None
+    """What reads lengths off the road; None: a `RoadScale` with its defaults."""
     coasting: Coasting = field(default_factory=Coasting)
+    """The filter of the motion, and when it is unknown."""
     limits: Limits = field(default_factory=Limits)
+    """When a measurement is used, and how good it can be."""
     velocity: CameraVelocity | None = None
-    measured: MotionMeasurement | None = None  # what the last step saw; None where it coasted
+    """What is known of the camera's velocity; None: nothing yet."""
+    measured: MotionMeasurement | None = None
+    """What the last step saw; None where it coasted."""
     _before: _View | None = None
 
     def __post_init__(self) -> None:

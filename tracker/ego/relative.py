@@ -20,18 +20,20 @@ MIN_CURVATURE = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Relative:
-    """A motion up to its length, R and direction of T_now_before.
-
-    cov: of (two tangents of the direction, left rotation vector), tangents: its first two axes.
-    agreeing: the points that fit. spread: what they miss by, in units of depth-1 rays.
-    """
+    """A motion up to its length."""
 
     R: Float[Array, "3 3"]
+    """Rotation of T_now_before."""
     direction: Float[Array, "3"]
+    """Unit vector of its translation, camera frame of now."""
     tangents: Float[Array, "3 2"]
+    """Two unit vectors across the direction, one per column."""
     cov: Float[Array, "5 5"]
+    """Covariance of (direction along the two tangents, left rotation vector), rad."""
     agreeing: Bool[Array, " n"]
+    """Which points fit."""
     spread: float
+    """What they miss by, in units of rays with depth 1."""
 
 
 def relative_motion(

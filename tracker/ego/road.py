@@ -25,31 +25,37 @@ MIN_ROAD_PIXELS = 300  # pixels of the road that must be seen in both images
 
 @dataclass(frozen=True, eq=False)
 class Length:
-    """How far the camera moved: metres along the direction, their standard deviation, the tilt
-    of the road against the calibration (radians), and how alike the pixels are (-1 to 1)."""
+    """How far the camera moved, read off the road."""
 
     metres: float
+    """Along the given direction."""
     std: float
+    """Its standard deviation, metres."""
     tilt: float
+    """Of the road against the calibration, rad."""
     likeness: float
+    """Correlation of the road's pixels in the two images, -1 to 1."""
 
 
 @dataclass(frozen=True, eq=False)
 class RoadScale:
-    """Reads lengths off the part of the road right in front of the camera.
-
-    far, half_width: metres, how much road. spacing: pixels between those that take part.
-    tilt_std: radians, how far a car's nose goes up and down on its springs (KITTI: 0.3 degrees).
-    independent: how many neighbouring pixels are one measurement. least_likeness: below, no length.
-    """
+    """Reads lengths off the part of the road right in front of the camera."""
 
     camera: Camera
+    """The camera, with its height above the road."""
     far: float = 16.0
+    """Metres ahead up to which the road is used; more: more pixels, less sharp ones."""
     half_width: float = 3.0
+    """Metres to each side up to which the road is used; more: more pixels, and more kerbs."""
     spacing: int = 4
+    """Px between the pixels that take part; more: less exact, less time."""
     tilt_std: float = 5e-3
+    """How far a car's nose goes up and down on its springs, std in rad (KITTI: 0.3 degrees); more:
+    a freer tilt, less certain lengths."""
     independent: float = 12.0
+    """How many neighbouring pixels are one measurement; more: larger std of lengths."""
     least_likeness: float = 0.25
+    """Least correlation for a length, -1 to 1; more: fewer frames are read."""
 
     @cached_property
     def pixels(self) -> Float[Array, "n 2"]:

@@ -35,12 +35,10 @@ def with_visual_motion(frames: Iterable[Frame], odometry: VisualOdometry) -> Ite
 
 @dataclass(frozen=True, eq=False)
 class VisualSequence(SequenceWrapper):
-    """A sequence whose frames carry the motion that their images show.
-
-    threaded: frames are made one ahead, on a thread of their own; the results are the same.
-    """
+    """A sequence whose frames carry the motion that their images show."""
 
     threaded: bool = False
+    """Whether frames are made one ahead, on a thread of their own; the results are the same."""
 
     def __iter__(self) -> Iterator[Frame]:
         frames = with_visual_motion(self.sequence, VisualOdometry(self.camera))

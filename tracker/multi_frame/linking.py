@@ -31,11 +31,15 @@ class FrameNodes:
     """One frame: its detections are the nodes `first`, `first` + 1, ..."""
 
     index: int
+    """Number of the frame, counted from 0."""
     time: float
+    """When it was taken, s."""
     first: int
+    """Number of its first node."""
     detections: Detections
+    """Its detections after suppression, one per node."""
     observed: Beliefs
-    """Where each detection alone puts its car."""
+    """Where each detection alone puts its car, in this frame's road frame."""
     beliefs: Beliefs
     """The same, filtered along the likeliest arcs."""
     arcs: Arcs
@@ -61,33 +65,41 @@ class LinkerState:
     recent: ActiveTracks = NO_TRACKS
     """The nodes of the last seconds, each as a track that ends there; ids: their numbers."""
     next_node: int = 0
+    """Number of the next frame's first node."""
     time: float | None = None
+    """Time of the last frame, s; None: no frame yet."""
     T_world_road: Float[Array, "4 4"] | None = None
+    """From the last frame's road to that of the first frame; None: no frame yet."""
     statistics: TrackerStatistics = TrackerStatistics()
+    """What was done since the reset."""
     gains: Gains | None = None
-    """What was learned of the noise of boxes."""
+    """What was learned of the noise of boxes; None: nothing yet."""
 
 
 class Links(NamedTuple):
-    """Possible links from recent nodes (rows) to new ones (columns), costs in nats."""
+    """Possible links from recent nodes to new ones, one per entry."""
 
     rows: Int[Array, " k"]
+    """Row of the recent node in `LinkerState.recent`."""
     columns: Int[Array, " k"]
+    """Which of the new frame's nodes follows."""
     costs: Float[Array, " k"]
+    """What each link costs, nats; negative: it gains."""
 
 
 @dataclass(frozen=True, eq=False)
 class Linker:
     """Compares the detections of a frame with every node of the last seconds.
 
-    tracker: gives the components: what is suppressed, how boxes are lifted, how cars move, the
-    costs, the largest cost of a link and the longest memory. Nodes are predicted and gated as a
-    tracker does it with its tracks; each is filtered along its likeliest links, so that it has a
-    velocity, and a box with less noise.
+    Nodes are predicted and gated as a tracker does it with its tracks; each is filtered along its
+    likeliest links, so that it has a velocity, and a box with less noise.
     """
 
     tracker: Tracker
+    """Gives the components: suppression, lifting, dynamics, costs, the largest cost of a link
+    (finite, > 0) and the longest memory."""
     flow_costs: FlowCosts = FlowCosts()
+    """What nodes, links, gaps and births cost."""
 
     @property
     def max_cost(self) -> float:

@@ -19,7 +19,9 @@ class NetworkFlowState:
     """Everything that a network flow remembers; never modified, so keeping it is a copy."""
 
     linker: LinkerState = LinkerState()
+    """What the linker remembers."""
     frames: tuple[FrameNodes, ...] = ()
+    """All frames so far, each with its nodes and the arcs to them."""
 
 
 @dataclass
@@ -27,14 +29,18 @@ class NetworkFlow:
     """Minimum-cost network flow over the whole drive: exact, and all rows come at the end.
 
     Which detections are cars, which belong together and where tracks begin is decided at once;
-    weak tracks are dropped, and gaps filled (see `fill_gaps`). tracker: its components are used,
-    not its association. acceleration_std: of the smoother, m/s^2.
+    weak tracks are dropped, and gaps filled (see `fill_gaps`).
     """
 
     tracker: Tracker
+    """Gives the components, see `Linker.tracker`; its association is not used."""
     flow_costs: FlowCosts = FlowCosts()
+    """What nodes, links, gaps and births cost."""
     acceleration_std: float = ConstantVelocity.acceleration_std
+    """Std of the acceleration in the smoother that fills gaps, m/s^2; more: filled paths bend
+    more."""
     state: NetworkFlowState = field(default_factory=NetworkFlowState)
+    """The whole memory; assign it to go back."""
 
     def step(self, frame: Frame) -> Tracks:
         """Nothing yet."""

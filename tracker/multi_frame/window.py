@@ -24,6 +24,7 @@ class WindowState:
     """Everything that a window remembers; never modified, so keeping it is a copy."""
 
     linker: LinkerState = LinkerState()
+    """What the linker remembers."""
     past: tuple[FrameNodes, ...] = ()
     """Frames that were decided, as far back as a track may be continued from."""
     window: tuple[FrameNodes, ...] = ()
@@ -33,6 +34,7 @@ class WindowState:
     ids: Int[Array, " n"] = field(default_factory=lambda: np.zeros(0, np.int64))
     """The ids of those tracks."""
     next_id: int = 0
+    """The id of the next track that begins."""
 
 
 class Paths(NamedTuple):
@@ -41,7 +43,9 @@ class Paths(NamedTuple):
     nodes: list[Int[Array, " k"]]
     """For each track its nodes, increasing; the first may be the end of a decided track."""
     ids: list[int]
+    """Their ids."""
     next_id: int
+    """The id of the next track that begins."""
 
 
 @dataclass
@@ -50,15 +54,21 @@ class Window:
 
     At every frame the flow is solved over the frames of the window and the tracks so far; then
     its oldest frame is decided for good, so ids are stable. Gaps are filled where the window
-    contains their end, weak tracks never begin. tracker, acceleration_std: as for `NetworkFlow`.
-    lag: frames looked ahead; 10 are a second of KITTI.
+    contains their end, weak tracks never begin.
     """
 
     tracker: Tracker
+    """Gives the components, see `Linker.tracker`; its association is not used."""
     flow_costs: FlowCosts = FlowCosts()
+    """What nodes, links, gaps and births cost."""
     lag: int = 10
+    """Frames looked ahead, enough for a birth; 10 are a second of KITTI. More: surer ids, later
+    rows."""
     acceleration_std: float = ConstantVelocity.acceleration_std
+    """Std of the acceleration in the smoother that fills gaps, m/s^2; more: filled paths bend
+    more."""
     state: WindowState = field(default_factory=WindowState)
+    """The whole memory; assign it to go back."""
 
     def __post_init__(self) -> None:
         most = (self.lag + 1) * MAX_SCORE_NATS + self.lag * self.flow_costs.fit

@@ -18,17 +18,19 @@ from tracker.errors import BadConfig, UnknownName
 class ShapeBasis:
     """Named points on a car in the axes of the `object` frame: x forward, y down, z left.
 
-    points: their names. mean: the mean car. vectors: V_b; they need not be orthonormal.
-    std: the standard deviation of each coefficient over the cars that the basis was made from
-    (square roots of eigenvalues), or None where a file does not tell.
     Units and origin are those of the source: metres, origin on the road under the car's middle
     for our own; centred, in the authors' scale, for theirs.
     """
 
     points: tuple[str, ...]
+    """Names of the points."""
     mean: Float[Array, "k 3"]
+    """Where they are on the mean car."""
     vectors: Float[Array, "b k 3"]
+    """V_b of eq. 1: how they move with each coefficient; they need not be orthonormal."""
     std: Float[Array, " b"] | None = None
+    """Std of each coefficient over the cars that the basis was made from (square roots of
+    eigenvalues); None: not known."""
 
     @property
     def size(self) -> int:

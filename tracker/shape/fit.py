@@ -38,22 +38,24 @@ def _shipped() -> CarModel:
 
 @dataclass(frozen=True, eq=False)
 class FittedCars(Rows):
-    """Cars in the road frame; NaN in every column of a row without a fit.
-
-    shape: coefficients of eq. 1. yaw: about road +y, in [-pi, pi). size: length, height, width.
-    base: centre of the bottom face. cov: of (x, z, yaw, coefficients). residual: about 1 for a
-    car whose keypoints are as good as stated; the larger the worse. seen: points that were used.
-    trusted: whether a car fits, and fits well enough to tell yaw and depth.
-    """
+    """Cars in the road frame; NaN in every column of a row without a fit."""
 
     shape: Float[Array, "n b"]
+    """Coefficients of eq. 1."""
     yaw: Float[Array, " n"]
+    """About road +y, rad, in [-pi, pi)."""
     size: Float[Array, "n 3"]
+    """Length, height, width, metres."""
     base: Float[Array, "n 3"]
+    """Centre of the bottom face, metres."""
     cov: Float[Array, "n s s"]
+    """Covariance of (x, z, yaw, coefficients); s = b + 3."""
     residual: Float[Array, " n"]
+    """About 1 for a car whose keypoints are as good as stated; the larger the worse."""
     seen: Int[Array, " n"]
+    """How many keypoints were used; known without a fit, too."""
     trusted: Bool[Array, " n"]
+    """Whether a car fits, and fits well enough to tell yaw and depth."""
 
     @classmethod
     def unknown(cls, n: int, coefficients: int) -> "FittedCars":
@@ -110,25 +112,31 @@ class FittedCars(Rows):
 
 @dataclass(frozen=True, eq=False)
 class ShapeFit:
-    """Keypoints to shape, pose, size and place of cars that stand on the road.
-
-    model: the cars. sigma: std of a keypoint, pixels, at confidence 1; at confidence c its
-    variance is 1 / c of that. min_confidence: a point below it was not seen. road_std: how far
-    a car may stand above or below the road plane, metres. kernel: residuals beyond this many
-    standard deviations have less and less weight. hypotheses: how many yaws are followed.
-    max_residual, max_yaw_std, max_depth_std: beyond them a fit is not trusted; the last is a
-    fraction of the depth.
-    """
+    """Keypoints to shape, pose, size and place of cars that stand on the road."""
 
     model: CarModel = field(default_factory=_shipped)
+    """What is known of cars: mean shape, coefficients and their deviations."""
     sigma: float = 2.0
+    """Std of a keypoint at confidence 1, px, > 0; at confidence c its variance is 1 / c of that.
+    More: the prior counts more."""
     min_confidence: float = 0.2
+    """A point with less confidence was not seen, 0 < c <= 1; more: fewer points, fewer fits."""
     road_std: float = 0.05
+    """How far a car may stand above or below the road plane, std in metres, > 0; more: less certain
+    depths."""
     kernel: float = 4.0
+    """Residuals beyond this many standard deviations weigh less and less, > 0; more: wrong
+    keypoints pull more."""
     hypotheses: int = 4
+    """How many yaws are followed, >= 1; more: fewer cars turned the wrong way round, more time."""
     max_residual: float = 1.6
+    """A fit with a larger residual is not trusted, > 0; more: more fits, and more wrong ones."""
     max_yaw_std: float = 0.35
+    """A fit with a larger std of its yaw is not trusted, rad, > 0; more: more fits, less exact
+    ones."""
     max_depth_std: float = 0.25
+    """A fit with a larger std of its depth is not trusted, share of the depth, > 0; more: more
+    fits, less exact ones."""
 
     def __post_init__(self) -> None:
         for name in ("sigma", "road_std", "kernel", "max_residual", "max_yaw_std", "max_depth_std"):

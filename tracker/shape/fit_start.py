@@ -25,19 +25,20 @@ MAX_DEPTH = 150.0  # metres
 
 @dataclass(frozen=True, eq=False)
 class Rays:
-    """The seen points of cars as viewing rays in the road's axes; rows are cars.
-
-    rays: unit vectors. weights: confidences, 0 = not seen. mean: the points on the mean car.
-    var: how much each varies between cars, m^2. centre: the camera in the road frame. sigma:
-    std of a point, radians.
-    """
+    """The seen points of cars as viewing rays in the road's axes; rows are cars."""
 
     rays: Float[Array, "n k 3"]
+    """Unit vectors from the camera."""
     weights: Float[Array, "n k"]
+    """Confidence of each point, 0 to 1; 0 = not seen."""
     mean: Float[Array, "n k 3"]
+    """The points on the mean car, `object` frame, metres."""
     var: Float[Array, "n k"]
+    """How much each point varies between cars, m^2 along one axis."""
     centre: Float[Array, "3"]
+    """Where the camera is in the road frame, metres."""
     sigma: Float[Array, " n"]
+    """Std of a point of each car, rad."""
 
     def rows(self, rows: Array) -> "Rays":
         """The rays of some cars."""

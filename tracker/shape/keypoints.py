@@ -34,27 +34,25 @@ NETWORK_HINT = "give an ONNX file that `mot-sim train-keypoints` wrote, with its
 
 @dataclass(frozen=True, eq=False)
 class SeenKeypoints(Rows):
-    """The network's output for boxes, one row each; NaN where a box shows nothing.
-
-    keypoints: u, v in pixels of the image, and confidence: the probability that the keypoint is
-    visible and near that place; order of KEYPOINTS_36. activations: pooled maps of the first
-    layer, which still holds colours, and of the last one.
-    """
+    """The network's output for boxes, one row each; NaN where a box shows nothing."""
 
     keypoints: Float[Array, "n 36 3"]
+    """u, v (px of the image) and confidence: the probability that the keypoint is visible and near
+    that place; in the order of KEYPOINTS_36."""
     activations: Float32[Array, "n c s s"]
+    """Pooled maps of the first layer, which still holds colours, and of the last one."""
 
 
 @dataclass(frozen=True, eq=False)
 class Hourglass:
-    """The keypoint network, loaded; call it with an image and boxes.
-
-    card: what the JSON beside the weights says of them. sha256: of the ONNX file.
-    """
+    """The keypoint network, loaded; call it with an image and boxes."""
 
     network: Any = field(repr=False)
+    """The network as OpenCV loaded it."""
     card: dict[str, Any]
+    """What the JSON beside the weights says of them."""
     sha256: str
+    """SHA-256 of the ONNX file."""
 
     @classmethod
     def load(cls, path: Path | None = None) -> "Hourglass":

@@ -31,14 +31,14 @@ UPPER_SHARE = 0.55  # of the height: points above it are seen over bonnet and bo
 
 @dataclass(frozen=True, eq=False)
 class CarModel:
-    """What the fit knows of cars.
-
-    basis: metres, `object` frame, origin on the road, `std` known. scale_std: how far a car may
-    be from the scale of the basis, as a fraction; 0 where the coefficients tell the size.
-    """
+    """What the fit knows of cars."""
 
     basis: ShapeBasis
+    """Mean car and its variation: metres, `object` frame, origin on the road, `std` known and >
+    0."""
     scale_std: float = 0.0
+    """How far a car may be from the scale of the basis, std as a share, 0 <= s < 1; 0 where the
+    coefficients tell the size. More: less certain sizes."""
 
     def __post_init__(self) -> None:
         mean, std = self.basis.mean, self.basis.std

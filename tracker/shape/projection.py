@@ -18,16 +18,19 @@ MIN_POINT_DEPTH = 0.5  # metres before the camera: no point of a car that is see
 class ObservedPoints:
     """Points seen of cars; rows are cars, padded with weight 0 to the same number of points.
 
-    The points stand on the last axis, where arithmetic on arrays is fastest. pixels: u, v.
-    weights: 1 / sigma^2 of u and v, px^-2. mean, vectors: the points on the mean car and how
-    they move with the coefficients, `object` frame. P: from the road frame to pixels.
+    The points stand on the last axis, where arithmetic on arrays is fastest.
     """
 
     pixels: Float[Array, "n 2 k"]
+    """u, v, px."""
     weights: Float[Array, "n 2 k"]
+    """1 / sigma^2 of u and v, px^-2; 0: padding."""
     mean: Float[Array, "n 3 k"]
+    """The points on the mean car, `object` frame, metres."""
     vectors: Float[Array, "n 3 b k"]
+    """How they move with each coefficient of eq. 1, metres."""
     P: Float[Array, "3 4"]
+    """Projects homogeneous points of the road frame to pixels."""
 
     def rows(self, rows: Int[Array, " m"]) -> "ObservedPoints":
         """The points of some cars, repeated as often as they are named."""

@@ -19,11 +19,14 @@ FIRST_DAMPING, MIN_DAMPING, MAX_DAMPING = 1e-4, 1e-9, 1e8
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """cars: the unknowns. cost: see above. normal: the (Gauss-Newton) Hessian of the free ones."""
+    """What `solve` found, one row per car."""
 
     cars: Float[Array, "n p"]
+    """The unknowns, in the order of `tracker.shape.projection`."""
     cost: Float[Array, " n"]
+    """Negative log-likelihood of each car, see above."""
     normal: Float[Array, "n f f"]
+    """Gauss-Newton Hessian of the free unknowns."""
 
 
 @dataclass(frozen=True, eq=False)
