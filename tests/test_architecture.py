@@ -31,7 +31,8 @@ ROOMS: dict[str, set[str]] = {
     "association": set(),
     "existence": {"lifecycle"},
     "box_filter": {"lifecycle"},
-    "state": {"existence", "box_filter"},
+    "score_scale": {"types"},
+    "state": {"existence", "box_filter", "score_scale"},
     "suppression": {"types"},
     "explain": {"costs", "association"},
     "tracker": {"state", "costs", "association", "suppression", "explain", "ego_motion"}

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from tracker.box_filter import Gains
 from tracker.existence import DetectorStatistics
 from tracker.lifecycle import NO_TRACKS, ActiveTracks
+from tracker.score_scale import ScoreMemory
 
 
 @dataclass(frozen=True)
@@ -51,3 +52,5 @@ class TrackerState:
     """What `ExistenceFilter` learned of the detector's misses and clutter."""
     gains: Gains | None = None
     """What `BoxFilter` learned of the noise of the detector's boxes; None: nothing yet."""
+    scores: ScoreMemory = ScoreMemory()
+    """What `ScoreScale` learned of the detector's scores."""

@@ -24,6 +24,7 @@ from tracker.errors import BadConfig
 from tracker.existence import ExistenceFilter, ExistenceUpdate
 from tracker.explain import Explanation
 from tracker.lifecycle import NO_TRACKS, ActiveTracks, Lifecycle
+from tracker.score_scale import ScoreMemory, ScoreScale
 from tracker.state import TrackerState
 from tracker.suppression import Suppression
 from tracker.types import Camera, Detections, Frame, Tracks
@@ -42,6 +43,8 @@ class CostMatrix:
     """The pairs inside the gate, with all that was compared."""
     unmeasured: int
     """How many single costs were NaN: a detection or a track lacked the cue."""
+    scores: ScoreMemory
+    """What is known of the detector's scores, the frame's among them."""
 
     @property
     def detections(self) -> Detections:
@@ -79,6 +82,8 @@ class Tracker:
     tie_break: float = 1e-3
     """Cost per unit of image distance. It decides between equal costs: a box inside the search
     area costs 0 in eqs. 3-4, whichever track it belongs to."""
+    score_scale: ScoreScale | None = None
+    """Makes probabilities of the detector's scores; None: they are taken as they are."""
     existence: ExistenceFilter | None = None
     """Decides which tracks are put out, detected or not; None: the detected ones and no others."""
     box_filter: BoxFilter | None = None
@@ -127,6 +132,7 @@ class Tracker:
             lifecycle=Lifecycle(birth_score=0.8, max_gap=3.0),
             strong_score=0.8,
             tie_break=0.0,
+            score_scale=ScoreScale(),
             existence=ExistenceFilter(),
             box_filter=BoxFilter(),
             camera_rotation_filter=CameraRotationFilter(),
@@ -149,14 +155,19 @@ class Tracker:
 
         It changes nothing. Raises BadConfig when time goes backwards, MissingCue as the costs do.
         """
-        detections = self.suppress(frame.detections, self.camera)
+        memory = self.state.scores
+        given = frame.detections
+        if self.score_scale is not None:
+            memory = self.score_scale.watch(memory, given)
+            given = self.score_scale(memory, given)
+        detections = self.suppress(given, self.camera)
         observed = self.lift(detections, self.camera)
         tracks = self._predict(frame, detections)
         pairs = self.gate(tracks, observed, detections)
         costs, unmeasured = self.pair_costs(pairs)
         matrix = np.full(pairs.shape, np.inf)
         matrix[pairs.pairs] = costs
-        return CostMatrix(matrix, tracks, pairs, unmeasured)
+        return CostMatrix(matrix, tracks, pairs, unmeasured, memory)
 
     def apply_match(self, frame: Frame, compared: CostMatrix, match: Match) -> Tracks:
         """The rows of this frame where this is the match, whoever made it; updates the tracks.
@@ -258,7 +269,13 @@ class Tracker:
         )
         next_id = state.next_id + len(born)
         return TrackerState(
-            updated.locked(), next_id, frame.time, statistics, existence.detector, gains
+            updated.locked(),
+            next_id,
+            frame.time,
+            statistics,
+            existence.detector,
+            gains,
+            compared.scores,
         )
 
     def _update_existence(

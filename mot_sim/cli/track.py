@@ -129,6 +129,19 @@ class Track:
             f"{self.out}: {len(run.counts)} sequences{kept}, {frames:,} frames{pace}"
             f"{spared}{missing}{stages_said(run)}\n"
         )
+        for name, counts in run.counts.items():
+            if counts.rows == 0:
+                terminal.note(f"warning: {name}: {nothing_said(counts.detections)}")
+
+
+def nothing_said(detections: int) -> str:
+    """Why a drive has no row."""
+    if not detections:
+        return "no row, for the detections hold none of this drive"
+    return (
+        f"no row of {detections:,} detections: too weak, or never twice in one place; see their "
+        "scores and boxes"
+    )
 
 
 def stages_said(run: "mot_sim.evaluation.runs.TrackingRun") -> str:

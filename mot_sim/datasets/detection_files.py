@@ -167,8 +167,8 @@ def _probabilities(
         return form.score_map(scores)
     if ((scores < 0.0) | (scores > 1.0)).any():
         message = (
-            "%s: scores from %g to %g are no probabilities, which the trackers' thresholds take "
-            "them for; give --score-map MIDPOINT,SCALE"
+            "%s: scores from %g to %g are no probabilities; tracker default finds their scale "
+            "by how the boxes fare, others take them for ones: --score-map MIDPOINT,SCALE maps them"
         )
         log.warning(message, path, scores.min(), scores.max())
     return scores

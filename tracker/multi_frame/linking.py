@@ -18,6 +18,7 @@ from tracker.errors import BadConfig
 from tracker.geometry import homogeneous, invert, rotation_y
 from tracker.lifecycle import MAX_TIME_ROUNDING, NO_TRACKS, ActiveTracks, in_view
 from tracker.multi_frame.flow_costs import FlowCosts
+from tracker.score_scale import ScoreMemory
 from tracker.state import TrackerStatistics
 from tracker.tracker import Tracker, elapsed
 from tracker.types import Camera, Cuboids, Detections, Frame, Tracks
@@ -74,6 +75,8 @@ class LinkerState:
     """What was done since the reset."""
     gains: Gains | None = None
     """What was learned of the noise of boxes; None: nothing yet."""
+    scores: ScoreMemory = ScoreMemory()
+    """What was learned of the detector's scores."""
 
 
 class Links(NamedTuple):
@@ -113,7 +116,11 @@ class Linker:
     def __call__(self, state: LinkerState, frame: Frame) -> tuple[LinkerState, FrameNodes]:
         """What is remembered after the frame; its nodes, with the arcs to them."""
         tracker, first, dt = self.tracker, state.next_node, elapsed(frame, state.time)
-        detections = tracker.suppress(frame.detections, tracker.camera)
+        given, memory = frame.detections, state.scores
+        if tracker.score_scale is not None:
+            memory = tracker.score_scale.watch(memory, given)
+            given = tracker.score_scale(memory, given)
+        detections = tracker.suppress(given, tracker.camera)
         observed = tracker.lift(detections, tracker.camera)
         recent, T_world_road = self._predict(state, frame, dt, detections)
         pairs = tracker.gate(recent, observed, detections)
@@ -132,7 +139,9 @@ class Linker:
         kept = ActiveTracks.concatenate((self._within_memory(recent), new)).locked()
         n, m = pairs.shape
         statistics = state.statistics.after_frame(n * m, len(costs), unmeasured)
-        after = LinkerState(kept, frame_nodes.end, frame.time, T_world_road, statistics, gains)
+        after = LinkerState(
+            kept, frame_nodes.end, frame.time, T_world_road, statistics, gains, memory
+        )
         return after, frame_nodes
 
     def _predict(
