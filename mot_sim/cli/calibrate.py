@@ -31,6 +31,7 @@ class Calibrate:
     """
 
     kitti: KittiOptions = field(default_factory=KittiOptions)
+    """The sequences, and what is known about them."""
     out: Annotated[Path | None, option("FILE", "the profile is not kept")] = None
     """The profile as TOML."""
     plot: Annotated[Path | None, option("FILE", "no picture")] = None

@@ -77,7 +77,9 @@ class Compare:
     )
     """How long a guest may take, all drives together."""
     kitti: KittiOptions = field(default_factory=KittiOptions)
+    """The drives of a KITTI tree, unless --scene is given, and what is known about them."""
     scenes: SceneOptions = field(default_factory=SceneOptions)
+    """A scene instead of a KITTI tree."""
     rules: Rules = "trackeval"
     """trackeval (1.3.0), or devkit2018: KITTI's kit of the paper's time, CLEAR only."""
     out: Annotated[Path | None, option("DIR", "results are not kept")] = None

@@ -56,6 +56,7 @@ class Diagnose:
     frames: Annotated[int | None, option("N", f"{DEFAULT_FRAMES}, or the suite's")] = None
     """Frames per run, at 10 Hz."""
     kitti: KittiOptions = field(default_factory=KittiOptions)
+    """The drives of a KITTI tree, without SCENE and --suite, and what is known about them."""
     attribute: Flag = False
     """Find the noise source that causes each switch; not for KITTI, whose noise is real."""
     contact_sheet: Annotated[Path | None, option("DIR", "no pictures")] = None

@@ -19,11 +19,14 @@ OLDEST_PYTHON = (3, 11)
 
 @dataclass(frozen=True)
 class Check:
-    """One line of the diagnosis. state: ok; missing (something optional is); broken."""
+    """One line of the diagnosis."""
 
     what: str
+    """What was looked at."""
     state: str
+    """ok; missing: something optional is; broken: something that everything needs does not work."""
     detail: str
+    """What was found, or what to do."""
 
 
 @dataclass(frozen=True)

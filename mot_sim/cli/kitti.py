@@ -41,12 +41,15 @@ class Kitti:
     trackers: Annotated[str, option("NAMES", "default")] = "default"
     """Which trackers, for example default,paper."""
     method: TrackerOptions = field(default_factory=TrackerOptions)
+    """What is changed in the trackers."""
     kitti: KittiOptions = field(default_factory=KittiOptions)
+    """The sequences, and what is known about them."""
     rules: Rules = "trackeval"
     """trackeval (1.3.0), or devkit2018: KITTI's kit of the paper's time, CLEAR only."""
     out: Annotated[Path | None, option("DIR", "results are not kept")] = None
     """Keep the results in DIR/TRACKER/SSSS.txt."""
     folder: FolderOptions = field(default_factory=FolderOptions)
+    """What happens to results that are in DIR already."""
     json: File = None
     """All scores as JSON into a file; - prints them instead of the table."""
     csv: File = None

@@ -50,6 +50,7 @@ class Record:
     masks: Flag = False
     """Write instance_02 (16-bit PNG, id + 1, 0 = no car) and semantic_02 (8-bit) too."""
     folder: FolderOptions = field(default_factory=FolderOptions)
+    """What happens to episodes that are in DIR already."""
     json: Flag = False
     """Print a summary as JSON instead of one line."""
     verbose: Verbose = 0

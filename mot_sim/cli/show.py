@@ -74,9 +74,11 @@ class Show:
     scale: Annotated[float, option("FACTOR", "1")] = 1.0
     """Scale of the pictures: 0.5 halves them."""
     layers: LayerOptions = field(default_factory=LayerOptions)
+    """What is drawn."""
     tracker: Annotated[str, option("NAME", "default")] = "default"
     """The tracker without --tracks: default or paper."""
     method: TrackerOptions = field(default_factory=TrackerOptions)
+    """What is changed in the tracker, without --tracks."""
     overwrite: Flag = False
     """Replace an older film."""
     verbose: Verbose = 0

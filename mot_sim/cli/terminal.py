@@ -47,7 +47,9 @@ class Terminal:
     """The two streams of this process. Text is shown as it is: no markup, no highlighting."""
 
     out: Console = field(default_factory=stdout_console)
+    """Where results go: stdout."""
     err: Console = field(default_factory=lambda: PipeConsole(stderr=True, **PLAIN))
+    """Where everything else goes: stderr."""
 
     def show(self, what: RenderableType) -> None:
         """A table on stdout, folded to the width of the terminal where there is one."""

@@ -34,7 +34,9 @@ class Track:
     """default (memory, motion model, two score stages), paper (the paper's two frames), or
     MODULE:FUNCTION of your own that gives a Tracker."""
     method: TrackerOptions = field(default_factory=TrackerOptions)
+    """What is changed in the tracker."""
     kitti: KittiOptions = field(default_factory=KittiOptions)
+    """The sequences, unless --boxes is given, and what is known about them."""
     boxes: Annotated[Path | None, option("FILE")] = None
     """Boxes of your own instead of KITTI: a csv file with the header
     frame,x_min,y_min,x_max,y_max,score; frames from 0, pixels."""
@@ -44,6 +46,7 @@ class Track:
     images: Annotated[Path | None, option("DIR")] = None
     """The images of --boxes: 000000.png, ..."""
     folder: FolderOptions = field(default_factory=FolderOptions)
+    """What happens to results that are in DIR already."""
     json: Flag = False
     """Print a summary as JSON instead of one line."""
     verbose: Verbose = 0

@@ -34,10 +34,12 @@ POSE_COLUMNS = (
 
 @dataclass(frozen=True, eq=False)
 class CameraFile:
-    """The content of a camera.toml: the camera, and the frame rate in Hz."""
+    """The content of a camera.toml."""
 
     camera: Camera
+    """The camera: intrinsics, and where it stands above the road."""
     frame_rate: float
+    """Frames per second, Hz, > 0."""
 
 
 def read_camera(path: Path) -> CameraFile:

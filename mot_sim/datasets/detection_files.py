@@ -27,14 +27,16 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class ScoreMap:
-    """Logistic: at `midpoint` every second box is right; `scale` is the distance to 73 %.
+    """From scores to the probabilities that boxes are right: a logistic curve.
 
     Fitted by maximum likelihood on KITTI's ten given sequences, a box being right when it meets
     a counted car with IoU >= 0.5: `python benchmarks/calibrate_scores.py` prints the numbers.
     """
 
     midpoint: float
+    """Score at which every second box is right, finite; more: all boxes count as less sure."""
     scale: float
+    """How far above `midpoint` 73 % are right, finite and > 0; more: scores tell less."""
 
     def __post_init__(self) -> None:
         if not (0.0 < self.scale < inf and isfinite(self.midpoint)):
@@ -59,23 +61,23 @@ class ScoreMap:
 
 @dataclass(frozen=True)
 class DetectionFormat:
-    """How a detector's files are written.
-
-    columns: names a row's values; boxes are x1 y1 x2 y2, x_min y_min x_max y_max or left top
-    width height; a column `score` may be missing (1 then). delimiter None: any white space.
-    first_frame: the number of frame 0. kind: only rows whose `type` is this are kept; words and
-    numbers both do. bad_boxes: what happens to boxes without area or wholly outside the image.
-    open_ended: rows may hold more values than there are columns, all rows equally many.
-    score_map: from the file's scores to probabilities; None: they are taken as they stand.
-    """
+    """How a detector's files are written."""
 
     columns: tuple[str, ...]
+    """Names of a row's values. Boxes are x1 y1 x2 y2, x_min y_min x_max y_max or left top width
+    height; without `score` all scores are 1."""
     delimiter: str | None = None
+    """What separates the values; None: any white space."""
     first_frame: int = 0
+    """Number of the first frame in the files, 0 or 1."""
     kind: str | float | None = None
+    """Only rows whose `type` is this are kept, a word or a number; None: all rows."""
     bad_boxes: BadBoxes = "error"
+    """What happens to boxes without area or wholly outside the image."""
     open_ended: bool = False
+    """Whether rows may hold more values than there are columns, all rows equally many."""
     score_map: ScoreMap | None = None
+    """From the file's scores to probabilities; None: they are taken as they stand."""
 
     def names(self, fields: Sequence[str]) -> Sequence[str]:
         """The names of the columns of rows with as many values as the given one."""

@@ -36,7 +36,9 @@ class ImageFolder:
     """The numbered images of one drive: 000000.png is frame `first_frame`, and so on."""
 
     paths: dict[int, Path]
+    """The image file of each frame that has one, frames counted from 0."""
     image_size: tuple[int, int]
+    """Width and height of all images, px."""
 
     @classmethod
     def find(cls, folder: Path, first_frame: int = 0) -> "ImageFolder | None":

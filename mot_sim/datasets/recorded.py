@@ -24,7 +24,9 @@ class DetectionLog:
     """The detections of a whole drive, in the order of frames."""
 
     frames: Int[Array, " n"]
+    """Frame of each row, counted from 0."""
     detections: Detections
+    """The boxes, their scores and cues."""
 
     @classmethod
     def of(cls, frames: Int[Array, " n"], detections: Detections) -> "DetectionLog":
@@ -57,24 +59,31 @@ class MotionSource(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class RecordedSequence:
-    """A drive read from files; satisfies `tracker.types.Sequence`.
-
-    frame_indices: the frames that are delivered, increasing; all of them unless `subset` chose.
-    Ts_world_cam: one pose for every frame of the recording, in any fixed world; or None.
-    motion_cov: covariance of the left perturbation of the motion over ONE frame, see `Frame`.
-    motion: gives the motion while the drive is played, instead of both.
-    """
+    """A drive read from files; satisfies `tracker.types.Sequence`."""
 
     name: str
+    """How tables and files name it."""
     camera: Camera
+    """The camera of the drive."""
     frame_count: int
+    """Number of frames of the recording, whether they are delivered or not."""
     log: DetectionLog
+    """The detections of all of them."""
     frame_indices: Int[Array, " n"]
+    """The frames that are delivered, increasing; all of them unless `subset` chose."""
     Ts_world_cam: Float[Array, "m 4 4"] | None = None
+    """One pose per frame of the recording, in any fixed world; None: unknown, or `motion` gives
+    it."""
     motion_cov: Float[Array, "6 6"] | None = None
+    """Covariance of the left perturbation (translation, rotation vector) of T_now_before over ONE
+    frame, metres, rad; None: not stated."""
     images: ImageSource | None = None
+    """Where the images come from; None: frames have none."""
     frame_rate: float = 10.0
+    """Frames per second, Hz."""
     motion: MotionSource | None = None
+    """Gives the motion while the drive is played, in place of poses and covariance; None: it does
+    not."""
 
     def __len__(self) -> int:
         return len(self.frame_indices)

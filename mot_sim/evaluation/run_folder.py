@@ -20,30 +20,31 @@ MAX_NAME_LETTERS = 100  # letters of a sequence; file systems take 255 bytes
 
 @dataclass(frozen=True)
 class SequenceStatistics:
-    """What went through a tracker in one sequence; seconds of wall time, reading included.
-
-    pairs: of an expected track and a detection; compared: those whose costs were computed, the
-    search areas spared the others. unmeasured: costs that were NaN, their cue missing. stages:
-    seconds of those spent on cues in images, by `tracker.front_end.STAGES`.
-    """
+    """What went through a tracker in one sequence."""
 
     frames: int
+    """Frames tracked."""
     detections: int
+    """Boxes that the tracker was given."""
     rows: int
+    """Rows that the tracker gave."""
     ids: int
+    """Different ids in them."""
     seconds: float
+    """Wall time, s, reading included."""
     pairs: int = 0
+    """Pairs of an expected track and a detection."""
     compared: int = 0
+    """Pairs whose costs were computed; the search areas spared the others."""
     unmeasured: int = 0
+    """Costs of single cues that were NaN: the cue was missing."""
     stages: Mapping[str, float] = field(default_factory=dict)
+    """Seconds of `seconds` spent on cues in images, by the names of `tracker.front_end.STAGES`."""
 
 
 @dataclass(eq=False)
 class RunFolder(ResumableFolder):
-    """Results that appear sequence by sequence, each file as a whole; see `ResumableFolder`.
-
-    wanted: the names of all sequences of the run. finished: what stands in the folder.
-    """
+    """Results that appear sequence by sequence, each file as a whole; see `ResumableFolder`."""
 
     FILE = RUN_FILE
     PARTS = "sequences"
@@ -52,6 +53,7 @@ class RunFolder(ResumableFolder):
     STANDS = "holds a run already; --resume does its rest, --overwrite replaces it"
 
     finished: dict[str, SequenceStatistics] = field(default_factory=dict)
+    """The sequences whose results are in the folder, by name."""
 
     @classmethod
     def open(

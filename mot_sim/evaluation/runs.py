@@ -38,18 +38,18 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Recipe:
-    """How to build a tracker, all by name; the names are checked here, the camera comes later.
-
-    tracker, costs and associate may be your own as well: `module:name`, see `NameRegister`.
-    costs: weights by the cost's name in place of the tracker's own, to which those of CUE_COSTS
-    are added for measured cues. associate: likewise. cues: what is measured in images, see
-    `tracker.front_end.parse_cues`.
-    """
+    """How to build a tracker, all by name; the names are checked here, the camera comes later."""
 
     tracker: str = "default"
+    """A name of TRACKERS, of an installed package, or `module:name` of your own, see
+    `NameRegister`."""
     costs: Mapping[str, float] | None = None
+    """Weights, finite and > 0, by the cost's name, in place of the tracker's own; None: its own.
+    Measured cues add those of CUE_COSTS."""
     associate: str | None = None
+    """Name of the association, in place of the tracker's own; None: its own."""
     cues: str = "none"
+    """What is measured in images, see `tracker.front_end.parse_cues`."""
 
     def __post_init__(self) -> None:
         TRACKER_NAMES.find(self.tracker)
@@ -99,11 +99,14 @@ def parse_costs(text: str) -> dict[str, float]:
 
 @dataclass(frozen=True, eq=False)
 class TrackingRun:
-    """What came of tracking some sequences; resumed: those that an earlier run had finished."""
+    """What came of tracking some sequences."""
 
     tracks: dict[str, Tracks]
+    """The tracker's rows, by sequence."""
     counts: dict[str, SequenceStatistics]
+    """What was done, by sequence."""
     resumed: tuple[str, ...] = ()
+    """The sequences that an earlier run had finished."""
 
     @property
     def frames_per_second(self) -> float | None:

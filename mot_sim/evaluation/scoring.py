@@ -26,10 +26,12 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, eq=False)
 class ScoredSequences:
-    """An evaluation, and the sequences that were left out because they have no labels."""
+    """An evaluation, and what was left out of it."""
 
     evaluation: Evaluation
+    """The scores of the sequences that have labels."""
     unlabelled: tuple[str, ...]
+    """The sequences that have none."""
 
 
 def choose_sequences(

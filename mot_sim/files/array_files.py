@@ -24,11 +24,14 @@ TEXT_COLUMNS = {"kinds", "bodies", "paints"}  # the columns that hold text
 
 @dataclass(frozen=True)
 class ArrayFormat:
-    """A kind of npz file. holds: what is in it. cure: what to do about a file that is bad."""
+    """A kind of npz file."""
 
     holds: str
+    """What is in it, as errors name it: `recorded traffic`."""
     version: int
+    """Version of its content; files of another one are refused."""
     cure: str = "record again"
+    """What errors advise for a file that is bad."""
 
     def write(self, path: Path, arrays: Mapping[str, Array]) -> None:
         """Write the arrays, their checksum and the version, as a whole or not at all.

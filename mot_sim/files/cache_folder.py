@@ -18,12 +18,13 @@ Content = TypeVar("Content")
 class CacheFolder:
     """JSON files by key, each with the SHA-256 of its content.
 
-    A file is whole or it is not there; one that is damaged counts as not there. name: of the
-    entry that holds the content.
+    A file is whole or it is not there; one that is damaged counts as not there.
     """
 
     folder: Path
+    """Where they lie."""
     name: str
+    """Name of the entry that holds the content."""
 
     def path(self, key: str) -> Path:
         """Where the content lies, or will lie."""

@@ -45,8 +45,7 @@ class ResumableFolder(ABC):
     """Results that appear part by part, each as a whole, and a JSON file: how they are made.
 
     Opening one only looks; entering it as a context writes the file, and leaving it by an
-    exception before any part is finished takes back all that was made. wanted: the names of all
-    parts. stale: parts that are to be replaced. made: folders that entering it made.
+    exception before any part is finished takes back all that was made.
     """
 
     FILE: ClassVar[str]  # the JSON file
@@ -56,10 +55,15 @@ class ResumableFolder(ABC):
     STANDS: ClassVar[str]  # what is said where neither --resume nor --overwrite was given
 
     path: Path
+    """The folder."""
     settings: Settings
+    """How the results are made, as the JSON file keeps it."""
     wanted: Sequence[str]
+    """Names of all parts."""
     stale: tuple[str, ...] = ()
+    """Parts that are to be replaced."""
     made: tuple[Path, ...] = ()
+    """Folders that entering it made."""
 
     @classmethod
     def standing(

@@ -24,14 +24,14 @@ MAX_TEXT_BYTES = 2_000_000_000  # 20 million rows of labels
 
 @dataclass(frozen=True, eq=False)
 class TextTable:
-    """The rows of a text file: a structured array with one field a column.
-
-    header: the first line that is not blank holds names, not a row.
-    """
+    """The rows of a text file: a structured array with one field per column."""
 
     path: Path
+    """The file, as errors name it."""
     rows: Shaped[Array, " n"]
+    """One row per line that is not blank, without the header."""
     header: bool = False
+    """Whether the first line that is not blank holds names, not a row."""
 
     def __len__(self) -> int:
         return len(self.rows)

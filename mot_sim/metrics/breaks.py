@@ -13,16 +13,17 @@ from tracker.types import Rows, Tracks
 
 @dataclass(frozen=True, eq=False)
 class Matches(Rows):
-    """CLEAR's matched pairs, by car, then by frame.
-
-    cars, track_ids: ids of the labels and of the output. steps: number of the frame among those
-    with labels and output; between neighbours in this count there is no fragment.
-    """
+    """CLEAR's matched pairs, by car, then by frame."""
 
     frames: Int[Array, " n"]
+    """Frame of each pair, counted from 0."""
     cars: Int[Array, " n"]
+    """Ids of the labels."""
     track_ids: Int[Array, " n"]
+    """Ids of the output."""
     steps: Int[Array, " n"]
+    """Number of the frame among those with labels and output; between neighbours in this count
+    there is no fragment."""
 
     @classmethod
     def of(cls, truth: Tracks, output: Tracks, frame_count: int) -> "Matches":
@@ -48,22 +49,25 @@ class Matches(Rows):
 
 @dataclass(frozen=True, eq=False)
 class Breaks(Rows):
-    """One row per switch or fragment of a car, by frame, then by car.
-
-    before, frames: the last matched frame before it and the first one after it. cars: ids of the
-    labels. old_track_ids, track_ids: of the output. switched: counts in IDSW; broken: counts in
-    Frag; each row is at least one of both. weight: matched frames since the car's last switch or
-    until its next one, whichever are fewer: how much of its identity is torn off.
-    """
+    """One row per switch or fragment of a car, by frame, then by car."""
 
     before: Int[Array, " n"]
+    """Last matched frame before it."""
     frames: Int[Array, " n"]
+    """First matched frame after it."""
     cars: Int[Array, " n"]
+    """Ids of the labels."""
     old_track_ids: Int[Array, " n"]
+    """Id of the output before it."""
     track_ids: Int[Array, " n"]
+    """Id of the output after it."""
     switched: Bool[Array, " n"]
+    """Whether it counts in IDSW; each row is switched, broken or both."""
     broken: Bool[Array, " n"]
+    """Whether it counts in Frag."""
     weight: Int[Array, " n"]
+    """Matched frames since the car's last switch or until its next one, whichever are fewer: how
+    much of its identity is torn off."""
 
     @classmethod
     def of(cls, matches: Matches) -> "Breaks":
@@ -118,16 +122,19 @@ def box_of(tracks: Tracks, car: int, frame: int) -> Float[Array, "4"] | None:
 class Verdicts:
     """Which labels and tracks of a drive TrackEval's rules count as what.
 
-    found, missed: labels that must be found. neutral: labels that need not be (vans, strongly
-    hidden or cut cars). false: rows of tracks that are false positives. switches: a row each.
     All in the order of frames; ids and boxes are those of the given tables.
     """
 
     found: Tracks
+    """Labels that must be found, and are."""
     missed: Tracks
+    """Labels that must be found, and are not."""
     neutral: Tracks
+    """Labels that need not be found: vans, strongly hidden or truncated cars."""
     false: Tracks
+    """Rows of the output that are false positives."""
     switches: Breaks
+    """The id switches."""
 
     @classmethod
     def of(cls, truth: Tracks, output: Tracks, frame_count: int) -> "Verdicts":

@@ -28,7 +28,6 @@ CONTINUING_BONUS = 1000.0  # more than all overlaps of a frame: kept track ids g
 class ClearCounts:
     """CLEAR counts, and their rates under the names that TrackEval gives them.
 
-    MT, PT, ML: labels' tracks that are mostly (> 80 %), partly and less than 20 % tracked.
     The rules decide which boxes and tracks are counted.
     """
 
@@ -45,14 +44,23 @@ class ClearCounts:
     )
 
     CLR_TP: int
+    """Matches: boxes of the output that meet a label."""
     CLR_FN: int
+    """Misses: labels that no box meets."""
     CLR_FP: int
+    """False positives: boxes that meet no label."""
     IDSW: int
+    """Id switches: a label's match has another id than its match before."""
     MT: int
+    """Labels' tracks that are mostly (> 80 % of their frames) tracked."""
     PT: int
+    """Labels' tracks that are partly tracked."""
     ML: int
+    """Labels' tracks that are mostly lost (< 20 % tracked)."""
     Frag: int
+    """Fragments: a label is matched again after frames without a match."""
     MOTP_sum: float
+    """Sum of the IoU of all matches."""
 
     def accuracy(self, switches: Number) -> float:
         """1 less the misses, false positives and the given switches per label."""
@@ -124,17 +132,15 @@ class ClearCounts:
 
 @dataclass(frozen=True, eq=False)
 class Clear(ClearCounts):
-    """CLEAR as TrackEval counts it, without neutral labels and what matches them.
-
-    CLR_Frames: frames of the sequence. one_sided: a single sequence without labels or without
-    output, for which TrackEval gives 0 for every rate and 1 for MLR, and counts no frame; in the
-    sum over sequences its boxes count like all others.
-    """
+    """CLEAR as TrackEval counts it, without neutral labels and what matches them."""
 
     RATES: ClassVar[tuple[str, ...]] = (*ClearCounts.RATES, "sMOTA", "CLR_F1", "FP_per_frame")
 
     CLR_Frames: int
+    """Frames of the sequence."""
     one_sided: bool = False
+    """A single sequence without labels or without output, for which TrackEval gives 0 for every
+    rate and 1 for MLR, and counts no frame; in sums its boxes count like all others."""
 
     def rate(self, part: Number, whole: Number) -> float:
         """A part of a whole; 0 of nothing, and for a one-sided sequence."""

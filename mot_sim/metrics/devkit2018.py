@@ -22,12 +22,10 @@ PAIR_BONUS = 1000.0  # more than all overlaps of a frame: one pair more goes fir
 
 @dataclass(frozen=True, eq=False)
 class Devkit2018(ClearCounts):
-    """CLEAR as the development kit counts it.
-
-    GT_Dets: labels that are not neutral. Rates of nothing are 0 (the kit says infinite).
-    """
+    """CLEAR as the development kit counts it; rates of nothing are 0 (the kit says infinite)."""
 
     GT_Dets: int
+    """Labels that are not neutral."""
 
     def accuracy(self, switches: Number) -> float:
         """1 less the misses, false positives and the given switches per counted label."""

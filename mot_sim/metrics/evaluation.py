@@ -21,13 +21,15 @@ log = logging.getLogger(__name__)
 class Scores:
     """All scores of one sequence, or of several together; `scores["HOTA"]` is one plain number.
 
-    clear: `Clear` or `Devkit2018`. hota, identity: None if the rules do not have them. Names
-    are TrackEval's.
+    Names are TrackEval's.
     """
 
     clear: ClearCounts
+    """CLEAR: `Clear` or `Devkit2018`."""
     hota: Hota | None = None
+    """HOTA; None where the rules do not have it."""
     identity: Identity | None = None
+    """Identity scores; None where the rules do not have them."""
 
     def __getitem__(self, name: str) -> Number:
         """One score by its name; of those that vary with alpha, the mean."""
@@ -102,8 +104,11 @@ class Evaluation:
     """The scores of every sequence, and of all together."""
 
     rules: str
+    """Name of the rules, of RULES."""
     sequences: dict[str, Scores]
+    """The scores of each sequence, by its name."""
     combined: Scores
+    """The scores of all of them together."""
 
     def as_dict(self) -> dict[str, Any]:
         """Plain numbers and lists, ready for JSON."""

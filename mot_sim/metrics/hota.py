@@ -29,12 +29,19 @@ class Hota:
     """
 
     HOTA_TP: Int[Array, " a"]
+    """Matches whose IoU is at least alpha."""
     HOTA_FN: Int[Array, " a"]
+    """Labels without such a match."""
     HOTA_FP: Int[Array, " a"]
+    """Boxes of the output without such a match."""
     AssA: Float[Array, " a"]
+    """How well the ids of a match agree over the whole sequence, mean over matches, 0 to 1."""
     AssRe: Float[Array, " a"]
+    """Share of the label's boxes that have the match's id, mean over matches, 0 to 1."""
     AssPr: Float[Array, " a"]
+    """Share of the id's boxes that meet the match's label, mean over matches, 0 to 1."""
     LocA: Float[Array, " a"]
+    """Mean IoU of the matches, 0 to 1; 1 without any."""
 
     @cached_property
     def DetRe(self) -> Float[Array, " a"]:

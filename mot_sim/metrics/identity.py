@@ -19,11 +19,14 @@ IDENTITY_SCORES = ("IDF1", "IDR", "IDP", "IDTP", "IDFN", "IDFP")
 
 @dataclass(frozen=True, eq=False)
 class Identity:
-    """Boxes with the right track id (IDTP), labels without (IDFN), output without (IDFP)."""
+    """How many boxes have the one id that fits their label best over the whole sequence."""
 
     IDTP: int
+    """Boxes with the right track id."""
     IDFN: int
+    """Labels without such a box."""
     IDFP: int
+    """Boxes of the output without such a label."""
 
     @property
     def IDR(self) -> float:

@@ -45,16 +45,19 @@ def same_frame_pairs(
 class Overlaps:
     """Labels and output of one sequence, and every pair of one frame that overlaps at all.
 
-    truth, output: only frames, ids and boxes, in the order of frames. Pair k is row `rows[k]` of
-    the truth and row `columns[k]` of the output, with intersection over union `iou[k]` > 0;
-    pairs stand in the order of rows, then columns, so also in the order of frames.
+    Pairs are in the order of rows, then columns, so also in the order of frames.
     """
 
     truth: Tracks
+    """The labels: only frames, ids and boxes, in the order of frames."""
     output: Tracks
+    """The tracker's rows: likewise."""
     rows: Int[Array, " p"]
+    """Row of `truth` in each pair."""
     columns: Int[Array, " p"]
+    """Row of `output` in each pair."""
     iou: Float[Array, " p"]
+    """Intersection over union of the two boxes, > 0."""
 
     @classmethod
     def between(cls, truth: Tracks, output: Tracks) -> "Overlaps":

@@ -32,15 +32,14 @@ MAX_DONT_CARE_SHARE = 0.5  # part of an unmatched box inside one DontCare region
 
 @dataclass(frozen=True, eq=False)
 class PreparedSequence:
-    """All that takes part in scoring one sequence: cars and vans against the output.
-
-    neutral: labels that need not be found, but may be (vans, strongly occluded, truncated).
-    dont_care: regions that are not labelled.
-    """
+    """All that takes part in scoring one sequence: cars and vans against the output."""
 
     overlaps: Overlaps
+    """The labels, the output, and the pairs of both that overlap."""
     neutral: Bool[Array, " n"]
+    """Which labels need not be found, but may be: vans, strongly occluded, truncated."""
     dont_care: Tracks
+    """Regions that are not labelled."""
 
 
 def prepare_sequence(truth: Tracks, output: Tracks, frame_count: int) -> PreparedSequence:

@@ -16,21 +16,22 @@ SAME_HALVES = 1e-9  # halves of an interval that differ by less are alike
 
 @dataclass(frozen=True)
 class Column:
-    """A column: its title, and how its values are shown.
-
-    kind: a name says what a row is of, text is anything in words; rates are fractions, shown in
-    percent; counts and values are shown with the digits that count. name: of the column in
-    files; empty: its title. digits: behind the point, where they are to be the same in all rows.
-    is_signed: differences have a sign. shows_ends: intervals are shown by their ends always, not
-    as ± half where both halves are alike.
-    """
+    """A column of a table: its title, and how its values are shown."""
 
     title: str
+    """What is shown above it."""
     kind: Kind = "text"
+    """name: what a row is of; text: anything in words; rate: fractions, shown in percent; count and
+    value: shown with the digits that count."""
     name: str = ""
+    """Name of the column in files; empty: its title."""
     digits: int | None = None
+    """Digits behind the point, where they are to be the same in all rows."""
     is_signed: bool = False
+    """Whether values are differences, shown with their sign."""
     shows_ends: bool = False
+    """Whether intervals are always shown by their ends, not as ± half where both halves are
+    alike."""
 
     def __post_init__(self) -> None:
         if not self.name:
@@ -87,16 +88,18 @@ class Column:
 
 @dataclass(frozen=True)
 class ShownColumn:
-    """A column as people see it: the values, and the ends of their intervals where there are some.
-
-    place, low, high: of these in a row. is_number: whether it holds numbers and nothing else.
-    """
+    """A column as people see it: values, with the ends of their intervals where there are some."""
 
     column: Column
+    """Its title, and how its values are shown."""
     place: int
+    """Place of the value in a row."""
     low: int | None
+    """Place of the interval's lower end in a row; None: there is none."""
     high: int | None
+    """Place of its upper end; None: there is none."""
     is_number: bool
+    """Whether it holds numbers and nothing else."""
 
     def text(self, row: Row) -> str:
         """The cell of a row."""

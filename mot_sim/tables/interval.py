@@ -15,16 +15,20 @@ UNLIMITED = (-inf, inf)
 
 @dataclass(frozen=True)
 class Interval:
-    """A mean over `count` seeds and the ends of its 95 % interval; None where there are too few.
+    """A mean over seeds with its 95 % interval.
 
     Student's t: mean ± t(count - 1) * std / sqrt(count). It holds for the mean over seeds of
     this scene, not for a single run.
     """
 
     mean: float | None
+    """The mean; None: of nothing."""
     low: float | None
+    """Lower end of the interval, clipped to what is possible; None: fewer than two seeds."""
     high: float | None
+    """Upper end, likewise."""
     count: int
+    """Number of seeds."""
 
     @classmethod
     def of(cls, values: Float[Array, " n"], limits: tuple[float, float] = UNLIMITED) -> "Interval":

@@ -25,18 +25,22 @@ class Table:
     """Rows under columns, as they were computed: rates are fractions, nothing is rounded.
 
     The 95 % interval of a column X stands in the columns "X low" and "X high"; people see it
-    beside the value. The first column names the row. sums: how many of the last rows are set
-    apart, because they sum up the others. name: a short word that a program finds the table by.
-    note: what is said below it. Raises BadConfig for a column that stands twice, and for rows of
-    another length.
+    beside the value. Raises BadConfig for a column that stands twice, and for rows of another
+    length.
     """
 
     columns: tuple[Column, ...]
+    """The columns; the first one names the rows."""
     rows: tuple[Row, ...]
+    """One value per column, None where there is none."""
     title: str = ""
+    """What is shown above the table."""
     sums: int = 0
+    """How many of the last rows are set apart, because they sum up the others."""
     name: str = ""
+    """A short word that a program finds the table by."""
     note: str = ""
+    """What is said below the table."""
 
     def __post_init__(self) -> None:
         if len(set(self.names)) != len(self.names):

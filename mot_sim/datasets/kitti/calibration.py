@@ -31,16 +31,16 @@ VALUE_COUNTS = {"P2": 12, "R_rect": 9, "Tr_velo_cam": 12, "Tr_imu_velo": 12}
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """Camera 2 of a KITTI sequence and where the other sensors stand.
-
-    K: P2[:, :3]. T_cam_label: from the frame of the labels (camera 0, rectified) to camera 2, a
-    translation by inv(K) P2[:, 3]. T_cam_imu: from the OXTS unit; None where the file does not
-    hold R_rect, Tr_velo_cam and Tr_imu_velo.
-    """
+    """Camera 2 of a KITTI sequence and where the other sensors stand."""
 
     K: Float[Array, "3 3"]
+    """Intrinsics, px: P2[:, :3]."""
     T_cam_label: Float[Array, "4 4"] = field(default_factory=lambda: np.eye(4))
+    """From the frame of the labels (camera 0, rectified) to camera 2: a translation by inv(K) P2[:,
+    3]."""
     T_cam_imu: Float[Array, "4 4"] | None = None
+    """From the OXTS unit to camera 2; None where the file does not hold R_rect, Tr_velo_cam and
+    Tr_imu_velo."""
 
     def camera(
         self,

@@ -51,6 +51,7 @@ class Oxts:
     """Motion from `<root>/<split>/oxts/SSSS.txt`."""
 
     motion_cov: Float[Array, "6 6"] = field(default_factory=lambda: np.diag(OXTS_MOTION_STD) ** 2)
+    """Covariance of the motion over one frame, see `RecordedSequence.motion_cov`."""
 
     def poses(
         self, root: Path, split: str, name: str, calibration: Calibration, frame_count: int
@@ -122,7 +123,9 @@ class PoseFiles:
     """Motion from `<root>/odometry/<folder>/SSSS.txt`, its camera taken for camera 2."""
 
     folder: str
+    """Name of the folder in `<root>/odometry`."""
     motion_cov: Float[Array, "6 6"]
+    """Covariance of the motion over one frame, see `RecordedSequence.motion_cov`."""
 
     def poses(
         self, root: Path, split: str, name: str, calibration: Calibration, frame_count: int
@@ -138,6 +141,7 @@ class UnknownEgo:
     """Frames whose T_now_before is None."""
 
     motion_cov: None = None
+    """None, since there is no motion."""
 
     def poses(
         self, root: Path, split: str, name: str, calibration: Calibration, frame_count: int
@@ -151,12 +155,13 @@ class ImageMotion:
     """Measures the motion in a folder of images while the drive is played.
 
     Frames without an image coast for a second, see `VisualOdometry.step`; after that, and before
-    the first two images, the motion is unknown. threaded: one frame ahead, on a
-    thread of its own, with the same results.
+    the first two images, the motion is unknown.
     """
 
     images: ImageFolder
+    """The images of the drive."""
     threaded: bool = True
+    """Whether it works one frame ahead, on a thread of its own; the results are the same."""
 
     def motions(
         self, camera: Camera, log: DetectionLog, frame_count: int, frame_rate: float
@@ -179,6 +184,7 @@ class VisualEgo:
     """Motion seen in the images of `<root>/<split>/image_02/SSSS` (visual odometry)."""
 
     motion_cov: None = None
+    """None, since each frame states its own."""
 
     def poses(
         self, root: Path, split: str, name: str, calibration: Calibration, frame_count: int

@@ -38,7 +38,9 @@ class KittiSequence(RecordedSequence):
     """A recorded drive with KITTI's calibration and, where there are any, its labels."""
 
     calibration: Calibration | None = None
+    """Where the sensors stand; None: the labels are in the camera's own frame."""
     label_path: Path | None = None
+    """File of the labels; None: there are none."""
 
     @property
     def T_road_label(self) -> Float[Array, "4 4"]:
