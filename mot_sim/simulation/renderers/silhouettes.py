@@ -7,11 +7,15 @@ from jaxtyping import Bool, Float, Float32, Int, Int32
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers.filling import Canvas, depth_of, near_far
-from mot_sim.simulation.renderers.triangles import NEAR_METRES, Triangles, box_inside
+from mot_sim.simulation.renderers.triangles import (
+    NEAR_METRES,
+    NO_BOX,
+    Triangles,
+    boxes_inside,
+)
 from mot_sim.simulation.renderers.view import NO_INSTANCE, View
 from tracker.types import Camera, Rows
 
-NO_BOX = (np.inf, np.inf, -np.inf, -np.inf)
 PixelBox = tuple[int, int, int, int]
 
 
@@ -187,10 +191,15 @@ def extents(
         deep = np.maximum.reduceat(points[:, 2], 3 * starts)
         _enclose(boxes, rows[known], around[known])
         np.maximum.at(farthest, rows[known], deep[known])
-        parts = np.split(pixels.reshape(-1, 3, 2), starts[1:])
-        cut = (camera.clip_boxes(around) != around).any(axis=1)
-        for one in known[cut[known]].tolist():
-            around[one] = box_inside(parts[one], camera.far_corner[2:])
+        cut = np.zeros(len(starts), bool)
+        cut[known] = (camera.clip_boxes(around[known]) != around[known]).any(axis=1)
+        if cut.any():
+            counts = np.diff(starts, append=len(triangles))
+            chosen = np.flatnonzero(np.repeat(cut, counts))
+            inside = boxes_inside(pixels.reshape(-1, 3, 2)[chosen], camera.far_corner[2:])
+            begin = np.cumsum(counts[cut]) - counts[cut]
+            around[cut, :2] = np.minimum.reduceat(inside[:, :2], begin)
+            around[cut, 2:] = np.maximum.reduceat(inside[:, 2:], begin)
         _enclose(clipped, rows[known], around[known])
     return boxes, clipped, farthest
 

@@ -11,6 +11,9 @@ from mot_sim.simulation.renderers.view import MeshInstances
 from tracker.types import Camera
 
 NEAR_METRES = 0.3  # metres before the camera; nothing nearer is in its view
+TINY_PIXELS = 1e-30  # for the length of an edge along an axis to which it is square
+ROUNDING_PIXELS = 1e-9  # how far from the side that cuts an edge its end may come to lie
+NO_BOX = (np.inf, np.inf, -np.inf, -np.inf)  # the box around nothing: inverted
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,13 +119,13 @@ def cut_near(
     whole, one, two = (np.flatnonzero(count == number) for number in (0, 1, 2))
     # Turn each triangle so that its odd corner comes first; its sense of rotation stays.
     a, b, c = _turned(corners[one], behind[one].argmax(axis=1))
-    ab, ac = _meet(a, b, 2, near), _meet(a, c, 2, near)
+    ab, ac = _meet(a, b, near), _meet(a, c, near)
     p, q, r = _turned(corners[two], (~behind[two]).argmax(axis=1))
     pieces = (
         corners[whole],
         np.stack((ab, b, c), axis=1),
         np.stack((ab, c, ac), axis=1),
-        np.stack((p, _meet(p, q, 2, near), _meet(p, r, 2, near)), axis=1),
+        np.stack((p, _meet(p, q, near), _meet(p, r, near)), axis=1),
     )
     return np.concatenate(pieces), np.concatenate((whole, one, one, two))
 
@@ -133,43 +136,54 @@ def _turned(corners: Float[Array, "t 3 3"], first: Int[Array, " t"]) -> Float[Ar
     return np.take_along_axis(corners, order[..., None], axis=1).swapaxes(0, 1)
 
 
-def _meet(
-    a: Float[Array, "t d"], b: Float[Array, "t d"], axis: int, value: float
-) -> Float[Array, "t d"]:
-    """Where the edges from a to b have a value along an axis; a and b lie on different sides."""
-    share = (value - a[:, axis]) / (b[:, axis] - a[:, axis])
-    met = a + share[:, None] * (b - a)
-    met[:, axis] = value
+def _meet(a: Float[Array, "t 3"], b: Float[Array, "t 3"], near: float) -> Float[Array, "t 3"]:
+    """Where the edges from a to b meet the near plane; a and b lie on different sides."""
+    share = (near - a[:, 2:]) / (b[:, 2:] - a[:, 2:])
+    met = a + share * (b - a)
+    met[:, 2] = near
     return met
 
 
-def box_inside(triangles: Float[Array, "t 3 2"], far: Float[Array, "2"]) -> Float[Array, "4"]:
-    """The box around what triangles cover of the rectangle from (0, 0) to `far`, pixels.
+def boxes_inside(triangles: Float[Array, "t 3 2"], far: Float[Array, "2"]) -> Float[Array, "t 4"]:
+    """The boxes around what triangles cover of the rectangle from (0, 0) to `far`, pixels.
 
     Cut triangles have their corners where edges are cut, and where they cover the rectangle's
-    own corners. Inverted where nothing is covered.
+    own corners. Inverted where a triangle covers nothing.
     """
-    low, high = triangles.min(axis=1), triangles.max(axis=1)
-    triangles = triangles[((high >= 0.0) & (low <= far)).all(axis=1)]
-    edges = np.stack((triangles, np.roll(triangles, -1, axis=1)), axis=2).reshape(-1, 2, 2)
-    for axis in (0, 1):
-        for side, inwards in ((0.0, 1.0), (float(far[axis]), -1.0)):
-            outside = inwards * (edges[..., axis] - side) < 0.0
-            kept = ~outside.all(axis=1)
-            edges, outside = edges[kept], outside[kept]
-            for end in (0, 1):
-                out = np.flatnonzero(outside[:, end])
-                edges[out, end] = _meet(edges[out, end], edges[out, 1 - end], axis, side)
+    a, b, c = triangles.swapaxes(0, 1)
+    boxes = np.concatenate(
+        (np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)), axis=1
+    )
+    left, top, right, bottom = boxes.T
+    whole = (left >= 0.0) & (top >= 0.0) & (right <= far[0]) & (bottom <= far[1])
+    beyond = (right < 0.0) | (bottom < 0.0) | (left > far[0]) | (top > far[1])
+    boxes[beyond] = NO_BOX
+    cut = np.flatnonzero(~(whole | beyond))
+    starts = triangles[cut]
+    edges = np.roll(starts, -1, axis=1) - starts
+    # Liang and Barsky's rule: an edge is inside between its last entry and its first exit.
+    sides = np.stack((-starts, far - starts)) / np.where(edges == 0.0, TINY_PIXELS, edges)
+    first = sides.min(axis=0).max(axis=2).clip(min=0.0)
+    last = sides.max(axis=0).min(axis=2).clip(max=1.0)
     corners = np.array([(u, v) for u in (0.0, far[0]) for v in (0.0, far[1])])
-    points = np.concatenate((edges.reshape(-1, 2), corners[_covered(corners, triangles)]))
-    return np.concatenate((points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)))
+    ends = np.stack((first, last), axis=1)[..., None] * edges[:, None] + starts[:, None]
+    points = np.concatenate(
+        (ends.reshape(-1, 6, 2), np.broadcast_to(corners, (len(cut), 4, 2))), axis=1
+    )
+    is_inside = (first <= last)[:, [0, 1, 2, 0, 1, 2]]
+    kept = np.concatenate((is_inside, _covered(corners, starts)), axis=1)[..., None]
+    points = np.where(points < ROUNDING_PIXELS, 0.0, points)
+    points = np.where(points > far - ROUNDING_PIXELS, far, points)
+    boxes[cut, :2] = np.where(kept, points, np.inf).min(axis=1)
+    boxes[cut, 2:] = np.where(kept, points, -np.inf).max(axis=1)
+    return boxes
 
 
-def _covered(points: Float[Array, "p 2"], triangles: Float[Array, "t 3 2"]) -> Bool[Array, " p"]:
-    """Which points lie inside any of the triangles, not on their edges."""
-    u, v = (triangles - points[:, None, None]).transpose(3, 0, 1, 2)
+def _covered(points: Float[Array, "p 2"], triangles: Float[Array, "t 3 2"]) -> Bool[Array, "t p"]:
+    """Which points lie inside each of the triangles, not on its edges."""
+    u, v = (triangles[:, None] - points[:, None]).transpose(3, 0, 1, 2)
     turns = u * np.roll(v, -1, axis=2) - v * np.roll(u, -1, axis=2)
-    return ((turns > 0.0).all(axis=2) | (turns < 0.0).all(axis=2)).any(axis=1)
+    return (turns > 0.0).all(axis=2) | (turns < 0.0).all(axis=2)
 
 
 def clip_polygon(
