@@ -101,8 +101,6 @@ def run(arguments: Sequence[str]) -> int:
 
 def _run(arguments: Sequence[str], terminal: Terminal) -> int:
     """Parse and run; the exit code."""
-    from tracker.errors import BadOutput
-
     command, code = None, OK
     try:
         with writing_stdout():
@@ -113,7 +111,11 @@ def _run(arguments: Sequence[str], terminal: Terminal) -> int:
                 command = parse(arguments)
             except SystemExit as leaving:  # tyro has shown the help, or what is wrong
                 code = leaving.code if isinstance(leaving.code, int) else OK
-    except BadOutput as error:
+    except Exception as error:
+        from tracker.errors import BadOutput  # loads what --help must not wait for
+
+        if not isinstance(error, BadOutput):
+            raise
         terminal.error(str(error))
         return WRONG
     if command is None:

@@ -64,7 +64,7 @@ class Verify:
 
         shown = [group for group in GROUPS if group != "pictures" or self.images]
         columns = [Column(name, "value") for name in ("episode", "frames", *shown, "verdict")]
-        rows = tuple(
+        rows: tuple[tuple[str | float | int | None, ...], ...] = tuple(
             (
                 each.name,
                 each.frames,

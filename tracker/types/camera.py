@@ -169,6 +169,8 @@ class Camera:
 def _image_size(given: object) -> tuple[int, int]:
     """Width and height as two whole numbers above 0; else BadCalibration."""
     cure = "give width and height in pixels"
+    width: object
+    height: object
     try:
         width, height = given  # type: ignore[misc]
     except (TypeError, ValueError):

@@ -78,10 +78,8 @@ class Detections(Rows):
         box_array = as_floats("boxes", boxes, BadDetections)
         if box_array.size == 0:
             box_array = box_array.reshape(0, 4)
-        if scores is None:
-            score_array = np.ones(box_array.shape[:1])
-        else:
-            score_array = as_floats("scores", scores, BadDetections).ravel()
+        given = np.ones(box_array.shape[:1]) if scores is None else scores
+        score_array = as_floats("scores", given, BadDetections).ravel()
         return cls(box_array, score_array, **cues)
 
     @classmethod

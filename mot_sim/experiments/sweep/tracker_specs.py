@@ -161,7 +161,8 @@ def tracker_settings(built: Any) -> dict[str, Level]:
 
 def setting_descriptions(built: Any) -> dict[str, str]:
     """What each of `tracker_settings` is, and each of BY_NAME."""
-    texts = field_docstrings(type(built))
+    kind: type = type(built)
+    texts = field_docstrings(kind)
     own = {name: texts[name] for name in BY_NAME if name in texts}
     for name, part in _parts(built).items():
         own |= descriptions(part, name, texts.get(name, ""))

@@ -203,7 +203,8 @@ def array_digests(arrays: Mapping[str, Array]) -> dict[str, str]:
 
 def read_arrays(path: Path, tables: Sequence[str]) -> dict[str, Array]:
     """The arrays of some tables of the file, by `table.column`. Raises BadFile."""
-    extra, found = read_extra(path), {}
+    extra = read_extra(path)
+    found: dict[str, Array] = {}
     for name in tables:
         inside = {"truth": extra.annotations.truth, "occlusions": extra.annotations.occlusions}
         found |= _columns(name, inside.get(name) or getattr(extra, name))
