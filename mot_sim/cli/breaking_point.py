@@ -3,17 +3,20 @@
 import json as jsonlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from mot_sim.cli.keeping import keep
-from mot_sim.cli.options import File, Verbose, option
+from mot_sim.cli.options import File, Jobs, Verbose, help_of, option
 from mot_sim.cli.sweep import Many
 from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
     from mot_sim.experiments.stress.breaking_point import BreakingPoint, BreakingPointSpec
     from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
+
+_of_search = partial(help_of, "mot_sim.experiments.stress.breaking_point", "BreakingPointSpec")
 
 
 @dataclass(frozen=True)
@@ -33,12 +36,9 @@ class BreakingPointCommand:
 
     axis: Annotated[str, option("NAME")]
     """mot-sim sweep --list-axes shows them."""
-    metric: str = "HOTA"
-    """A rate: HOTA, DetA, AssA, MOTA, IDF1, ..."""
-    drop: float = 0.05
-    """By how much the score must fall; 0.05 = 5 points."""
-    start: Annotated[float, option("LEVEL", "0", name="from")] = 0.0
-    """The level without noise."""
+    metric: Annotated[str, option("NAME", "HOTA", help=_of_search("metric"))] = "HOTA"
+    drop: Annotated[float, option("SHARE", "0.05", help=_of_search("drop"))] = 0.05
+    start: Annotated[float, option("LEVEL", "0", name="from", help=_of_search("start"))] = 0.0
     end: Annotated[float | None, option("LEVEL", "as far as it goes", name="to")] = None
     """The farthest level."""
     levels: Annotated[str | None, option("LEVELS", "any between")] = None
@@ -55,18 +55,13 @@ class BreakingPointCommand:
     """The detector's noise; cues has those that shape_pose and appearance need."""
     settings: Annotated[Many, option("NAME=LEVEL", name="set")] = ()
     """Any other axis, set to one level; repeatable."""
-    seeds: int = 8
-    """Number of runs of each."""
-    first_seed: int = 0
-    """First seed; the runs use consecutive seeds."""
-    frames: int = 80
-    """Frames per run, at 10 Hz."""
-    precision: float = 0.1
-    """Relative precision of the level."""
+    seeds: Annotated[int, option("N", "8", help=_of_search("seeds"))] = 8
+    first_seed: Annotated[int, option("N", "0", help=_of_search("first_seed"))] = 0
+    frames: Annotated[int, option("N", "80", help=_of_search("frames"))] = 80
+    precision: Annotated[float, option("SHARE", "0.1", help=_of_search("precision"))] = 0.1
     out: Annotated[Path | None, option("DIR", "nothing is kept")] = None
     """Keep finished trials here; after Ctrl-C the same command continues and repeats nothing."""
-    jobs: int = 1
-    """Processes on this machine; -1: one per core."""
+    jobs: Jobs = 1
     plot: Annotated[Path | None, option("FILE", "no picture")] = None
     """The score over the tested levels, as PNG, SVG or PDF, one line per tracker."""
     json: File = None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from mot_sim.cli.options import File, Flag, KittiOptions, Verbose, option
+from mot_sim.cli.options import File, Flag, Jobs, KittiOptions, Verbose, option
 from mot_sim.cli.terminal import INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
@@ -67,8 +67,7 @@ class Diagnose:
     """Renderer of a scene's images; none: boxes on plain ground, which is faster."""
     out: Annotated[Path | None, option("DIR", "nothing is kept")] = None
     """Tables (Parquet, CSV), result.json, and finished drives, so that the command can continue."""
-    jobs: int = 1
-    """Processes on this machine; -1: one per core."""
+    jobs: Jobs = 1
     json: File = None
     """The tables as JSON into a file; - prints it instead of the tables."""
     csv: File = None

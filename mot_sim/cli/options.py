@@ -1,5 +1,6 @@
 """Groups of options that several commands share. Values are checked by what uses them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import radians
 from pathlib import Path
@@ -24,11 +25,28 @@ def option(metavar: str, default: str = "", **more: object) -> object:
     return tyro.conf.arg(metavar=metavar, help_behavior_hint=hint, **more)  # type: ignore[call-overload]
 
 
+def help_of(module: str, kind: str, field: str) -> Callable[[], str]:
+    """For `option(help=...)`: what stands under the field of a class, for options that hand it on.
+
+    The text is read when --help shows it, and the module is not imported.
+    """
+
+    def read() -> str:
+        from mot_sim.files.field_docstrings import field_docstring_in
+
+        return field_docstring_in(module, kind, field)
+
+    return read
+
+
 Verbose = Annotated[tyro.conf.UseCounterAction[int], option("", "warnings only", aliases=("-v",))]
 Root = Annotated[Path | None, option("DIR", "$MOT_SIM_KITTI_ROOT")]
 Rules = Annotated[str, option("NAME", "trackeval")]
 Flag = Annotated[bool, tyro.conf.arg(help_behavior_hint="")]
 File = Annotated[str | None, option("FILE|-")]
+Jobs = Annotated[
+    int, option("N", "1", help=help_of("mot_sim.experiments.executor", "Executor", "jobs"))
+]
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from mot_sim.cli.keeping import keep
-from mot_sim.cli.options import File, Flag, Verbose, option
+from mot_sim.cli.options import File, Flag, Jobs, Verbose, option
 from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
@@ -41,8 +41,7 @@ class Stress:
     """Suites of your own: a TOML file, see docs/testing.md."""
     out: Annotated[Path | None, option("DIR", "nothing is kept")] = None
     """Keep finished trials here; after Ctrl-C the same command continues and repeats nothing."""
-    jobs: int = 1
-    """Processes on this machine; -1: one per core."""
+    jobs: Jobs = 1
     measure: Flag = False
     """Show what the trackers reach and the bounds that follow; nothing fails."""
     json: File = None

@@ -2,6 +2,7 @@
 
 import json as jsonlib
 from dataclasses import dataclass
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from textwrap import wrap
@@ -10,13 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from mot_sim.cli.keeping import begun, keep_sweep
-from mot_sim.cli.options import File, Flag, Verbose, option
+from mot_sim.cli.options import File, Flag, Jobs, Verbose, help_of, option
 from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
     import mot_sim.experiments.sweep
     import mot_sim.tables
 
+_of_design = partial(help_of, "mot_sim.experiments.sweep.design", "Design")
 MIN_TABLE_WIDTH = 100  # of a terminal: an axis and its value take 60 columns
 
 Many = tyro.conf.UseAppendAction[tuple[str, ...]]
@@ -53,18 +55,14 @@ class Sweep:
     """mot-sim scenes."""
     profile: Annotated[str | None, option("NAME|FILE", "rrc")] = None
     """The detector's noise."""
-    seeds: Annotated[int | None, option("N", "20")] = None
-    """Number of runs of each."""
-    first_seed: Annotated[int | None, option("N", "0")] = None
-    """First seed; the runs use consecutive seeds."""
-    frames: Annotated[int | None, option("N", "100")] = None
-    """Frames per run, at 10 Hz."""
+    seeds: Annotated[int | None, option("N", "20", help=_of_design("seeds"))] = None
+    first_seed: Annotated[int | None, option("N", "0", help=_of_design("first_seed"))] = None
+    frames: Annotated[int | None, option("N", "100", help=_of_design("frames"))] = None
     one_at_a_time: Flag = False
     """Vary one axis at a time, the others at their own values, instead of all combinations."""
     random: Annotated[int | None, option("N", "no")] = None
     """Draw N points (a Latin hypercube) instead of all combinations."""
-    jobs: int = 1
-    """Processes on this machine; -1: one per core."""
+    jobs: Jobs = 1
     scheduler: Annotated[str | None, option("tcp://HOST:PORT")] = None
     """Use the workers of this Dask scheduler instead (pip install 'mot-sim[scale]')."""
     extend: Flag = False

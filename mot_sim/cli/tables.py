@@ -2,11 +2,12 @@
 
 import os
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from mot_sim.cli.keeping import keep
-from mot_sim.cli.options import SPLIT, Flag, Root, Verbose, option
+from mot_sim.cli.options import SPLIT, Flag, Jobs, Root, Verbose, help_of, option
 from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
 
 if TYPE_CHECKING:
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     import mot_sim.experiments.tuning.measuring
     import mot_sim.tables
 
+_of_paper = partial(help_of, "mot_sim.experiments.paper.studies", "PaperConfig")
 DEFAULT_SEEDS = 50
 DEFAULT_FRAMES = 100
 TUNING_SEEDS = 4
@@ -42,14 +44,19 @@ class Tables:
     """The KITTI tree; without it only synthetic rows are measured."""
     quick: Flag = False
     """Few and short synthetic drives, to try it out."""
-    seeds: Annotated[int | None, option("N", f"{DEFAULT_SEEDS}; {QUICK_SEEDS} with --quick")] = None
-    """Synthetic drives of each scene."""
+    seeds: Annotated[
+        int | None,
+        option(
+            "N",
+            f"{DEFAULT_SEEDS}; {QUICK_SEEDS} with --quick",
+            help=_of_paper("seeds"),
+        ),
+    ] = None
     scenes: Annotated[str | None, option("NAMES", "intersection,roundabout")] = None
     """Scenes of Table IV, separated by commas."""
     split: Annotated[str, option("NAME", SPLIT)] = SPLIT
     """Split of Table II: training or testing."""
-    jobs: int = 1
-    """Processes on this machine; -1: one per core."""
+    jobs: Jobs = 1
     verbose: Verbose = 0
     """Say more: -v, -vv."""
 

@@ -2,16 +2,20 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from mot_sim.cli.options import Flag, Verbose, option
+from mot_sim.cli.options import Flag, Verbose, help_of, option
 from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
 
 if TYPE_CHECKING:
     import mot_sim.training.appearance
+
+_of_plan = partial(help_of, "mot_sim.training.learning", "TrainingPlan")
+_of_learning = partial(help_of, "mot_sim.training.appearance", "LearningOptions")
 
 
 @dataclass(frozen=True)
@@ -29,16 +33,13 @@ class TrainKeypoints:
 
     out: Annotated[Path, tyro.conf.arg(metavar="DIR")]
     """Gets hourglass.onnx and .json, the learning curve (CSV, PNG), crops and checkpoint."""
-    crops: int = 5800
-    """Rendered crops; as many again are made by mirroring."""
-    epochs: int = 15
-    """How often every crop is used, each time with other paint, light, noise and box."""
+    crops: Annotated[int, option("N", "5800", help=_of_plan("crops"))] = 5800
+    epochs: Annotated[int, option("N", "15", help=_of_plan("epochs"))] = 15
     seed: int = 0
     """Seed of the crops and of the training."""
     size: str = "shipped"
     """Size of the network: shipped, or small (to try it out)."""
-    held_out: int = 1400
-    """More crops, of other places and cars, for scoring."""
+    held_out: Annotated[int, option("N", "1400", help=_of_plan("held_out"))] = 1400
     resume: Flag = False
     """Continue from the checkpoint in --out, which must be of the same training."""
     verbose: Verbose = 0
@@ -82,10 +83,8 @@ class TrainAppearance:
     """The keypoint network whose activations are weighted, an ONNX file."""
     drives: Annotated[int | None, option("N", "all")] = None
     """Learn from the first N drives only."""
-    grid: int = 4
-    """Cells along each side of the box."""
-    length: int = 128
-    """Length of a descriptor."""
+    grid: Annotated[int, option("N", "4", help=_of_learning("grid"))] = 4
+    length: Annotated[int, option("N", "128", help=_of_learning("length"))] = 128
     overwrite: Flag = False
     """Replace the file."""
     verbose: Verbose = 0

@@ -2,15 +2,18 @@
 
 import json as jsonlib
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from mot_sim.cli.keeping import keep
-from mot_sim.cli.options import DETECTIONS, EGO, File, Root, Rules, Verbose, option
+from mot_sim.cli.options import DETECTIONS, EGO, File, Jobs, Root, Rules, Verbose, help_of, option
 from mot_sim.cli.terminal import INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
     import mot_sim.experiments.tuning.labelled
+
+_of_search = partial(help_of, "mot_sim.experiments.tuning.cross_validation", "WeightSearch")
 
 
 @dataclass(frozen=True)
@@ -52,18 +55,14 @@ class Tune:
     """First seed of simulated drives; results reported elsewhere use seeds below 1000."""
     frames: Annotated[int, option("N", "100")] = 100
     """Frames per simulated drive."""
-    folds: Annotated[int, option("N", "4")] = 4
-    """Number of folds."""
+    folds: Annotated[int, option("N", "4", help=_of_search("folds"))] = 4
     objective: Annotated[str, option("NAME", "HOTA")] = "HOTA"
     """HOTA or MOTA."""
     rules: Rules = "trackeval"
     """trackeval or devkit2018 (which has no HOTA)."""
-    samples: Annotated[int, option("N", "60")] = 60
-    """Weight vectors drawn at random before the local search."""
-    seed: Annotated[int, option("N", "0")] = 0
-    """Seed of those draws."""
-    jobs: int = 1
-    """Processes on this machine; -1: one per core."""
+    samples: Annotated[int, option("N", "60", help=_of_search("samples"))] = 60
+    seed: Annotated[int, option("N", "0", help=_of_search("seed"))] = 0
+    jobs: Jobs = 1
     json: File = None
     """The outcome as JSON into a file; - prints it instead of the table."""
     verbose: Verbose = 0

@@ -4,6 +4,7 @@ import ast
 import sys
 from collections.abc import Mapping
 from functools import lru_cache
+from importlib.resources import files
 from inspect import cleandoc, getsource
 from types import MappingProxyType
 
@@ -28,6 +29,16 @@ def _of_module(name: str) -> dict[str, dict[str, str]]:
     except (KeyError, OSError, TypeError, SyntaxError):  # built in, typed by hand, or gone
         return {}
     return dict(_classes(tree.body, ""))
+
+
+def field_docstring_in(module: str, kind: str, field: str) -> str:
+    """The docstring of one field of a class, without importing the module, a file of ours.
+
+    Raises KeyError where the module has none of this name.
+    """
+    package, *inner, file = module.split(".")
+    source = files(package).joinpath(*inner, f"{file}.py").read_text(encoding="utf-8")
+    return dict(_classes(ast.parse(source).body, ""))[kind][field]
 
 
 def _classes(body: list[ast.stmt], prefix: str) -> list[tuple[str, dict[str, str]]]:

@@ -4,7 +4,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple
 
-from mot_sim.files.field_docstrings import field_docstrings
+import pytest
+
+from mot_sim.files.field_docstrings import field_docstring_in, field_docstrings
 
 
 @dataclass(frozen=True)
@@ -67,3 +69,10 @@ def test_what_has_no_source_has_no_docstrings() -> None:
     assert field_docstrings(names["Typed"]) == {}
     assert field_docstrings(int) == {}
     assert field_docstrings(Fraction) == {}
+
+
+def test_a_field_of_a_module_is_read_without_importing_it() -> None:
+    text = field_docstring_in("mot_sim.experiments.sweep.design", "Design", "first_seed")
+    assert text == "First seed; the runs use consecutive seeds."
+    with pytest.raises(KeyError, match="second_seed"):
+        field_docstring_in("mot_sim.experiments.sweep.design", "Design", "second_seed")
