@@ -156,10 +156,10 @@ def test_nothing_of_ours_is_refused_with_the_cure(tmp_path: Path) -> None:
         find_sources([])
     with pytest.raises(BadFile, match=r"nothing of ours: no result\.json"):
         find_sources([tmp_path])
-    with pytest.raises(BadFile, match="no (such folder|folder but a single file)"):
+    with pytest.raises(BadFile, match=r"no (such folder|folder but a single file)"):
         find_sources([tmp_path / "nowhere"])
     (tmp_path / "file").write_text("")
-    with pytest.raises(BadFile, match="no (such folder|folder but a single file)"):
+    with pytest.raises(BadFile, match=r"no (such folder|folder but a single file)"):
         find_sources([tmp_path / "file"])
 
 
