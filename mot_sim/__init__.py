@@ -6,12 +6,10 @@ Gymnasium ids, so that `gym.make("mot_sim/Crossing-v0")` finds them.
 """
 
 import sys
-from difflib import get_close_matches
-from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from mot_sim.envs.registration import register_environments
+from mot_sim.envs.registration import register_with_gymnasium
 from mot_sim.files.own_packages import hidden_package
 
 if TYPE_CHECKING:
@@ -64,30 +62,16 @@ _ROOMS = {
     "track_sequence": "mot_sim.evaluation.runs",
 }
 
-
-if not TYPE_CHECKING:  # a type checker knows the names above, and no others
-
-    def __getattr__(name: str) -> Any:
-        """One of the names above, from its room."""
-        if name not in _ROOMS:
-            close = get_close_matches(name, _ROOMS, n=1)
-            hint = f"; did you mean {close[0]!r}?" if close else ""
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}")
-        value = globals()[name] = getattr(import_module(_ROOMS[name]), name)
-        return value
-
-
-def __dir__() -> list[str]:
-    """The names that are handed on, loaded or not."""
-    return sorted({*globals(), *_ROOMS})
-
-
 if (hidden := hidden_package()) is not None:
     if sys.argv[0] == "-m" or Path(sys.argv[0]).stem == "mot-sim":  # the command: one line
         sys.stderr.write(f"error: {hidden}\n")
         raise SystemExit(2)
     raise ImportError(hidden)
-register_environments()
+if not TYPE_CHECKING:  # a type checker knows the names above, and no others
+    from tracker.lazy_names import lazy_names  # now that the package is known to be ours
+
+    __getattr__, __dir__ = lazy_names(__name__, _ROOMS)
+register_with_gymnasium()
 
 __all__ = [
     "SCENES",

@@ -1,16 +1,34 @@
-"""Multi-object tracking from one camera with geometry and shape cues (Sharma et al., ICRA 2018)."""
+"""Multi-object tracking from one camera with geometry and shape cues (Sharma et al., ICRA 2018).
 
-from collections.abc import Callable
+Its names are loaded when they are first asked for: importing the package alone costs nothing.
+"""
 
-from tracker.frameworks import FRAMEWORKS, Delayed
-from tracker.tracker import CostMatrix, Tracker
-from tracker.types import Camera, Cuboids, Detections, Frame, Sequence, Tracks
+from typing import TYPE_CHECKING
 
-# Trackers by the name that the command line gives them.
-TRACKERS: dict[str, Callable[[Camera], Tracker]] = {
-    "default": Tracker.default,
-    "paper": Tracker.paper,
+from tracker.lazy_names import lazy_names
+
+if TYPE_CHECKING:
+    from tracker.frameworks import FRAMEWORKS, Delayed
+    from tracker.tracker import TRACKERS, CostMatrix, Tracker
+    from tracker.types import Camera, Cuboids, Detections, Frame, Sequence, Tracks
+
+# The module that each of these names lives in.
+_MODULES = {
+    "FRAMEWORKS": "tracker.frameworks",
+    "TRACKERS": "tracker.tracker",
+    "Camera": "tracker.types",
+    "CostMatrix": "tracker.tracker",
+    "Cuboids": "tracker.types",
+    "Delayed": "tracker.frameworks",
+    "Detections": "tracker.types",
+    "Frame": "tracker.types",
+    "Sequence": "tracker.types",
+    "Tracker": "tracker.tracker",
+    "Tracks": "tracker.types",
 }
+
+if not TYPE_CHECKING:  # a type checker knows the names above, and no others
+    __getattr__, __dir__ = lazy_names(__name__, _MODULES)
 
 __all__ = [
     "FRAMEWORKS",

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
-from scipy.optimize import linear_sum_assignment
 
 from tracker.errors import BadConfig
 from tracker.geometry import box_iou, homogeneous, rotation_x, rotation_y
@@ -131,6 +130,8 @@ def _pairs(
     a: Float[Array, "n 4"], b: Float[Array, "m 4"]
 ) -> tuple[Int[Array, " k"], Int[Array, " k"]]:
     """The rows and columns of boxes that are likely the same cars."""
+    from scipy.optimize import linear_sum_assignment
+
     overlap = box_iou(a[:, None], b[None])
     rows, columns = linear_sum_assignment(-np.where(overlap > MIN_IOU, overlap, 0.0))
     met = overlap[rows, columns] > MIN_IOU

@@ -5,7 +5,6 @@ from functools import lru_cache
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from filterpy.common import Q_discrete_white_noise
 from jaxtyping import Float
 from numpy import ndarray as Array
 
@@ -108,6 +107,8 @@ def _motion_model(dt: float, acceleration_std: float) -> tuple[Array, Array]:
 
     Covariances as rows of 16 numbers times the former are F P F'.
     """
+    from filterpy.common import Q_discrete_white_noise
+
     F = np.eye(4)
     F[0, 2] = F[1, 3] = dt
     Q = Q_discrete_white_noise(2, dt, acceleration_std**2, block_size=2, order_by_dim=False)

@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from filterpy.common import Q_discrete_white_noise
-from filterpy.kalman import KalmanFilter
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
@@ -34,6 +32,9 @@ def smoothed(
     times: of all moments, increasing. seen: which of them have a measured place, the first among
     them; places and covs: those, in a frame that does not move. acceleration_std: m/s^2.
     """
+    from filterpy.common import Q_discrete_white_noise
+    from filterpy.kalman import KalmanFilter
+
     kalman = KalmanFilter(dim_x=4, dim_z=2)
     kalman.x = np.array([*places[0], 0.0, 0.0])
     kalman.P = np.diag([0.0, 0.0, SPEED_STD**2, SPEED_STD**2])

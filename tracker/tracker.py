@@ -1,5 +1,6 @@
 """The online tracker: one frame in, the identities of its detections out."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -352,3 +353,10 @@ def elapsed(frame: Frame, before: float | None) -> float:
 def _is_all(rows: Int[Array, " k"], count: int) -> bool:
     """Whether the rows are 0 ... count - 1, in order."""
     return len(rows) == count and bool((rows[1:] > rows[:-1]).all())
+
+
+# Trackers by the name that the command line gives them.
+TRACKERS: dict[str, Callable[[Camera], Tracker]] = {
+    "default": Tracker.default,
+    "paper": Tracker.paper,
+}

@@ -1,42 +1,21 @@
 """The command line: one file a command; `COMMANDS` is the register.
 
-Commands import what is heavy only when they run, so that `--help` answers at once.
+A command's file is imported when it is asked for, and imports what is heavy only when it runs, so
+that `--help` answers at once.
 """
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
-from importlib.metadata import version
+from importlib import import_module
 from operator import or_
 from typing import Annotated, Any, Protocol, runtime_checkable
 
 import tyro
 
-from mot_sim.cli.breaking_point import BreakingPointCommand
-from mot_sim.cli.calibrate import Calibrate
-from mot_sim.cli.compare import Compare
-from mot_sim.cli.demo import Demo
-from mot_sim.cli.diagnose import Diagnose
-from mot_sim.cli.doctor import Doctor
-from mot_sim.cli.evaluate import Evaluate
-from mot_sim.cli.export import Export, ExportCar
-from mot_sim.cli.kitti import Kitti
-from mot_sim.cli.listing import List
-from mot_sim.cli.record import Record
-from mot_sim.cli.report import Report
-from mot_sim.cli.scenes import Scenes
-from mot_sim.cli.show import Show
 from mot_sim.cli.streams import prepare_streams, writing_stdout
-from mot_sim.cli.stress import Stress
-from mot_sim.cli.sweep import Sweep
-from mot_sim.cli.tables import Tables
-from mot_sim.cli.teaser import Teaser
 from mot_sim.cli.terminal import INTERRUPTED, OK, WRONG, Terminal
-from mot_sim.cli.track import Track
-from mot_sim.cli.train import TrainAppearance, TrainKeypoints
-from mot_sim.cli.tune import Tune
-from mot_sim.cli.verify import Verify
 
 DESCRIPTION = """\
 Camera-only multi-object tracking with geometry, and the testbed for it.
@@ -60,32 +39,55 @@ class Command(Protocol):
         ...
 
 
-COMMANDS: dict[str, type[Command]] = {
-    "track": Track,
-    "evaluate": Evaluate,
-    "kitti": Kitti,
-    "compare": Compare,
-    "demo": Demo,
-    "show": Show,
-    "teaser": Teaser,
-    "doctor": Doctor,
-    "scenes": Scenes,
-    "record": Record,
-    "verify": Verify,
-    "calibrate": Calibrate,
-    "sweep": Sweep,
-    "stress": Stress,
-    "breaking-point": BreakingPointCommand,
-    "diagnose": Diagnose,
-    "tune": Tune,
-    "tables": Tables,
-    "report": Report,
-    "export": Export,
-    "export-car": ExportCar,
-    "train-keypoints": TrainKeypoints,
-    "list": List,
-    "train-appearance": TrainAppearance,
-}
+class CommandRegister(Mapping[str, type[Command]]):
+    """The commands by name; the file of one is imported when it is looked up."""
+
+    def __init__(self, places: Mapping[str, str]) -> None:
+        self.places = places  # file and class
+
+    def __getitem__(self, name: str) -> type[Command]:
+        file, _, kind = self.places[name].partition(":")
+        command: type[Command] = getattr(import_module(f"mot_sim.cli.{file}"), kind)
+        return command
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.places)
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.places
+
+
+COMMANDS = CommandRegister(
+    {
+        "track": "track:Track",
+        "evaluate": "evaluate:Evaluate",
+        "kitti": "kitti:Kitti",
+        "compare": "compare:Compare",
+        "demo": "demo:Demo",
+        "show": "show:Show",
+        "teaser": "teaser:Teaser",
+        "doctor": "doctor:Doctor",
+        "scenes": "scenes:Scenes",
+        "record": "record:Record",
+        "verify": "verify:Verify",
+        "calibrate": "calibrate:Calibrate",
+        "sweep": "sweep:Sweep",
+        "stress": "stress:Stress",
+        "breaking-point": "breaking_point:BreakingPointCommand",
+        "diagnose": "diagnose:Diagnose",
+        "tune": "tune:Tune",
+        "tables": "tables:Tables",
+        "report": "report:Report",
+        "export": "export:Export",
+        "export-car": "export:ExportCar",
+        "train-keypoints": "train:TrainKeypoints",
+        "list": "listing:List",
+        "train-appearance": "train:TrainAppearance",
+    }
+)
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -105,6 +107,8 @@ def _run(arguments: Sequence[str], terminal: Terminal) -> int:
     try:
         with writing_stdout():
             if list(arguments) == ["--version"]:
+                from importlib.metadata import version
+
                 sys.stdout.write(f"mot-sim {version('mot-sim')}\n")
                 return OK
             try:

@@ -1,12 +1,10 @@
 """`mot-sim doctor`: what is installed here, and what works."""
 
-import platform
 import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from importlib import import_module
-from importlib.metadata import distributions
 from pathlib import Path
 
 from mot_sim.cli.options import Flag, Root, Verbose
@@ -68,6 +66,8 @@ class Doctor:
 
 def find_python() -> Check:
     """The interpreter."""
+    import platform
+
     state = "ok" if sys.version_info >= OLDEST_PYTHON else "broken"
     return Check("Python", state, f"{platform.python_version()} on {platform.platform()}")
 
@@ -83,6 +83,8 @@ def find_package(name: str) -> Check:
 
 def find_opencv() -> Check:
     """Which builds of OpenCV are installed: two write over each other's files."""
+    from importlib.metadata import distributions
+
     builds = {
         str(found.metadata["Name"]).lower(): found.version
         for found in distributions()
@@ -172,6 +174,8 @@ def _try(attempt: Callable[[], bool]) -> bool:
 
 
 def _installed(name: str) -> str:
+    from importlib.metadata import distributions
+
     return next((each.version for each in distributions() if each.metadata["Name"] == name), "")
 
 

@@ -5,53 +5,43 @@ import logging
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from time import perf_counter
-from typing import Any
-
-from rich.console import Console, RenderableType
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+from typing import TYPE_CHECKING
 
 from mot_sim.cli.streams import writing_stderr, writing_stdout
+
+if TYPE_CHECKING:
+    from rich.console import Console, RenderableType
+    from rich.progress import Progress
 
 OK, BROKEN, WRONG, INTERRUPTED = 0, 1, 2, 130
 STDOUT = "-"
 LEVELS = (logging.WARNING, logging.INFO, logging.DEBUG)
 LOGGERS = ("mot_sim", "tracker")
-PLAIN: dict[str, Any] = {"highlight": False, "emoji": False}  # `module:car:` is no picture
-MAX_COLUMNS = 100_000  # wider than any table
 REDRAW_SECONDS = 0.1  # between redraws of the bar; faster trackers must not wait for it
 NOTE_SECONDS = 30.0  # between lines about the progress where no bar can be drawn
 
 
-class PipeConsole(Console):
-    """A console that leaves a broken pipe to its caller (rich would end the process)."""
-
-    def on_broken_pipe(self) -> None:
-        """Let the BrokenPipeError through."""
-        raise  # noqa: PLE0704
-
-
-def stdout_console() -> PipeConsole:
-    """As wide as the terminal; without a width where stdout is none, so that nothing is folded."""
-    try:
-        is_terminal = sys.stdout.isatty()
-    except ValueError:  # closed
-        is_terminal = False
-    return PipeConsole(**PLAIN, width=None if is_terminal else MAX_COLUMNS)
-
-
-@dataclass(frozen=True, eq=False)
 class Terminal:
     """The two streams of this process. Text is shown as it is: no markup, no highlighting."""
 
-    out: Console = field(default_factory=stdout_console)
-    """Where results go: stdout."""
-    err: Console = field(default_factory=lambda: PipeConsole(stderr=True, **PLAIN))
-    """Where everything else goes: stderr."""
+    @cached_property
+    def out(self) -> "Console":
+        """Where results go: stdout."""
+        from mot_sim.cli.consoles import stdout_console
 
-    def show(self, what: RenderableType) -> None:
+        return stdout_console()
+
+    @cached_property
+    def err(self) -> "Console":
+        """Where everything else goes: stderr."""
+        from mot_sim.cli.consoles import stderr_console
+
+        return stderr_console()
+
+    def show(self, what: "RenderableType") -> None:
         """A table on stdout, folded to the width of the terminal where there is one."""
         with writing_stdout():
             self.out.print(what, crop=False)
@@ -110,6 +100,8 @@ class Terminal:
         total: how much there is to do, where that is known. unit: what is counted; its rate is
         shown. lines: where no bar can be drawn, a line says now and then how far it is.
         """
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
         bar = Progress(
             TextColumn("{task.description}", markup=False),
             BarColumn(),
@@ -127,7 +119,7 @@ class ProgressBar:
     """What is under way, how much of it is done, and how long the rest takes."""
 
     def __init__(
-        self, bar: Progress, note: Callable[[str], None] | None, total: int | None, unit: str
+        self, bar: "Progress", note: Callable[[str], None] | None, total: int | None, unit: str
     ) -> None:
         self.bar, self.note, self.total, self.unit = bar, note, total, unit
         self.task = bar.add_task("", total=total, words="")

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from mot_sim.metrics.clear import Number
 from mot_sim.metrics.matching import Overlaps
@@ -64,6 +63,8 @@ def identity_scores(overlaps: Overlaps) -> Identity:
     overlap by MIN_OVERLAP. The smallest sum of misses and false alarms, which the paper asks for,
     is the same: it is all boxes less twice IDTP.
     """
+    from scipy.optimize import linear_sum_assignment
+
     near = overlaps.iou >= MIN_OVERLAP
     truth_count, output_count = overlaps.id_counts
     shared = np.bincount(overlaps.id_pairs[near], minlength=truth_count * output_count)

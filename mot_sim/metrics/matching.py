@@ -13,7 +13,6 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
-from scipy.optimize import linear_sum_assignment
 
 from tracker.errors import BadTracks
 from tracker.geometry import box_iou
@@ -216,6 +215,8 @@ def solve_frame(
     overlaps: Overlaps, frame: int, pairs: Int[Array, " k"], weights: Float[Array, " k"]
 ) -> Bool[Array, " k"]:
     """Which of one frame's pairs the Hungarian algorithm takes; the others weigh nothing."""
+    from scipy.optimize import linear_sum_assignment
+
     top, bottom = np.searchsorted(overlaps.truth.frames, [frame, frame + 1])
     left, right = np.searchsorted(overlaps.output.frames, [frame, frame + 1])
     rows, columns = overlaps.rows[pairs] - top, overlaps.columns[pairs] - left

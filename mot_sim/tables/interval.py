@@ -6,7 +6,6 @@ from math import inf, sqrt
 
 from jaxtyping import Float
 from numpy import ndarray as Array
-from scipy.special import stdtrit
 
 CONFIDENCE = 0.95
 MIN_SEEDS = 5  # with fewer, an interval says little
@@ -63,6 +62,8 @@ NO_INTERVAL = Interval(None, None, None, 0)
 
 def student(count: int) -> float:
     """The factor of Student's t for a mean of so many values, two or more."""
+    from scipy.special import stdtrit
+
     return float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE))
 
 

@@ -147,7 +147,7 @@ class Table:
 
     def as_arrow(self) -> "pa.Table":
         """Columns of one type each, for Parquet: words, whole numbers or fractions."""
-        import pyarrow as pa  # noqa: PLC0415 - most commands show tables without it
+        import pyarrow as pa
 
         columns = {}
         for name in self.names:

@@ -6,7 +6,8 @@ import sys
 import pytest
 
 HEAVY = ("matplotlib", "pandas", "torch", "OpenGL", "pygame", "highway_env")
-SLOW = ("scipy", "cv2", "shapely", "filterpy", "tracker")
+SLOW = ("scipy", "cv2", "shapely", "filterpy", "gymnasium", "trimesh", "pyarrow")
+COMPUTING = (*HEAVY, *SLOW, "numpy", "jaxtyping")
 
 # All modules but the one folder that may import highway_env.
 EVERYTHING = """
@@ -23,7 +24,19 @@ HELP = """
 import contextlib, io
 from mot_sim.__main__ import main
 with contextlib.redirect_stdout(io.StringIO()):
-    assert main(["track", "--help"]) == 0
+    assert main({words}) == 0
+"""
+
+STEPS = """
+import numpy as np
+from tracker import Camera, Detections, Frame, Tracker
+
+K = np.array([[721.5, 0.0, 609.6], [0.0, 721.5, 172.9], [0.0, 0.0, 1.0]])
+tracker = Tracker.paper(Camera.mounted(K, image_size=(1242, 375), height=1.65))
+for index in range(2):
+    seen = Detections.of([[300, 175, 380, 235]], scores=[0.9])
+    tracks = tracker.step(Frame(index, 0.1 * index, detections=seen))
+assert tracks.ids.tolist() == [0]
 """
 
 
@@ -40,10 +53,25 @@ def modules_after(code: str) -> set[str]:
     return set(done.stdout.split())
 
 
-@pytest.mark.parametrize("code", ["import mot_sim", EVERYTHING], ids=["mot_sim", "everything"])
-def test_importing_brings_no_heavy_package(code: str) -> None:
-    assert modules_after(code).isdisjoint(HEAVY)
+def test_importing_every_module_brings_no_heavy_package() -> None:
+    assert modules_after(EVERYTHING).isdisjoint(HEAVY)
 
 
-def test_help_waits_for_nothing_that_computes() -> None:
-    assert modules_after(HELP).isdisjoint({*HEAVY, *SLOW})
+@pytest.mark.parametrize("package", ["tracker", "mot_sim"])
+def test_importing_a_package_loads_nothing_that_computes(package: str) -> None:
+    assert modules_after(f"import {package}").isdisjoint({*COMPUTING, "rich", "tyro"})
+
+
+def test_a_tracker_waits_for_what_its_first_frame_needs() -> None:
+    loaded = modules_after("from tracker import Tracker, Camera, Detections, Frame")
+    assert "numpy" in loaded
+    assert loaded.isdisjoint({*HEAVY, *SLOW})
+
+
+@pytest.mark.parametrize("words", [["--help"], ["track", "--help"], ["--version"]])
+def test_help_waits_for_nothing_that_computes(words: list[str]) -> None:
+    assert modules_after(HELP.format(words=words)).isdisjoint({*COMPUTING, "rich"})
+
+
+def test_the_first_frames_load_what_they_need() -> None:
+    assert {"scipy", "shapely"} <= modules_after(STEPS)

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
-from scipy.optimize import linear_sum_assignment
 
 from tracker.association.match import Match
 from tracker.errors import BadConfig
@@ -25,6 +24,8 @@ class Hungarian:
 
     def __call__(self, costs: Float[Array, "n m"]) -> Match:
         """The optimal match."""
+        from scipy.optimize import linear_sum_assignment
+
         gain = np.minimum(costs - self.max_cost, 0.0)
         rows, columns = linear_sum_assignment(gain)
         pairs = np.array((rows, columns)).T

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
 from tracker.errors import BadConfig
 
@@ -69,6 +67,9 @@ def cheapest_flow(nodes: Float[Array, " n"], births: Float[Array, " n"], arcs: A
     there. Ends are free; put their cost into the births. Raises BadConfig for costs that are not
     finite. Exact: successors are assigned by `min_weight_full_bipartite_matching`.
     """
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import min_weight_full_bipartite_matching
+
     n = len(nodes)
     own = nodes + births
     if not np.isfinite(own).all():

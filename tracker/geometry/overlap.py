@@ -1,7 +1,6 @@
 """Overlaps: axis-aligned boxes in the image, convex polygons on the road. No area, no overlap."""
 
 import numpy as np
-import shapely
 from jaxtyping import Float
 from numpy import ndarray as Array
 
@@ -47,6 +46,8 @@ def convex_intersection(a: Float[Array, "n k 2"], b: Float[Array, "n m 2"]) -> F
     times faster, but wrong by up to 47 m^2 for every 50th pair of nearly parallel rectangles,
     which cars on one road are (`python -m benchmarks.overlap`).
     """
+    import shapely
+
     meet = np.minimum(a.max(axis=1), b.max(axis=1)) > np.maximum(a.min(axis=1), b.min(axis=1))
     near = (meet[:, 0] & meet[:, 1]).nonzero()[0]
     shared = np.zeros(len(a))

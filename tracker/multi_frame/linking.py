@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
-from scipy.optimize import linear_sum_assignment
 
 from tracker.association.min_cost_flow import Arcs
 from tracker.beliefs import Beliefs
@@ -175,6 +174,8 @@ class Linker:
         gains: Gains | None,
     ) -> tuple[ActiveTracks, Gains | None]:
         """The new nodes, each after the recent one that fits best by two frames; gains learned."""
+        from scipy.optimize import linear_sum_assignment
+
         saved = np.zeros((len(recent), len(new)))  # against a birth at the new node
         saved[links.rows, links.columns] = np.minimum(links.costs - self.flow_costs.birth, 0.0)
         rows, columns = linear_sum_assignment(saved)

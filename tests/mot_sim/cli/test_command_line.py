@@ -132,7 +132,7 @@ def test_doctor_warns_of_a_second_opencv(monkeypatch: pytest.MonkeyPatch) -> Non
             self.metadata, self.version = {"Name": name}, "5.0"
 
     both = [Installed("opencv-python-headless"), Installed("opencv-python"), Installed("numpy")]
-    monkeypatch.setattr(doctor_module, "distributions", lambda: both)
+    monkeypatch.setattr("importlib.metadata.distributions", lambda: both)
     finding = doctor_module.find_opencv()
     assert finding.state == "missing"
     assert "opencv-python 5.0, opencv-python-headless 5.0; uninstall" in finding.detail

@@ -28,7 +28,8 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
 def told(clock: Clock, lines: bool, *, is_terminal: bool = False) -> str:
     """What stderr shows of one job in 40 s, five of ten in 80 s, and the first of three others."""
     err = StringIO()
-    where = Terminal(err=Console(file=err, force_terminal=is_terminal, width=100))
+    where = Terminal()
+    where.err = Console(file=err, force_terminal=is_terminal, width=100)
     with where.progress(lines=lines) as advance:
         for seconds, words in (
             (0.0, ("trials", 0, 10)), (40.0, ("trials", 1, 10)), (41.0, ("trials", 2, 10)),
@@ -60,7 +61,8 @@ def test_on_a_terminal_there_is_a_bar_and_no_lines(clock: Clock) -> None:
 
 def test_steps_are_counted_and_their_rate_is_shown(clock: Clock) -> None:
     err = StringIO()
-    where = Terminal(err=Console(file=err, force_terminal=True, width=100))
+    where = Terminal()
+    where.err = Console(file=err, force_terminal=True, width=100)
     with where.progress(None, unit="frames") as advance:
         for seconds in (1.0, 2.0):
             clock.now = seconds

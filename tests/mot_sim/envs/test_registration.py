@@ -40,6 +40,7 @@ print(sum(name.startswith("mot_sim/") for name in gym.registry))
 @pytest.mark.parametrize("is_installed", [False, True])
 def test_a_scene_of_ones_own_is_an_environment(tmp_path: Path, is_installed: bool) -> None:
     write_own_things(tmp_path)
+    (tmp_path / "scenes.py").unlink()  # it would hide ours
     points = {"overtaking": "mine:my_scene", "crossing": "gone:x", "not well named": "gone:x"}
     if is_installed:
         write_package(tmp_path / "site", "theirs", {"mot_sim.scenes": points})
@@ -51,6 +52,27 @@ def test_a_scene_of_ones_own_is_an_environment(tmp_path: Path, is_installed: boo
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == (["overtaking", "13"] if is_installed else ["12"])
+
+
+@pytest.mark.parametrize("order", ["mot_sim, gymnasium", "gymnasium, mot_sim"])
+def test_ids_are_registered_whichever_is_imported_first(order: str) -> None:
+    code = f"""
+import sys
+before = list(sys.meta_path)
+import {order}
+assert "mot_sim/Crossing-v0" in gymnasium.registry
+assert type(gymnasium.__loader__) is type(gymnasium.envs.__loader__)
+assert gymnasium.__spec__.loader is gymnasium.__loader__
+assert sys.meta_path == before, sys.meta_path
+import mot_sim.envs.registration as again
+again.register_with_gymnasium()
+assert sys.meta_path == before
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60,
+        env={"PYTHONPATH": str(ROOT), "PATH": ""},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
 
 
 def test_an_id_is_the_name_in_capitals() -> None:

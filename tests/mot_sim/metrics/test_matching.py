@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 
 from benchmarks.metrics.cases import random_case, tracks
-from mot_sim.metrics import matching
 from mot_sim.metrics.matching import Overlaps, bare_rows, best_rival, match, peel, same_frame_pairs
 from mot_sim.metrics.preprocessing import prepare_sequence
 from tracker.errors import BadTracks
@@ -145,7 +144,7 @@ def test_frames_without_a_choice_are_never_solved(monkeypatch):
     def refuse(*_: object, **__: object) -> None:
         raise AssertionError("solved a frame that holds no choice")
 
-    monkeypatch.setattr(matching, "linear_sum_assignment", refuse)
+    monkeypatch.setattr("scipy.optimize.linear_sum_assignment", refuse)
     rows = [
         (frame, name, (90.0 * name, 0.0, 90.0 * name + 80.0, 40.0))
         for frame in range(5)
