@@ -1,12 +1,13 @@
 """How fast frames are labelled and drawn, and whether the truth agrees with itself.
 
-    python -m benchmarks.truth [--root KITTI] [--agreement] [--frames 60]
+    python -m benchmarks.truth [--root KITTI] [--boxes] [--agreement] [--frames 60]
 
 Twenty cars of the fleet ahead of a KITTI camera, replayed from recorded traffic. Machines differ
 and are shared: the tasks are measured in turn, CPU seconds of one thread, and beside every
 figure stands its ratio to a yardstick of the same run, the top view that highway-env draws of
 its own `highway-v0` with 50 cars. --root: the given sequences of a KITTI tree are re-enacted and
-compared with their labels. --agreement: the two renderers over every scene (needs the extra `gl`).
+compared with their labels. --boxes: the boxes of fully visible cars against their pixels, scene by
+scene. --agreement: the two renderers over every scene (needs the extra `gl`).
 """
 
 import argparse
@@ -30,7 +31,7 @@ from mot_sim.datasets.kitti import kitti_sequence  # noqa: E402
 from mot_sim.simulation.cars import VehicleSampler  # noqa: E402
 from mot_sim.simulation.episode import record  # noqa: E402
 from mot_sim.simulation.episodes import EpisodeFiles, read_episode, record_episode  # noqa: E402
-from mot_sim.simulation.registry import SCENES  # noqa: E402
+from mot_sim.simulation.registry import SCENES, find_scene  # noqa: E402
 from mot_sim.simulation.renderers import View, find_renderer  # noqa: E402
 from mot_sim.simulation.rig import Rig  # noqa: E402
 from mot_sim.simulation.scene import Scene  # noqa: E402
@@ -46,9 +47,7 @@ from mot_sim.simulation.traffic import (  # noqa: E402
 from mot_sim.simulation.truth import (  # noqa: E402
     annotate,
     annotate_frame,
-    boxes_around,
-    clip_to_image,
-    project_edges,
+    boxes_in_image,
 )
 from tracker.geometry import box_iou  # noqa: E402
 
@@ -123,7 +122,9 @@ def speed_table(frames: int) -> None:
 
 def replay_table(root: Path, names: list[str]) -> None:
     """Labelled drives, re-enacted: unoccluded cars against their labels."""
-    print("\nsequence   rows    3D off by   2D box, median IoU with the label: cuboid   mesh")
+    print("\nunoccluded cars, median IoU with the label: whole ones    truncated ones"
+          "\nsequence   rows    3D off by           cuboid      mesh   number    cuboid      mesh"
+          )  # fmt: skip
     for name in names:
         drive = kitti_sequence(root, name, detections=None)
         labels = drive.truth
@@ -140,12 +141,32 @@ def replay_table(root: Path, names: list[str]) -> None:
         assert one is not None
         assert other is not None
         off = max(np.abs(one.base - other.base).max(), np.abs(one.size - other.size).max())
-        open_ = (labels.occlusion == 0) & (labels.truncation == 0)
-        boxes = boxes_around(project_edges(other, drive.camera))
-        cuboid = box_iou(clip_to_image(boxes, drive.camera)[0], labels.boxes)[open_]
-        mesh = box_iou(drawn.boxes, labels.boxes)[open_]
-        print(f"{name:8s}{len(labels):8d}{off:12.1e} m{np.median(cuboid):37.3f}"
-              f"{np.median(mesh):10.3f}", flush=True)  # fmt: skip
+        assert labels.truncation is not None
+        cuboid = box_iou(boxes_in_image(other, drive.camera), labels.boxes)
+        mesh = box_iou(drawn.boxes, labels.boxes)
+        whole, cut = (
+            (labels.occlusion == 0) & truncated
+            for truncated in (labels.truncation == 0, labels.truncation > 0)
+        )
+        print(f"{name:8s}{len(labels):8d}{off:12.1e} m{np.median(cuboid[whole]):16.3f}"
+              f"{np.median(mesh[whole]):10.3f}{cut.sum():9d}{np.median(cuboid[cut]):10.3f}"
+              f"{np.median(mesh[cut]):10.3f}", flush=True)  # fmt: skip
+
+
+def box_table(names: list[str], frames: int) -> None:
+    """Fully visible cars of two runs a scene: how far their boxes are from their visible pixels."""
+    print("\nscene          car-frames   truncated   boxes within 2 px   5 px   farthest off, px")
+    for name in names:
+        off, cut = [], []
+        for seed in (0, 1):
+            truth = record(find_scene(name, frames=frames), seed).exact
+            whole = truth.visible == 1.0
+            assert truth.tracks.truncation is not None
+            off.append(np.abs(truth.tracks.boxes - truth.visible_boxes)[whole].max(axis=1))
+            cut.append(truth.tracks.truncation[whole] == 1)
+        far, cuts = np.concatenate(off), np.concatenate(cut)
+        print(f"{name:15s}{len(far):10d}{cuts.sum():12d}{100.0 * (far <= 2.0).mean():18.1f} %"
+              f"{100.0 * (far <= 5.0).mean():7.1f} %{far.max():14.2f}", flush=True)  # fmt: skip
 
 
 def main() -> None:
@@ -153,13 +174,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--root", type=Path, help="a KITTI tree with labels")
     parser.add_argument("--sequences", default=GIVEN)
+    parser.add_argument("--boxes", action="store_true", help="of fully visible cars")
     parser.add_argument("--agreement", action="store_true", help="of the two renderers")
-    parser.add_argument("--scenes", default=",".join(SCENES), help="of --agreement")
+    parser.add_argument("--scenes", default=",".join(SCENES), help="of the last two")
     parser.add_argument("--frames", type=int, default=60)
     arguments = parser.parse_args()
     speed_table(arguments.frames)
     if arguments.root:
         replay_table(arguments.root, arguments.sequences.split())
+    if arguments.boxes:
+        box_table(arguments.scenes.split(","), arguments.frames)
     if arguments.agreement:
         agreement_table(arguments.scenes.split(","))
 

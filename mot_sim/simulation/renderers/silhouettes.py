@@ -12,6 +12,7 @@ from mot_sim.simulation.renderers.triangles import (
     NO_BOX,
     Triangles,
     boxes_inside,
+    enclose,
 )
 from mot_sim.simulation.renderers.view import NO_INSTANCE, View
 from tracker.types import Camera, Rows
@@ -189,7 +190,7 @@ def extents(
             axis=1,
         )
         deep = np.maximum.reduceat(points[:, 2], 3 * starts)
-        _enclose(boxes, rows[known], around[known])
+        enclose(boxes, rows[known], around[known])
         np.maximum.at(farthest, rows[known], deep[known])
         cut = np.zeros(len(starts), bool)
         cut[known] = (camera.clip_boxes(around[known]) != around[known]).any(axis=1)
@@ -200,16 +201,8 @@ def extents(
             begin = np.cumsum(counts[cut]) - counts[cut]
             around[cut, :2] = np.minimum.reduceat(inside[:, :2], begin)
             around[cut, 2:] = np.maximum.reduceat(inside[:, 2:], begin)
-        _enclose(clipped, rows[known], around[known])
+        enclose(clipped, rows[known], around[known])
     return boxes, clipped, farthest
-
-
-def _enclose(
-    boxes: Float[Array, "m 4"], rows: Int[Array, " k"], parts: Float[Array, "k 4"]
-) -> None:
-    """Widen the boxes of some rows, in place, so that they hold other boxes."""
-    np.minimum.at(boxes[:, :2], rows, parts[:, :2])
-    np.maximum.at(boxes[:, 2:], rows, parts[:, 2:])
 
 
 def hiders(

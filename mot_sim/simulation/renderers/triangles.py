@@ -186,6 +186,12 @@ def _covered(points: Float[Array, "p 2"], triangles: Float[Array, "t 3 2"]) -> B
     return (turns > 0.0).all(axis=2) | (turns < 0.0).all(axis=2)
 
 
+def enclose(boxes: Float[Array, "m 4"], rows: Int[Array, " k"], parts: Float[Array, "k 4"]) -> None:
+    """Widen the boxes of some rows, in place, so that they hold the boxes of parts."""
+    np.minimum.at(boxes[:, :2], rows, parts[:, :2])
+    np.maximum.at(boxes[:, 2:], rows, parts[:, 2:])
+
+
 def clip_polygon(
     points: Float[Array, "n d"], depth: Float[Array, " n"], near: float = 0.0
 ) -> Float[Array, "m d"]:

@@ -1,7 +1,12 @@
 """Ground truth from rendered pixels: what no detector sees, apart from every `Frame`."""
 
 from mot_sim.simulation.truth.annotate import Annotations, annotate, annotate_frame
-from mot_sim.simulation.truth.cuboid_boxes import boxes_around, clip_to_image, project_edges
+from mot_sim.simulation.truth.cuboid_boxes import (
+    boxes_around,
+    boxes_in_image,
+    project_edges,
+    truncation_of,
+)
 from mot_sim.simulation.truth.events import EVENTS, Events, find_events
 from mot_sim.simulation.truth.table import (
     KeypointVisibility,
@@ -21,9 +26,10 @@ __all__ = [
     "annotate",
     "annotate_frame",
     "boxes_around",
-    "clip_to_image",
+    "boxes_in_image",
     "find_events",
     "labels",
     "occlusion_level",
     "project_edges",
+    "truncation_of",
 ]

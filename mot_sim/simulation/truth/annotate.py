@@ -12,7 +12,7 @@ from mot_sim.simulation.renderers import NO_INSTANCE, Layer, MeshInstances, Scan
 from mot_sim.simulation.renderers.triangles import NEAR_METRES
 from mot_sim.simulation.scene_meshes import SceneMeshes
 from mot_sim.simulation.traffic.traffic_state import TrafficState
-from mot_sim.simulation.truth.cuboid_boxes import clip_to_image
+from mot_sim.simulation.truth.cuboid_boxes import truncation_of
 from mot_sim.simulation.truth.table import (
     MAX_TRUNCATION,
     KeypointVisibility,
@@ -78,7 +78,7 @@ def annotate_frame(
     instances = scene_meshes.instances(state, scenery)
     scanned = scan_view(View(rig.camera, instances, road=None))
     seen = scanned.silhouettes
-    boxes, (_, truncation) = seen.clipped_boxes, clip_to_image(seen.amodal_boxes, rig.camera)
+    boxes, truncation = seen.clipped_boxes, truncation_of(seen.amodal_boxes, rig.camera)
     rows = np.flatnonzero((seen.amodal > 0) & (boxes[:, 2:] > boxes[:, :2]).all(axis=1))
     seen, vehicle_rows = seen.select(rows), vehicles.rows(state.ids[rows])
     keypoints_cam, faces_us = keypoints_of(vehicles, vehicle_rows, instances.T_cam_object[rows])

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from mot_sim.simulation.renderers.triangles import NEAR_METRES
 from mot_sim.simulation.rig import KITTI_K, Rig
-from mot_sim.simulation.truth import boxes_around, clip_to_image, project_edges
+from mot_sim.simulation.truth import boxes_around, boxes_in_image, project_edges, truncation_of
 from tests.mot_sim.simulation.truth.states import RIG, state_of
 from tracker.geometry import transform
 
@@ -29,12 +29,31 @@ def test_the_box_of_a_cuboid_straight_ahead_is_that_of_its_rear() -> None:
 def test_a_cuboid_behind_the_camera_has_an_inverted_box_and_is_all_cut() -> None:
     boxes = box_of(-20.0, 0.0, 0.0)[None]
     assert boxes[0, 0] > boxes[0, 2]
-    assert clip_to_image(boxes, RIG.camera)[1].tolist() == [1.0]
+    assert truncation_of(boxes, RIG.camera).tolist() == [1.0]
+    behind = RIG.cuboids(state_of((-20.0, 0.0, 0.0), size=SIZE))
+    assert np.isinf(boxes_in_image(behind, RIG.camera)).all()
 
 
 def test_what_reaches_behind_the_camera_is_cut_at_the_near_plane() -> None:
     # Its front end, 3 m ahead, is the leftmost: the inner side is 2.1 m to the right.
     np.testing.assert_allclose(box_of(1.0, 3.0, 0.0)[0], CX + F * 2.1 / 3.0)
+
+
+def test_beside_the_camera_only_what_is_inside_the_image_counts() -> None:
+    cuboid = RIG.cuboids(state_of((1.0, 3.0, 0.0), size=SIZE))
+    # Its front end, 3 m ahead and 2.1 m to the right, is the leftmost part, and the highest: the
+    # roof is 0.15 m below the camera. From there on it leaves the image to the right and below.
+    left, top, right, bottom = boxes_in_image(cuboid, RIG.camera)[0]
+    assert (right, bottom) == (1241.0, 374.0)
+    np.testing.assert_allclose(left, CX + F * 2.1 / 3.0)
+    np.testing.assert_allclose(top, CY + 0.15 * F / 3.0)
+
+
+def test_the_box_inside_the_image_is_the_whole_one_of_a_cuboid_in_it() -> None:
+    cuboids = RIG.cuboids(state_of((20.0, 1.0, 0.4), (12.0, -3.0, 2.0), size=SIZE))
+    whole = boxes_around(project_edges(cuboids, RIG.camera))
+    np.testing.assert_allclose(boxes_in_image(cuboids, RIG.camera), whole)
+    assert truncation_of(whole, RIG.camera).tolist() == [0.0, 0.0]
 
 
 @given(
@@ -60,3 +79,4 @@ def test_boxes_hold_every_point_of_the_cuboid_before_the_camera(x, y, heading, p
 def test_no_cuboid_has_no_box() -> None:
     cuboids = RIG.cuboids(state_of())
     assert boxes_around(project_edges(cuboids, RIG.camera)).shape == (0, 4)
+    assert boxes_in_image(cuboids, RIG.camera).shape == (0, 4)
