@@ -134,7 +134,7 @@ def _traffic(models: Models) -> Scripted:
 
 
 def crossing(*, frames: int = 140) -> Scene:
-    """The same script for every seed, which chooses the paints only.
+    """Four arms, cross traffic by script; the seed chooses nothing but the paints.
 
     frames: length of the run in frames, at 10 Hz.
     """

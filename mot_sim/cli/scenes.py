@@ -9,6 +9,8 @@ from mot_sim.cli.options import Flag, Verbose, option
 from mot_sim.cli.terminal import OK, Terminal
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import mot_sim.simulation.scene_figures
     import mot_sim.tables
 
@@ -17,22 +19,26 @@ SEEDS = 2
 
 @dataclass(frozen=True)
 class Scenes:
-    """Show the scenes, measured, or the knobs of one.
+    """List the scenes, measure what a camera sees of them, or show the knobs of one.
 
     mot-sim scenes
 
     mot-sim scenes intersection
 
-    Without a name every scene is run without images, and measured: cars that a KITTI camera sees
-    in a frame (25 pixels high, within 80 m, a fifth visible), share of those in sight that are
-    more than half occluded, share heading more than 30 degrees off our heading, different cars
-    a minute, our fastest turn in degrees a second.
+    mot-sim scenes --measure --seeds 3
+
+    --measure runs every scene without images (a minute or two of CPU time) and shows: cars that a
+    KITTI camera sees in a frame (25 pixels high, within 80 m, a fifth visible), share of those in
+    sight that are more than half occluded, share heading more than 30 degrees off our heading,
+    different cars a minute, our fastest turn in degrees a second.
     """
 
     scene: Annotated[str | None, tyro.conf.Positional, option("SCENE", "all")] = None
-    """Show the knobs of this one instead; MODULE:FUNCTION for one of your own."""
-    seeds: int = SEEDS
-    """How many runs each figure is the mean of."""
+    """Show the knobs of this one, or measure it alone; MODULE:FUNCTION for one of your own."""
+    measure: Flag = False
+    """Run the scenes and show what a camera sees of them."""
+    seeds: Annotated[int | None, option("N", f"{SEEDS}")] = None
+    """With --measure: how many runs each figure is the mean of."""
     json: Flag = False
     """Print as JSON."""
     verbose: Verbose = 0
@@ -40,34 +46,75 @@ class Scenes:
 
     def __call__(self, terminal: Terminal) -> int:
         """Show the table that was asked for."""
-        if self.scene is not None:
+        from tracker.errors import BadConfig
+
+        if self.seeds is not None and not self.measure:
+            raise BadConfig(f"--seeds {self.seeds} is for --measure; nothing is run without it")
+        if self.measure:
+            self._measure(terminal)
+        elif self.scene is not None:
             self._show_knobs(self.scene, terminal)
-            return OK
+        else:
+            self._list(terminal)
+        return OK
+
+    def _list(self, terminal: Terminal) -> None:
+        """What every scene is, and its knobs, from its source; no scene is made."""
+        from mot_sim.simulation.scene_descriptions import SCENE_NAMES, SceneDescription
+        from mot_sim.simulation.scene_names import COMMON_KNOBS
+        from mot_sim.tables import Column, Table
+        from tracker.errors import BadConfig
+
+        found: dict[str, SceneDescription] = {}
+        for name in SCENE_NAMES.names():
+            try:
+                found[name] = SceneDescription.of(name)
+            except BadConfig as error:
+                terminal.note(str(error))
+        if self.json:
+            terminal.write_json({name: asdict(one) for name, one in found.items()})
+            return
+        rows = tuple((name, one.about, knob_text(one.knobs)) for name, one in found.items())
+        columns = (Column("scene", "name"), Column("what it is"), Column("knobs"))
+        terminal.show(Table(columns, rows))
+        terminal.note(
+            f"knobs of every scene: {knob_text(COMMON_KNOBS)}; mot-sim scenes NAME explains them; "
+            "mot-sim scenes --measure shows what a camera sees"
+        )
+
+    def _measure(self, terminal: Terminal) -> None:
+        """What a camera sees of the scenes, or of one."""
         from functools import partial
 
-        from mot_sim.simulation.registry import SCENE_NAMES, find_scene
+        from mot_sim.simulation.registry import find_scene
         from mot_sim.simulation.scene_figures import figures_of
         from tracker.errors import BadConfig
 
-        if self.seeds < 1:
-            raise BadConfig(f"--seeds {self.seeds}: give 1 or more")
-        broken = SCENE_NAMES.broken()
-        for why in broken.values():
-            terminal.note(why)
-        ours = SCENE_NAMES.ours
-        names = [each for each in SCENE_NAMES.names() if each in ours or each not in broken]
+        seeds = SEEDS if self.seeds is None else self.seeds
+        if seeds < 1:
+            raise BadConfig(f"--seeds {seeds}: give 1 or more")
+        names = self._usable(terminal) if self.scene is None else [self.scene]
         scenes = {name: find_scene(name) for name in names}
-        total = self.seeds * sum(scene.frame_count for scene in scenes.values())
+        total = seeds * sum(scene.frame_count for scene in scenes.values())
         with terminal.progress(total, unit="frames") as advance:
             measured = {
-                name: figures_of(scene, range(self.seeds), partial(advance, name))
+                name: figures_of(scene, range(seeds), partial(advance, name))
                 for name, scene in scenes.items()
             }
         if self.json:
             terminal.write_json({name: asdict(one) for name, one in measured.items()})
-            return OK
-        terminal.show(figure_table(measured))
-        return OK
+        else:
+            terminal.show(figure_table(measured))
+
+    def _usable(self, terminal: Terminal) -> list[str]:
+        """The scenes that can be made; what is wrong with the others is told."""
+        from mot_sim.simulation.registry import SCENE_NAMES
+
+        broken = SCENE_NAMES.broken()
+        for why in broken.values():
+            terminal.note(why)
+        ours = SCENE_NAMES.ours
+        return [each for each in SCENE_NAMES.names() if each in ours or each not in broken]
 
     def _show_knobs(self, name: str, terminal: Terminal) -> None:
         """The knobs of a scene, and what it says of them."""
@@ -85,6 +132,11 @@ class Scenes:
         )
         names = ("type", "default", "what it is")
         terminal.show(Table((Column("knob", "name"), *map(Column, names)), rows))
+
+
+def knob_text(knobs: "Mapping[str, object]") -> str:
+    """Knobs as --knobs takes them, with spaces to fold at."""
+    return ", ".join(f"{knob}={value}" for knob, value in knobs.items())
 
 
 def figure_table(

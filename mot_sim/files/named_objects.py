@@ -99,8 +99,16 @@ class NameRegister:
         if name in self.ours:
             return None
         self.find(name)
-        place = name if ":" in name else _place(self._entry_point(name))
-        return source_digest(place.partition(":")[0])
+        return source_digest(self.place(name).partition(":")[0])
+
+    def place(self, name: str) -> str:
+        """`module:name` of what is imported when it is asked for; nothing is imported.
+
+        Raises UnknownName, and BadConfig where two packages have one of that name.
+        """
+        if name in self.ours:
+            return str(self.ours[name])
+        return name if ":" in name else _place(self._entry_point(name))
 
     def __contains__(self, name: str) -> bool:
         """Whether it is written as a name of this kind can be; `module:name` is not looked up."""

@@ -7,22 +7,13 @@ from inspect import Parameter, getdoc, signature
 from typing import Any
 
 from mot_sim.files.field_docstrings import field_docstrings
-from mot_sim.files.named_objects import NameRegister
 from mot_sim.simulation.scene import Knob, Scene
-from mot_sim.simulation.scene_names import SCENE_GROUP, SCENES
+from mot_sim.simulation.scene_descriptions import SCENE_NAMES
+from mot_sim.simulation.scene_names import COMMON_KNOBS, SCENES
 from mot_sim.simulation.scenery import Knobs as Surroundings
 from mot_sim.simulation.scenery import find_weather
 from tracker.errors import BadConfig, UnknownName
 
-SCENE_NAMES = NameRegister("scene", SCENES, SCENE_GROUP)
-# What can be set for every scene; the last three are fields of `Surroundings`.
-COMMON: dict[str, Any] = {
-    "profile": "rrc",
-    "weather": "noon",
-    "houses": 1.0,
-    "trees": 1.0,
-    "furniture": 1.0,
-}
 COMMON_DESCRIPTIONS = {
     "profile": "The detector's noise: a name (mot-sim list) or a TOML file.",
     "weather": "Light and air of the pictures, by name (mot-sim list).",
@@ -39,7 +30,7 @@ def find_scene(name: str, **knobs: Knob) -> Scene:
     that cannot be loaded, raises, or gives no Scene.
     """
     known = knobs_of(name)
-    own = set(known) - set(COMMON)
+    own = set(known) - set(COMMON_KNOBS)
     for knob, value in knobs.items():
         if knob not in known:
             raise UnknownName.of(f"knob of scene {name}:", knob, known)
@@ -81,13 +72,13 @@ def knobs_of(name: str) -> dict[str, Any]:
                 f"scene {name!r}: argument {each} cannot be a knob: give it a default that is a "
                 "number, a word, True or False, as in def my_scene(*, speed=14.0, frames=100)"
             )
-        if each.name in COMMON:
+        if each.name in COMMON_KNOBS:
             raise BadConfig(
                 f"scene {name!r}: argument {each.name} is a knob that all scenes have: "
                 "give it another name"
             )
         own[each.name] = each.default
-    return own | COMMON
+    return own | COMMON_KNOBS
 
 
 def knob_descriptions(name: str) -> dict[str, str]:
@@ -97,7 +88,9 @@ def knob_descriptions(name: str) -> dict[str, str]:
     """
     found = dict.fromkeys(knobs_of(name), "") | COMMON_DESCRIPTIONS
     amounts = field_docstrings(Surroundings)
-    found |= {knob: amounts.get(knob, "") for knob in COMMON if knob not in COMMON_DESCRIPTIONS}
+    found |= {
+        knob: amounts.get(knob, "") for knob in COMMON_KNOBS if knob not in COMMON_DESCRIPTIONS
+    }
     _, *rest = _said_of(name)
     return found | dict(zip(rest[::2], rest[1::2], strict=True))
 
@@ -109,7 +102,7 @@ def scene_about(name: str) -> str:
 
 def _said_of(name: str) -> list[str]:
     """What a scene's function says before its knobs; then each of its own knobs and its text."""
-    own = "|".join(re.escape(knob) for knob in knobs_of(name) if knob not in COMMON)
+    own = "|".join(re.escape(knob) for knob in knobs_of(name) if knob not in COMMON_KNOBS)
     about = getdoc(scene_maker(name)) or ""
     before, *rest = re.split(rf"(?:^|(?<=[.;])\s+)({own}): ", about) if own else [about]
     texts = (text if at % 2 == 0 else " ".join(text.split()) for at, text in enumerate(rest))
@@ -123,7 +116,7 @@ def scene_maker(name: str) -> Callable[..., Scene]:
 
 
 __all__ = [
-    "COMMON",
+    "COMMON_KNOBS",
     "SCENES",
     "SCENE_NAMES",
     "find_scene",

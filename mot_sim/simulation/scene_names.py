@@ -1,6 +1,14 @@
 """The register of scenes; it imports nothing, so that their names cost nothing."""
 
 SCENE_GROUP = "mot_sim.scenes"  # of the entry points by which other packages register theirs
+# The knobs that every scene has, with their defaults; the last three are fields of `Surroundings`.
+COMMON_KNOBS: dict[str, int | float | str | bool] = {
+    "profile": "rrc",
+    "weather": "noon",
+    "houses": 1.0,
+    "trees": 1.0,
+    "furniture": 1.0,
+}
 # The name of a scene: the module and the function that makes it; its arguments are its knobs.
 SCENES: dict[str, str] = {
     "crossing": "scenes.crossing:crossing",

@@ -11,6 +11,7 @@ import pytest
 
 from mot_sim.cli import COMMANDS
 from mot_sim.cli import doctor as doctor_module
+from mot_sim.simulation.scene_names import SCENES
 from tests.mot_sim.cli.conftest import FRAMES, CommandLine
 
 
@@ -185,3 +186,15 @@ def test_the_real_demo_runs(mot_sim: CommandLine, tmp_path: Path) -> None:
     again = mot_sim("demo", "--out", out)
     assert again.code == 2
     assert again.err.count("\n") == 1
+
+
+def test_scenes_are_listed_with_their_knobs(mot_sim: CommandLine) -> None:
+    listed = mot_sim("scenes")
+    assert listed.code == 0
+    row = next(line for line in listed.out.splitlines() if line.startswith(" gauntlet"))
+    assert "Cars cross behind parked vans." in row
+    assert "rate=0.35, speed=9.0, vans=5" in row
+    assert "weather=noon" in listed.err
+    told = json.loads(mot_sim("scenes", "--json").out)
+    assert sorted(told) == sorted(SCENES)
+    assert told["crossing"]["knobs"] == {"frames": 140}

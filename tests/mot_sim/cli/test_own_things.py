@@ -1,5 +1,6 @@
 """Things of the working folder, by `module:name`: through the installed `mot-sim` itself."""
 
+import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -122,3 +123,12 @@ def test_things_of_installed_packages_are_listed_and_broken_ones_named(
     assert "broken: scene 'gone' of package theirs" in listed.out
     assert mot_sim("scenes", "overtaking").code == 0
     require_one_line(mot_sim("scenes", "gone"), "package theirs 1.0", "No module named 'no'")
+
+
+def test_a_scene_is_measured_when_it_is_asked_for(mot_sim: CommandLine, place: Path) -> None:
+    measured = mot_sim("scenes", "mine:my_scene", "--measure", "--seeds", "1", "--json")
+    figures = json.loads(measured.out)["mine:my_scene"]
+    assert figures["cars"] > 0.5
+    assert figures["yaw_rate"] == 0.0
+    require_one_line(mot_sim("scenes", "--seeds", "3"), "--seeds 3 is for --measure")
+    require_one_line(mot_sim("scenes", "--measure", "--seeds", "0"), "--seeds 0: give 1 or more")

@@ -3,7 +3,7 @@
 import pytest
 
 from mot_sim.simulation.registry import (
-    COMMON,
+    COMMON_KNOBS,
     SCENES,
     find_scene,
     knob_descriptions,
@@ -66,7 +66,7 @@ def test_more_than_a_road_holds_is_refused(knobs) -> None:
 
 
 def test_every_scene_has_the_common_knobs() -> None:
-    assert all(set(COMMON) <= set(knobs_of(name)) for name in SCENES)
+    assert all(set(COMMON_KNOBS) <= set(knobs_of(name)) for name in SCENES)
 
 
 @pytest.mark.parametrize("name", sorted(SCENES))
