@@ -33,7 +33,7 @@ ROOMS: dict[str, set[str]] = {
     "existence": {"lifecycle"},
     "box_filter": {"lifecycle"},
     "score_scale": {"types"},
-    "state": {"existence", "box_filter", "score_scale"},
+    "state": {"existence", "box_filter", "ego_motion", "score_scale"},
     "suppression": {"types"},
     "explain": {"costs", "association"},
     "tracker": {"state", "costs", "association", "suppression", "explain", "ego_motion"}

@@ -1,6 +1,7 @@
 """Ego-motion compensation: g(xi, .) of eqs. 3-4 of Sharma et al., ICRA 2018."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -8,15 +9,74 @@ from numpy import ndarray as Array
 
 from tracker.beliefs import MIN_DEPTH, Beliefs
 from tracker.errors import BadMotion
-from tracker.geometry import propagate_covariance
+from tracker.geometry import adjoint_of, propagate_covariance
 from tracker.types import Camera, Cuboids, Frame, max_step
 from tracker.types.shape_pose import ShapePose
 
-# How far an unknown camera motion may be from standing still: 1 m along and 10 cm across the
-# view a frame, 1 degree of yaw; the 10 Hz of KITTI in a town.
+# How far an unknown camera motion may be from standing still in UNKNOWN_MOTION_SECONDS: 1 m along
+# and 10 cm across the view, 1 degree of yaw; in a town.
 UNKNOWN_MOTION_COV = np.diag(np.square([0.1, 0.03, 1.0, 0.005, 0.02, 0.003]))
+UNKNOWN_MOTION_SECONDS = 0.1
+NO_COV = np.zeros((6, 6))
 # A box grows at most five times as the camera passes the car.
 MIN_SCALE = 0.2
+
+
+class CameraMotion(NamedTuple):
+    """The camera's motion over one frame or several."""
+
+    T_now_before: Float[Array, "4 4"]
+    """As in `Frame`; standing still for as long as nothing is known."""
+    known_cov: Float[Array, "6 6"]
+    """Covariance of what is known, as in `Frame`."""
+    seconds_unknown: float = 0.0
+    """For how long nothing is known, s; `covariance` says how far standing still may be wrong."""
+
+    @classmethod
+    def of(cls, frame: Frame, seconds: float) -> "CameraMotion":
+        """Of a frame that comes so many seconds after the one before it.
+
+        BadMotion for a motion that is faster than any car.
+        """
+        T_now_before = frame.T_now_before
+        if T_now_before is None:
+            return cls(np.eye(4), NO_COV, seconds)
+        metres = math.hypot(*T_now_before[:3, 3].tolist())
+        if metres > max_step(seconds):
+            raise BadMotion(
+                f"frame {frame.index}: T_now_before moves the camera by {metres:.4g} m in "
+                f"{seconds:.3g} s, faster than any car: is it in metres, from the last frame to "
+                "this one (no pose in the world), and without a jump of the map? Give None where "
+                "the motion is unknown"
+            )
+        return cls(T_now_before, NO_COV if frame.motion_cov is None else frame.motion_cov)
+
+    @property
+    def is_known(self) -> bool:
+        """Whether the motion was given, over all frames."""
+        return self.seconds_unknown == 0.0
+
+    @property
+    def covariance(self) -> Float[Array, "6 6"]:
+        """What is unknown included: a camera goes on as it goes, so its std grows with time."""
+        if self.is_known:
+            return self.known_cov
+        times = round(self.seconds_unknown, 6) / UNKNOWN_MOTION_SECONDS
+        return self.known_cov + times**2 * UNKNOWN_MOTION_COV
+
+    def after(self, before: "CameraMotion | None") -> "CameraMotion":
+        """This motion after an earlier one, as one motion."""
+        if before is None:
+            return self
+        adjoint = adjoint_of(self.T_now_before)
+        return CameraMotion(
+            self.T_now_before @ before.T_now_before,
+            adjoint @ before.known_cov @ adjoint.T + self.known_cov,
+            self.seconds_unknown + before.seconds_unknown,
+        )
+
+
+NO_MOTION = CameraMotion(np.eye(4), NO_COV)
 
 
 def compensate_ego_motion(
@@ -77,21 +137,3 @@ def _move_boxes(
     corners = (beliefs.boxes.reshape(-1, 2).dot(H[:, :2].T) + H[:, 2]).reshape(-1, 2, 3)
     corners += (shift / depth[:, None])[:, None]
     return (corners[:, :, :2] / np.maximum(corners[:, :, 2:], MIN_SCALE)).reshape(-1, 4)
-
-
-def camera_motion(frame: Frame, dt: float) -> tuple[Float[Array, "4 4"], Float[Array, "6 6"]]:
-    """The camera's motion since the last frame and its covariance, where unknown a wide one.
-
-    dt: seconds since that frame. BadMotion for a motion that is faster than any car.
-    """
-    T_now_before = frame.T_now_before
-    if T_now_before is None:
-        return np.eye(4), UNKNOWN_MOTION_COV
-    metres = math.hypot(*T_now_before[:3, 3].tolist())
-    if metres > max_step(dt):
-        raise BadMotion(
-            f"frame {frame.index}: T_now_before moves the camera by {metres:.4g} m in {dt:.3g} s, "
-            "faster than any car: is it in metres, from the last frame to this one (no pose in "
-            "the world), and without a jump of the map? Give None where the motion is unknown"
-        )
-    return T_now_before, np.zeros((6, 6)) if frame.motion_cov is None else frame.motion_cov

@@ -34,7 +34,7 @@ class DetectorStatistics:
     confirmed: int = 0
     """How many of `newborns` were detected again in the next frame."""
     newborns: int = 0
-    """First detections whose next frame showed whether a second one followed."""
+    """First detections in plain view whose next frame showed whether a second one followed."""
 
 
 class ExistenceUpdate(NamedTuple):
@@ -193,7 +193,7 @@ class ExistenceFilter:
                 & (boxes[:, 2] <= right)
             )
             misses = _count(plain & (unmatched.hits >= MIN_KNOWN_HITS))
-            vanished = _count(first & (unmatched.hits == 1))
+            vanished = _count(plain & (unmatched.hits == 1))
         return DetectorStatistics(
             detector.hits + hits,
             detector.tries + hits + misses,
@@ -201,10 +201,14 @@ class ExistenceFilter:
             detector.newborns + confirmed + vanished,
         )
 
-    def written(self, tracks: ActiveTracks) -> Bool[Array, " n"]:
-        """Which tracks are put out: those likelier there, and in their box, than not."""
+    def written(self, tracks: ActiveTracks, since_look: float = 0.0) -> Bool[Array, " n"]:
+        """Which tracks are put out: those likelier there, and in their box, than not.
+
+        since_look: seconds since a detector looked; 0: it did at this frame. A track that it saw
+        once and missed then is not put out.
+        """
         in_box = np.exp(tracks.time_since_update * (-1.0 / self.prediction_lifetime))
-        established = (tracks.hits > 1) | (tracks.time_since_update <= 0.0)
+        established = (tracks.hits > 1) | (tracks.time_since_update <= since_look)
         return (tracks.existence * in_box >= self.threshold) & established
 
 

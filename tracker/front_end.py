@@ -98,7 +98,9 @@ class FrontEnd:
         RGB of the camera's size.
         """
         _check(frame, camera)
-        seen, watch = frame.detections, _Watch(spent, clock)
+        if not frame.looked_at:
+            return frame
+        seen, watch = frame.found, _Watch(spent, clock)
         keypoints = activations = None
         if self.hourglass is not None:
             keypoints, activations = _look(self.hourglass, frame)
@@ -146,9 +148,9 @@ def _look(
 ) -> tuple[Float[Array, "n 36 3"], Float32[Array, "n c s s"] | None]:
     """What the network sees in the boxes; NaN, and no maps, without an image."""
     if frame.image is None:
-        return np.full((len(frame.detections), 36, 3), np.nan), None
+        return np.full((len(frame.found), 36, 3), np.nan), None
     bgr = np.ascontiguousarray(frame.image[:, :, ::-1])
-    seen = hourglass(bgr, frame.detections.boxes)
+    seen = hourglass(bgr, frame.found.boxes)
     return seen.keypoints, seen.activations
 
 
@@ -157,8 +159,8 @@ def _described(
 ) -> Float[Array, "n d"]:
     """Descriptors of the boxes; NaN without an image."""
     if frame.image is None:
-        return np.full((len(frame.detections), descriptor.length), np.nan)
-    return descriptor(frame.image, frame.detections.boxes, activations)
+        return np.full((len(frame.found), descriptor.length), np.nan)
+    return descriptor(frame.image, frame.found.boxes, activations)
 
 
 class _Watch:

@@ -1,11 +1,15 @@
 """What a tracker remembers between two frames."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from tracker.box_filter import Gains
+from tracker.ego_motion import NO_MOTION, CameraMotion
+from tracker.errors import BadConfig
 from tracker.existence import DetectorStatistics
 from tracker.lifecycle import NO_TRACKS, ActiveTracks
 from tracker.score_scale import ScoreMemory
+from tracker.types import Frame
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,46 @@ class TrackerStatistics:
         return 1.0 - self.compared / self.pairs if self.pairs else 0.0
 
 
+class Clock(NamedTuple):
+    """Where a tracker is in time: at which frame, and since when it has predicted."""
+
+    time: float | None = None
+    """Of the last frame, s; None: no frame yet."""
+    looked_at: float | None = None
+    """Of the last frame that a detector looked at, s; None: no such frame yet."""
+    motion: CameraMotion | None = None
+    """Of the camera from that frame to the last one; None: they are the same."""
+
+    def since_look(self, frame: Frame) -> tuple[CameraMotion, float]:
+        """The camera's motion from the last frame that was looked at to this one; the seconds.
+
+        0 seconds where there was none. BadConfig when time goes backwards.
+        """
+        if self.time is None:
+            return NO_MOTION, 0.0
+        motion = CameraMotion.of(frame, self._elapsed(frame, self.time)).after(self.motion)
+        return motion, self.seconds_since_look(frame)
+
+    def seconds_since_look(self, frame: Frame) -> float:
+        """From the last frame that was looked at to this one; 0 where there was none."""
+        return 0.0 if self.looked_at is None else frame.time - self.looked_at
+
+    def after(self, frame: Frame) -> "Clock":
+        """The same after this frame."""
+        if frame.looked_at:
+            return Clock(frame.time, frame.time)
+        return Clock(frame.time, self.looked_at, self.since_look(frame)[0])
+
+    def _elapsed(self, frame: Frame, before: float) -> float:
+        """Seconds since the last frame."""
+        if not frame.time >= before:
+            raise BadConfig(
+                f"frame {frame.index} at {frame.time:g} s comes after one at {before:g} s: "
+                "frames go forward in time; call reset() between sequences"
+            )
+        return frame.time - before
+
+
 @dataclass(frozen=True, eq=False)
 class TrackerState:
     """Everything that a tracker remembers; never modified, so keeping it is a copy."""
@@ -44,8 +88,8 @@ class TrackerState:
     """The tracks that have not ended, in the road frame of the last frame."""
     next_id: int = 0
     """The id of the next track that begins; ids are never used twice."""
-    time: float | None = None
-    """Time of the last frame, s; None: no frame yet."""
+    clock: Clock = Clock()
+    """Where the tracker is in time."""
     statistics: TrackerStatistics = TrackerStatistics()
     """What was done since the reset."""
     detector: DetectorStatistics = DetectorStatistics()

@@ -1,7 +1,7 @@
 """The online tracker: one frame in, the identities of its detections out."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -20,11 +20,11 @@ from tracker.costs import (
     weighted_sum,
 )
 from tracker.dynamics import ConstantPosition, ConstantVelocity, Dynamics
-from tracker.ego_motion import camera_motion, compensate_ego_motion
+from tracker.ego_motion import CameraMotion, compensate_ego_motion
 from tracker.errors import BadConfig
 from tracker.existence import ExistenceFilter, ExistenceUpdate
 from tracker.explain import Explanation
-from tracker.lifecycle import NO_TRACKS, ActiveTracks, Lifecycle
+from tracker.lifecycle import NO_TRACKS, ActiveTracks, Lifecycle, in_view
 from tracker.score_scale import ScoreMemory, ScoreScale
 from tracker.state import TrackerState
 from tracker.suppression import Suppression
@@ -125,7 +125,7 @@ class Tracker:
         """
         return cls(
             camera,
-            ((1.0, ImageOverlap(0.1)),) if costs is None else costs,
+            ((1.0, ImageOverlap(0.1, drift=0.6)),) if costs is None else costs,
             lift=Lift(use_box_height=True),
             dynamics=ConstantVelocity(),
             suppress=Suppression(min_score=0.3, max_iou=0.5),
@@ -144,7 +144,9 @@ class Tracker:
 
         The arrays of the rows are the caller's, and the tracker keeps none of the frame's.
         With `existence` also the predicted boxes of tracks that should be there but were not
-        detected; the score of such a row is the probability that the object exists.
+        detected; the score of such a row is the probability that the object exists. Where
+        nothing looked (`detections` None) all rows are predicted and no track is the worse for
+        it: later rows are those of a run without that frame.
         """
         compared = self.cost_matrix(frame)  # suppress, lift, predict, gate, cost
         strong = compared.detections.scores >= self.strong_score
@@ -156,15 +158,14 @@ class Tracker:
 
         It changes nothing. Raises BadConfig when time goes backwards, MissingCue as the costs do.
         """
-        memory = self.state.scores
-        given = frame.detections
-        if self.score_scale is not None:
-            memory = self.score_scale.watch(memory, given)
-            given = self.score_scale(memory, given)
+        given, memory = self.rescored(self.state.scores, frame)
         detections = self.suppress(given, self.camera)
         observed = self.lift(detections, self.camera)
-        tracks = self._predict(frame, detections)
-        pairs = self.gate(tracks, observed, detections)
+        motion, dt = self.state.clock.since_look(frame)
+        tracks = self.state.tracks
+        if len(tracks):
+            tracks, _ = self.predict_tracks(tracks, motion, dt, detections)
+        pairs = self.gate(tracks, observed, detections, dt)
         costs, unmeasured = self.pair_costs(pairs)
         matrix = np.full(pairs.shape, np.inf)
         matrix[pairs.pairs] = costs
@@ -179,34 +180,42 @@ class Tracker:
         if self.explain:
             ids, pairs, total = compared.tracks.ids, compared.pairs, compared.costs
             self.explanation = Explanation.of(frame.index, ids, pairs, self.costs, total, match)
+        if not frame.looked_at:
+            clock, statistics = self.state.clock, self.state.statistics.after_frame(0, 0, 0)
+            self.state = replace(self.state, clock=clock.after(frame), statistics=statistics)
+            since_look = clock.seconds_since_look(frame)
+            return self._output_rows(frame.index, compared.tracks, since_look)
         self.state = self._update(frame, compared, match)
-        return self._output_rows(frame.index)
+        return self._output_rows(frame.index, self.state.tracks)
 
     def reset(self) -> None:
         """Forget everything; ids start at 0 again."""
         self.state, self.explanation = TrackerState(), None
 
-    def _predict(self, frame: Frame, detections: Detections) -> ActiveTracks:
-        """The active tracks as they should be at this frame."""
-        tracks, dt = self.state.tracks, elapsed(frame, self.state.time)
-        if len(tracks) == 0:
-            return tracks
-        return self.predict_tracks(tracks, frame, dt, detections)[0]
+    def rescored(self, memory: ScoreMemory, frame: Frame) -> tuple[Detections, ScoreMemory]:
+        """The detections of a frame with probabilities for scores; what is known of the scores.
+
+        memory: before this frame; it stays as it is where nothing looked.
+        """
+        if self.score_scale is None or not frame.looked_at:
+            return frame.found, memory
+        memory = self.score_scale.watch(memory, frame.found)
+        return self.score_scale(memory, frame.found), memory
 
     def predict_tracks(
-        self, tracks: ActiveTracks, frame: Frame, dt: float, detections: Detections
+        self, tracks: ActiveTracks, motion: CameraMotion, dt: float, detections: Detections
     ) -> tuple[ActiveTracks, Float[Array, "4 4"]]:
-        """The tracks as they should be at this frame, dt seconds later; T_now_before.
+        """The tracks as they should be after this motion, dt seconds later; T_now_before.
 
-        detections: of this frame, by which an uncertain rotation of the camera is corrected.
+        detections: of that moment, by which an uncertain rotation of the camera is corrected.
         """
         beliefs, moved = self.dynamics.predict(tracks.beliefs, dt)
-        T_now_before, motion_cov = camera_motion(frame, dt)
+        T_now_before, motion_cov = motion.T_now_before, motion.covariance
         predicted = compensate_ego_motion(beliefs, self.camera, T_now_before, motion_cov, moved)
         rotation_filter = self.camera_rotation_filter
         if (
             rotation_filter is not None
-            and frame.T_now_before is not None
+            and motion.is_known
             and rotation_filter.is_uncertain(motion_cov, self.camera)
         ):
             expected = predicted.boxes[tracks.time_since_update <= 0.0]  # detected just before
@@ -225,9 +234,14 @@ class Tracker:
         )
         return predicted_tracks, T_now_before
 
-    def gate(self, tracks: ActiveTracks, observed: Beliefs, detections: Detections) -> GatedPairs:
-        """The pairs of predicted tracks and lifted detections that are worth comparing."""
-        return GatedPairs(tracks.beliefs, observed, detections, self.camera, self.sigmas)
+    def gate(
+        self, tracks: ActiveTracks, observed: Beliefs, detections: Detections, dt: float
+    ) -> GatedPairs:
+        """The pairs of predicted tracks and lifted detections that are worth comparing.
+
+        dt: seconds since the last frame that was looked at.
+        """
+        return GatedPairs(tracks.beliefs, observed, detections, self.camera, self.sigmas, dt)
 
     def pair_costs(self, pairs: GatedPairs) -> tuple[Float[Array, " k"], int]:
         """The cost of every gated pair, tie break included; how many single costs were NaN."""
@@ -249,7 +263,7 @@ class Tracker:
         matched = tracks if _is_all(rows, len(tracks)) else tracks.select(rows)
         missed = match.unmatched_tracks
         unmatched = tracks.select(missed) if len(missed) else NO_TRACKS
-        dt = elapsed(frame, state.time)
+        dt = state.clock.seconds_since_look(frame)
         existence = self._update_existence(
             matched, unmatched, matched_scores, born_scores, observed.boxes, dt
         )
@@ -272,7 +286,7 @@ class Tracker:
         return TrackerState(
             updated.locked(),
             next_id,
-            frame.time,
+            state.clock.after(frame),
             statistics,
             existence.detector,
             gains,
@@ -319,11 +333,18 @@ class Tracker:
             updated = updated.replaced(boxes=boxes)
         return matched.seen_again(updated, scores, existence, innovations), gains
 
-    def _output_rows(self, index: int) -> Tracks:
-        """The rows of a frame: tracks detected in it, and those that should be there."""
-        tracks = self.state.tracks
+    def _output_rows(self, index: int, tracks: ActiveTracks, since_look: float = 0.0) -> Tracks:
+        """The rows of a frame: tracks detected in it, and those that should be there.
+
+        since_look: seconds since a detector looked; 0: it did at this frame.
+        """
         missed = np.isnan(tracks.scores)
-        written = ~missed if self.existence is None else self.existence.written(tracks)
+        if self.existence is not None:
+            written = self.existence.written(tracks, since_look)
+        else:
+            written = tracks.time_since_update <= since_look if since_look > 0.0 else ~missed
+        if since_look > 0.0:
+            written &= in_view(tracks.beliefs, self.camera)
         if np.count_nonzero(written) < len(tracks):
             tracks, missed = tracks.select(written), missed[written]
         boxes, scores = tracks.beliefs.boxes, tracks.scores
@@ -333,21 +354,6 @@ class Tracker:
         frames = np.full(len(scores), index)
         rows = Tracks(frames, tracks.ids, boxes, scores, cuboids=tracks.beliefs.cuboids)
         return rows.copied()
-
-
-def elapsed(frame: Frame, before: float | None) -> float:
-    """Seconds since the last frame, at the time `before`; 0 for None, where there was none.
-
-    BadConfig when time goes backwards.
-    """
-    if before is None:
-        return 0.0
-    if not frame.time >= before:
-        raise BadConfig(
-            f"frame {frame.index} at {frame.time:g} s comes after one at {before:g} s: "
-            "frames go forward in time; call reset() between sequences"
-        )
-    return frame.time - before
 
 
 def _is_all(rows: Int[Array, " k"], count: int) -> bool:

@@ -71,6 +71,10 @@ class KittiOptions:
     """Of the camera above the road."""
     pitch: Annotated[float | None, option("DEGREES", "0")] = None
     """Of the camera; positive looks up."""
+    every: Annotated[int | None, option("N", "as the boxes say")] = None
+    """The detector looked at every Nth frame only: the others get predicted rows, and no track is
+    the worse for them. Where all boxes lie in every Nth frame this is found out; 1: it looked at
+    all frames."""
     drop_bad_boxes: Flag = False
     """Leave out boxes without area and boxes outside the image, instead of refusing the file."""
 
@@ -83,6 +87,10 @@ class KittiOptions:
         from mot_sim.datasets import ScoreMap
 
         return None if self.score_map is None else ScoreMap.parse(self.score_map)
+
+    def looks(self) -> "mot_sim.files.settings.Settings":
+        """Which frames were looked at, where that was said."""
+        return {} if self.every is None else {"every": self.every}
 
     def named(self) -> list[str]:
         """The options of a KITTI tree that were given."""
@@ -111,6 +119,7 @@ class KittiOptions:
                 detection_format=self.detection_format,
                 bad_boxes="drop" if self.drop_bad_boxes else None,
                 score_map=self.parsed_score_map(),
+                every=self.every,
             )
             for name in chosen
         ]
@@ -128,6 +137,7 @@ class KittiOptions:
             "height": CAMERA_HEIGHT if self.height is None else self.height,
             "pitch_deg": self.pitch or 0.0,
             "drop_bad_boxes": self.drop_bad_boxes,
+            **self.looks(),
             "score_map": self.score_map,
         }
 

@@ -98,13 +98,15 @@ class Track:
             visual=self.kitti.ego == "visual",
             bad_boxes="drop" if drop else "error",
             score_map=self.kitti.parsed_score_map(),
+            every=self.kitti.every,
         )
         files = {"boxes": self.boxes, "camera": self.camera, "images": self.images, "ego": poses}
         settings = {
             name: None if path is None else str(path.resolve()) for name, path in files.items()
         }
         settings["ego"] = settings["ego"] or self.kitti.ego
-        return [drive], {**settings, "drop_bad_boxes": drop, "score_map": self.kitti.score_map}
+        of_boxes = {"drop_bad_boxes": drop, "score_map": self.kitti.score_map}
+        return [drive], {**settings, **of_boxes, **self.kitti.looks()}
 
     def _report(self, terminal: Terminal, run: "mot_sim.evaluation.runs.TrackingRun") -> None:
         frames = sum(counts.frames for counts in run.counts.values())

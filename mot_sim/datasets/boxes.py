@@ -30,6 +30,7 @@ def box_sequence(
     visual: bool = False,
     bad_boxes: BadBoxes = "error",
     score_map: ScoreMap | None = None,
+    every: int | None = None,
 ) -> RecordedSequence:
     """The drive in a table of boxes and a camera file.
 
@@ -40,6 +41,8 @@ def box_sequence(
     camera's motion is unknown. motion_cov: of the motion that the poses give over one frame; by
     default that of ORB-SLAM3 on KITTI. visual: the motion is seen in the images. name: the
     csv file's, unless given. score_map: from the scores to probabilities; None: they are ones.
+    every: only every so many-th frame was looked at; None: as the boxes say, see
+    `RecordedSequence.looked_at_every`.
     There are as many frames as poses, else as images, else up to the last box.
     """
     if visual and (images is None or poses is not None):
@@ -77,7 +80,7 @@ def box_sequence(
         folder.warn_of_gaps(frame_count)
     if motion_cov is None and Ts_world_cam is not None:
         motion_cov = np.diag(ORBSLAM3_MOTION_STD) ** 2
-    return RecordedSequence(
+    sequence = RecordedSequence(
         name=Path(boxes).stem if name is None else name,
         camera=described.camera,
         frame_count=frame_count,
@@ -89,6 +92,7 @@ def box_sequence(
         motion=ImageMotion(folder) if visual and folder is not None else None,
         frame_rate=described.frame_rate,
     )
+    return sequence.looked_at_every(every)
 
 
 def read_boxes_table(path: Path) -> TextTable:

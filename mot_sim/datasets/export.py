@@ -32,7 +32,7 @@ def export_motchallenge(
     for frame in sequence:
         indices.append(frame.index)
         times.append(frame.time)
-        parts.append(Detections(frame.detections.boxes, frame.detections.scores))
+        parts.append(Detections(frame.found.boxes, frame.found.scores))
     length = indices[-1] + 1 if indices else 0
     tables = {"det": _detection_rows(np.array(indices, dtype=np.int64), parts)}
     if truth is not None:

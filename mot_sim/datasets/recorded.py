@@ -1,18 +1,27 @@
 """A recorded drive as a `Sequence`: detections by frame, poses, images loaded when asked for."""
 
+import logging
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import log10
 from typing import Protocol, TypeVar, runtime_checkable
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from mot_sim.datasets.images import ImageSource
 from tracker.errors import BadConfig
 from tracker.geometry import adjoint_of, invert
 from tracker.types import Camera, Detections, Frame
+
+# That all boxes lie in every Nth frame is no chance if it is less likely than this,
+MAX_CHANCE = 1e-3
+# and if there are as many such frames.
+MIN_LOOKS = 5
+
+log = logging.getLogger(__name__)
 
 # The kind of sequence that a subset is taken of. (Not `Self`: the type checks of the test run
 # decorate methods one by one, where `Self` says nothing.)
@@ -84,6 +93,8 @@ class RecordedSequence:
     motion: MotionSource | None = None
     """Gives the motion while the drive is played, in place of poses and covariance; None: it does
     not."""
+    looked_at: Bool[Array, " m"] | None = None
+    """Whether a detector looked at each frame of the recording; None: at all of them."""
 
     def __len__(self) -> int:
         return len(self.frame_indices)
@@ -96,11 +107,44 @@ class RecordedSequence:
             yield Frame(
                 index=index,
                 time=index / self.frame_rate,
-                detections=self.log.at(index),
+                detections=self.detections_at(index),
                 T_now_before=T_now_before,
                 motion_cov=motion_cov,
                 image=None if self.images is None else self.images.load(index),
             )
+
+    def detections_at(self, frame: int) -> Detections | None:
+        """The detections of a frame, perhaps none at all; None where nothing looked."""
+        looked_at = self.looked_at
+        if looked_at is not None and 0 <= frame < len(looked_at) and not looked_at[frame]:
+            return None
+        return self.log.at(frame)
+
+    def looked_at_every(self: AnySequence, every: int | None) -> AnySequence:
+        """The same drive with a detector that looked at every so many-th frame only.
+
+        At frame 0, every, ...; or, where all boxes lie in such a row of frames, at those. None:
+        as the boxes say, see `looking_interval`; what was decided is logged. Boxes in other
+        frames are left out, and counted in a warning. Raises BadConfig for `every` below 1.
+        """
+        frames = self.log.frames
+        chosen = looking_interval(frames) if every is None else every
+        if chosen < 1:
+            raise BadConfig(f"every {every}: give a whole number of frames, 1 or more")
+        if chosen == 1:
+            return replace(self, looked_at=None)
+        rest = frames % chosen
+        first = int(rest[0]) if len(rest) and (rest == rest[0]).all() else 0
+        if every is None:
+            log.warning(
+                "%s: boxes lie in one frame in %d only, from %d on: the others count as frames "
+                "that nothing looked at, and get predicted rows; if they were looked at: --every 1",
+                self.name, chosen, first,
+            )  # fmt: skip
+        elif (rest != first).any():
+            message = "%s: %d of %d boxes are left out, in frames that were not to be looked at"
+            log.warning(message, self.name, np.count_nonzero(rest != first), len(rest))
+        return replace(self, looked_at=np.arange(self.frame_count) % chosen == first)
 
     def subset(self: AnySequence, frame_indices: Iterable[int]) -> AnySequence:
         """The same drive with only these frames delivered; motion is composed over the others.
@@ -167,6 +211,18 @@ class RecordedSequence:
             adjoint = adjoint_of(self._motions[middle])
             covariance = adjoint @ covariance @ adjoint.T + self.motion_cov
         return covariance
+
+
+def looking_interval(frames: Int[Array, " n"]) -> int:
+    """The N of a detector that ran on every Nth frame, by the numbers of the frames with boxes.
+
+    1 where the boxes of a detector that looks at all frames would lie so with a chance above one
+    in a thousand: frames without a box are common, a gap before every box is not.
+    """
+    numbers = np.unique(frames)
+    interval = int(np.gcd.reduce(np.diff(numbers))) if len(numbers) >= MIN_LOOKS else 1
+    surely = interval > 1 and (len(numbers) - 1) * log10(interval) >= -log10(MAX_CHANCE)
+    return interval if surely else 1
 
 
 def _compose(now: Motion, before: Motion) -> Motion:

@@ -163,8 +163,9 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
         if self._is_over:
             return
         frame = self._frames[len(self._actions)]
-        kept = self._tracker.suppress(frame.detections, self._tracker.camera)
-        self._frame: Frame = replace(frame, detections=surest(kept, self.max_detections))
+        kept = self._tracker.suppress(frame.found, self._tracker.camera)
+        seen = surest(kept, self.max_detections) if frame.looked_at else None
+        self._frame: Frame = replace(frame, detections=seen)
         self._compared: CostMatrix = self._tracker.cost_matrix(self._frame)
 
     def _advance(self, action: Int[Array, " m"]) -> None:

@@ -60,7 +60,7 @@ class ObservationBuilder:
 
         odometry: T_now_before, the identity where it is not known.
         """
-        detections = surest(frame.detections, self.max_detections)
+        detections = surest(frame.found, self.max_detections)
         motion = np.eye(4) if frame.T_now_before is None else frame.T_now_before.copy()
         found: Observation = {
             "boxes": pad_boxes(detections.boxes, self.camera, self.max_detections),

@@ -142,10 +142,10 @@ def track_sequence(
     looked = None if front_end is None else SequenceWithCues(sequence, front_end)
     for number, frame in enumerate(looked or sequence, 1):
         parts.append(tracker.step(frame))
-        seen += len(frame.detections)
+        seen += len(frame.found)
         log.debug(
             "%s frame %d: %d detections, %d rows",
-            sequence.name, frame.index, len(frame.detections), len(parts[-1]),
+            sequence.name, frame.index, len(frame.found), len(parts[-1]),
         )  # fmt: skip
         if progress is not None:
             progress(sequence.name, number)

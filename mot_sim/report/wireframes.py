@@ -80,7 +80,7 @@ class Fitting:
         if frame.image is None or not len(boxes):
             return Wireframes(np.zeros(0, np.int64), np.zeros((0, 36, 2)), np.zeros((0, 36), bool))
         asked = replace(frame, detections=Detections(boxes.boxes, np.ones(len(boxes))))
-        keypoints = self.front_end(asked, camera).detections.keypoints
+        keypoints = self.front_end(asked, camera).found.keypoints
         assert keypoints is not None
         sides = boxes.boxes[:, 2:] - boxes.boxes[:, :2]
         fitted = self.fit(keypoints, camera, self.front_end.keypoint_share * sides)

@@ -11,7 +11,9 @@ from tests.tracker.samples import LEVEL, Car, Drive, drive, locked
 from tracker import FRAMEWORKS, TRACKERS, Delayed, Detections, Frame, Tracker, Tracks
 from tracker.association import ASSOCIATIONS
 from tracker.costs import COSTS, ImageOverlap
+from tracker.ego_motion import NO_MOTION, CameraMotion
 from tracker.errors import BadConfig
+from tracker.geometry import box_iou
 
 every_framework = pytest.mark.parametrize("name", list(FRAMEWORKS))
 every_tracker = pytest.mark.parametrize("preset", list(TRACKERS))
@@ -209,3 +211,58 @@ def test_what_is_remembered_of_tracks_cannot_be_written_to(name: str) -> None:
         assert not array.flags.writeable
     with pytest.raises(ValueError, match="read-only"):
         tracks.ids[:] += 1
+
+
+def with_looks_at_every(frames: list[Frame], every: int) -> list[Frame]:
+    """The same frames; nothing looked at those in between."""
+    return [f if f.index % every == 0 else replace(f, detections=None) for f in frames]
+
+
+def given_every(frames: list[Frame], every: int) -> list[Frame]:
+    """Only every so many-th frame; the motion goes over those in between."""
+    given, motion = [], NO_MOTION
+    for frame in frames:
+        motion = CameraMotion.of(frame, 0.1).after(motion)
+        if frame.index % every == 0:
+            known = (motion.T_now_before, motion.known_cov) if given else (None, None)
+            given.append(replace(frame, T_now_before=known[0], motion_cov=known[1]))
+            motion = NO_MOTION
+    return given
+
+
+@every_framework
+@every_tracker
+@pytest.mark.parametrize("every", [2, 4])
+def test_frames_that_nothing_looked_at_get_rows_and_change_no_other_row(
+    name: str, preset: str, every: int
+) -> None:
+    rows = run(built(name, preset), with_looks_at_every(town().frames, every))
+    looked_at = rows.select(rows.frames % every == 0)
+    expected = run(built(name, preset), given_every(town().frames, every))
+    np.testing.assert_array_equal(looked_at.frames, expected.frames)
+    np.testing.assert_array_equal(looked_at.ids, expected.ids)
+    atol = 1e-6 if name in ASSOCIATIONS else 0.3  # a path is smoothed in smaller steps
+    np.testing.assert_allclose(looked_at.boxes, expected.boxes, rtol=0, atol=atol)
+    rows.require_unique_ids()
+    assert (np.diff(rows.frames) >= 0).all()
+    between = np.flatnonzero(np.arange(30) % every)
+    assert np.isin(between[between < 14], rows.frames).all()
+
+
+@every_framework
+def test_where_nothing_looks_boxes_follow_the_cars_and_the_camera(name: str) -> None:
+    """Looks stop for half a second: the boxes that come are where the cars are."""
+    seen = drive([Car(-3.0, 30.0), Car(3.0, 25.0, velocity=(0.0, 4.0))], lambda t: (0, 5 * t, 0))
+    frames = [f if f.index < 14 else replace(f, detections=None) for f in seen.frames]
+    rows = run(built(name), frames)
+    for frame in seen.frames[14:19]:
+        here = rows.boxes[rows.frames == frame.index]
+        assert len(here) == 2
+        assert box_iou(frame.detections.boxes[:, None], here[None]).max(axis=1).min() > 0.75
+
+
+@every_framework
+def test_a_drive_that_nothing_looks_at_has_no_rows(name: str) -> None:
+    frames = [replace(frame, detections=None) for frame in town().frames[:5]]
+    assert len(run(built(name), frames)) == 0
+    assert len(run(built(name), frames + town().frames[5:])) > 30

@@ -168,3 +168,29 @@ def test_what_is_compared_and_explained_shares_nothing_that_can_be_changed(name:
     boxes = tracker.explanation.boxes.copy()
     frame.detections.boxes[:] += 50.0
     np.testing.assert_array_equal(tracker.explanation.boxes, boxes)
+
+
+@every_tracker
+def test_what_nothing_looked_at_is_no_evidence(name: str) -> None:
+    """Memory stays as it was, but for the clock: no miss, no rate of the detector."""
+    tracker, seen = TRACKERS[name](LEVEL), town()
+    run(tracker, seen, last=5)
+    before = tracker.state
+    rows = [tracker.step(replace(frame, detections=None)) for frame in seen.frames[5:9]]
+    assert all(len(each) for each in rows)
+    assert tracker.state.tracks is before.tracks
+    assert tracker.state.detector == before.detector
+    assert tracker.state.gains is before.gains
+    assert tracker.state.statistics.frames == 9
+    for each in rows:
+        assert set(each.ids.tolist()) <= set(before.tracks.ids.tolist())
+
+
+@every_tracker
+def test_a_second_that_nothing_looked_at_ends_no_track_a_missed_one_does(name: str) -> None:
+    """Standing cars, and one look after every second: ids last, though rows of misses would not."""
+    seen = drive([Car(-4.0, 30.0), Car(4.0, 40.0)], count=31)
+    blind = [f if f.index % 10 < 3 else replace(f, detections=None) for f in seen.frames]
+    tracker = TRACKERS[name](LEVEL)
+    for frame in blind:
+        assert tracker.step(frame).ids.tolist() == [0, 1]

@@ -17,7 +17,12 @@ from tests.tracker.samples import (
 )
 from tracker import Tracker
 from tracker.beliefs import Beliefs
-from tracker.ego_motion import MIN_SCALE, compensate_ego_motion
+from tracker.ego_motion import (
+    MIN_SCALE,
+    UNKNOWN_MOTION_COV,
+    CameraMotion,
+    compensate_ego_motion,
+)
 from tracker.errors import BadMotion
 from tracker.geometry import homogeneous, invert, rotation_x, rotation_y, transform, wrap_angle
 from tracker.lifecycle import in_view
@@ -225,3 +230,22 @@ def test_a_motion_faster_than_any_car_is_refused(preset) -> None:
     with pytest.raises(BadMotion, match=r"frame 3: T_now_before moves the camera by 80 m in 0\.1"):
         tracker.step(Frame(3, 0.3, boxes, far))
     tracker.step(Frame(3, 0.9, boxes, far))  # after a gap it may be
+
+
+def test_motions_in_turn_are_one_motion() -> None:
+    """Covariances live in the camera of now; the unknown grows with its time, not its frames."""
+    turn, ahead = rotation_y(0.1), np.array([0.0, 0.0, -2.0])
+    first = CameraMotion.of(Frame(1, 0.1, None, homogeneous(turn, ahead), np.eye(6) * 1e-4), 0.1)
+    second = CameraMotion.of(Frame(2, 0.2, None, homogeneous(turn, ahead), np.eye(6) * 1e-4), 0.1)
+    both = second.after(first)
+    expected = homogeneous(turn, ahead) @ homogeneous(turn, ahead)
+    np.testing.assert_allclose(both.T_now_before, expected)
+    assert both.is_known
+    assert np.trace(both.covariance) > np.trace(first.covariance) + np.trace(second.covariance)
+    unknown = CameraMotion.of(Frame(3, 0.3, None), 0.1)
+    half_known = unknown.after(both)
+    assert not half_known.is_known
+    np.testing.assert_allclose(half_known.T_now_before, expected)
+    np.testing.assert_allclose(unknown.covariance, UNKNOWN_MOTION_COV)
+    twice = CameraMotion.of(Frame(4, 0.4, None), 0.1).after(unknown)
+    np.testing.assert_allclose(twice.covariance, 4.0 * UNKNOWN_MOTION_COV)

@@ -126,3 +126,18 @@ def test_only_what_ends_lower_in_the_image_covers() -> None:
     assert covered_share(nearer, car).tolist() == [0.0]
     assert covered_share(car, np.zeros((0, 4))).tolist() == [0.0]
     assert covered_share(np.zeros((0, 4)), car).shape == (0,)
+
+
+def test_a_newborn_that_leaves_is_no_clutter() -> None:
+    """One stands in plain view and vanishes, one at the border is leaving."""
+    young = tracks([0.9, 0.9], hits=1)
+    young.beliefs.boxes[1] = [0.0, 150.0, 50.0, 200.0]
+    none = tracks([])
+    learned = ExistenceFilter().learn(DetectorStatistics(), none, young, np.zeros(2), DT, LEVEL)
+    assert learned == DetectorStatistics(newborns=1)
+
+
+def test_a_newborn_is_predicted_where_nothing_looks_until_it_was_missed() -> None:
+    young = tracks([0.95], hits=1, unseen=0.3)
+    assert ExistenceFilter().written(young, since_look=0.3).all()
+    assert not ExistenceFilter().written(young, since_look=0.2).any()

@@ -33,6 +33,8 @@ class GatedPairs:
     """The camera of both."""
     sigmas: float
     """How many standard deviations the regions are stretched by, >= 0."""
+    seconds: float = 0.0
+    """Since the last frame that a detector looked at, s, >= 0."""
     expected_regions: Cuboids = field(init=False)
     """g(xi, phi(pi_G^-1(.), s)) of eqs. 3-4, in the road frame."""
     search_areas: Float[Array, "n 4"] = field(init=False)

@@ -1,7 +1,7 @@
 """2D-2D: the overlap of the expected box with the new one."""
 
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -21,12 +21,16 @@ class ImageOverlap:
     buffer: float = 0.0
     """Share of its sides that both boxes are widened by, on each side, so that small and fast cars
     still meet (as C-BIoU does); more: boxes farther apart overlap."""
+    drift: float = 0.0
+    """Share of its sides per second since the last frame that a detector looked at; both boxes are
+    widened by that where it is more than `buffer`."""
 
     def __call__(self, pairing: GatedPairs) -> Float[Array, " k"]:
         """The cost of every pair of the pairing, in [0, 1]."""
         rows, columns = pairing.pairs
-        expected = widened(pairing.expected.boxes, self.buffer)
-        observed = widened(pairing.observed.boxes, self.buffer)
+        fraction = max(self.buffer, round(self.drift * pairing.seconds, 6))
+        expected = widened(pairing.expected.boxes, fraction)
+        observed = widened(pairing.observed.boxes, fraction)
         return 1.0 - box_iou(expected.take(rows, 0), observed.take(columns, 0))
 
 
@@ -35,7 +39,7 @@ def widened(boxes: Float[Array, "n 4"], fraction: float) -> Float[Array, "n 4"]:
     return boxes.dot(_widening(fraction)) if fraction else boxes
 
 
-@cache
+@lru_cache(maxsize=64)
 def _widening(fraction: float) -> Float[Array, "4 4"]:
     """x_min - f (x_max - x_min), and so on, as a matrix."""
     return np.eye(4) * (1.0 + 2.0 * fraction) - fraction * np.tile(np.eye(2), (2, 2))

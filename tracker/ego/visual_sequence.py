@@ -21,7 +21,7 @@ def with_visual_motion(frames: Iterable[Frame], odometry: VisualOdometry) -> Ite
     time, images, count = None, 0, 0
     for frame in frames:
         seconds = 0.1 if time is None else frame.time - time
-        T_now_before, cov = odometry.step(frame.image, frame.detections.boxes, seconds)
+        T_now_before, cov = odometry.step(frame.image, frame.found.boxes, seconds)
         first = time is None
         time, images, count = frame.time, images + (frame.image is not None), count + 1
         if first:

@@ -13,13 +13,14 @@ from tracker.association.min_cost_flow import Arcs
 from tracker.beliefs import Beliefs
 from tracker.box_filter import Gains
 from tracker.costs import GatedPairs
+from tracker.ego_motion import CameraMotion
 from tracker.errors import BadConfig
 from tracker.geometry import homogeneous, invert, rotation_y
 from tracker.lifecycle import MAX_TIME_ROUNDING, NO_TRACKS, ActiveTracks, in_view
 from tracker.multi_frame.flow_costs import FlowCosts
 from tracker.score_scale import ScoreMemory
-from tracker.state import TrackerStatistics
-from tracker.tracker import Tracker, elapsed
+from tracker.state import Clock, TrackerStatistics
+from tracker.tracker import Tracker
 from tracker.types import Camera, Cuboids, Detections, Frame, Tracks
 
 # What a step without any row gives; it has the columns that the others have.
@@ -46,6 +47,8 @@ class FrameNodes:
     """All arcs that end in this frame."""
     T_world_road: Float[Array, "4 4"]
     """From this frame's road to that of the first frame, both as planes."""
+    is_looked_at: bool = True
+    """Whether a detector looked at it."""
 
     @property
     def nodes(self) -> Int[Array, " n"]:
@@ -66,10 +69,11 @@ class LinkerState:
     """The nodes of the last seconds, each as a track that ends there; ids: their numbers."""
     next_node: int = 0
     """Number of the next frame's first node."""
-    time: float | None = None
-    """Time of the last frame, s; None: no frame yet."""
+    clock: Clock = Clock()
+    """Where the linker is in time."""
     T_world_road: Float[Array, "4 4"] | None = None
-    """From the last frame's road to that of the first frame; None: no frame yet."""
+    """From the road of the last frame that was looked at, as `recent` is, to that of the first
+    frame; None: no such frame yet."""
     statistics: TrackerStatistics = TrackerStatistics()
     """What was done since the reset."""
     gains: Gains | None = None
@@ -113,16 +117,17 @@ class Linker:
             raise BadConfig(f"max_cost {self.max_cost:g}: the largest cost is finite, above 0")
 
     def __call__(self, state: LinkerState, frame: Frame) -> tuple[LinkerState, FrameNodes]:
-        """What is remembered after the frame; its nodes, with the arcs to them."""
-        tracker, first, dt = self.tracker, state.next_node, elapsed(frame, state.time)
-        given, memory = frame.detections, state.scores
-        if tracker.score_scale is not None:
-            memory = tracker.score_scale.watch(memory, given)
-            given = tracker.score_scale(memory, given)
+        """What is remembered after the frame; its nodes, with the arcs to them.
+
+        A frame that nothing looked at has no nodes, and is nothing that later ones would miss.
+        """
+        tracker, first = self.tracker, state.next_node
+        motion, dt = state.clock.since_look(frame)
+        given, memory = tracker.rescored(state.scores, frame)
         detections = tracker.suppress(given, tracker.camera)
         observed = tracker.lift(detections, tracker.camera)
-        recent, T_world_road = self._predict(state, frame, dt, detections)
-        pairs = tracker.gate(recent, observed, detections)
+        recent, T_world_road = self._predict(state, motion, dt, detections)
+        pairs = tracker.gate(recent, observed, detections, dt)
         costs, unmeasured = tracker.pair_costs(pairs)
         links = self._links(recent, pairs, costs, dt)
         arcs = Arcs(recent.ids[links.rows], first + links.columns, links.costs)
@@ -133,23 +138,32 @@ class Linker:
         for remembered in (detections, observed, new):
             remembered.locked()
         frame_nodes = FrameNodes(
-            frame.index, frame.time, first, detections, observed, new.beliefs, arcs, T_world_road
+            frame.index,
+            frame.time,
+            first,
+            detections,
+            observed,
+            new.beliefs,
+            arcs,
+            T_world_road,
+            frame.looked_at,
         )
-        kept = ActiveTracks.concatenate((self._within_memory(recent), new)).locked()
         n, m = pairs.shape
         statistics = state.statistics.after_frame(n * m, len(costs), unmeasured)
-        after = LinkerState(
-            kept, frame_nodes.end, frame.time, T_world_road, statistics, gains, memory
-        )
+        clock = state.clock.after(frame)
+        if not frame.looked_at:
+            return replace(state, clock=clock, statistics=statistics), frame_nodes
+        kept = ActiveTracks.concatenate((self._within_memory(recent), new)).locked()
+        after = LinkerState(kept, frame_nodes.end, clock, T_world_road, statistics, gains, memory)
         return after, frame_nodes
 
     def _predict(
-        self, state: LinkerState, frame: Frame, dt: float, detections: Detections
+        self, state: LinkerState, motion: CameraMotion, dt: float, detections: Detections
     ) -> tuple[ActiveTracks, Float[Array, "4 4"]]:
         """The recent nodes as they should be at this frame, and T_world_road of it."""
         if state.T_world_road is None:
             return NO_TRACKS, np.eye(4)
-        recent, T_now_before = self.tracker.predict_tracks(state.recent, frame, dt, detections)
+        recent, T_now_before = self.tracker.predict_tracks(state.recent, motion, dt, detections)
         T_now_before = on_the_road(T_now_before, self.tracker.camera)
         return recent, state.T_world_road @ invert(T_now_before)
 

@@ -62,8 +62,8 @@ class Window:
     flow_costs: FlowCosts = FlowCosts()
     """What nodes, links, gaps and births cost."""
     lag: int = 10
-    """Frames looked ahead, enough for a birth; 10 are a second of KITTI. More: surer ids, later
-    rows."""
+    """Frames looked ahead, enough for a birth; 10 are a second of KITTI. Only those count that a
+    detector looked at. More: surer ids, later rows."""
     acceleration_std: float = ConstantVelocity.acceleration_std
     """Std of the acceleration in the smoother that fills gaps, m/s^2; more: filled paths bend
     more."""
@@ -79,10 +79,16 @@ class Window:
             )
 
     def step(self, frame: Frame) -> Tracks:
-        """The rows of the frame `lag` frames ago; none at first."""
+        """The rows of the frame `lag` frames ago; none at first.
+
+        With those of the frames before it that nothing looked at.
+        """
         linker, frame_nodes = Linker(self.tracker, self.flow_costs)(self.state.linker, frame)
         self.state = replace(self.state, linker=linker, window=(*self.state.window, frame_nodes))
-        return self._decide() if len(self.state.window) > self.lag else NO_ROWS
+        parts = [NO_ROWS]
+        while sum(frame.is_looked_at for frame in self.state.window) > self.lag:
+            parts.append(self._decide())
+        return Tracks.concatenate(parts) if len(parts) > 1 else NO_ROWS
 
     def finish(self) -> Tracks:
         """The rows of the frames that are still open."""
@@ -108,12 +114,14 @@ class Window:
         for path, track_id in zip(paths.nodes, paths.ids, strict=True):
             if path[0] >= oldest.end:
                 continue  # begins later: open still
-            if len(path) > 1 or path[0] >= oldest.first:
+            if len(path) > 1 or path[0] >= oldest.first or not oldest.is_looked_at:
                 parts.append(self._row(path, track_id, oldest))
             ends.append(path[path < oldest.end][-1])
             ids.append(track_id)
-        horizon = oldest.time - self.tracker.lifecycle.max_gap - MAX_TIME_ROUNDING
-        past = tuple(frame for frame in (*state.past, oldest) if frame.time >= horizon)
+        past = (*state.past, oldest)
+        if oldest.is_looked_at:  # else nothing has been missed since
+            horizon = oldest.time - self.tracker.lifecycle.max_gap - MAX_TIME_ROUNDING
+            past = tuple(frame for frame in past if frame.time >= horizon)
         all_ends, all_ids = np.array(ends, np.int64), np.array(ids, np.int64)
         kept = all_ends >= past[0].first
         self.state = WindowState(

@@ -33,8 +33,9 @@ class Frame:
     """Number of the frame in its sequence, counted from 0."""
     time: float
     """When it was taken, s."""
-    detections: Detections
-    """What the detector found in it."""
+    detections: Detections | None
+    """What the detector found in it, perhaps nothing; None: nothing looked at it, so that trackers
+    predict, and hold it against no track."""
     T_now_before: Float[Array, "4 4"] | None = None
     """Moves points of the camera frame of the last frame that was DELIVERED into the camera frame
     of this one, rigid; None at the first frame, and where it is unknown."""
@@ -49,10 +50,10 @@ class Frame:
         if type(self.index) is not int:
             assign(self, "index", as_whole_number("frame index", self.index, BadConfig))
         assign(self, "time", as_number(f"frame {self.index}: time", self.time, BadConfig))
-        if not isinstance(self.detections, Detections):
+        if not (self.detections is None or isinstance(self.detections, Detections)):
             raise BadDetections(
                 f"frame {self.index}: detections of type {type(self.detections).__name__}; give "
-                "Detections.of(boxes, scores)"
+                "Detections.of(boxes, scores), or None where nothing looked"
             )
         if self.T_now_before is not None:
             name = f"frame {self.index}: T_now_before"
@@ -60,6 +61,16 @@ class Frame:
         if self.motion_cov is not None:
             name = f"frame {self.index}: motion_cov"
             assign(self, "motion_cov", _motion_cov(name, self.motion_cov))
+
+    @property
+    def looked_at(self) -> bool:
+        """Whether a detector looked at this frame, whatever it found."""
+        return self.detections is not None
+
+    @property
+    def found(self) -> Detections:
+        """The detections; none where nothing looked."""
+        return Detections.empty() if self.detections is None else self.detections
 
 
 def _motion_cov(name: str, given: object) -> Float[Array, "6 6"]:

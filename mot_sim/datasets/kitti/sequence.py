@@ -75,6 +75,7 @@ def kitti_sequence(
     detection_format: str | None = None,
     bad_boxes: BadBoxes | None = None,
     score_map: ScoreMap | None = None,
+    every: int | None = None,
 ) -> KittiSequence:
     """A sequence of a KITTI tree, at 10 Hz.
 
@@ -85,7 +86,8 @@ def kitti_sequence(
     played, whatever `images` says.
     images: load the frames' images, one by one while iterating; frames without one get None.
     height, pitch: of the camera above the road, metres and radians. bad_boxes: see
-    `read_detections`. score_map: in place of the format's own.
+    `read_detections`. score_map: in place of the format's own. every: only every so many-th frame
+    was looked at; None: as the boxes say, see `RecordedSequence.looked_at_every`.
     For the testing split, detections and odometry lie in a folder `testing` of their own.
     Raises DatasetNotFound, UnknownName, BadFile, BadCalibration.
     """
@@ -123,7 +125,7 @@ def kitti_sequence(
     motion = _seen_motion(ego, found, None if number is None else known_size, frame_count)
     if images and found is not None and motion is None:
         found.warn_of_gaps(frame_count)
-    return KittiSequence(
+    sequence = KittiSequence(
         name=name,
         camera=camera,
         frame_count=frame_count,
@@ -136,6 +138,7 @@ def kitti_sequence(
         calibration=calibration,
         label_path=labels if split == "training" and labels.is_file() else None,
     )
+    return sequence.looked_at_every(every)
 
 
 def _seen_motion(

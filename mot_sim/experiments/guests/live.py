@@ -49,7 +49,7 @@ class ExternalOnlineTracker:
         Raises ExternalTrackerFailed, with stderr, when it ends, hangs or babbles.
         """
         process = self._process or self._start()
-        seen = frame.detections.select(frame.detections.scores >= self.min_score)
+        seen = frame.found.select(frame.found.scores >= self.min_score)
         line = self._ask(process, json.dumps(_rows(seen)))
         try:
             rows = np.array(json.loads(line), dtype=float).reshape(-1, 6)

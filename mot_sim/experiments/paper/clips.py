@@ -34,8 +34,8 @@ def cued(clip: KittiSequence, front_end: FrontEnd) -> LabelledSequence:
     """The clip with what the front end measures as columns of its detections, without images."""
     frames, parts = [np.zeros(0, np.int64)], []
     for frame in SequenceWithCues(clip, front_end):
-        frames.append(np.full(len(frame.detections), frame.index))
-        parts.append(frame.detections)
+        frames.append(np.full(len(frame.found), frame.index))
+        parts.append(frame.found)
     seen = DetectionLog(np.concatenate(frames), Detections.concatenate(parts))
     if clip.truth is None:
         raise ValueError(f"{clip.name} has no labels")  # `clips_with_images` gives no such clip

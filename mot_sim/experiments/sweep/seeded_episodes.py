@@ -13,7 +13,7 @@ from mot_sim.experiments.sweep.paths import Level
 from mot_sim.files.fingerprint import code_digest
 from tracker import Camera, Frame, Sequence, Tracks
 from tracker.errors import BadConfig
-from tracker.types import Detections, SequenceWrapper
+from tracker.types import SequenceWrapper
 
 DEFAULT_FRAMES = 50  # of an episode, where a test does not say; 5 s
 MAX_EPISODES_IN_MEMORY = 16  # episodes
@@ -26,10 +26,7 @@ class CopiedFrames(SequenceWrapper):
     def __iter__(self) -> Iterator[Frame]:
         for frame in self.sequence:
             seen = frame.detections
-            columns = {
-                name: column.copy() for name, column in vars(seen).items() if column is not None
-            }
-            yield replace(frame, detections=Detections(**columns))
+            yield replace(frame, detections=None if seen is None else seen.copied())
 
 
 @dataclass(frozen=True, eq=False)

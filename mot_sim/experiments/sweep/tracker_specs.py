@@ -213,7 +213,7 @@ class Updated:
 
     def step(self, frame: Frame) -> Tracks:
         """The rows of this frame; the tracker gets copies."""
-        seen = frame.detections
+        seen = frame.found
         update: Callable[..., Any] = self.inner.update
         rows = update(seen.boxes.copy(), seen.scores.copy())
         if isinstance(rows, Tracks):

@@ -35,7 +35,7 @@ def run_trial(
         is_late = callable(getattr(tracker, "finish", None))
         for frame in drive.sequence:
             at = f"frame {frame.index}"
-            detections += len(frame.detections)
+            detections += len(frame.found)
             came.append(frame.index)
             parts.append(tracker.step(frame))
             require_rows(parts[-1], came if is_late else came[-1:])

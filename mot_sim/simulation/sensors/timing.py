@@ -77,5 +77,5 @@ class Timed(SequenceWrapper):
         for frame, stamp in zip(self.sequence, self.stamps.tolist(), strict=True):
             detections = frame.detections
             if self.late:
-                detections = self.sequence.log.at(frame.index - self.late)
+                detections = self.sequence.detections_at(frame.index - self.late)
             yield replace(frame, time=stamp, detections=detections)

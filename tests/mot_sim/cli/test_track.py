@@ -308,3 +308,23 @@ def test_all_sequences_are_tracked_and_those_with_labels_scored(
     arguments = ["--sequences", "0004", "--ego", "oxts", "--detections", "rrc", "--json", "-"]
     at_once = json.loads(mot_sim("kitti", "--root", kitti_root, *arguments).out)
     assert at_once["default"]["sequences"]["0004"]["IDSW"] == scored["sequences"]["0004"]["IDSW"]
+
+
+def test_frames_that_nothing_looked_at_have_rows_and_the_run_file_says_so(
+    mot_sim: CommandLine, tree: Path, tmp_path: Path
+) -> None:
+    """KITTI and boxes of one's own alike: two cars in every frame, boxes in every other one."""
+    boxes = write(tmp_path / "boxes.csv", boxes_csv())
+    camera = write(tmp_path / "camera.toml", CAMERA)
+    for given in (["--root", tree], ["--boxes", boxes, "--camera", camera]):
+        out = tmp_path / f"out{len(given)}"
+        outcome = mot_sim("track", *given, "--out", out, "--every", "2")
+        assert outcome.code == 0
+        assert "boxes are left out" in outcome.err
+        assert json.loads((out / "run.json").read_text())["settings"]["every"] == 2
+        name = "0032" if "--root" in given else "boxes"
+        tracks = read_results(out / f"{name}.txt")
+        counts = np.bincount(tracks.frames)
+        assert counts[: FRAMES - 1].tolist() == [2] * (FRAMES - 1)
+        assert set(tracks.ids.tolist()) == {0, 1}
+    assert mot_sim("track", "--root", tree, "--out", tmp_path / "no", "--every", "0").code == 2

@@ -1,12 +1,14 @@
 """A recorded drive: frames in order, motion composed over what is left out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
+from mot_sim.datasets.recorded import DetectionLog, RecordedSequence, looking_interval
 from tracker.errors import BadConfig
 from tracker.geometry import adjoint_of, homogeneous, invert, transform
 from tracker.types import Camera, Detections, Sequence
@@ -150,3 +152,51 @@ def test_without_poses_nobody_knows_the_motion() -> None:
     )
     assert all(frame.T_now_before is None and frame.motion_cov is None for frame in blind)
     assert all(len(frame.detections) == 0 for frame in blind)
+
+
+def test_a_detector_that_looked_at_every_nth_frame_only() -> None:
+    """None is not the same as nothing found: frame 4 was looked at."""
+    whole = drive(12)
+    log = whole.log
+    gone = replace(whole, log=DetectionLog(log.frames[[0, 1, 3]], log.detections.select([0, 1, 3])))
+    frames = list(gone.looked_at_every(2))
+    assert [frame.looked_at for frame in frames] == [True, False] * 6
+    assert [len(frame.found) for frame in frames[:7:2]] == [1, 1, 0, 1]
+    assert frames[1].T_now_before is not None
+    assert [frame.looked_at for frame in whole.looked_at_every(1)] == [True] * 12
+    with pytest.raises(BadConfig, match="every 0"):
+        whole.looked_at_every(0)
+
+
+def test_boxes_in_frames_that_were_not_looked_at_are_counted_aloud(caplog) -> None:
+    sequence = drive(12).looked_at_every(4)
+    assert "3 of 6 boxes are left out" in caplog.text
+    assert [len(frame.found) for frame in sequence][:5] == [1, 0, 0, 0, 1]
+
+
+def test_boxes_that_all_lie_in_every_nth_frame_tell_of_themselves(caplog) -> None:
+    """Eleven even numbers are no chance, six may be; where they begin does not matter."""
+    assert all(frame.looked_at for frame in drive(12).looked_at_every(None))
+    assert caplog.text == ""
+    frames = list(drive(30).looked_at_every(None))
+    assert [frame.looked_at for frame in frames] == [True, False] * 15
+    assert "one frame in 2 only, from 0 on" in caplog.text
+    assert "--every 1" in caplog.text
+    assert all(frame.looked_at for frame in drive(30).looked_at_every(1))
+
+
+@pytest.mark.parametrize(
+    ("frames", "interval"),
+    [
+        (range(0, 8000, 2), 2),
+        (range(3, 60, 5), 5),
+        ([0, 10, 20, 60, 70], 10),
+        ([0, 1000], 1),
+        (range(0, 12, 2), 1),
+        ([*range(0, 60, 2), 61], 1),
+        ([], 1),
+        ([4, 4, 4], 1),
+    ],
+)
+def test_the_interval_of_looks(frames, interval: int) -> None:
+    assert looking_interval(np.array(frames, np.int64)) == interval

@@ -1,5 +1,7 @@
 """2D-2D: the overlap of the expected box with the new one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -49,3 +51,12 @@ def test_widened_boxes_keep_their_centre_and_scale_their_sides(x, width, height,
 
 def test_no_boxes_are_widened_to_none() -> None:
     assert widened(np.zeros((0, 4)), 0.2).shape == (0, 4)
+
+
+def test_the_buffer_grows_with_the_time_since_the_last_look() -> None:
+    before, now = beliefs_at((0.0, 20.0), std=8.0), beliefs_at((0.0, 20.0))
+    before.boxes[0], now.boxes[0] = [600.0, 200, 610, 210], [610.0, 200, 620, 210]
+    cost = ImageOverlap(0.1, drift=1.0)
+    costs = [cost(replace(pairing_of(before, now), seconds=seconds))[0] for seconds in (0.1, 0.5)]
+    assert costs[0] == pytest.approx(ImageOverlap(0.1)(pairing_of(before, now))[0])
+    assert costs[1] == pytest.approx(2 / 3)  # 20 x 20 boxes that share 10 x 20
