@@ -77,7 +77,10 @@ class ArrayFormat:
             raise BadFile(f"{path}: no such file; record first") from None
         except BadFile:
             raise
-        except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
+        except zipfile.BadZipFile as error:
+            what = "damaged" if path.read_bytes().startswith(b"PK") else f"not {self.holds}"
+            raise BadFile(f"{path}: {what}: {error}; {self.cure}") from None
+        except (zlib.error, NotImplementedError, RuntimeError) as error:
             raise BadFile(f"{path}: damaged: {error}; {self.cure}") from None
         except Exception as error:  # NumPy lets through whatever a broken file causes
             told = str(error) or type(error).__name__

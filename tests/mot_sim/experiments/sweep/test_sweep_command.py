@@ -82,7 +82,8 @@ def test_a_narrow_terminal_gets_a_list_of_axes(capsys: pytest.CaptureFixture[str
         ("a.y", "", ""),
     )
     columns = (Column("axis", "name"), Column("own value", "name"), Column("what it is"))
-    terminal = Terminal(Console(width=40))
+    terminal = Terminal()
+    terminal.out = Console(width=40)
     show_axes(terminal, Table(columns, rows))
     assert capsys.readouterr().out == (
         "a.x.0 = 1.5\na.x.1 = 2\n    How far the one is from the other,\n"
