@@ -26,11 +26,15 @@ def kitti_root() -> Path:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Skip what needs a data set where there is none."""
+    """Skip what needs a data set where there is none, and wrong types where types are checked."""
     for item in items:
         for marker in ("kitti", "gl", "slow", "browser"):
             if item.get_closest_marker(marker):
                 item.user_properties.append(("marker", marker))
+    if config.getoption("jaxtyping_packages", None):
+        for item in items:
+            if item.get_closest_marker("unchecked"):
+                item.add_marker(pytest.mark.skip(reason="the annotations forbid what it gives"))
     if kitti_root_of_the_environment() is None:
         for item in items:
             if item.get_closest_marker("kitti"):

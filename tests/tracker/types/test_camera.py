@@ -151,6 +151,7 @@ def test_no_points_project_to_no_pixels() -> None:
         ({"image_size": (1242, -1)}, r"\(1242, -1\)"),
     ],
 )
+@pytest.mark.unchecked
 def test_what_cannot_be_a_camera_is_refused_with_its_value(bad: dict, told: str) -> None:
     with pytest.raises(BadCalibration, match=told):
         Camera.mounted(**{"K": K, "image_size": IMAGE, "height": HEIGHT, **bad})
@@ -169,11 +170,13 @@ def test_what_cannot_be_a_camera_is_refused_with_its_value(bad: dict, told: str)
         (np.eye(3), r"its shape is \(3, 3\)"),
     ],
 )
+@pytest.mark.unchecked
 def test_a_mount_that_is_not_rigid_is_named_with_what_is_wrong(T_cam_road, told: str) -> None:
     with pytest.raises(BadCalibration, match=told):
         Camera(K, IMAGE, T_cam_road)
 
 
+@pytest.mark.unchecked
 def test_what_is_like_an_array_becomes_one() -> None:
     """Lists, whole numbers, float32, a mount without its last row."""
     for T in (LEVEL.T_cam_road.tolist(), LEVEL.T_cam_road[:3], LEVEL.T_cam_road.astype("f4")):

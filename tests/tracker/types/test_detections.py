@@ -39,11 +39,13 @@ def test_boxes_without_area_are_allowed() -> None:
         ([1, 2, 3], [1], r"shape \(3,\)"),
     ],
 )
+@pytest.mark.unchecked
 def test_bad_detections_are_refused_with_their_row(boxes, scores, told) -> None:
     with pytest.raises(BadDetections, match=told):
         Detections.of(boxes, scores)
 
 
+@pytest.mark.unchecked
 def test_cues_need_a_row_for_every_box() -> None:
     with pytest.raises(BadDetections, match="2 boxes but 1 yaw"):
         Detections.of(GOOD, yaw=np.zeros(1))
@@ -62,6 +64,7 @@ def test_nothing_detected_is_an_empty_table(nothing) -> None:
 
 
 @pytest.mark.parametrize("dtype", [np.int64, np.float32, np.uint16, list])
+@pytest.mark.unchecked
 def test_the_constructor_converts_what_is_like_an_array(dtype) -> None:
     boxes = GOOD if dtype is list else np.array(GOOD).astype(dtype)
     scores = [1, 0] if dtype is list else np.array([1, 0], dtype)
@@ -85,6 +88,7 @@ def test_the_constructor_converts_what_is_like_an_array(dtype) -> None:
         ({"descriptor": "none"}, "descriptor: values of type"),
     ],
 )
+@pytest.mark.unchecked
 def test_the_constructor_refuses_what_no_detector_means(columns, told: str) -> None:
     with pytest.raises(BadDetections, match=told):
         Detections(**{"boxes": np.array(GOOD), "scores": np.ones(2), **columns})

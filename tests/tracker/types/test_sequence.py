@@ -75,6 +75,7 @@ GOOD = np.array(homogeneous(rotation_y(0.1), np.array([0.2, 0.0, -1.0])))
         ("still", "T_now_before: values of type"),
     ],
 )
+@pytest.mark.unchecked
 def test_a_motion_that_is_not_rigid_is_named_with_what_is_wrong(T, told: str) -> None:
     with pytest.raises(BadMotion, match=f"frame 7: T_now_before: .*{told}|frame 7: {told}"):
         Frame(7, 0.7, Detections.empty(), T)
@@ -89,6 +90,7 @@ def test_a_motion_that_is_not_rigid_is_named_with_what_is_wrong(T, told: str) ->
         (np.eye(3), r"its shape is \(3, 3\); give 6x6"),
     ],
 )
+@pytest.mark.unchecked
 def test_what_is_no_covariance_is_named_with_what_is_wrong(cov, told: str) -> None:
     with pytest.raises(BadMotion, match=f"frame 1: motion_cov: {told}"):
         Frame(1, 0.1, Detections.empty(), np.eye(4), cov)
@@ -98,6 +100,7 @@ def test_what_is_no_covariance_is_named_with_what_is_wrong(cov, told: str) -> No
     st.tuples(*[st.floats(-3, 3)] * 3), st.tuples(*[st.floats(-50, 50)] * 3),
     st.sampled_from(["float32", "six digits", "list", "3x4"]),
 )  # fmt: skip
+@pytest.mark.unchecked
 def test_rigid_motions_pass_whatever_their_number_format(turn, shift, form: str) -> None:
     T = homogeneous(Rotation.from_rotvec(turn).as_matrix(), np.array(shift))
     given = {
@@ -119,11 +122,13 @@ def test_covariances_of_rank_one_and_of_nothing_pass() -> None:
 
 
 @pytest.mark.parametrize("time", [np.nan, np.inf, -np.inf, "now", None])
+@pytest.mark.unchecked
 def test_a_time_that_is_none_is_refused_at_once(time) -> None:
     with pytest.raises(BadConfig, match=f"frame 0: time is {time!r}".replace("np.", "")):
         Frame(0, time, Detections.empty())
 
 
+@pytest.mark.unchecked
 def test_numbers_of_other_types_are_taken() -> None:
     frame = Frame(np.int64(3), np.float32(0.5), Detections.empty())
     assert (type(frame.index), frame.index, type(frame.time), frame.time) == (int, 3, float, 0.5)
