@@ -252,7 +252,8 @@ def test_frames_that_nothing_looked_at_get_rows_and_change_no_other_row(
 @every_framework
 def test_where_nothing_looks_boxes_follow_the_cars_and_the_camera(name: str) -> None:
     """Looks stop for half a second: the boxes that come are where the cars are."""
-    seen = drive([Car(-3.0, 30.0), Car(3.0, 25.0, velocity=(0.0, 4.0))], lambda t: (0.0, 5 * t, 0.0))
+    moving = [Car(-3.0, 30.0), Car(3.0, 25.0, velocity=(0.0, 4.0))]
+    seen = drive(moving, lambda t: (0.0, 5 * t, 0.0))
     frames = [f if f.index < 14 else replace(f, detections=None) for f in seen.frames]
     rows = run(built(name), frames)
     for frame in seen.frames[14:19]:
