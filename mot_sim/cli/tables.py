@@ -19,9 +19,12 @@ _of_paper = partial(help_of, "mot_sim.experiments.paper.studies", "PaperConfig")
 DEFAULT_SEEDS = 50
 DEFAULT_FRAMES = 100
 TUNING_SEEDS = 4
+# With --quick: as little as shows the form of every table.
 QUICK_SEEDS = 2
-QUICK_FRAMES = 20
+QUICK_FRAMES = 12
 QUICK_SCENES = ("intersection",)
+QUICK_KITTI_FRAMES = 6
+FORM_ONLY = "form only, no result"
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,8 @@ class Tables:
     root: Root = None
     """The KITTI tree; without it only synthetic rows are measured."""
     quick: Flag = False
-    """Few and short synthetic drives, to try it out."""
+    """Show the form of the tables in less than a minute of CPU time: a few frames of a few drives.
+    What it measures is no result, and no files for the test server are written."""
     seeds: Annotated[
         int | None,
         option(
@@ -77,20 +81,31 @@ class Tables:
                 if not studies.kitti:
                     terminal.note("no KITTI tree: its rows are left out; give --root DIR")
                 for name in names:
-                    if name == "II" and studies.kitti:
+                    if name == "II" and studies.kitti and not self.quick:
                         self._write_results(terminal, studies)
                     text = []
                     for table in TABLES[name](studies):
-                        terminal.show(table)
-                        text += [f"**{table.title}**", "", table.as_markdown()]
-                        found.append(replace(table, name=f"{name}.{len(found) + 1}"))
+                        title = f"{FORM_ONLY}: {table.title}" if self.quick else table.title
+                        found.append(replace(table, title=title, name=f"{name}.{len(found) + 1}"))
+                        terminal.show(found[-1])
+                        text += [f"**{title}**", "", table.as_markdown()]
                     write_lines(self.out / "tables" / f"{name}.md", "\n".join(text).split("\n"))
                     title = f"The paper's tables: {', '.join(names)}"
-                    keep(self.out, "tables", title, tuple(found), finished=name == names[-1])
+                    if self.quick:
+                        title = f"{FORM_ONLY}: {title}"
+                    keep(
+                        self.out, "tables", title, tuple(found), finished=name == names[-1],
+                        form_only=self.quick,
+                    )  # fmt: skip
         except KeyboardInterrupt:
             terminal.note(f"interrupted: results stand in {self.out}; the same command goes on")
             return INTERRUPTED
         terminal.note(f"written: {self.out}/tables")
+        if self.quick:
+            terminal.note(
+                "--quick: these tables show their form, a few frames of a few drives; what was "
+                "measured is no result. Run without --quick for results"
+            )
         return OK
 
     def _studies(
@@ -120,6 +135,7 @@ class Tables:
             QUICK_FRAMES if self.quick else DEFAULT_FRAMES,
             QUICK_SCENES if self.quick and not named else scenes,
             tuning=QUICK_SEEDS if self.quick else TUNING_SEEDS,
+            sample_frames=QUICK_KITTI_FRAMES if self.quick else None,
             jobs=self.jobs,
             tell=advance,
         )

@@ -46,6 +46,8 @@ class Made:
     """Whether nothing is missing."""
     trials: tuple[int, int] | None = None
     """Numbers of finished and of wanted trials; None where trials are not counted."""
+    form_only: bool = False
+    """Whether only the form is shown: what was measured is next to nothing, and no result."""
 
 
 @dataclass(frozen=True)
@@ -80,12 +82,14 @@ class Result:
         return next((table for table in self.tables if table.name == name), None)
 
 
-def made_here(*, finished: bool = True, trials: tuple[int, int] | None = None) -> Made:
-    """By this process: its command line, versions and code. finished, trials: see `Made`."""
+def made_here(
+    *, finished: bool = True, trials: tuple[int, int] | None = None, form_only: bool = False
+) -> Made:
+    """By this process: its command line, versions and code. The arguments: see `Made`."""
     program = Path(sys.argv[0]).name if sys.argv else ""
     name = "mot-sim" if program in {"mot-sim", "__main__.py", ""} else program
     command = " ".join([name, *map(shlex.quote, sys.argv[1:])])
-    return Made(command, versions(), code_digest(), finished, trials)
+    return Made(command, versions(), code_digest(), finished, trials, form_only)
 
 
 def write_result(folder: Path, result: Result) -> Path:
@@ -141,6 +145,7 @@ def _result(content: Mapping[str, Any]) -> Result:
             _text(made["code"]),
             bool(made["finished"]),
             None if trials is None else (int(trials[0]), int(trials[1])),
+            bool(made.get("form_only", False)),  # files of older versions lack it
         ),
         tuple(
             table_of(

@@ -16,7 +16,6 @@ from mot_sim.experiments.paper.intersections import intersections
 from mot_sim.experiments.paper.rendering import interval_table, quoted_rows, score_rows
 from mot_sim.experiments.paper.studies import PaperConfig, on_clips
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
-from mot_sim.experiments.tuning.labelled import kitti_drives
 from mot_sim.tables import Table
 from tracker import FRAMEWORKS
 
@@ -27,7 +26,7 @@ def overall(studies: PaperConfig) -> Iterator[Table]:
     """Table I: the paper's rows, and ours on the given drives by both sets of rules."""
     if not studies.kitti:
         return
-    drives = kitti_drives(studies.root)
+    drives = studies.given_drives()
     ours = (
         TrackerSpec("paper", "paper"),
         TrackerSpec("default"),
@@ -76,7 +75,7 @@ def ablation(studies: PaperConfig) -> Iterator[Table]:
 def _real_ablation(studies: PaperConfig) -> Iterator[Table]:
     """Of KITTI: rows without images on all given drives, all rows where there are images."""
     for detector in ("rrc", "pointrcnn"):
-        drives = kitti_drives(studies.root, detections=detector)
+        drives = studies.given_drives(detector)
         found = studies.bench.measure(f"table III, {detector}", drives, two_frame(GEOMETRIC))
         yield score_rows(
             f"Table III, {detector}, given drives, rows without images, rules devkit2018",
@@ -96,7 +95,7 @@ def _real_ablation(studies: PaperConfig) -> Iterator[Table]:
 def frameworks(studies: PaperConfig) -> Iterator[Table]:
     """Table V: the same costs in every framework."""
     for detector in ("rrc", "pointrcnn") if studies.kitti else ():
-        drives = kitti_drives(studies.root, detections=detector)
+        drives = studies.given_drives(detector)
         rows = in_frameworks({**SINGLE, "all": ALL_GEOMETRIC})
         found = studies.bench.measure(f"table V, {detector}", drives, rows)
         yield score_rows(

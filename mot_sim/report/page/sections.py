@@ -38,6 +38,8 @@ def badges_of(source: ResultSource) -> Markup:
         "span", "finished" if is_whole else "not finished",
         class_=f"badge {'good' if is_whole else 'bad'}",
     )  # fmt: skip
+    if made.form_only:
+        state = element("span", "form only, no result", class_="badge bad")
     kind = element("span", KIND_WORDS[source.result.kind], class_="badge")
     return element(
         "p", kind, state, element("span", str(source.folder), class_="badge"), class_="badges"

@@ -26,6 +26,8 @@ class Sentence:
 
 def verdicts_of(result: Result) -> list[Sentence]:
     """The sentences of a result: how complete it is, then what it says."""
+    if result.made.form_only:  # nothing follows from its numbers
+        return [Sentence("It shows the form of the tables; what was measured is no result.", "bad")]
     said = list(_progress(result))
     if any(table.rows for table in result.tables):
         said += VERDICTS.get(result.kind, _counts)(result)

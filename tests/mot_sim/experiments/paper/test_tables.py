@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mot_sim.datasets import kitti_sequence
 from mot_sim.evaluation.runs import track_sequence
 from mot_sim.experiments.paper import quoted
 from mot_sim.experiments.paper.cue_sets import (
@@ -141,6 +142,21 @@ def test_the_verdict_names_who_beats_all_cues() -> None:
     assert "3 of 4 frameworks; not in greedy (3D-3D)" in verdict(
         values | best | {"3D-3D, greedy": 0.7}
     )
+
+
+@pytest.mark.kitti
+def test_a_sample_is_some_frames_of_one_drive(kitti_root: Path, tmp_path: Path) -> None:
+    studies = PaperConfig(tmp_path, kitti_root, sample_frames=6)
+    (drive,) = studies.given_drives()
+    first = kitti_sequence(kitti_root, "0000")
+    frames = [frame.index for frame in drive.sequence]
+    assert frames == list(range(frames[0], frames[0] + 6))
+    assert set(drive.truth.frames.tolist()) <= set(frames)
+    assert first.truth is not None
+    cars = np.bincount(first.truth.frames[first.truth.kinds == "Car"])
+    assert cars[frames[0]] == cars.max()
+    whole = replace(studies, sample_frames=None)
+    assert len(whole.sampled(first)) == len(first)
 
 
 @pytest.mark.slow

@@ -12,7 +12,8 @@ import pytest
 from mot_sim.experiments.result_file import RESULT_KINDS, Made, Result, write_result
 from mot_sim.report.page import page as page_module
 from mot_sim.report.page import write_report
-from mot_sim.report.page.sections import KIND_WORDS
+from mot_sim.report.page.sections import KIND_WORDS, badges_of
+from mot_sim.report.page.sources import ResultSource
 from mot_sim.report.page.verdicts import verdicts_of
 from mot_sim.tables import Table
 from tests.mot_sim.report.page.made import (
@@ -65,6 +66,17 @@ def test_a_stress_test_that_only_measured_keeps_and_breaks_no_bound() -> None:
     said = [each.text for each in verdicts_of(replace(asked, tables=(replace(table, rows=rows),)))]
     assert "Measured only: no bounds were asked for." in said
     assert not any("bounds are kept" in text or "must be" in text for text in said)
+
+
+def test_tables_that_only_show_their_form_say_nothing_else(tmp_path: Path) -> None:
+    found = next(result for result in EVERY if result.kind == "tables")
+    shown = replace(found, made=replace(found.made, form_only=True))
+    (said,) = verdicts_of(shown)
+    assert said.text == "It shows the form of the tables; what was measured is no result."
+    source = ResultSource(tmp_path, shown, sha256="")
+    badge = "".join(badges_of(source))
+    assert "form only, no result" in badge
+    assert "finished" not in badge
 
 
 def test_the_summary_says_what_came_of_each(every_text: str) -> None:
