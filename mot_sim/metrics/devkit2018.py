@@ -14,7 +14,7 @@ from jaxtyping import Bool, Int
 from numpy import ndarray as Array
 
 from mot_sim.metrics.clear import MOSTLY_LOST, MOSTLY_TRACKED, ClearCounts, Number
-from mot_sim.metrics.matching import match
+from mot_sim.metrics.matching import Overlaps, match
 from mot_sim.metrics.preprocessing import MIN_OVERLAP, PreparedSequence, ignored_if_unmatched
 
 PAIR_BONUS = 1000.0  # more than all overlaps of a frame: one pair more goes first
@@ -35,18 +35,32 @@ class Devkit2018(ClearCounts):
 
 def devkit2018_clear(prepared: PreparedSequence) -> Devkit2018:
     """The development kit's CLEAR scores of one sequence."""
-    overlaps, neutral = prepared.overlaps, prepared.neutral
-    near = np.flatnonzero(1.0 - overlaps.iou <= MIN_OVERLAP)
+    near = np.flatnonzero(1.0 - prepared.overlaps.iou <= MIN_OVERLAP)
+    ignored = ignored_if_unmatched(prepared, slack=0.0)
+    return count_as_devkit(prepared.overlaps, prepared.neutral, ~ignored, near)[0]
+
+
+def count_as_devkit(
+    overlaps: Overlaps,
+    neutral: Bool[Array, " n"],
+    invented: Bool[Array, " m"],
+    near: Int[Array, " k"],
+) -> tuple[Devkit2018, Int[Array, " j"]]:
+    """The kit's counts, and the matched pairs.
+
+    neutral: labels that need not be found. invented: rows of the output that are false positives
+    unless they are matched. near: ascending indices of the pairs that may be matched.
+    """
     matched = match(overlaps, near, PAIR_BONUS + overlaps.iou[near])
     names = np.full(len(neutral), -1)
     names[overlaps.rows[matched]] = overlaps.output_ids[matched]
-    invented = ~ignored_if_unmatched(prepared, slack=0.0)
+    invented = invented.copy()
     invented[overlaps.columns[matched]] = False
     order = np.lexsort((overlaps.truth.frames, overlaps.truth.ids))
     switches, fragments, mostly, partly, lost = judge_tracks(
         overlaps.truth.ids[order], names[order], neutral[order]
     )
-    return Devkit2018(
+    counts = Devkit2018(
         CLR_TP=len(matched),
         CLR_FN=int((~neutral & (names < 0)).sum()),
         CLR_FP=int(invented.sum()),
@@ -58,6 +72,7 @@ def devkit2018_clear(prepared: PreparedSequence) -> Devkit2018:
         MOTP_sum=float(overlaps.iou[matched].sum()),
         GT_Dets=int((~neutral).sum()),
     )
+    return counts, matched
 
 
 def judge_tracks(

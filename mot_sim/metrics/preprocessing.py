@@ -55,11 +55,7 @@ def prepare_sequence(truth: Tracks, output: Tracks, frame_count: int) -> Prepare
     is_car, is_van = kind_is(truth, "Car", True), kind_is(truth, "Van", False)
     labels = (is_car | is_van) & (truth.ids >= 0)
     cars = kind_is(output, "Car", True) & (output.ids >= 0)
-    neutral = is_van
-    if truth.occlusion is not None:
-        neutral = neutral | (truth.occlusion > MAX_OCCLUSION_LEVEL)
-    if truth.truncation is not None:
-        neutral = neutral | (truth.truncation > MAX_TRUNCATION_LEVEL)
+    neutral = neutral_labels(truth)
     in_order = np.argsort(truth.frames[labels], kind="stable")
     return PreparedSequence(
         Overlaps.between(
@@ -69,6 +65,16 @@ def prepare_sequence(truth: Tracks, output: Tracks, frame_count: int) -> Prepare
         neutral[labels][in_order],
         bare_rows(truth, kind_is(truth, "DontCare", False), frame_count, "DontCare"),
     )
+
+
+def neutral_labels(truth: Tracks) -> Bool[Array, " n"]:
+    """Which labels need not be found, but may be: vans, strongly occluded, truncated."""
+    neutral = kind_is(truth, "Van", False)
+    if truth.occlusion is not None:
+        neutral = neutral | (truth.occlusion > MAX_OCCLUSION_LEVEL)
+    if truth.truncation is not None:
+        neutral = neutral | (truth.truncation > MAX_TRUNCATION_LEVEL)
+    return neutral
 
 
 def checked_columns(tracks: Tracks, where: str) -> Tracks:
