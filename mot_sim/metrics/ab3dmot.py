@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from mot_sim.metrics.clear import Number
@@ -129,7 +129,7 @@ class RecallSweep:
     def level(self, cut: float, recall: float = 1.0) -> tuple[RecallLevel, Int[Array, " j"]]:
         """The scores of the tracks whose mean score is at least the cut, and their matches."""
         overlaps, prepared = self.overlaps, self.prepared
-        kept: Bool[Array, " m"] = prepared.output.scores >= cut
+        kept = prepared.track_scores >= cut
         near = np.flatnonzero(
             (1.0 - overlaps.iou <= 1.0 - self.criterion.least) & kept[overlaps.columns]
         )
@@ -153,7 +153,7 @@ class RecallSweep:
     def scores(self) -> Ab3dmot:
         """The sweep over all levels of recall."""
         whole, matched = self.level(NO_CUT)
-        scores: Float[Array, " j"] = self.prepared.output.scores[self.overlaps.columns[matched]]
+        scores = self.prepared.track_scores[self.overlaps.columns[matched]]
         levels = tuple(
             self.level(cut, recall)[0]
             for cut, recall in cuts_by_recall(scores, whole.counts.CLR_TP + whole.counts.CLR_FN)

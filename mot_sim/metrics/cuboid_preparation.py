@@ -34,7 +34,9 @@ class PreparedCuboids:
     truth: Tracks
     """The labels, in the order of frames, with their cuboids; ids are numbered from 0."""
     output: Tracks
-    """The tracker's rows, likewise; their scores are the mean of their track."""
+    """The tracker's rows, likewise."""
+    track_scores: Float[Array, " m"]
+    """For each row of the output the mean score of its track."""
     neutral: Bool[Array, " n"]
     """Which labels need not be found, but may be: vans, strongly occluded, truncated."""
     ignored: Bool[Array, " m"]
@@ -87,18 +89,17 @@ def prepare_cuboids(truth: Tracks, output: Tracks, frame_count: int) -> Prepared
     bare_truth = bare_rows(truth, labels, frame_count, "truth")
     bare_output = bare_rows(output, ours, frame_count, "output")
     picked, found = truth.select(by_frame), output.select(ours_by_frame)
-    _require_whole(picked, require_cuboids(picked, "truth"))
-    cuboids = require_cuboids(found, "output")
+    true_cuboids, cuboids = require_cuboids(picked, "truth"), require_cuboids(found, "output")
+    _require_whole(picked, true_cuboids)
     if len(cuboids) and not np.isfinite(cuboids.base).any():
         require_cuboids(found.replaced(cuboids=None), "output")
     dont_care = bare_rows(truth, kind_is(truth, "DontCare", False), frame_count, "DontCare")
     neutral = neutral_labels(truth)[by_frame]
     in_image = PreparedSequence(Overlaps.between(bare_truth, bare_output), neutral, dont_care)
-    ids = numbered(bare_output).ids
-    means = mean_scores(ids, found.scores)
     return PreparedCuboids(
-        numbered(bare_truth).replaced(cuboids=picked.cuboids),
-        numbered(bare_output).replaced(cuboids=cuboids, scores=means),
+        numbered(bare_truth).replaced(cuboids=true_cuboids),
+        numbered(bare_output).replaced(cuboids=cuboids),
+        mean_scores(numbered(bare_output).ids, found.scores),
         neutral,
         ours_van[ours_by_frame] | ignored_if_unmatched(in_image, slack=0.0),
         frame_count,
@@ -135,35 +136,23 @@ def end_to_end(parts: Sequence[PreparedCuboids]) -> PreparedCuboids:
     """Several sequences as one: frames and ids of each follow those of the one before."""
     if len(parts) == 1:
         return parts[0]
-    starts = np.cumsum([0, *(part.frame_count for part in parts)])
-    pair = [
-        Tracks.concatenate([
-            _moved(part.truth, int(start), first)
-            for part, start, first in zip(parts, starts, _firsts(parts, "truth"), strict=False)
-        ]),
-        Tracks.concatenate([
-            _moved(part.output, int(start), first)
-            for part, start, first in zip(parts, starts, _firsts(parts, "output"), strict=False)
-        ]),
-    ]  # fmt: skip
+    starts = np.cumsum([0, *(part.frame_count for part in parts)]).tolist()
     return PreparedCuboids(
-        *pair,
+        _joined([part.truth for part in parts], starts),
+        _joined([part.output for part in parts], starts),
+        np.concatenate([part.track_scores for part in parts]),
         np.concatenate([part.neutral for part in parts]),
         np.concatenate([part.ignored for part in parts]),
-        int(starts[-1]),
+        starts[-1],
         sum(part.sequence_count for part in parts),
     )
 
 
-def _firsts(parts: Sequence[PreparedCuboids], which: str) -> list[int]:
-    """The first id of each part, when all are numbered on."""
-    counts = [int(getattr(part, which).ids.max(initial=-1)) + 1 for part in parts]
-    return np.cumsum([0, *counts])[:-1].tolist()
-
-
-def _moved(tracks: Tracks, start: int, first: int) -> Tracks:
-    return tracks.replaced(
-        frames=tracks.frames + start,
-        ids=tracks.ids + first,
-        cuboids=tracks.cuboids if tracks.cuboids is not None else Cuboids.empty(),
-    )
+def _joined(tables: Sequence[Tracks], starts: Sequence[int]) -> Tracks:
+    """Tables whose ids are numbered from 0, one after the other."""
+    firsts = np.cumsum([0, *(int(table.ids.max(initial=-1)) + 1 for table in tables)])
+    moved = [
+        table.replaced(frames=table.frames + start, ids=table.ids + first)
+        for table, start, first in zip(tables, starts, firsts, strict=False)
+    ]
+    return Tracks.concatenate(moved)
