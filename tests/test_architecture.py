@@ -33,7 +33,8 @@ ROOMS: dict[str, set[str]] = {
     "existence": {"lifecycle"},
     "box_filter": {"lifecycle"},
     "score_scale": {"types"},
-    "state": {"existence", "box_filter", "ego_motion", "score_scale"},
+    "motion_check": {"types"},
+    "state": {"existence", "box_filter", "ego_motion", "score_scale", "motion_check"},
     "suppression": {"types"},
     "explain": {"costs", "association"},
     "tracker": {"state", "costs", "association", "suppression", "explain", "ego_motion"}

@@ -74,3 +74,7 @@ class NoOpenGL(TrackingError):
 
 class NoTorch(TrackingError):
     """PyTorch is not installed, and something is to be trained."""
+
+
+class MotionWarning(UserWarning):
+    """The boxes contradict the motion or the calibration; says the likely mistake."""

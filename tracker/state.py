@@ -8,6 +8,7 @@ from tracker.ego_motion import NO_MOTION, CameraMotion
 from tracker.errors import BadConfig
 from tracker.existence import DetectorStatistics
 from tracker.lifecycle import NO_TRACKS, ActiveTracks
+from tracker.motion_check import MotionCheck
 from tracker.score_scale import ScoreMemory
 from tracker.types import Frame
 
@@ -98,3 +99,5 @@ class TrackerState:
     """What `BoxFilter` learned of the noise of the detector's boxes; None: nothing yet."""
     scores: ScoreMemory = ScoreMemory()
     """What `ScoreScale` learned of the detector's scores."""
+    motion_check: MotionCheck = MotionCheck()
+    """What the boxes told of the motion and the calibration that are given."""

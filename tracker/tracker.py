@@ -25,6 +25,7 @@ from tracker.errors import BadConfig
 from tracker.existence import ExistenceFilter, ExistenceUpdate
 from tracker.explain import Explanation
 from tracker.lifecycle import NO_TRACKS, ActiveTracks, Lifecycle, in_view
+from tracker.motion_check import Contradiction
 from tracker.score_scale import ScoreMemory, ScoreScale
 from tracker.state import TrackerState
 from tracker.suppression import Suppression
@@ -188,6 +189,11 @@ class Tracker:
         self.state = self._update(frame, compared, match)
         return self._output_rows(frame.index, self.state.tracks)
 
+    @property
+    def contradiction(self) -> Contradiction | None:
+        """What all boxes so far contradict in the given motion or calibration; None: nothing."""
+        return self.state.motion_check.verdict(self.camera, self.lift.car_size[1])
+
     def reset(self) -> None:
         """Forget everything; ids start at 0 again."""
         self.state, self.explanation = TrackerState(), None
@@ -263,7 +269,7 @@ class Tracker:
         matched = tracks if _is_all(rows, len(tracks)) else tracks.select(rows)
         missed = match.unmatched_tracks
         unmatched = tracks.select(missed) if len(missed) else NO_TRACKS
-        dt = state.clock.seconds_since_look(frame)
+        motion, dt = state.clock.since_look(frame)
         existence = self._update_existence(
             matched, unmatched, matched_scores, born_scores, observed.boxes, dt
         )
@@ -291,6 +297,9 @@ class Tracker:
             existence.detector,
             gains,
             compared.scores,
+            state.motion_check.after(
+                frame, motion.T_known, observed.boxes, self.camera, self.lift.car_size[1]
+            ),
         )
 
     def _update_existence(

@@ -40,6 +40,8 @@ class SequenceStatistics:
     """Costs of single cues that were NaN: the cue was missing."""
     stages: Mapping[str, float] = field(default_factory=dict)
     """Seconds of `seconds` spent on cues in images, by the names of `tracker.front_end.STAGES`."""
+    contradiction: str | None = None
+    """What the boxes contradict in the given motion or calibration; None: nothing."""
 
 
 @dataclass(eq=False)
@@ -120,6 +122,9 @@ def _counts(told: Any) -> SequenceStatistics:
     """The counts that a JSON file tells. Raises ValueError and TypeError for what are none."""
     numbers = {**told, **told.get("stages", {})}
     numbers.pop("stages", None)
+    words = numbers.pop("contradiction", None)
+    if not isinstance(words, str | None):
+        raise TypeError(f"contradiction is {words!r:.80}")
     for name, value in numbers.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value < 2**53:
             raise ValueError(f"{name} is {value!r:.80}")

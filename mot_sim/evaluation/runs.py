@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite
 from time import perf_counter
+from warnings import catch_warnings, simplefilter
 
 from jaxtyping import Float
 from numpy import ndarray as Array
@@ -20,7 +21,7 @@ from mot_sim.files.named_objects import (
 )
 from tracker import Camera, Delayed, Sequence, Tracker, Tracks
 from tracker.costs import Cost, WeightedCosts
-from tracker.errors import BadConfig
+from tracker.errors import BadConfig, MotionWarning
 from tracker.front_end import STAGES, FrontEnd, SequenceWithCues, parse_cues
 
 # Called after every frame with the name of its sequence and the number of frames so far.
@@ -140,15 +141,20 @@ def track_sequence(
     """All rows of one drive, in the order of frames. front_end: measures cues in its images."""
     start, parts, seen = perf_counter(), [], 0
     looked = None if front_end is None else SequenceWithCues(sequence, front_end)
-    for number, frame in enumerate(looked or sequence, 1):
-        parts.append(tracker.step(frame))
-        seen += len(frame.found)
-        log.debug(
-            "%s frame %d: %d detections, %d rows",
-            sequence.name, frame.index, len(frame.found), len(parts[-1]),
-        )  # fmt: skip
-        if progress is not None:
-            progress(sequence.name, number)
+    with catch_warnings():
+        simplefilter("ignore", MotionWarning)  # logged below, with the sequence's name
+        for number, frame in enumerate(looked or sequence, 1):
+            parts.append(tracker.step(frame))
+            seen += len(frame.found)
+            log.debug(
+                "%s frame %d: %d detections, %d rows",
+                sequence.name, frame.index, len(frame.found), len(parts[-1]),
+            )  # fmt: skip
+            if progress is not None:
+                progress(sequence.name, number)
+    contradiction = getattr(tracker, "contradiction", None)
+    if contradiction is not None:
+        log.warning("%s: %s", sequence.name, contradiction.text)
     steps = len(parts)
     if isinstance(tracker, Delayed):
         parts.append(tracker.finish())
@@ -158,7 +164,10 @@ def track_sequence(
     seconds = perf_counter() - start
     pairs = done.pairs, done.compared, done.unmeasured
     stages = {} if looked is None else looked.seconds
-    return tracks, SequenceStatistics(steps, seen, len(tracks), ids, seconds, *pairs, stages)
+    return tracks, SequenceStatistics(
+        steps, seen, len(tracks), ids, seconds, *pairs, stages,
+        None if contradiction is None else contradiction.text,
+    )  # fmt: skip
 
 
 def _result_frame(sequence: Sequence) -> Float[Array, "4 4"]:

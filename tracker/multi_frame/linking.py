@@ -17,6 +17,7 @@ from tracker.ego_motion import CameraMotion
 from tracker.errors import BadConfig
 from tracker.geometry import homogeneous, invert, rotation_y
 from tracker.lifecycle import MAX_TIME_ROUNDING, NO_TRACKS, ActiveTracks, in_view
+from tracker.motion_check import MotionCheck
 from tracker.multi_frame.flow_costs import FlowCosts
 from tracker.score_scale import ScoreMemory
 from tracker.state import Clock, TrackerStatistics
@@ -80,6 +81,8 @@ class LinkerState:
     """What was learned of the noise of boxes; None: nothing yet."""
     scores: ScoreMemory = ScoreMemory()
     """What was learned of the detector's scores."""
+    motion_check: MotionCheck = MotionCheck()
+    """What the boxes told of the motion and the calibration that are given."""
 
 
 class Links(NamedTuple):
@@ -154,7 +157,12 @@ class Linker:
         if not frame.looked_at:
             return replace(state, clock=clock, statistics=statistics), frame_nodes
         kept = ActiveTracks.concatenate((self._within_memory(recent), new)).locked()
-        after = LinkerState(kept, frame_nodes.end, clock, T_world_road, statistics, gains, memory)
+        after = LinkerState(
+            kept, frame_nodes.end, clock, T_world_road, statistics, gains, memory,
+            state.motion_check.after(
+                frame, motion.T_known, observed.boxes, tracker.camera, tracker.lift.car_size[1]
+            ),
+        )  # fmt: skip
         return after, frame_nodes
 
     def _predict(

@@ -6,6 +6,7 @@ import numpy as np
 
 from tracker.association.min_cost_flow import cheapest_flow
 from tracker.dynamics import ConstantVelocity
+from tracker.motion_check import Contradiction
 from tracker.multi_frame.flow_costs import FlowCosts
 from tracker.multi_frame.interpolation import fill_gaps
 from tracker.multi_frame.linking import NO_ROWS, FrameNodes, Linker, LinkerState, arcs_of
@@ -63,6 +64,13 @@ class NetworkFlow:
             parts.append(fill_gaps(frames, path, track_id, camera, self.acceleration_std))
         rows = Tracks.concatenate(parts)
         return rows.select(np.lexsort((rows.ids, rows.frames)))
+
+    @property
+    def contradiction(self) -> Contradiction | None:
+        """What all boxes so far contradict in the given motion or calibration; None: nothing."""
+        return self.state.linker.motion_check.verdict(
+            self.tracker.camera, self.tracker.lift.car_size[1]
+        )
 
     @property
     def counts(self) -> TrackerStatistics:

@@ -11,6 +11,7 @@ from tracker.association.min_cost_flow import Arcs, cheapest_flow
 from tracker.dynamics import ConstantVelocity
 from tracker.errors import BadConfig
 from tracker.lifecycle import MAX_TIME_ROUNDING
+from tracker.motion_check import Contradiction
 from tracker.multi_frame.flow_costs import MAX_SCORE_NATS, FlowCosts
 from tracker.multi_frame.interpolation import fill_gaps
 from tracker.multi_frame.linking import NO_ROWS, FrameNodes, Linker, LinkerState, arcs_of
@@ -96,6 +97,13 @@ class Window:
         while self.state.window:
             parts.append(self._decide())
         return Tracks.concatenate(parts)
+
+    @property
+    def contradiction(self) -> Contradiction | None:
+        """What all boxes so far contradict in the given motion or calibration; None: nothing."""
+        return self.state.linker.motion_check.verdict(
+            self.tracker.camera, self.tracker.lift.car_size[1]
+        )
 
     @property
     def counts(self) -> TrackerStatistics:

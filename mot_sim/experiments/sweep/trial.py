@@ -7,6 +7,7 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from time import thread_time
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from mot_sim.experiments.sweep.tracker_specs import BadRows, TrackerSpec
 from mot_sim.files.fingerprint import code_digest
 from mot_sim.metrics import evaluate_sequence
 from tracker import Tracks
-from tracker.errors import BadConfig
+from tracker.errors import BadConfig, MotionWarning
 
 MAX_ERROR_LETTERS = 300  # that are kept of what a tracker says
 
@@ -33,12 +34,14 @@ def run_trial(
     try:
         tracker = contender.build(drive.sequence.camera)
         is_late = callable(getattr(tracker, "finish", None))
-        for frame in drive.sequence:
-            at = f"frame {frame.index}"
-            detections += len(frame.found)
-            came.append(frame.index)
-            parts.append(tracker.step(frame))
-            require_rows(parts[-1], came if is_late else came[-1:])
+        with catch_warnings():
+            simplefilter("ignore", MotionWarning)  # wrong motion may be what is studied
+            for frame in drive.sequence:
+                at = f"frame {frame.index}"
+                detections += len(frame.found)
+                came.append(frame.index)
+                parts.append(tracker.step(frame))
+                require_rows(parts[-1], came if is_late else came[-1:])
         if is_late:
             at = "after the last frame"
             parts.append(tracker.finish())  # type: ignore[attr-defined]

@@ -86,7 +86,7 @@ def test_the_run_file_says_how_the_results_were_made(
     summary = json.loads(outcome.out)
     assert summary["sequences"] == run["sequences"]
     sums = {"frames", "detections", "rows", "ids", "seconds", "pairs", "compared", "unmeasured"}
-    sums.add("stages")
+    sums |= {"stages", "contradiction"}
     assert run["sequences"]["0031"].keys() == sums
     assert 0.0 < summary["pairs_skipped"] < 1.0
     assert summary["frames"] == 3 * FRAMES

@@ -8,10 +8,13 @@ import pytest
 from mot_sim.datasets import DetectionLog, RecordedSequence
 from mot_sim.evaluation.run_folder import RunFolder, SequenceStatistics
 from mot_sim.evaluation.runs import Recipe, parse_costs, track_sequence, track_sequences
+from tests.tracker.motion_check.test_motion_check import frames_of, moved, straight
+from tests.tracker.samples import LEVEL
 from tracker import Camera, Detections, Tracks
 from tracker.association import ASSOCIATIONS, Greedy
 from tracker.costs import COSTS
-from tracker.errors import BadConfig, OutputExists
+from tracker.errors import BadConfig, BadFile, OutputExists
+from tracker.geometry import invert
 
 CAMERA = Camera.mounted(
     np.array([[700.0, 0.0, 600.0], [0.0, 700.0, 180.0], [0.0, 0.0, 1.0]]), (1242, 375), 1.65
@@ -96,3 +99,41 @@ def test_an_entered_folder_takes_back_what_it_made_when_nothing_is_finished(
         RunFolder.open(tmp_path / "a" / "b", {}, ["x", "y"])
     again = RunFolder.open(tmp_path / "a" / "b", {}, ["x", "y"], resume=True)
     assert again.finished == {"x": counts}
+
+
+@pytest.mark.parametrize("associate", ["hungarian", "window"])
+def test_boxes_that_contradict_the_motion_are_logged_once_and_kept(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, associate: str
+) -> None:
+    frames = moved(frames_of(straight), invert)
+    log = DetectionLog(
+        np.repeat([frame.index for frame in frames], [len(frame.detections) for frame in frames]),
+        Detections.concatenate([frame.detections for frame in frames]),
+    )
+    poses = [np.eye(4)]
+    for frame in frames[1:]:
+        assert frame.T_now_before is not None
+        poses.append(poses[-1] @ invert(frame.T_now_before))
+    wrong = RecordedSequence(
+        "wrong", LEVEL, len(frames), log, np.arange(len(frames)), np.array(poses)
+    )
+    folder = RunFolder.open(tmp_path / "run", {}, ["wrong", "a"])
+    with folder:
+        run = track_sequences([wrong, drive("a")], Recipe(associate=associate).build, folder)
+    told = run.counts["wrong"].contradiction
+    assert told is not None
+    assert "world-to-camera" in told
+    assert [record.message for record in caplog.records] == [f"wrong: {told}"]
+    assert run.counts["a"].contradiction is None
+    again = RunFolder.open(tmp_path / "run", {}, ["wrong", "a"], resume=True)
+    assert again.finished["wrong"].contradiction == told
+    assert again.finished["a"].contradiction is None
+
+
+def test_a_contradiction_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    with RunFolder.open(tmp_path / "run", {}, ["a"]) as folder:
+        track_sequences([drive("a")], Recipe().build, folder)
+    path = tmp_path / "run" / "run.json"
+    path.write_text(path.read_text().replace('"contradiction": null', '"contradiction": 3'))
+    with pytest.raises(BadFile, match="contradiction is 3"):
+        RunFolder.open(tmp_path / "run", {}, ["a"], resume=True)
