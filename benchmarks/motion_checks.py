@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from numpy import ndarray as Array
 
-from mot_sim import SCENES, record
+from mot_sim import SCENES, find_scene, record
 from mot_sim.datasets import available_sequences, kitti_sequence
 from tracker import Camera, Frame, Tracker
 from tracker.errors import DatasetNotFound, MotionWarning
@@ -71,7 +71,7 @@ def scene_drives(seeds: int) -> Iterator[Drive]:
     """Every scene, without pixels."""
     for name in sorted(SCENES):
         for seed in range(seeds):
-            episode = record(SCENES[name], seed)
+            episode = record(find_scene(name), seed)
             yield f"{name}/{seed}", episode.camera, list(episode)
 
 

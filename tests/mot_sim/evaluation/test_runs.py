@@ -107,8 +107,8 @@ def test_boxes_that_contradict_the_motion_are_logged_once_and_kept(
 ) -> None:
     frames = moved(frames_of(straight), invert)
     log = DetectionLog(
-        np.repeat([frame.index for frame in frames], [len(frame.detections) for frame in frames]),
-        Detections.concatenate([frame.detections for frame in frames]),
+        np.repeat([frame.index for frame in frames], [len(frame.found) for frame in frames]),
+        Detections.concatenate([frame.found for frame in frames]),
     )
     poses = [np.eye(4)]
     for frame in frames[1:]:
