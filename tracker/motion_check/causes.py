@@ -102,7 +102,7 @@ CAUSES = {
 }
 
 
-def contradiction(cause: str, **numbers: float) -> Contradiction:
+def contradiction(cause: str, **numbers: int | float) -> Contradiction:
     """The cause with its sentence, filled with the numbers."""
     return Contradiction(cause, CAUSES[cause].format(**numbers))
 

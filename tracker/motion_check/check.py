@@ -35,14 +35,14 @@ LAST_LOOK = 512
 class MotionCheck:
     """What was gathered of a drive; never modified, so keeping it is a copy."""
 
-    frames: tuple[tuple[int, float, Float[Array, "n 4"], Float[Array, "4 4"] | None], ...] = ()
+    frames: tuple[tuple[int, float, Float[Array, "_ 4"], Float[Array, "4 4"] | None], ...] = ()
     """Index, time, boxes and T_now_before of the frames that are not yet looked at, after the
     last one that is."""
     seen: tuple[Observations, ...] = ()
     """What the frames before them told."""
     count: int = 0
     """How many frames there were."""
-    next_look: float = FIRST_FRAMES
+    next_look: float = float(FIRST_FRAMES)
     """From how many frames on a verdict is due."""
     found: Contradiction | None = None
     """What contradicts; after it nothing is looked for."""

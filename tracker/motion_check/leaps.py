@@ -23,7 +23,7 @@ MIN_DEPTH = 1.0
 def find_leap(
     indices: Sequence[int],
     times: Sequence[float],
-    boxes: Sequence[Float[Array, "n 4"]],
+    boxes: Sequence[Float[Array, "_ 4"]],
     Ts_now_before: Sequence[Float[Array, "4 4"] | None],
     camera: Camera,
     car_height: float,

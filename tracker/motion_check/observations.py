@@ -49,7 +49,7 @@ class Observations:
 
 def observe(
     times: Sequence[float],
-    boxes: Sequence[Float[Array, "n 4"]],
+    boxes: Sequence[Float[Array, "_ 4"]],
     Ts_now_before: Sequence[Float[Array, "4 4"] | None],
     camera: Camera,
     car_height: float,
@@ -84,7 +84,7 @@ def observe(
     return Observations(shifts, depths, sizes)
 
 
-def _padded(boxes: Sequence[Float[Array, "n 4"]]) -> Float[Array, "t m 4"]:
+def _padded(boxes: Sequence[Float[Array, "_ 4"]]) -> Float[Array, "t m 4"]:
     """The boxes of every frame, the tallest first where there are too many; the rest is 0."""
     most = min(MAX_BOXES, max(1, *(len(rows) for rows in boxes)))
     table = np.zeros((len(boxes), most, 4))
