@@ -34,7 +34,7 @@ def find_leap(
     if np.count_nonzero(known) < 2 * AROUND:
         return None
     rows = np.flatnonzero(known)
-    Ts = np.array([Ts_now_before[row + 1] for row in rows])
+    Ts = np.array([Ts_now_before[row + 1] for row in rows.tolist()])
     dt = seconds[rows]
     R = Ts[:, :3, :3]
     turns = 0.5 * np.column_stack(
