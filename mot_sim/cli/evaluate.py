@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from mot_sim.cli.options import File, Root, Rules, Verbose, option
+from mot_sim.cli.options import Classes, File, Root, Rules, Verbose, option
 from mot_sim.cli.terminal import OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
+    import mot_sim.metrics
     import mot_sim.tables
 
 
@@ -33,6 +34,9 @@ class Evaluate:
     """all, labelled, or names: 0000,0005."""
     rules: Rules = "trackeval"
     """trackeval (1.3.0), or devkit2018: KITTI's kit of the paper's time, CLEAR only."""
+    classes: Classes = "car"
+    """What is scored, each class by itself: car, pedestrian, cyclist (not KITTI's; the same rules),
+    or several: car,pedestrian."""
     json: File = None
     """All scores as JSON into a file; - prints them instead of the table."""
     csv: File = None
@@ -44,16 +48,24 @@ class Evaluate:
         """Score and show."""
         from mot_sim.evaluation.scoring import score_folder
         from mot_sim.tables import score_table
+        from tracker.types import parse_kinds
 
         require_targets(self.json, self.csv)
-        scored = score_folder(self.results, self.root, self.sequences, self.rules)
-        evaluation = scored.evaluation
-        table = score_table(
-            {**evaluation.sequences, "combined": evaluation.combined},
-            title=f"{self.results}, rules {self.rules}, rates in %",
-            sums=1,
-        )
-        deliver(terminal, table, evaluation.as_dict(), self.json, self.csv)
+        kinds = parse_kinds(self.classes)
+        rows: dict[str, mot_sim.metrics.Scores] = {}
+        content: dict[str, dict[str, object]] = {}
+        for kind in kinds:
+            scored = score_folder(self.results, self.root, self.sequences, self.rules, kind)
+            evaluation = scored.evaluation
+            before = "" if len(kinds) == 1 else f"{kind} "
+            named = {**evaluation.sequences, "combined": evaluation.combined}
+            rows |= {f"{before}{name}": scores for name, scores in named.items()}
+            content[kind] = evaluation.as_dict()
+        of_kinds = "" if kinds == ("Car",) else f"{', '.join(kinds)}, "
+        title = f"{self.results}, {of_kinds}rules {self.rules}, rates in %"
+        table = score_table(rows, title=title, sums=1 if len(kinds) == 1 else 0)
+        found = content[kinds[0]] if len(kinds) == 1 else {"classes": content}
+        deliver(terminal, table, found, self.json, self.csv)
         say_unlabelled(terminal, scored.unlabelled)
         return OK
 

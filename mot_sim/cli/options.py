@@ -42,6 +42,7 @@ def help_of(module: str, kind: str, field: str) -> Callable[[], str]:
 Verbose = Annotated[tyro.conf.UseCounterAction[int], option("", "warnings only", aliases=("-v",))]
 Root = Annotated[Path | None, option("DIR", "$MOT_SIM_KITTI_ROOT")]
 Rules = Annotated[str, option("NAME", "trackeval")]
+Classes = Annotated[str, option("NAMES", "car")]
 Flag = Annotated[bool, tyro.conf.arg(help_behavior_hint="")]
 File = Annotated[str | None, option("FILE|-")]
 Jobs = Annotated[

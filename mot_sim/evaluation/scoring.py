@@ -85,9 +85,15 @@ def result_files(folder: Path) -> dict[str, Path]:
 
 
 def score_sequences(
-    drives: Sequence[KittiSequence], results: Mapping[str, Tracks], rules: str = "trackeval"
+    drives: Sequence[KittiSequence],
+    results: Mapping[str, Tracks],
+    rules: str = "trackeval",
+    kind: str = "Car",
 ) -> ScoredSequences:
-    """The scores of results in memory. Raises DatasetNotFound when no drive has labels."""
+    """The scores of results in memory, for one class of `tracker.types.TRACKED_KINDS`.
+
+    Raises DatasetNotFound when no drive has labels.
+    """
     require_rules(rules)
     truths = {drive.name: (drive.truth, drive.frame_count) for drive in drives}
     contests = {
@@ -98,9 +104,9 @@ def score_sequences(
     unlabelled = tuple(name for name in truths if name not in contests)
     if not contests:
         raise DatasetNotFound(f"no labels for {', '.join(unlabelled)}: nothing can be scored")
-    scored = ScoredSequences(evaluate(contests, rules), unlabelled)
+    scored = ScoredSequences(evaluate(contests, rules, kind), unlabelled)
     for name, contest in contests.items():
-        for doubt in doubts_of(*contest):
+        for doubt in doubts_of(*contest, kind):
             log.warning("%s: %s", name, doubt)
     return scored
 
@@ -139,6 +145,7 @@ def score_folder(
     root: Path | str | None = None,
     sequences: str | None = None,
     rules: str = "trackeval",
+    kind: str = "Car",
 ) -> ScoredSequences:
     """The scores of a folder of result files; the training split, for it has the labels.
 
@@ -148,7 +155,7 @@ def score_folder(
     require_rules(rules)
     files = pick_results(folder, root, sequences)
     drives = [kitti_sequence(root, name, None, ego="none") for name in files]
-    scored = score_sequences(drives, read_picked(files, drives), rules)
+    scored = score_sequences(drives, read_picked(files, drives), rules, kind)
     if sequences is None:
         labelled = choose_sequences(root, LABELLED_SEQUENCES[0])
         unscored = [name for name in labelled if name not in files]

@@ -15,29 +15,31 @@ MIN_GAIN = 1.02
 MIN_BOXES = 20
 
 
-def why_nothing_is_scored(tracks: Tracks) -> str | None:
-    """What rows hold when none of them is a car with an id; None when some are, or no row is."""
+def why_nothing_is_scored(tracks: Tracks, kind: str = "Car") -> str | None:
+    """What rows hold when none is of that class with an id; None when some are, or no row is."""
     if not len(tracks):
         return None
-    cars = kind_is(tracks, "Car", True)
-    if not cars.any():
+    scored = kind_is(tracks, kind, True)
+    if not scored.any():
         kinds = spelled_as_kitti(np.asarray(tracks.kinds))
-        return f"hold {kinds_said(kinds)}, and no Car, which alone is scored"
-    if not (cars & (tracks.ids >= 0)).any():
-        return "have ids below 0 in all rows of Car; such rows name no object and are not scored"
+        return f"hold {kinds_said(kinds)}, and no {kind}, which alone is scored"
+    if not (scored & (tracks.ids >= 0)).any():
+        return (
+            f"have ids below 0 in all rows of {kind}; such rows name no object and are not scored"
+        )
     return None
 
 
-def doubts_of(truth: Tracks, output: Tracks, frame_count: int) -> list[str]:
+def doubts_of(truth: Tracks, output: Tracks, frame_count: int, kind: str = "Car") -> list[str]:
     """Sentences about what is likely wrong with these results; none for sound ones.
 
     Rows of which none is scored are not among them: `evaluate` says so itself. Raises as
     `prepare_sequence`.
     """
     empty = [what for what, rows in (("labels", truth), ("results", output)) if not len(rows)]
-    if empty or why_nothing_is_scored(truth) or why_nothing_is_scored(output):
+    if empty or why_nothing_is_scored(truth, kind) or why_nothing_is_scored(output, kind):
         return [f"the {what} hold no row" for what in empty]
-    overlaps = prepare_sequence(truth, output, frame_count).overlaps
+    overlaps = prepare_sequence(truth, output, frame_count, kind).overlaps
     best = {shift: _fit(overlaps, shift) for shift in (0, *SHIFTS)}
     shift = max(best, key=lambda moved: (best[moved].sum(), -abs(moved)))
     hits = int((best[shift] >= MIN_OVERLAP).sum())

@@ -79,7 +79,7 @@ def combine(parts: Sequence[Scores]) -> Scores:
 
 
 def by_trackeval(prepared: PreparedSequence, frame_count: int) -> Scores:
-    """CLEAR, HOTA and Identity as TrackEval 1.3.0 scores KITTI's cars."""
+    """CLEAR, HOTA and Identity as TrackEval 1.3.0 scores a class of KITTI's."""
     overlaps = scored_rows(prepared)
     return Scores(
         clear=clear_scores(overlaps, frame_count),
@@ -105,6 +105,8 @@ class Evaluation:
 
     rules: str
     """Name of the rules, of RULES."""
+    kind: str
+    """The class that was scored, of TRACKED_KINDS."""
     sequences: dict[str, Scores]
     """The scores of each sequence, by its name."""
     combined: Scores
@@ -114,44 +116,49 @@ class Evaluation:
         """Plain numbers and lists, ready for JSON."""
         return {
             "rules": self.rules,
+            "class": self.kind,
             "sequences": {name: scores.as_dict() for name, scores in self.sequences.items()},
             "combined": self.combined.as_dict(),
         }
 
 
 def evaluate_sequence(
-    truth: Tracks, output: Tracks, frame_count: int, rules: str = "trackeval"
+    truth: Tracks, output: Tracks, frame_count: int, rules: str = "trackeval", kind: str = "Car"
 ) -> Scores:
-    """The scores of one sequence of `frame_count` frames, for the class Car.
+    """The scores of one sequence of `frame_count` frames, for one class.
 
     truth: all labels, with the columns kinds, truncation and occlusion where the data set has
-    them. output: all rows without kinds, or of kind Car, count as cars. Rows may come in any
-    order; only between matches of exactly equal merit does the order within a frame choose, as
-    in TrackEval. Where rows are given and none is scored, a warning says what they hold. Raises
-    UnknownName for the rules, BadTracks for rows that cannot be scored.
+    them. output: all rows without kinds, or of this kind, count. kind: of TRACKED_KINDS. Rows may
+    come in any order; only between matches of exactly equal merit does the order within a frame
+    choose, as in TrackEval. Where rows are given and none is scored, a warning says what they hold.
+    Raises UnknownName for rules and kind, BadTracks for rows that cannot be scored.
     """
-    return _scores("sequence", truth, output, frame_count, rules)
+    return _scores("sequence", truth, output, frame_count, rules, kind)
 
 
-def _scores(name: str, truth: Tracks, output: Tracks, frame_count: int, rules: str) -> Scores:
+def _scores(
+    name: str, truth: Tracks, output: Tracks, frame_count: int, rules: str, kind: str
+) -> Scores:
     if rules not in RULES:
         raise UnknownName.of("rules", rules, RULES)
-    prepared = prepare_sequence(truth, output, frame_count)
+    prepared = prepare_sequence(truth, output, frame_count, kind)
     for what, rows in (("labels", truth), ("results", output)):
-        if (why := why_nothing_is_scored(rows)) is not None:
+        if (why := why_nothing_is_scored(rows, kind)) is not None:
             log.warning("%s: the %s %s", name, what, why)
     return RULES[rules](prepared, frame_count)
 
 
 def evaluate(
-    sequences: Mapping[str, tuple[Tracks, Tracks, int]], rules: str = "trackeval"
+    sequences: Mapping[str, tuple[Tracks, Tracks, int]],
+    rules: str = "trackeval",
+    kind: str = "Car",
 ) -> Evaluation:
-    """The scores of many sequences, given as name: (truth, output, frame_count).
+    """The scores of many sequences, given as name: (truth, output, frame_count), for one class.
 
     Raises as `evaluate_sequence` and `combine` do.
     """
     scores = {
-        name: _scores(name, truth, output, frame_count, rules)
+        name: _scores(name, truth, output, frame_count, rules, kind)
         for name, (truth, output, frame_count) in sequences.items()
     }
-    return Evaluation(rules, scores, combine(list(scores.values())))
+    return Evaluation(rules, kind, scores, combine(list(scores.values())))

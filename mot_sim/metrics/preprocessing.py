@@ -1,7 +1,8 @@
 """Which rows KITTI counts, and which it neither rewards nor punishes.
 
-The rules are those of KITTI's 2D tracking benchmark for the class Car (Geiger et al., CVPR
-2012), as TrackEval 1.3.0 (Luiten et al., IJCV 2021) applies them; label height plays no part.
+The rules are those of KITTI's 2D tracking benchmark for the classes Car and Pedestrian (Geiger et
+al., CVPR 2012), as TrackEval 1.3.0 (Luiten et al., IJCV 2021) applies them; label height plays no
+part. Cyclist, which KITTI does not score, goes by the same rules.
 """
 
 from dataclasses import dataclass
@@ -19,9 +20,9 @@ from mot_sim.metrics.matching import (
     same_frame_pairs,
     whole_numbers,
 )
-from tracker.errors import BadTracks
+from tracker.errors import BadTracks, UnknownName
 from tracker.geometry import box_area, box_intersection
-from tracker.types import KITTI_KINDS, Tracks, is_kitti_kind, spelled_as_kitti
+from tracker.types import KITTI_KINDS, TRACKED_KINDS, Tracks, is_kitti_kind, spelled_as_kitti
 
 MIN_OVERLAP = 0.5  # intersection over union of a match
 MAX_OCCLUSION_LEVEL = 2  # KITTI's levels: 0 visible, 1 partly, 2 largely occluded, 3 unknown
@@ -32,44 +33,52 @@ MAX_DONT_CARE_SHARE = 0.5  # part of an unmatched box inside one DontCare region
 
 @dataclass(frozen=True, eq=False)
 class PreparedSequence:
-    """All that takes part in scoring one sequence: cars and vans against the output."""
+    """All that takes part in scoring one class in one sequence: labels against the output."""
 
     overlaps: Overlaps
     """The labels, the output, and the pairs of both that overlap."""
     neutral: Bool[Array, " n"]
-    """Which labels need not be found, but may be: vans, strongly occluded, truncated."""
+    """Which labels need not be found, but may be: of a similar class (vans, where cars are
+    scored), strongly occluded, truncated."""
     dont_care: Tracks
     """Regions that are not labelled."""
 
 
-def prepare_sequence(truth: Tracks, output: Tracks, frame_count: int) -> PreparedSequence:
+def prepare_sequence(
+    truth: Tracks, output: Tracks, frame_count: int, kind: str = "Car"
+) -> PreparedSequence:
     """The rows that take part, checked, with all their overlaps.
 
-    Of the truth: Car and Van; without a column `kinds` all are cars; without `truncation` or
-    `occlusion` nothing is truncated or occluded. Of the output: all but other kinds than Car.
-    Kinds are compared without case, as in TrackEval. Rows with a negative id belong to no object
-    and are left out, as in both reference evaluators. Raises BadTracks as `checked_columns` and
-    `bare_rows` do.
+    kind: the class that is scored, of TRACKED_KINDS. Of the truth: it, and the classes that look
+    like it; without a column `kinds` all are of it; without `truncation` or `occlusion` nothing is
+    truncated or occluded. Of the output: all but other kinds. Kinds are compared without case, as
+    in TrackEval. Rows with a negative id belong to no object and are left out, as in both reference
+    evaluators. Raises UnknownName for the kind, BadTracks as `checked_columns` and `bare_rows` do.
     """
+    if kind not in TRACKED_KINDS:
+        raise UnknownName.of("class", kind, TRACKED_KINDS)
     truth, output = checked_columns(truth, "truth"), checked_columns(output, "output")
-    is_car, is_van = kind_is(truth, "Car", True), kind_is(truth, "Van", False)
-    labels = (is_car | is_van) & (truth.ids >= 0)
-    cars = kind_is(output, "Car", True) & (output.ids >= 0)
-    neutral = neutral_labels(truth)
+    labels = kind_is(truth, kind, True) & (truth.ids >= 0)
+    for similar in TRACKED_KINDS[kind]:
+        labels |= kind_is(truth, similar, False) & (truth.ids >= 0)
+    scored = kind_is(output, kind, True) & (output.ids >= 0)
+    neutral = neutral_labels(truth, kind)
     in_order = np.argsort(truth.frames[labels], kind="stable")
     return PreparedSequence(
         Overlaps.between(
             bare_rows(truth, labels, frame_count, "truth"),
-            bare_rows(output, cars, frame_count, "output"),
+            bare_rows(output, scored, frame_count, "output"),
         ),
         neutral[labels][in_order],
         bare_rows(truth, kind_is(truth, "DontCare", False), frame_count, "DontCare"),
     )
 
 
-def neutral_labels(truth: Tracks) -> Bool[Array, " n"]:
-    """Which labels need not be found, but may be: vans, strongly occluded, truncated."""
-    neutral = kind_is(truth, "Van", False)
+def neutral_labels(truth: Tracks, kind: str = "Car") -> Bool[Array, " n"]:
+    """Which labels need not be found, but may be: similar classes, strongly occluded, truncated."""
+    neutral = np.zeros(len(truth), dtype=bool)
+    for similar in TRACKED_KINDS[kind]:
+        neutral |= kind_is(truth, similar, False)
     if truth.occlusion is not None:
         neutral = neutral | (truth.occlusion > MAX_OCCLUSION_LEVEL)
     if truth.truncation is not None:

@@ -3,13 +3,21 @@
 from tracker.types.camera import Camera
 from tracker.types.cuboids import Cuboids
 from tracker.types.detections import Detections
-from tracker.types.kinds import KITTI_KINDS, is_kitti_kind, kinds_said, spelled_as_kitti
+from tracker.types.kinds import (
+    KITTI_KINDS,
+    TRACKED_KINDS,
+    is_kitti_kind,
+    kinds_said,
+    parse_kinds,
+    spelled_as_kitti,
+)
 from tracker.types.rows import Rows
 from tracker.types.sequence import Frame, Sequence, SequenceWrapper, max_step
 from tracker.types.tracks import Tracks
 
 __all__ = [
     "KITTI_KINDS",
+    "TRACKED_KINDS",
     "Camera",
     "Cuboids",
     "Detections",
@@ -21,5 +29,6 @@ __all__ = [
     "is_kitti_kind",
     "kinds_said",
     "max_step",
+    "parse_kinds",
     "spelled_as_kitti",
 ]

@@ -4,12 +4,32 @@ import numpy as np
 from jaxtyping import Bool, Shaped
 from numpy import ndarray as Array
 
+from tracker.errors import BadConfig, UnknownName
+
 # All that KITTI's tracking labels hold, and 'Person_sitting' of its object benchmark.
 KITTI_KINDS = (
     "Car", "Van", "Truck", "Pedestrian", "Person", "Person_sitting", "Cyclist", "Tram", "Misc",
     "DontCare",
 )  # fmt: skip
+# The classes that are tracked and scored, each with the classes that look like it: a label of
+# those need not be found, but may be. KITTI's benchmark scores Car and Pedestrian; Cyclist goes by
+# the same rules.
+TRACKED_KINDS = {"Car": ("Van",), "Pedestrian": ("Person", "Person_sitting"), "Cyclist": ()}
 _BY_LOWER_CASE = {kind.lower(): kind for kind in KITTI_KINDS}
+
+
+def parse_kinds(text: str) -> tuple[str, ...]:
+    """The classes of `car,pedestrian`, in KITTI's spelling and in that order.
+
+    Raises UnknownName for what is none of TRACKED_KINDS, BadConfig for one that stands twice.
+    """
+    kinds = tuple(_BY_LOWER_CASE.get(word.strip().lower(), word) for word in text.split(","))
+    for kind in kinds:
+        if kind not in TRACKED_KINDS:
+            raise UnknownName.of("class", kind, TRACKED_KINDS)
+    if len(set(kinds)) < len(kinds):
+        raise BadConfig(f"classes {text!r}: name each class once")
+    return kinds
 
 
 def spelled_as_kitti(kinds: Shaped[Array, " n"]) -> Shaped[Array, " n"]:

@@ -225,3 +225,37 @@ def test_the_given_sequences_score_as_trackeval_says(kitti_root: Path, tracker: 
 
 def test_golden_columns_are_those_of_the_file():
     assert GOLDEN["columns"] == COLUMNS
+
+
+@pytest.mark.kitti
+@pytest.mark.parametrize("tracker", ["motsim_rrc", "iou_pointrcnn"])
+def test_pedestrians_of_the_given_sequences_score_as_trackeval_says(kitti_root, tracker) -> None:
+    rows = golden_results(kitti_root, f"pedestrian/{tracker}")
+    folder = kitti_root.parent / "golden_scores" / "pedestrian"
+    golden = json.loads((folder / "expected.json").read_text())[tracker]
+    evaluation = evaluate(rows, kind="Pedestrian")
+    named = {**evaluation.sequences, "combined": evaluation.combined}
+    for name in golden:
+        ours = named[name].as_dict()
+        ours |= ours["by_alpha"]
+        known = [score for score in golden[name]["all"] if score in ours]
+        assert {"HOTA", "DetA", "AssA", "MOTA", "MOTP", "IDSW", "MT", "IDF1"} < set(known)
+        for score in known:
+            value = golden[name]["all"][score]
+            assert ours[score] == pytest.approx(value, rel=0.0, abs=1e-9), (name, score)
+
+
+def test_a_class_is_scored_apart_from_the_others() -> None:
+    """A person in the way of a pedestrian is neutral, a car among the results is not there."""
+    box = np.array([10.0, 10.0, 60.0, 110.0])
+    truth = Tracks(
+        np.array([0, 0, 0, 1]), np.array([1, 2, 3, 1]), box + [[0], [200], [400], [0]],
+        kinds=np.array(["Pedestrian", "Person", "Car", "Pedestrian"]),
+    )  # fmt: skip
+    output = truth.replaced(kinds=np.array(["pedestrian", "Pedestrian", "Car", "PEDESTRIAN"]))
+    walking = evaluate_sequence(truth, output, 2, kind="Pedestrian")
+    assert (walking["CLR_TP"], walking["CLR_FP"], walking["CLR_FN"]) == (2, 0, 0)
+    driving = evaluate_sequence(truth, output, 2)
+    assert (driving["CLR_TP"], driving["CLR_FP"], driving["CLR_FN"]) == (1, 0, 0)
+    with pytest.raises(UnknownName, match="class 'Tram'"):
+        evaluate_sequence(truth, output, 2, kind="Tram")
