@@ -1,28 +1,28 @@
 """The command line: one file a command; `COMMANDS` is the register.
 
-A command's file is imported when it is asked for, and imports what is heavy only when it runs, so
-that `--help` answers at once.
+A command's file, and what parses its options, are imported when the command is asked for; what is
+heavy is imported only when it runs. So `--help` answers at once.
 """
 
 import os
+import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from functools import reduce
 from importlib import import_module
-from operator import or_
-from typing import Annotated, Any, Protocol, runtime_checkable
-
-import tyro
+from pathlib import Path
+from typing import Protocol, runtime_checkable
 
 from mot_sim.cli.streams import prepare_streams, writing_stdout
 from mot_sim.cli.terminal import INTERRUPTED, OK, WRONG, Terminal
 
-DESCRIPTION = """\
-Camera-only multi-object tracking with geometry, and the testbed for it.
-
-Units: metres, seconds, pixels, degrees. Exit codes: 0 done, 1 (doctor, verify,
-compare, sweep, stress, breaking-point) something is wrong, 2 wrong input, 130
-interrupted. Help on a command: mot-sim COMMAND --help. Version: --version."""
+DESCRIPTION = (
+    "usage: mot-sim COMMAND [OPTIONS]",
+    "Camera-only multi-object tracking with geometry, and the testbed for it.",
+    "Units: metres, seconds, pixels, degrees. Exit codes: 0 done, 1 (doctor, verify, compare, "
+    "sweep, stress, breaking-point) something is wrong, 2 wrong input, 130 interrupted. Help on a "
+    "command: mot-sim COMMAND --help. Version: --version.",
+)
+HELP = ("--help", "-h")
 
 
 @runtime_checkable
@@ -49,6 +49,13 @@ class CommandRegister(Mapping[str, type[Command]]):
         file, _, kind = self.places[name].partition(":")
         command: type[Command] = getattr(import_module(f"mot_sim.cli.{file}"), kind)
         return command
+
+    def summary(self, name: str) -> str:
+        """The first line of what a command says about itself, read without importing its file."""
+        file, _, kind = self.places[name].partition(":")
+        source = Path(__file__).with_name(f"{file}.py").read_text(encoding="utf-8")
+        found = re.search(rf'^class {kind}:\n    """(.+)$', source, re.MULTILINE)
+        return found[1] if found else ""
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.places)
@@ -106,19 +113,23 @@ def _run(arguments: Sequence[str], terminal: Terminal) -> int:
     command, code = None, OK
     try:
         with writing_stdout():
-            if list(arguments) == ["--version"]:
+            first = arguments[0] if arguments else ""
+            if first == "--version":
                 from importlib.metadata import version
 
                 sys.stdout.write(f"mot-sim {version('mot-sim')}\n")
+                return OK
+            if first in HELP:
+                sys.stdout.write(overview())
                 return OK
             try:
                 command = parse(arguments)
             except SystemExit as leaving:  # tyro has shown the help, or what is wrong
                 code = leaving.code if isinstance(leaving.code, int) else OK
     except Exception as error:
-        from tracker.errors import BadOutput  # loads what --help must not wait for
+        from tracker.errors import BadOutput, UnknownName  # loads what --help must not wait for
 
-        if not isinstance(error, BadOutput):
+        if not isinstance(error, BadOutput | UnknownName):
             raise
         terminal.error(str(error))
         return WRONG
@@ -128,29 +139,46 @@ def _run(arguments: Sequence[str], terminal: Terminal) -> int:
         return run_parsed(command, terminal)
 
 
+def overview() -> str:
+    """What `mot-sim --help` says: every command with its line, folded to the terminal's width."""
+    from shutil import get_terminal_size
+    from textwrap import fill
+
+    width, column = max(get_terminal_size().columns, 40), max(map(len, COMMANDS)) + 4
+    parts = [fill(part, width) + "\n" for part in DESCRIPTION]
+    lines = [
+        fill(
+            COMMANDS.summary(name), width,
+            initial_indent=f"  {name}".ljust(column), subsequent_indent=" " * column,
+        )
+        for name in COMMANDS
+    ]  # fmt: skip
+    return "\n".join([*parts, "commands:", *lines, ""])
+
+
 def parse(arguments: Sequence[str]) -> Command:
-    """The command that the arguments spell; SystemExit for --help and for what is no command."""
+    """The command that the arguments spell; SystemExit for its --help and for wrong options.
+
+    Raises UnknownName for what is no command.
+    """
+    name, *options = arguments or [""]
+    if name not in COMMANDS:
+        from tracker.errors import UnknownName
+
+        if not name:
+            raise UnknownName("no command is given; mot-sim --help lists them")
+        if name.startswith("-"):
+            raise UnknownName(f"{name} is no command; options follow it: mot-sim COMMAND {name}")
+        raise UnknownName.of("command", name, COMMANDS)
+    import tyro
+
     config = (
         tyro.conf.FlagCreatePairsOff,
         tyro.conf.OmitArgPrefixes,
         tyro.conf.HelptextFromCommentsOff,
     )
-    name, *options = arguments or [""]
-    command: Command
-    if name in COMMANDS:
-        command = tyro.cli(COMMANDS[name], prog=f"mot-sim {name}", args=options, config=config)
-    else:  # no command: tyro shows them all, or says what is wrong
-        every: Any = reduce(or_, (_overview(name) for name in COMMANDS))
-        command = tyro.cli(
-            every, prog="mot-sim", description=DESCRIPTION, args=list(arguments), config=config
-        )
+    command: Command = tyro.cli(COMMANDS[name], prog=f"mot-sim {name}", args=options, config=config)
     return command
-
-
-def _overview(name: str) -> Any:
-    """A command as tyro wants it, with the first line of what it says about itself."""
-    line = (COMMANDS[name].__doc__ or "").split("\n")[0]
-    return Annotated[COMMANDS[name], tyro.conf.subcommand(name, description=line)]
 
 
 def run_parsed(command: Command, terminal: Terminal) -> int:
@@ -176,4 +204,4 @@ def run_parsed(command: Command, terminal: Terminal) -> int:
     return WRONG
 
 
-__all__ = ["COMMANDS", "Command", "parse", "run"]
+__all__ = ["COMMANDS", "Command", "overview", "parse", "run"]

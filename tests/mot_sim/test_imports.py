@@ -68,6 +68,11 @@ def test_a_tracker_waits_for_what_its_first_frame_needs() -> None:
     assert loaded.isdisjoint({*HEAVY, *SLOW})
 
 
+@pytest.mark.parametrize("words", [["--help"], ["--version"]])
+def test_the_overview_needs_no_parser_of_options(words: list[str]) -> None:
+    assert modules_after(HELP.format(words=words)).isdisjoint({"tyro", "argparse"})
+
+
 @pytest.mark.parametrize("words", [["--help"], ["track", "--help"], ["--version"]])
 def test_help_waits_for_nothing_that_computes(words: list[str]) -> None:
     assert modules_after(HELP.format(words=words)).isdisjoint({*COMPUTING, "rich"})

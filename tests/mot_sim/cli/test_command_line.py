@@ -24,6 +24,31 @@ def console_script(*arguments: str, **more: object) -> subprocess.CompletedProce
     )
 
 
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ([], "no command is given; mot-sim --help lists them"),
+        (["trak", "--out", "x"], "Did you mean 'track'?"),
+        (["-v", "track"], "-v is no command; options follow it: mot-sim COMMAND -v"),
+    ],
+)
+def test_what_is_no_command_is_one_line(mot_sim: CommandLine, line: list[str], told: str) -> None:
+    outcome = mot_sim(*line)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err.startswith("error: ")
+    assert outcome.err.endswith(f"{told}\n")
+    assert outcome.err.count("\n") == 1
+
+
+@pytest.mark.parametrize("columns", [60, 100])
+def test_the_overview_keeps_within_the_terminal(
+    mot_sim: CommandLine, monkeypatch: pytest.MonkeyPatch, columns: int
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    widths = [len(line) for line in mot_sim("--help").out.splitlines()]
+    assert columns - 20 < max(widths) <= columns
+
+
 @pytest.mark.parametrize("command", [None, *COMMANDS])
 def test_help_says_what_a_command_does_with_an_example(
     mot_sim: CommandLine, command: str | None
