@@ -12,7 +12,7 @@ help:
 	@echo "make test-all  the slow ones too (kills, clusters, training, fresh environments), all"
 	@echo "               with the shapes of all arrays checked"
 	@echo "make test-gl   those that need OpenGL (EGL), in an environment with the extra gl"
-	@echo "make test-browser  those that need a Chromium"
+	@echo "make test-browser  those that need a Chromium; the site is built before"
 	@echo "make test-lowest   the core on the lowest versions that pyproject.toml allows"
 	@echo "make fuzz      every reader with 100,000 bad files (INPUTS=...); hours, resumable"
 	@echo "make docs      the documentation as a site: out/site/index.html"
@@ -50,10 +50,10 @@ $(GL_STAMP): pyproject.toml
 	@touch $@
 
 test-gl: $(GL_STAMP)
-	.venv-gl/bin/python -m pytest -m gl $(UNCHECKED) tests/mot_sim/simulation
+	.venv-gl/bin/python -m pytest -m gl --must-run gl $(UNCHECKED) tests/mot_sim/simulation
 
-test-browser: $(STAMP)
-	$(BIN)/python -m pytest -m browser $(UNCHECKED) tests/mot_sim/report
+test-browser: docs
+	$(BIN)/python -m pytest -m browser --must-run browser $(UNCHECKED) tests/mot_sim/report tests/test_site.py
 
 LOWEST_STAMP := .venv-lowest/.installed
 $(LOWEST_STAMP): pyproject.toml tests/lowest_versions.py

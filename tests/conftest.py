@@ -1,13 +1,26 @@
-"""Fixtures for the whole suite: where KITTI is, and the reproducible hypothesis profile."""
+"""Fixtures for the whole suite: where KITTI is, a browser, the reproducible hypothesis profile."""
 
 import os
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
 
 settings.register_profile("reproducible", derandomize=True, deadline=None, max_examples=60)
 settings.load_profile("reproducible")
+
+MARKERS = ("kitti", "gl", "slow", "browser")  # what is counted where it does not run
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """`--must-run MARKER`: where every one of these tests is skipped, nothing has been tested."""
+    parser.addoption(
+        "--must-run", choices=MARKERS, help="fail unless a test with this marker has run"
+    )
 
 
 def kitti_root_of_the_environment() -> Path | None:
@@ -25,10 +38,27 @@ def kitti_root() -> Path:
     return root
 
 
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    """A Chromium: of $MOT_SIM_CHROMIUM, of the system, or playwright's own."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    found = [path for path in map(shutil.which, BROWSERS) if path is not None]
+    path = os.environ.get("MOT_SIM_CHROMIUM") or (found[0] if found else None)
+    with playwright.sync_playwright() as started:
+        try:
+            browser = started.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        except playwright.Error as error:
+            told = str(error).split("\n", maxsplit=1)[0]
+            pytest.skip(f"no Chromium can be started: {told}; install chromium, or name it in "
+                        "MOT_SIM_CHROMIUM")  # fmt: skip
+        yield browser
+        browser.close()
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Skip what needs a data set where there is none, and wrong types where types are checked."""
     for item in items:
-        for marker in ("kitti", "gl", "slow", "browser"):
+        for marker in MARKERS:
             if item.get_closest_marker(marker):
                 item.user_properties.append(("marker", marker))
     if config.getoption("jaxtyping_packages", None):
@@ -44,7 +74,20 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Say aloud how many tests of each marker did not run."""
     skipped = terminalreporter.stats.get("skipped", [])
-    for marker in ("kitti", "gl", "slow", "browser"):
+    for marker in MARKERS:
         count = sum(("marker", marker) in report.user_properties for report in skipped)
         if count:
             terminalreporter.write_line(f"{count} tests marked '{marker}' were skipped")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Fail where a marker's tests had to run and all were skipped."""
+    marker = session.config.getoption("must_run")
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if marker is None or reporter is None:
+        return
+    ran = [*reporter.stats.get("passed", []), *reporter.stats.get("failed", [])]
+    if not any(("marker", marker) in report.user_properties for report in ran):
+        reporter.write_line(f"\nno test marked '{marker}' has run, and one must (--must-run)")
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED

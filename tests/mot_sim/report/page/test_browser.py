@@ -1,7 +1,5 @@
 """The page in headless Chromium: drawn, quiet, alone, legible in every light and width."""
 
-import os
-import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,7 +16,6 @@ playwright = pytest.importorskip("playwright.sync_api", reason="playwright is no
 pytestmark = pytest.mark.browser
 
 CHARTS = 11  # of a result of every kind
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 # Text and what is behind it, as far as both are plain colours: their ratio of contrast.
 CONTRAST = """
 () => {
@@ -62,22 +59,6 @@ class Watched:
         for panel in self.page.locator("figure.panel").all():
             panel.scroll_into_view_if_needed()
             panel.locator(".js-plotly-plot .main-svg").first.wait_for(timeout=60_000)
-
-
-@pytest.fixture(scope="module")
-def chromium() -> Iterator["playwright.Browser"]:
-    """A Chromium: of $MOT_SIM_CHROMIUM, of the system, or playwright's own."""
-    found = [path for path in map(shutil.which, BROWSERS) if path is not None]
-    path = os.environ.get("MOT_SIM_CHROMIUM") or (found[0] if found else None)
-    with playwright.sync_playwright() as started:
-        try:
-            browser = started.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        except playwright.Error as error:
-            told = str(error).split("\n", maxsplit=1)[0]
-            pytest.skip(f"no Chromium can be started: {told}; install chromium, or name it in "
-                        "MOT_SIM_CHROMIUM")  # fmt: skip
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")
