@@ -1,0 +1,241 @@
+"""What is wrong with cuboids: where they stand, how they are turned, how large and how fast.
+
+Rows of the output are matched to labels in the image (IoU of at least 1/2), so that the errors of
+cuboids far from their car are among them. Neutral labels count: hidden and truncated cars stand
+somewhere, too.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numpy import ndarray as Array
+
+from mot_sim.metrics.clear import Number
+from mot_sim.metrics.cuboid_overlap import centre_distance, cuboid_iou
+from mot_sim.metrics.cuboid_preparation import require_cuboids
+from mot_sim.metrics.matching import Overlaps, bare_rows
+from mot_sim.metrics.preprocessing import checked_columns, kind_is, match_cars
+from tracker.geometry import wrap_angle
+from tracker.types import Rows, Tracks
+
+# Ends of the ranges of distance that errors are shown by, m.
+DISTANCE_RANGES = (0.0, 10.0, 20.0, 30.0, 50.0, 80.0)
+# A car faces our way, or comes towards us, when its heading is off by less; otherwise it turned.
+MAX_ALONG = np.radians(30.0)
+# What a heading may be off by before it is wrong, and before it is backwards.
+WRONG, BACKWARDS = np.radians(30.0), np.radians(90.0)
+NEAR = 2.0  # m; centres within it are right
+# A car moves when it is faster than this, m/s: KITTI's labels of parked cars wobble by less.
+MIN_SPEED = 1.0
+# Speeds are taken over this time before and after a frame, s; a second smooths the labels.
+SPEED_SPAN = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class CuboidErrors(Rows):
+    """One row per label that a row of the output matches in the image; NaN: not known."""
+
+    truth_ids: Int[Array, " n"]
+    """Id of the label."""
+    output_ids: Int[Array, " n"]
+    """Id of the output."""
+    distance: Float[Array, " n"]
+    """Of the label from the camera, seen from above, m."""
+    centre: Float[Array, " n"]
+    """Distance of the two centres, seen from above, m."""
+    radial: Float[Array, " n"]
+    """How much too far the cuboid stands along the viewing ray, m."""
+    lateral: Float[Array, " n"]
+    """How much too far to the right of the viewing ray it stands, m."""
+    heading: Float[Array, " n"]
+    """The cuboid's yaw less the label's, in [-pi, pi), rad."""
+    yaw: Float[Array, " n"]
+    """The label's yaw, rad; -pi/2: it faces our way."""
+    size: Float[Array, "n 3"]
+    """Length, height and width less the label's, m."""
+    iou: Float[Array, " n"]
+    """Intersection over union of the volumes, 0 where the cuboid is not wholly known."""
+    speed: Float[Array, " n"]
+    """The label's, over the ground, m/s; NaN without the camera's motion."""
+    found_speed: Float[Array, " n"]
+    """The output's speed: as stated, or else as its cuboids move, m/s."""
+    drift: Float[Array, " n"]
+    """How fast the output's cuboids move over the ground, m/s."""
+
+    @property
+    def moving(self) -> Bool[Array, " n"]:
+        """Labels that move."""
+        return self.speed > MIN_SPEED
+
+    @property
+    def parked(self) -> Bool[Array, " n"]:
+        """Labels that stand."""
+        return self.speed <= MIN_SPEED
+
+    @property
+    def oncoming(self) -> Bool[Array, " n"]:
+        """Labels that face the camera."""
+        return np.abs(np.asarray(wrap_angle(self.yaw - np.pi / 2))) < MAX_ALONG
+
+    @property
+    def turned(self) -> Bool[Array, " n"]:
+        """Labels that face neither our way nor the camera."""
+        ahead = np.abs(np.asarray(wrap_angle(self.yaw + np.pi / 2))) < MAX_ALONG
+        return ~(ahead | self.oncoming)
+
+    def groups(self) -> dict[str, Bool[Array, " n"]]:
+        """The rows by what the car does: all, moving, parked, oncoming, turned."""
+        return {
+            "all": np.ones(len(self), dtype=bool), "moving": self.moving, "parked": self.parked,
+            "oncoming": self.oncoming, "turned": self.turned,
+        }  # fmt: skip
+
+    def numbers(self) -> dict[str, Number]:
+        """Every score by its name: medians and shares over all rows; NaN over none."""
+        headings = {
+            name.removesuffix("_all"): value
+            for group, rows in self.groups().items()
+            for name, value in (
+                (f"heading_over_30_{group}", over(self.heading[rows], WRONG)),
+                (f"heading_over_90_{group}", over(self.heading[rows], BACKWARDS)),
+            )
+        }
+        return {
+            "matched_rows": len(self),
+            "cuboid_known": share(np.isfinite(self.centre)),
+            "centre_median": median(self.centre),
+            "centre_p90": quantile(self.centre, 0.9),
+            "within_2m": share(self.centre[np.isfinite(self.centre)] <= NEAR),
+            "radial_median": median(self.radial),
+            "lateral_median": median(self.lateral),
+            **headings,
+            "length_error": median(self.size[:, 0]),
+            "height_error": median(self.size[:, 1]),
+            "width_error": median(self.size[:, 2]),
+            "iou_3d": float(self.iou.mean()) if len(self) else np.nan,
+            "speed_error": median((self.found_speed - self.speed)[self.moving]),
+            "parked_over_1mps": over(self.found_speed[self.parked], MIN_SPEED),
+            "parked_drift": median(self.drift[self.parked]),
+        }
+
+    def by_distance(self) -> list[tuple[str, "CuboidErrors"]]:
+        """The rows by the label's distance, with the name of each range."""
+        ends = zip(DISTANCE_RANGES, DISTANCE_RANGES[1:], strict=False)
+        return [
+            (f"{low:.0f}-{high:.0f} m", self.select((low <= self.distance) & (self.distance < high)))
+            for low, high in ends
+        ]
+
+
+def median(errors: Float[Array, " n"]) -> float:
+    """The median size of the errors that are known; NaN without any."""
+    return quantile(errors, 0.5)
+
+
+def quantile(errors: Float[Array, " n"], part: float) -> float:
+    """What a part of the known errors does not exceed in size; NaN without any."""
+    known = np.abs(errors[np.isfinite(errors)])
+    return float(np.quantile(known, part)) if len(known) else np.nan
+
+
+def over(errors: Float[Array, " n"], limit: float) -> float:
+    """The share of the known errors that exceed a limit in size; NaN without any."""
+    return share(np.abs(errors[np.isfinite(errors)]) > limit)
+
+
+def share(holds: Bool[Array, " n"]) -> float:
+    """The share of rows where it holds; NaN of none."""
+    return float(holds.mean()) if len(holds) else np.nan
+
+
+def cuboid_errors(
+    truth: Tracks,
+    output: Tracks,
+    frame_count: int,
+    Ts_world_road: Float[Array, "m 4 4"] | None = None,
+    frame_rate: float = 10.0,
+    speeds: Float[Array, " k"] | None = None,
+) -> CuboidErrors:
+    """The errors of one sequence, both tables in the road frame of the row's frame.
+
+    Ts_world_road: for each frame where the road frame stands in a fixed world; without it no car
+    has a speed over the ground. speeds: those that the output states, a row each. Raises BadTracks
+    as `prepare_sequence`, and for tables without cuboids.
+    """
+    truth, output = checked_columns(truth, "truth"), checked_columns(output, "output")
+    is_label = kind_is(truth, "Car", True) | kind_is(truth, "Van", False)
+    labels = _chosen(truth, is_label & (truth.ids >= 0))
+    ours = _chosen(output, kind_is(output, "Car", True) & (output.ids >= 0))
+    every = np.ones(len(truth), dtype=bool)
+    overlaps = Overlaps.between(
+        bare_rows(truth.select(labels), every[: len(labels)], frame_count, "truth"),
+        bare_rows(output.select(ours), np.ones(len(ours), dtype=bool), frame_count, "output"),
+    )
+    pairs = match_cars(overlaps)
+    rows, columns = labels[overlaps.rows[pairs]], ours[overlaps.columns[pairs]]
+    theirs = require_cuboids(truth, "truth").select(rows)
+    found = require_cuboids(output, "output").select(columns)
+    known = np.isfinite(theirs.base).all(axis=1)
+    rows, columns = rows[known], columns[known]
+    theirs, found = theirs.select(known), found.select(known)
+    drift = ground_speeds(output, Ts_world_road, frame_rate)
+    distance = np.hypot(theirs.base[:, 0], theirs.base[:, 2])
+    ray = theirs.base[:, ::2] / np.maximum(distance, 1e-9)[:, None]
+    off = (found.base - theirs.base)[:, ::2]
+    return CuboidErrors(
+        truth_ids=truth.ids[rows],
+        output_ids=output.ids[columns],
+        distance=distance,
+        centre=centre_distance(found, theirs),
+        radial=(off * ray).sum(axis=1),
+        lateral=off[:, 0] * ray[:, 1] - off[:, 1] * ray[:, 0],
+        heading=np.asarray(wrap_angle(found.yaw - theirs.yaw)),
+        yaw=theirs.yaw,
+        size=found.size - theirs.size,
+        iou=cuboid_iou(theirs, found),
+        speed=ground_speeds(truth, Ts_world_road, frame_rate)[rows],
+        found_speed=(drift if speeds is None else speeds)[columns],
+        drift=drift[columns],
+    )
+
+
+def _chosen(tracks: Tracks, mask: Bool[Array, " n"]) -> Int[Array, " k"]:
+    """The rows of a mask, in the order of frames."""
+    rows = np.flatnonzero(mask)
+    return rows[np.argsort(tracks.frames[rows], kind="stable")]
+
+
+def ground_speeds(
+    tracks: Tracks, Ts_world_road: Float[Array, "m 4 4"] | None, frame_rate: float
+) -> Float[Array, " n"]:
+    """How fast each row's cuboid moves over the ground, m/s.
+
+    Its way from the first to the last row of its id within SPEED_SPAN, over the time between.
+    NaN without the camera's motion, without another such row, and for ids below 0.
+    """
+    speeds = np.full(len(tracks), np.nan)
+    if Ts_world_road is None or tracks.cuboids is None:
+        return speeds
+    rows = np.flatnonzero(np.isfinite(tracks.cuboids.base).all(axis=1) & (tracks.ids >= 0))
+    rows = rows[np.lexsort((tracks.frames[rows], tracks.ids[rows]))]
+    if not len(rows):
+        return speeds
+    frames = tracks.frames[rows]
+    T = Ts_world_road[frames]
+    places = np.einsum("nij,nj->ni", T[:, :3, :3], tracks.cuboids.base[rows]) + T[:, :3, 3]
+    span = round(SPEED_SPAN * frame_rate)
+    numbers = np.unique(tracks.ids[rows], return_inverse=True)[1]
+    moments = numbers * (int(frames.max()) + 2 * span + 2) + frames
+    first = np.searchsorted(moments, moments - span)
+    last = np.searchsorted(moments, moments + span, side="right") - 1
+    seconds = (frames[last] - frames[first]) / frame_rate
+    way = np.linalg.norm(places[last] - places[first], axis=1)
+    speeds[rows] = np.divide(way, seconds, out=np.full(len(rows), np.nan), where=seconds > 0.0)
+    return speeds
+
+
+def joined(parts: Sequence[CuboidErrors]) -> CuboidErrors:
+    """The errors of several sequences together."""
+    return CuboidErrors.concatenate(parts)
