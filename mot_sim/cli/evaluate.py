@@ -1,7 +1,7 @@
 """`mot-sim evaluate`: results against labels."""
 
 import json as jsonlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,12 +15,17 @@ if TYPE_CHECKING:
     import mot_sim.metrics
     import mot_sim.tables
 
+# What makes a match in 3D: AB3DMOT's three, and the distance of nuScenes.
+THRESHOLDS = ".25,.5,.7,2m"
+
 
 @dataclass(frozen=True)
 class Evaluate:
-    """Score results against KITTI's labels: CLEAR, HOTA, Identity.
+    """Score results against KITTI's labels: CLEAR, HOTA, Identity; with --3d their cuboids.
 
     mot-sim evaluate out/rrc --root KITTI --csv scores.csv
+
+    mot-sim evaluate out/rrc --root KITTI --3d
 
     One row per sequence and one for all together (counts added up, as in TrackEval). Rates are
     in percent, in JSON and CSV fractions. Sequences without labels are named and left out.
@@ -37,6 +42,13 @@ class Evaluate:
     classes: Classes = "car"
     """What is scored, each class by itself: car, pedestrian, cyclist (not KITTI's; the same rules),
     or several: car,pedestrian."""
+    spatial: Annotated[bool, tyro.conf.arg(name="3d", help_behavior_hint="")] = False
+    """Score the cuboids: AB3DMOT's scores, HOTA in 3D, and what is wrong with place, heading, size
+    and speed. The root may be that of recorded episodes."""
+    thresholds: Annotated[str | None, option("LIST", THRESHOLDS)] = None
+    """With --3d: what makes a match, least 3D IoU or largest distance of the centres in metres."""
+    ego: Annotated[str | None, option("NAME", "oxts where it is there")] = None
+    """With --3d: where the camera's motion comes from, which tells which cars move."""
     json: File = None
     """All scores as JSON into a file; - prints them instead of the table."""
     csv: File = None
@@ -52,6 +64,9 @@ class Evaluate:
 
         require_targets(self.json, self.csv)
         kinds = parse_kinds(self.classes)
+        if self.spatial:
+            return self._in_3d(terminal, kinds)
+        self._require_3d_for_its_options()
         rows: dict[str, mot_sim.metrics.Scores] = {}
         content: dict[str, dict[str, object]] = {}
         for kind in kinds:
@@ -66,6 +81,37 @@ class Evaluate:
         table = score_table(rows, title=title, sums=1 if len(kinds) == 1 else 0)
         found = content[kinds[0]] if len(kinds) == 1 else {"classes": content}
         deliver(terminal, table, found, self.json, self.csv)
+        say_unlabelled(terminal, scored.unlabelled)
+        return OK
+
+    def _require_3d_for_its_options(self) -> None:
+        from tracker.errors import BadConfig
+
+        for name, value in (("thresholds", self.thresholds), ("ego", self.ego)):
+            if value is not None:
+                raise BadConfig(f"--{name} {value}: only cuboids are scored by it; add --3d")
+
+    def _in_3d(self, terminal: Terminal, kinds: tuple[str, ...]) -> int:
+        """Score and show the cuboids."""
+        from mot_sim.evaluation.spatial_scoring import parse_criteria, score_folder_in_3d
+        from mot_sim.tables import criterion_table, error_table, spatial_table
+        from tracker.errors import BadConfig
+
+        if len(kinds) > 1 or self.rules != "trackeval":
+            given = f"--classes {self.classes}" if len(kinds) > 1 else f"--rules {self.rules}"
+            raise BadConfig(f"{given}: with --3d one class at a time, and no other rules")
+        criteria = parse_criteria(self.thresholds or THRESHOLDS)
+        scored = score_folder_in_3d(
+            self.results, self.root, self.sequences, criteria, kinds[0], self.ego
+        )
+        named = {**scored.sequences, "combined": scored.combined}
+        title = f"{self.results}, {kinds[0]} in 3D, rates in %"
+        tables = (
+            criterion_table(scored.combined, f"{title}, all sequences"),
+            error_table(scored.combined.errors, f"{title}: errors of cuboids"),
+            spatial_table(named, title, sums=1),
+        )
+        deliver(terminal, tables[-1], scored.as_dict(), self.json, self.csv, tables[:-1])
         say_unlabelled(terminal, scored.unlabelled)
         return OK
 
@@ -95,11 +141,16 @@ def deliver(
     content: Mapping[str, object],
     json: str | None,
     csv: str | None,
+    before: Sequence["mot_sim.tables.Table"] = (),
 ) -> None:
-    """The scores into the files that were asked for; the table, unless stdout is taken."""
+    """The scores into the files that were asked for; the tables, unless stdout is taken.
+
+    before: tables that are shown first, and are not in the CSV.
+    """
     if json is not None:
         terminal.save(jsonlib.dumps(content, indent=2) + "\n", json)
     if csv is not None:
         terminal.save(table.as_csv(), csv)
     if STDOUT not in (json, csv):
-        terminal.show(table)
+        for each in (*before, table):
+            terminal.show(each)

@@ -126,7 +126,9 @@ class RecallSweep:
         """With the similarity that the criterion measures."""
         return cls(prepared, criterion, prepared.overlaps(criterion))
 
-    def level(self, cut: float, recall: float = 1.0) -> tuple[RecallLevel, Int[Array, " j"]]:
+    def level(
+        self, cut: float = NO_CUT, recall: float = 1.0
+    ) -> tuple[RecallLevel, Int[Array, " j"]]:
         """The scores of the tracks whose mean score is at least the cut, and their matches."""
         overlaps, prepared = self.overlaps, self.prepared
         kept = prepared.track_scores >= cut
@@ -152,7 +154,7 @@ class RecallSweep:
 
     def scores(self) -> Ab3dmot:
         """The sweep over all levels of recall."""
-        whole, matched = self.level(NO_CUT)
+        whole, matched = self.level()
         scores = self.prepared.track_scores[self.overlaps.columns[matched]]
         levels = tuple(
             self.level(cut, recall)[0]

@@ -6,6 +6,7 @@ with as many degrees of freedom as the error has components.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
@@ -100,7 +101,7 @@ def chances_by_range(
     chances, came_true = chances[known], came_true[known]
     place = np.searchsorted(CHANCE_BINS[1:-1], chances, side="right")
     ranges = []
-    for bin_number, (low, high) in enumerate(zip(CHANCE_BINS, CHANCE_BINS[1:], strict=False)):
+    for bin_number, (low, high) in enumerate(pairwise(CHANCE_BINS)):
         here = place == bin_number
         count = int(here.sum())
         mean = float(chances[here].mean()) if count else np.nan

@@ -5,8 +5,8 @@ cuboids far from their car are among them. Neutral labels count: hidden and trun
 somewhere, too.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -14,9 +14,9 @@ from numpy import ndarray as Array
 
 from mot_sim.metrics.clear import Number
 from mot_sim.metrics.cuboid_overlap import centre_distance, cuboid_iou
-from mot_sim.metrics.cuboid_preparation import require_cuboids
+from mot_sim.metrics.cuboid_preparation import require_cuboids, rows_of_class
 from mot_sim.metrics.matching import Overlaps, bare_rows
-from mot_sim.metrics.preprocessing import checked_columns, kind_is, match_cars
+from mot_sim.metrics.preprocessing import checked_columns, match_cars
 from tracker.geometry import wrap_angle
 from tracker.types import Rows, Tracks
 
@@ -37,6 +37,8 @@ SPEED_SPAN = 1.0
 class CuboidErrors(Rows):
     """One row per label that a row of the output matches in the image; NaN: not known."""
 
+    frames: Int[Array, " n"]
+    """Frame of both."""
     truth_ids: Int[Array, " n"]
     """Id of the label."""
     output_ids: Int[Array, " n"]
@@ -122,10 +124,10 @@ class CuboidErrors(Rows):
 
     def by_distance(self) -> list[tuple[str, "CuboidErrors"]]:
         """The rows by the label's distance, with the name of each range."""
-        ends = zip(DISTANCE_RANGES, DISTANCE_RANGES[1:], strict=False)
+        place = np.searchsorted(DISTANCE_RANGES, self.distance, side="right")
         return [
-            (f"{low:.0f}-{high:.0f} m", self.select((low <= self.distance) & (self.distance < high)))
-            for low, high in ends
+            (f"{low:.0f}-{high:.0f} m", self.select(place == number))
+            for number, (low, high) in enumerate(pairwise(DISTANCE_RANGES), 1)
         ]
 
 
@@ -157,6 +159,7 @@ def cuboid_errors(
     Ts_world_road: Float[Array, "m 4 4"] | None = None,
     frame_rate: float = 10.0,
     speeds: Float[Array, " k"] | None = None,
+    kind: str = "Car",
 ) -> CuboidErrors:
     """The errors of one sequence, both tables in the road frame of the row's frame.
 
@@ -165,13 +168,10 @@ def cuboid_errors(
     as `prepare_sequence`, and for tables without cuboids.
     """
     truth, output = checked_columns(truth, "truth"), checked_columns(output, "output")
-    is_label = kind_is(truth, "Car", True) | kind_is(truth, "Van", False)
-    labels = _chosen(truth, is_label & (truth.ids >= 0))
-    ours = _chosen(output, kind_is(output, "Car", True) & (output.ids >= 0))
-    every = np.ones(len(truth), dtype=bool)
+    labels = rows_of_class(truth, kind)
+    ours = rows_of_class(output, kind, with_similar=False)
     overlaps = Overlaps.between(
-        bare_rows(truth.select(labels), every[: len(labels)], frame_count, "truth"),
-        bare_rows(output.select(ours), np.ones(len(ours), dtype=bool), frame_count, "output"),
+        _bare(truth, labels, frame_count, "truth"), _bare(output, ours, frame_count, "output")
     )
     pairs = match_cars(overlaps)
     rows, columns = labels[overlaps.rows[pairs]], ours[overlaps.columns[pairs]]
@@ -185,6 +185,7 @@ def cuboid_errors(
     ray = theirs.base[:, ::2] / np.maximum(distance, 1e-9)[:, None]
     off = (found.base - theirs.base)[:, ::2]
     return CuboidErrors(
+        frames=truth.frames[rows],
         truth_ids=truth.ids[rows],
         output_ids=output.ids[columns],
         distance=distance,
@@ -201,10 +202,10 @@ def cuboid_errors(
     )
 
 
-def _chosen(tracks: Tracks, mask: Bool[Array, " n"]) -> Int[Array, " k"]:
-    """The rows of a mask, in the order of frames."""
-    rows = np.flatnonzero(mask)
-    return rows[np.argsort(tracks.frames[rows], kind="stable")]
+def _bare(tracks: Tracks, rows: Int[Array, " k"], frame_count: int, where: str) -> Tracks:
+    """Frames, ids and boxes of some rows, checked."""
+    chosen = tracks.select(rows)
+    return bare_rows(chosen, np.ones(len(chosen), dtype=bool), frame_count, where)
 
 
 def ground_speeds(
@@ -234,8 +235,3 @@ def ground_speeds(
     way = np.linalg.norm(places[last] - places[first], axis=1)
     speeds[rows] = np.divide(way, seconds, out=np.full(len(rows), np.nan), where=seconds > 0.0)
     return speeds
-
-
-def joined(parts: Sequence[CuboidErrors]) -> CuboidErrors:
-    """The errors of several sequences together."""
-    return CuboidErrors.concatenate(parts)

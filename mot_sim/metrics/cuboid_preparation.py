@@ -5,7 +5,7 @@ plays no part, a result of kind Van is no false positive, DontCare is tested in 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -18,10 +18,11 @@ from mot_sim.metrics.preprocessing import (
     checked_columns,
     ignored_if_unmatched,
     kind_is,
+    match_cars,
     neutral_labels,
 )
 from tracker.errors import BadTracks
-from tracker.types import Cuboids, Tracks
+from tracker.types import TRACKED_KINDS, Cuboids, Tracks
 
 # What AB3DMOT takes for a result without a score.
 NO_SCORE = -1.0
@@ -41,69 +42,99 @@ class PreparedCuboids:
     """Which labels need not be found, but may be: vans, strongly occluded, truncated."""
     ignored: Bool[Array, " m"]
     """Which rows of the output are no false positives when nothing matches them."""
+    meets_label: Bool[Array, " m"]
+    """Which rows of the output match a label in the image, IoU of at least 1/2."""
+    meets_neutral: Bool[Array, " m"]
+    """Which of those match a neutral one."""
     frame_count: int
     """Frames of all sequences."""
     sequence_count: int = 1
     """How many sequences stand end to end."""
 
-    @property
-    def cuboids(self) -> tuple[Cuboids, Cuboids]:
-        """Those of the labels and of the output."""
-        return require_cuboids(self.truth, "truth"), require_cuboids(self.output, "output")
-
     def overlaps(self, criterion: Criterion) -> Overlaps:
         """All pairs of one frame that are alike at all, with their similarity."""
         rows, columns = same_frame_pairs(self.truth.frames, self.output.frames)
-        labels, found = self.cuboids
-        alike = criterion.similarity(labels.select(rows), found.select(columns))
-        touching = alike > 0.0
-        return Overlaps(self.truth, self.output, rows[touching], columns[touching], alike[touching])
+        labels = require_cuboids(self.truth, "truth").select(rows)
+        alike = criterion.similarity(labels, require_cuboids(self.output, "output").select(columns))
+        near = alike > 0.0
+        return Overlaps(self.truth, self.output, rows[near], columns[near], alike[near])
+
+    def lenient(self) -> "PreparedCuboids":
+        """The same, where what matches a neutral label in the image is no false positive either."""
+        return replace(self, ignored=self.ignored | self.meets_neutral)
+
+    def scored_in_image(self, overlaps: Overlaps) -> Overlaps:
+        """Of overlaps in 3D the rows that TrackEval scores in 2D: see `scored_rows`."""
+        leaves = np.where(self.meets_label, self.meets_neutral, self.ignored)
+        return overlaps.keep(~self.neutral, ~leaves)
 
 
 def require_cuboids(tracks: Tracks, where: str) -> Cuboids:
     """The cuboids of a table; BadTracks where there are none although there are rows."""
-    if tracks.cuboids is None:
-        if not len(tracks):
-            return Cuboids.empty()
+    cuboids = tracks.cuboids
+    if cuboids is None and not len(tracks):
+        return Cuboids.empty()
+    if cuboids is None or (len(tracks) and not np.isfinite(cuboids.base).any()):
         raise BadTracks(
             f"{where}: {len(tracks)} rows, and none with a cuboid (h w l x y z rotation_y): "
             "3D scores need cuboids; score them in 2D, or write the cuboids"
         )
-    return tracks.cuboids
+    return cuboids
 
 
-def prepare_cuboids(truth: Tracks, output: Tracks, frame_count: int) -> PreparedCuboids:
+def prepare_cuboids(
+    truth: Tracks, output: Tracks, frame_count: int, kind: str = "Car"
+) -> PreparedCuboids:
     """The rows of one sequence that take part, checked.
 
-    Of the truth: Car and Van; of the output: Car and Van, all rows where there are no kinds. Rows
-    with a negative id belong to no object and are left out. Results that lack a cuboid (NaN)
-    match nothing. Both are in one frame in which cars stand upright. Raises BadTracks as
-    `prepare_sequence`, and for labels or results without cuboids.
+    kind: the class that is scored. Of truth and output: it, and the classes that look like it (Van
+    where cars are scored); all rows where there are no kinds. Rows with a negative id belong to no
+    object and are left out. Results that lack a cuboid (NaN) match nothing. Both are in one frame
+    in which cars stand upright. Raises as `prepare_sequence`, and BadTracks for labels or results
+    without cuboids.
     """
     truth, output = checked_columns(truth, "truth"), checked_columns(output, "output")
-    is_van = kind_is(truth, "Van", False)
-    labels = (kind_is(truth, "Car", True) | is_van) & (truth.ids >= 0)
-    ours_van = kind_is(output, "Van", False)
-    ours = (kind_is(output, "Car", True) | ours_van) & (output.ids >= 0)
-    by_frame, ours_by_frame = _in_order(truth.frames, labels), _in_order(output.frames, ours)
-    bare_truth = bare_rows(truth, labels, frame_count, "truth")
-    bare_output = bare_rows(output, ours, frame_count, "output")
-    picked, found = truth.select(by_frame), output.select(ours_by_frame)
+    labels, ours = rows_of_class(truth, kind), rows_of_class(output, kind)
+    bare_truth = bare_rows(truth, _mask(labels, truth), frame_count, "truth")
+    bare_output = bare_rows(output, _mask(ours, output), frame_count, "output")
+    picked, found = truth.select(labels), output.select(ours)
     true_cuboids, cuboids = require_cuboids(picked, "truth"), require_cuboids(found, "output")
     _require_whole(picked, true_cuboids)
-    if len(cuboids) and not np.isfinite(cuboids.base).any():
-        require_cuboids(found.replaced(cuboids=None), "output")
     dont_care = bare_rows(truth, kind_is(truth, "DontCare", False), frame_count, "DontCare")
-    neutral = neutral_labels(truth)[by_frame]
+    neutral = neutral_labels(truth, kind)[labels]
     in_image = PreparedSequence(Overlaps.between(bare_truth, bare_output), neutral, dont_care)
+    pairs = match_cars(in_image.overlaps)
+    meets = np.full(len(ours), -1)
+    meets[in_image.overlaps.columns[pairs]] = neutral[in_image.overlaps.rows[pairs]]
+    bare_output = numbered(bare_output)
     return PreparedCuboids(
-        numbered(bare_truth).replaced(cuboids=true_cuboids),
-        numbered(bare_output).replaced(cuboids=cuboids),
-        mean_scores(numbered(bare_output).ids, found.scores),
-        neutral,
-        ours_van[ours_by_frame] | ignored_if_unmatched(in_image, slack=0.0),
-        frame_count,
+        truth=numbered(bare_truth).replaced(cuboids=true_cuboids),
+        output=bare_output.replaced(cuboids=cuboids),
+        track_scores=mean_scores(bare_output.ids, found.scores),
+        neutral=neutral,
+        ignored=~kind_is(found, kind, True) | ignored_if_unmatched(in_image, slack=0.0),
+        meets_label=meets >= 0,
+        meets_neutral=meets > 0,
+        frame_count=frame_count,
     )
+
+
+def rows_of_class(tracks: Tracks, kind: str, with_similar: bool = True) -> Int[Array, " k"]:
+    """The rows of a class, and perhaps of those that look like it, in the order of frames.
+
+    Without kinds all rows are of it; rows with a negative id are of no object.
+    """
+    chosen = kind_is(tracks, kind, True)
+    for similar in TRACKED_KINDS[kind] if with_similar else ():
+        chosen = chosen | kind_is(tracks, similar, False)
+    rows = np.flatnonzero(chosen & (tracks.ids >= 0))
+    return rows[np.argsort(tracks.frames[rows], kind="stable")]
+
+
+def _mask(rows: Int[Array, " k"], tracks: Tracks) -> Bool[Array, " n"]:
+    mask = np.zeros(len(tracks), dtype=bool)
+    mask[rows] = True
+    return mask
 
 
 def mean_scores(ids: Int[Array, " n"], scores: Float[Array, " n"] | None) -> Float[Array, " n"]:
@@ -114,11 +145,6 @@ def mean_scores(ids: Int[Array, " n"], scores: Float[Array, " n"] | None) -> Flo
         row = int(np.flatnonzero(~np.isfinite(scores))[0])
         raise BadTracks(f"output: score of row {row} is {scores[row]}; write a finite number")
     return (np.bincount(ids, scores) / np.bincount(ids))[ids]
-
-
-def _in_order(frames: Int[Array, " n"], chosen: Bool[Array, " n"]) -> Int[Array, " k"]:
-    rows = np.flatnonzero(chosen)
-    return rows[np.argsort(frames[rows], kind="stable")]
 
 
 def _require_whole(labels: Tracks, cuboids: Cuboids) -> None:
@@ -143,6 +169,8 @@ def end_to_end(parts: Sequence[PreparedCuboids]) -> PreparedCuboids:
         np.concatenate([part.track_scores for part in parts]),
         np.concatenate([part.neutral for part in parts]),
         np.concatenate([part.ignored for part in parts]),
+        np.concatenate([part.meets_label for part in parts]),
+        np.concatenate([part.meets_neutral for part in parts]),
         starts[-1],
         sum(part.sequence_count for part in parts),
     )

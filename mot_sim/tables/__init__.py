@@ -11,6 +11,7 @@ from mot_sim.tables.score_names import (
     limits_of,
     title_of,
 )
+from mot_sim.tables.spatial import criterion_table, error_table, spatial_table
 from mot_sim.tables.table import (
     Table,
     mean_column,
@@ -30,6 +31,8 @@ __all__ = [
     "Row",
     "ShownColumn",
     "Table",
+    "criterion_table",
+    "error_table",
     "few_seeds_note",
     "is_count",
     "is_rate",
@@ -37,6 +40,7 @@ __all__ = [
     "mean_column",
     "score_table",
     "show_value",
+    "spatial_table",
     "table_of",
     "title_of",
     "with_ends",

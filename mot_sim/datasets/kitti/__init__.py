@@ -3,7 +3,13 @@
 from mot_sim.datasets.kitti.calibration import Calibration, read_calibration, write_calibration
 from mot_sim.datasets.kitti.detectors import DETECTORS
 from mot_sim.datasets.kitti.ego import EGO, EgoSource
-from mot_sim.datasets.kitti.labels import read_labels, read_results, write_labels, write_results
+from mot_sim.datasets.kitti.labels import (
+    read_cuboid_results,
+    read_labels,
+    read_results,
+    write_labels,
+    write_results,
+)
 from mot_sim.datasets.kitti.places import available_sequences, find_root
 from mot_sim.datasets.kitti.sequence import KittiSequence, kitti_sequence
 
@@ -17,6 +23,7 @@ __all__ = [
     "find_root",
     "kitti_sequence",
     "read_calibration",
+    "read_cuboid_results",
     "read_labels",
     "read_results",
     "write_calibration",

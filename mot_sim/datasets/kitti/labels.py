@@ -13,7 +13,7 @@ from numpy import ndarray as Array
 from mot_sim.datasets.box_checks import inverted_cure, refuse_normalised
 from mot_sim.files.text import TextTable, read_table
 from mot_sim.files.writing import write_lines
-from tracker.errors import BadTracks
+from tracker.errors import BadFile, BadTracks
 from tracker.geometry import invert, transform, wrap_angle
 from tracker.types import KITTI_KINDS, Cuboids, Tracks, is_kitti_kind, spelled_as_kitti
 
@@ -21,6 +21,7 @@ from tracker.types import KITTI_KINDS, Cuboids, Tracks, is_kitti_kind, spelled_a
 NO_CUBOID = (-1.0, -1.0, -1.0, -1000.0, -1000.0, -1000.0, -10.0)
 NO_CUBOID_DONT_CARE = (-1000.0, -1000.0, -1000.0, -10.0, -1.0, -1.0, -1.0)
 NO_ALPHA = -10.0
+UNKNOWN_PLACE = -1000.0
 LABEL_COLUMNS = (
     "frame", "id", "type", "truncated", "occluded", "alpha", "x1", "y1", "x2", "y2",
     "h", "w", "l", "x", "y", "z", "rotation_y",
@@ -39,7 +40,8 @@ def cuboids_of_rows(
 ) -> tuple[Cuboids, Bool[Array, " n"]]:
     """The cuboids of `h w l x y z rotation_y`, and which rows have one.
 
-    Rows without a positive size have none; their cuboids are NaN.
+    Rows without a positive size have none; their cuboids are NaN. A rotation_y of -10 is not known:
+    the yaw is NaN.
     """
     known = np.asarray((rows[:, :3] > 0.0).all(axis=1))
     base = transform(T_road_label, rows[:, 3:6])
@@ -49,6 +51,7 @@ def cuboids_of_rows(
     size = rows[:, [2, 0, 1]]
     absent = ~known
     base[absent], size[absent], yaw[absent] = np.nan, np.nan, np.nan
+    yaw[rotation_y == NO_ALPHA] = np.nan
     return Cuboids(base, yaw, size), known
 
 
@@ -205,6 +208,35 @@ def _alpha_and_cuboids(
     return np.where(known, alpha_of(rows), NO_ALPHA), np.where(known[:, None], rows, absent)
 
 
+def read_cuboid_results(
+    path: Path, T_road_label: Float[Array, "4 4"], frame_count: int | None = None
+) -> Tracks:
+    """The tracks in a result file that is to be scored in 3D; see `read_results`.
+
+    Raises BadFile, too, where no row has a cuboid, for sizes that are not positive where a place
+    is given, and for cuboids wholly behind the camera.
+    """
+    table = read_result_table(path)
+    if "type" in (table.rows.dtype.names or ()):
+        rows = table.finite(CUBOID_COLUMNS)
+        placed = np.asarray((rows[:, 3:6] > UNKNOWN_PLACE).all(axis=1) & rows.any(axis=1))
+        sizes, heights = rows[:, :3], CUBOID_COLUMNS[:3]
+        unsaid = np.asarray((sizes < 0.0).all(axis=1))
+        flat = placed & ~unsaid & np.asarray((sizes <= 0.0).any(axis=1))
+        cure = "write metres above 0, or -1 -1 -1 where the size is not known"
+        table.reject(flat, "a size that is not positive", heights, cure)
+        behind = placed & (rows[:, 5] + 0.5 * np.hypot(rows[:, 1], rows[:, 2]) <= 0.0)
+        cure = "the box is in the image; z is metres ahead of camera 0, x right, y down"
+        table.reject(behind & ~unsaid, "a cuboid wholly behind the camera", ["z"], cure)
+    tracks = _tracks_of_results(table, T_road_label, frame_count)
+    if len(tracks) and tracks.cuboids is None:
+        raise BadFile(
+            f"{path}: none of {len(tracks)} rows has a cuboid (h w l x y z rotation_y), so it "
+            "cannot be scored in 3D; write cuboids, or score it in 2D"
+        )
+    return tracks
+
+
 COLUMNS_BY_COUNT[0] = RESULT_COLUMNS  # an empty file: nothing was tracked
 
 
@@ -241,7 +273,18 @@ def read_results(
     are read when T_road_label is given and a row has one. Raises BadFile with file and line for
     bad rows, frames outside the sequence and an id twice in a frame.
     """
-    table = read_table(path, lambda fields: COLUMNS_BY_COUNT.get(len(fields)), words=["type"])
+    return _tracks_of_results(read_result_table(path), T_road_label, frame_count)
+
+
+def read_result_table(path: Path) -> TextTable:
+    """The rows of a result file, in KITTI's columns or the authors'."""
+    return read_table(path, lambda fields: COLUMNS_BY_COUNT.get(len(fields)), words=["type"])
+
+
+def _tracks_of_results(
+    table: TextTable, T_road_label: Float[Array, "4 4"] | None, frame_count: int | None
+) -> Tracks:
+    """The tracks of a result file's table, in the order of frames."""
     if "type" in (table.rows.dtype.names or ()):
         truncation = levels_or_shares(table, "truncated")
         return tracks_of_table(table, T_road_label, frame_count, truncation)

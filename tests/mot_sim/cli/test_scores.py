@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -186,3 +187,132 @@ def test_export_to_trackeval_needs_labels_but_no_detections(
     alone = ["--sequences", "0032", "--to", "trackeval", "--root", tree]
     assert mot_sim("export", results, tmp_path / "none", *alone).code == 2
     assert not (tmp_path / "none").exists()
+
+
+# A car 4 m long, ahead of us and facing our way; and where the results put it.
+IN_2D = labels().replace("1.5 1.6 4 0 1.65 20 -1.5", "-1 -1 -1 -1000 -1000 -1000 -10")
+CUBOID_3D = "1.5 2 4 {x} 1.65 {z} -1.5707963"
+
+
+def rows_in_3d(ahead: float = 0.0, **changed: str) -> str:
+    """Two cars 8 m apart in every frame, `ahead` too far; changed: columns of one row."""
+    lines = []
+    for frame in range(FRAMES):
+        for car in (0, 1):
+            cuboid = CUBOID_3D.format(x=8 * car - 4, z=20 + ahead)
+            box = f"{100 + 200 * car} 100 {200 + 200 * car} 160"
+            lines.append(f"{frame} {car} Car 0 0 -1.5 {box} {cuboid}")
+    if changed:
+        fields = lines[3].split()
+        for name, value in changed.items():
+            fields[["h", "w", "l", "x", "y", "z", "ry"].index(name) + 10] = value
+        lines[3] = " ".join(fields)
+    return "\n".join(lines) + "\n"
+
+
+@pytest.fixture
+def made_tree(tree: Path) -> Path:
+    """The tree, with labels that have cuboids."""
+    for name in ("0030", "0031"):
+        write(tree / "training/label_02" / f"{name}.txt", rows_in_3d())
+    return tree
+
+
+def in_3d(folder: Path, second: str) -> Path:
+    write(folder / "0030.txt", rows_in_3d())
+    write(folder / "0031.txt", second)
+    return folder
+
+
+def test_cuboids_are_scored(mot_sim: CommandLine, made_tree: Path, tmp_path: Path) -> None:
+    folder = in_3d(tmp_path / "found", rows_in_3d(ahead=1.0))  # 3D IoU 3/5
+    content = tmp_path / "scores.json"
+    outcome = mot_sim(
+        "evaluate", folder, "--root", made_tree, "--3d", "--thresholds", ".5,.7,2m",
+        "--json", content, "--csv", "-",
+    )  # fmt: skip
+    assert outcome.code == 0
+    rows = {row["sequence"]: row for row in csv.DictReader(io.StringIO(outcome.out))}
+    assert float(rows["0031"]["MOTA3D@0.5"]) == 1.0
+    assert float(rows["0031"]["MOTA3D@0.7"]) == -1.0
+    assert float(rows["combined"]["MOTA3D@0.7"]) == 0.0
+    assert float(rows["0031"]["centre_median"]) == pytest.approx(1.0)
+    assert float(rows["combined"]["parked_over_1mps"]) == 0.0
+    told = json.loads(content.read_text())
+    assert list(told["combined"]["ab3dmot"]) == ["0.5", "0.7", "2m"]
+    assert told["sequences"]["0031"]["clear"]["0.5"]["CLR_TP"] == 2 * FRAMES
+    shown = mot_sim("evaluate", folder, "--root", made_tree, "--3d").out
+    for word in ("3D IoU 0.7", "oncoming", "30-50 m", "combined"):
+        assert word in shown
+
+
+@pytest.mark.parametrize(
+    ("second", "told"),
+    [
+        (IN_2D, r"0031.txt: none of 8 rows has a cuboid .* score it in 2D"),
+        (rows_in_3d(h="0"), r"0031.txt:4: a size that is not positive: h 0, .* or -1 -1 -1"),
+        (rows_in_3d(w="-1"), r"0031.txt:4: a size that is not positive: .* w -1,"),
+        (rows_in_3d(z="-20"), r"0031.txt:4: a cuboid wholly behind the camera: z -20"),
+        (rows_in_3d(ry="nan"), r"0031.txt:4: rotation_y is not finite: rotation_y nan"),
+        (rows_in_3d(l="inf"), r"0031.txt:4: l is not finite"),
+    ],
+)
+def test_results_that_cannot_be_scored_in_3d_are_named(
+    mot_sim: CommandLine, made_tree: Path, tmp_path: Path, second: str, told: str
+) -> None:
+    folder = in_3d(tmp_path / "found", second)
+    outcome = mot_sim("evaluate", folder, "--root", made_tree, "--3d")
+    assert outcome.code == 2
+    assert re.search(told, outcome.err), outcome.err
+
+
+def test_headings_beyond_pi_are_wrapped_and_unknown_ones_left_out(
+    mot_sim: CommandLine, made_tree: Path, tmp_path: Path
+) -> None:
+    turned = rows_in_3d().replace(" -1.5707963", " 4.712389")  # the same heading
+    folder = in_3d(tmp_path / "found", turned.replace(" 4.712389", " -10", 1))
+    outcome = mot_sim("evaluate", folder, "--root", made_tree, "--3d", "--json", "-")
+    scores = json.loads(outcome.out)["sequences"]["0031"]
+    assert scores["errors"]["heading_over_30"] == 0.0
+    assert scores["clear"]["0.7"]["CLR_TP"] == 2 * FRAMES - 1
+    assert scores["clear"]["2m"]["CLR_TP"] == 2 * FRAMES
+
+
+def test_labels_without_cuboids_are_named(mot_sim: CommandLine, tree: Path, tmp_path: Path) -> None:
+    write(tree / "training/label_02/0030.txt", IN_2D)
+    folder = in_3d(tmp_path / "found", rows_in_3d())
+    outcome = mot_sim("evaluate", folder, "--root", tree, "--3d")
+    assert outcome.code == 2
+    assert "label_02/0030.txt: no label has a cuboid" in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (["--3d", "--thresholds", "1.5"], "3D threshold 1.5: IoU thresholds are in (0, 1]"),
+        (["--3d", "--thresholds", ".5,0m"], "3D threshold 0: distances are above 0 m"),
+        (["--3d", "--thresholds", ".5,0.5"], "write each once"),
+        (["--3d", "--classes", "car,pedestrian"], "with --3d one class at a time"),
+        (["--3d", "--rules", "devkit2018"], "with --3d one class at a time"),
+        (["--thresholds", ".5"], "--thresholds .5: only cuboids are scored by it; add --3d"),
+        (["--ego", "oxts"], "--ego oxts: only cuboids are scored by it; add --3d"),
+    ],
+)
+def test_options_that_do_not_go_together_in_3d(
+    mot_sim: CommandLine, made_tree: Path, tmp_path: Path, given: list[str], told: str
+) -> None:
+    folder = in_3d(tmp_path / "found", rows_in_3d())
+    outcome = mot_sim("evaluate", folder, "--root", made_tree, *given)
+    assert outcome.code == 2
+    assert told in outcome.err
+
+
+def test_without_oxts_nobody_knows_who_moves(
+    mot_sim: CommandLine, made_tree: Path, tmp_path: Path
+) -> None:
+    for name in ("0030", "0031"):
+        (made_tree / "training/oxts" / f"{name}.txt").unlink()
+    folder = in_3d(tmp_path / "found", rows_in_3d())
+    outcome = mot_sim("evaluate", folder, "--root", made_tree, "--3d", "--json", "-")
+    assert "no oxts/, so nobody knows which cars move" in outcome.err
+    assert json.loads(outcome.out)["combined"]["errors"]["parked_over_1mps"] is None
