@@ -42,7 +42,8 @@ ROOMS: dict[str, set[str]] = {
     "smoothing": set(),
     "multi_frame": {"tracker", "smoothing"},
     "frameworks": {"multi_frame"},
-    FACE: {"tracker", "frameworks", "lazy_names"},
+    "per_class": {"beliefs", "frameworks", "state", "tracker"},
+    FACE: {"tracker", "frameworks", "lazy_names", "per_class"},
 }
 # Inside `mot_sim`: the wings, by the same rule. A wing's inner rooms are no business of others'
 # circles: see `test_no_circle_of_files` and `test_no_knot_of_folders`.
@@ -79,7 +80,7 @@ DOORS: dict[str, set[str]] = {
     | {"tracker.costs", "tracker.association", "tracker.errors"}
     | {"tracker.front_end", "tracker.descriptors"}
     # the components of a configuration
-    | {"tracker.dynamics", "tracker.lifecycle", "tracker.suppression"},
+    | {"tracker.dynamics", "tracker.lifecycle", "tracker.suppression", "tracker.per_class"},
     "scenes": {"tracker", "tracker.types", "tracker.errors"},
 }
 # Which of our packages a package may know at all.

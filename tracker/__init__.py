@@ -9,6 +9,7 @@ from tracker.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from tracker.frameworks import FRAMEWORKS, Delayed
+    from tracker.per_class import PerClass
     from tracker.tracker import TRACKERS, CostMatrix, Tracker
     from tracker.types import Camera, Cuboids, Detections, Frame, Sequence, Tracks
 
@@ -22,6 +23,7 @@ _MODULES = {
     "Delayed": "tracker.frameworks",
     "Detections": "tracker.types",
     "Frame": "tracker.types",
+    "PerClass": "tracker.per_class",
     "Sequence": "tracker.types",
     "Tracker": "tracker.tracker",
     "Tracks": "tracker.types",
@@ -39,6 +41,7 @@ __all__ = [
     "Delayed",
     "Detections",
     "Frame",
+    "PerClass",
     "Sequence",
     "Tracker",
     "Tracks",

@@ -20,6 +20,10 @@ class Delayed(Protocol):
         """What was done since the reset."""
         ...
 
+    def reset(self) -> None:
+        """Forget everything; ids start anew."""
+        ...
+
     def step(self, frame: Frame) -> Tracks:
         """The rows that are decided by now, in the order of frames; perhaps none."""
         ...

@@ -63,8 +63,11 @@ class Kitti:
 
         require_rules(self.rules)
         require_targets(self.json, self.csv)
-        recipes = {name: self.method.recipe(name) for name in self._names()}
+        for name in self._names():
+            self.method.recipe(name)  # its names are checked before anything is read
         drives = self.kitti.open("labelled", self.method.wants_images)
+        kinds = drives[0].kinds
+        recipes = {name: self.method.recipe(name, kinds) for name in self._names()}
         folders = {name: self._folder(name, drives) for name in recipes}
         scored = {}
         for name, recipe in recipes.items():
@@ -73,7 +76,9 @@ class Kitti:
                 return INTERRUPTED
             if run.stage_ms:
                 terminal.note(f"{name}{stages_said(run)}")
-            scored[name] = score_sequences(drives, run.tracks, self.rules)
+            for kind in kinds:
+                row = name if len(kinds) == 1 else f"{name}, {kind}"
+                scored[row] = score_sequences(drives, run.tracks, self.rules, kind)
         evaluations = {name: each.evaluation for name, each in scored.items()}
         content = {name: evaluation.as_dict() for name, evaluation in evaluations.items()}
         deliver(terminal, self._table(evaluations), content, self.json, self.csv)

@@ -62,6 +62,9 @@ class KittiOptions:
     """training or testing."""
     detections: Annotated[str | None, option("NAME|PATH", DETECTIONS)] = None
     """A detector of <root>/detections (mot-sim list), or a folder of SSSS.txt or one file."""
+    classes: Annotated[str | None, option("NAMES", "those of the detections")] = None
+    """What is tracked, each class by itself: car, pedestrian, cyclist, or several: car,pedestrian.
+    Several detectors are named with commas: --detections rrc,rrc_pedestrian."""
     detection_format: Annotated[str | None, option("NAME", "the detector's own")] = None
     """How the rows of a folder or file of your own are written: the name of a detector."""
     ego: Annotated[str | None, option("NAME|FILE", "oxts; none with --boxes")] = None
@@ -88,6 +91,12 @@ class KittiOptions:
         from mot_sim.datasets import ScoreMap
 
         return None if self.score_map is None else ScoreMap.parse(self.score_map)
+
+    def kinds(self) -> tuple[str, ...] | None:
+        """The classes that were asked for; None: those of the detections."""
+        from tracker.types import parse_kinds
+
+        return None if self.classes is None else parse_kinds(self.classes)
 
     def looks(self) -> "mot_sim.files.settings.Settings":
         """Which frames were looked at, where that was said."""
@@ -121,6 +130,7 @@ class KittiOptions:
                 bad_boxes="drop" if self.drop_bad_boxes else None,
                 score_map=self.parsed_score_map(),
                 every=self.every,
+                kinds=self.kinds(),
             )
             for name in chosen
         ]
@@ -139,6 +149,7 @@ class KittiOptions:
             "pitch_deg": self.pitch or 0.0,
             "drop_bad_boxes": self.drop_bad_boxes,
             **self.looks(),
+            **({} if self.classes is None else {"classes": self.classes}),
             "score_map": self.score_map,
         }
 
@@ -158,12 +169,14 @@ class TrackerOptions:
     or a list of: pose (keypoints, shape and pose, by the shipped network), appearance (its
     descriptor), classical (a descriptor of colours and gradients, no network). Needs images."""
 
-    def recipe(self, tracker: str) -> "mot_sim.evaluation.runs.Recipe":
-        """How to build a tracker of this name; all names are checked."""
+    def recipe(
+        self, tracker: str, kinds: tuple[str, ...] = ("Car",)
+    ) -> "mot_sim.evaluation.runs.Recipe":
+        """How to build a tracker of this name for these classes; all names are checked."""
         from mot_sim.evaluation.runs import Recipe, parse_costs
 
         costs = None if self.costs is None else parse_costs(self.costs)
-        return Recipe(tracker, costs, self.association, self.cues or "none")
+        return Recipe(tracker, costs, self.association, self.cues or "none", kinds)
 
     @property
     def wants_images(self) -> bool:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Track:
-    """Track the cars in KITTI sequences, or in boxes of your own.
+    """Track the cars (or pedestrians) in KITTI sequences, or in boxes of your own.
 
     mot-sim track --root KITTI --detections rrc --ego oxts --out out/rrc
 
@@ -54,8 +54,9 @@ class Track:
 
     def __call__(self, terminal: Terminal) -> int:
         """Track, and show a summary."""
-        recipe = self.method.recipe(self.tracker)
+        self.method.recipe(self.tracker)  # its names are checked before anything is read
         drives, settings = self._input()
+        recipe = self.method.recipe(self.tracker, drives[0].kinds if drives else ("Car",))
         folder = self.folder.open(
             self.out,
             {**self.method.settings(self.tracker), **settings},

@@ -1,20 +1,20 @@
 """Files of detected boxes: their formats, strict reading, and scores as probabilities."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float, Shaped
 from numpy import ndarray as Array
 from scipy.special import expit
 
 from mot_sim.datasets.box_checks import inverted_cure, refuse_normalised
 from mot_sim.datasets.recorded import DetectionLog
-from mot_sim.files.text import TextTable, read_table
+from mot_sim.files.text import MAX_WORD_LENGTH, TextTable, read_table
 from tracker.errors import BadConfig
 from tracker.types import KITTI_KINDS, Detections, is_kitti_kind, kinds_said, spelled_as_kitti
 
@@ -70,17 +70,24 @@ class DetectionFormat:
     """What separates the values; None: any white space."""
     first_frame: int = 0
     """Number of the first frame in the files, 0 or 1."""
-    kind: str | float | None = None
-    """Only rows whose `type` is this are kept, a word or a number; None: all rows."""
+    kinds: Mapping[str | float, str] | None = None
+    """The class of KITTI that each word, or each number, of the column `type` means; rows of
+    others are left out. None: there is no such column, all rows are of the class `tracked`."""
+    tracked: tuple[str, ...] = ("Car",)
+    """The classes whose rows are kept, of TRACKED_KINDS."""
     bad_boxes: BadBoxes = "error"
     """What happens to boxes without area or wholly outside the image."""
     open_ended: bool = False
     """Whether rows may hold more values than there are columns, all rows equally many."""
     score_map: ScoreMap | None = None
     """From the file's scores to probabilities; None: they are taken as they stand."""
+    scored: bool = True
+    """Whether rows must hold `score`, the last column; False: without it, as in labels, it is 1."""
 
     def names(self, fields: Sequence[str]) -> Sequence[str]:
         """The names of the columns of rows with as many values as the given one."""
+        if not self.scored and len(fields) == len(self.columns) - 1:
+            return self.columns[:-1]
         extra = len(fields) - len(self.columns) if self.open_ended else 0
         return [*self.columns, *(f"more{number}" for number in range(1, extra + 1))]
 
@@ -134,7 +141,8 @@ def check_detections(
     """The detections of a table that was read; see `read_detections`."""
     frames = table.frames(frame_count, form.first_frame, counted_in)
     boxes, box_columns = form.boxes(table), form.box_columns
-    scores = table.finite(["score"])[:, 0] if "score" in form.columns else np.ones(len(table))
+    has_scores = "score" in (table.rows.dtype.names or ())
+    scores = table.finite(["score"])[:, 0] if has_scores else np.ones(len(table))
     sides = boxes[:, 2:] - boxes[:, :2]
     inverted = (sides < 0.0).any(axis=1)
     table.reject(
@@ -143,7 +151,8 @@ def check_detections(
     refuse_normalised(table, boxes, box_columns)
     furthest = np.array([*image_size, *image_size], dtype=float) - 1.0
     clipped = np.clip(boxes, 0.0, furthest)
-    keep = np.ones(len(table), bool) if form.kind is None else _of_kind(table, form.kind)
+    kinds = np.full(len(table), form.tracked[0]) if form.kinds is None else _kinds(table, form)
+    keep = np.isin(kinds, form.tracked)
     flat = (sides == 0.0).any(axis=1)
     outside = ~flat & (clipped[:, 2:] <= clipped[:, :2]).any(axis=1)
     if bad_boxes == "error":
@@ -157,8 +166,10 @@ def check_detections(
         message = "%s: %d boxes without area and %d wholly outside the image are left out"
         log.warning(message, table.path, (keep & flat).sum(), (keep & outside).sum())
     keep &= ~(flat | outside)
-    scores = _probabilities(scores, form, table.path)
-    return DetectionLog.of(frames[keep], Detections(clipped[keep], scores[keep]))
+    if has_scores:
+        scores = _probabilities(scores, form, table.path)
+    said = None if form.tracked == ("Car",) else kinds[keep]
+    return DetectionLog.of(frames[keep], Detections(clipped[keep], scores[keep], kinds=said))
 
 
 def _probabilities(
@@ -177,18 +188,27 @@ def _probabilities(
 
 
 def _words(form: DetectionFormat) -> Sequence[str]:
-    return ("type",) if isinstance(form.kind, str) else ()
+    return ("type",) if form.kinds is not None and _of_words(form.kinds) else ()
 
 
-def _of_kind(table: TextTable, kind: str | float) -> Bool[Array, " n"]:
-    """Where rows are of the kind that is tracked; says what a file without any holds."""
-    kinds = table["type"]
-    if isinstance(kind, str):
-        kinds = spelled_as_kitti(kinds)
+def _of_words(kinds: Mapping[str | float, str]) -> bool:
+    """Whether the column `type` holds words, not numbers."""
+    return any(isinstance(word, str) for word in kinds)
+
+
+def _kinds(table: TextTable, form: DetectionFormat) -> Shaped[Array, " n"]:
+    """The class of each row; says what a file holds in which nothing is tracked."""
+    assert form.kinds is not None
+    written = table["type"]
+    if _of_words(form.kinds):
+        written = spelled_as_kitti(written)
         cure = f"KITTI's classes are {', '.join(KITTI_KINDS)} (case does not matter)"
-        table.reject(~is_kitti_kind(kinds), "no class of KITTI", ["type"], cure)
-    keep = np.asarray(kinds == kind, dtype=bool)
-    if len(table) and not keep.any():
+        table.reject(~is_kitti_kind(written), "no class of KITTI", ["type"], cure)
+    kinds = np.full(len(table), "", dtype=f"U{MAX_WORD_LENGTH}")
+    for word, kind in form.kinds.items():
+        kinds[written == word] = kind
+    if len(table) and not np.isin(kinds, form.tracked).any():
         message = "%s: holds %s, and nothing of %s, which alone is tracked: nothing comes out"
-        log.warning(message, table.path, kinds_said(kinds), kind)
-    return keep
+        found = kinds_said(np.where(kinds == "", written.astype(str), kinds))
+        log.warning(message, table.path, found, " or ".join(form.tracked))
+    return kinds

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, Shaped
 from numpy import ndarray as Array
 
 from mot_sim.datasets.kitti.labels import write_labels, write_results
@@ -14,8 +14,15 @@ from tracker.types import Detections, Sequence, Tracks, spelled_as_kitti
 
 DEFAULT_FRAME_RATE = 10.0
 
-# Frames, ids, boxes and confidences: the columns of a MOTChallenge file.
-MotRows = tuple[Int[Array, " n"], Int[Array, " n"], Float[Array, "n 4"], Float[Array, " n"]]
+# MOT16's class of each of KITTI's (Milan et al., arXiv 1603.00831); what is none of them is a
+# distractor, which is neither rewarded nor punished.
+MOT_CLASSES = {"Pedestrian": 1, "Cyclist": 2, "Car": 3, "Person": 7, "Person_sitting": 7}
+MOT_DISTRACTOR = 8
+
+# Frames, ids, boxes, confidences and classes: the columns of a MOTChallenge file.
+MotRows = tuple[
+    Int[Array, " n"], Int[Array, " n"], Float[Array, "n 4"], Float[Array, " n"], Int[Array, " n"]
+]
 
 
 def export_motchallenge(
@@ -23,24 +30,28 @@ def export_motchallenge(
 ) -> None:
     """Write `<folder>/<name>/`: seqinfo.ini, det/det.txt, and gt/gt.txt, res/res.txt if given.
 
-    Rows are `frame,id,left,top,width,height,conf,-1,-1,-1` (the MOT15 layout); frames and ids
-    count from 1, so a KITTI id i becomes i + 1, and detections have id -1. Pixel coordinates
-    stay as they are. In gt.txt conf is 1 for cars and 0 for every other kind, which evaluators
-    leave out; DontCare regions have no counterpart and are not written.
+    Rows are `frame,id,left,top,width,height,conf,class,-1,-1`; frames and ids count from 1, so a
+    KITTI id i becomes i + 1, and detections have id -1. Classes are MOT16's, see MOT_CLASSES; rows
+    that do not say theirs are cars. Pixel coordinates stay as they are. In gt.txt conf is 1 for the
+    classes that the results (without them the detections) hold and 0 for every other kind, which
+    evaluators leave out; DontCare regions have no counterpart and are not written.
     """
     indices, times, parts = [], [], []
     for frame in sequence:
         indices.append(frame.index)
         times.append(frame.time)
-        parts.append(Detections(frame.found.boxes, frame.found.scores))
+        found = frame.found
+        parts.append(Detections(found.boxes, found.scores, kinds=_kinds(found.kinds, len(found))))
     length = indices[-1] + 1 if indices else 0
     tables = {"det": _detection_rows(np.array(indices, dtype=np.int64), parts)}
-    if truth is not None:
-        tables["gt"] = _truth_rows(truth)
+    classes = tables["det"][4]
     if results is not None:
         results.require_unique_ids(f"results of {sequence.name}")
         scores = np.ones(len(results)) if results.scores is None else results.scores
-        tables["res"] = (results.frames, results.ids + 1, results.boxes, scores)
+        classes = _classes(_kinds(results.kinds, len(results)))
+        tables["res"] = (results.frames, results.ids + 1, results.boxes, scores, classes)
+    if truth is not None:
+        tables["gt"] = _truth_rows(truth, set(classes.tolist()) or {MOT_CLASSES["Car"]})
     home = folder / sequence.name
     for kind, table in tables.items():
         _require_frames(table[0], length, f"{kind} of {sequence.name}")
@@ -96,17 +107,26 @@ def export_trackeval(
 def _detection_rows(indices: Int[Array, " k"], parts: list[Detections]) -> MotRows:
     detections = Detections.concatenate(parts) if parts else Detections.empty()
     frames = np.repeat(indices, [len(part) for part in parts])
-    return frames, np.full(len(frames), -1), detections.boxes, detections.scores
+    classes = _classes(_kinds(detections.kinds, len(detections)))
+    return frames, np.full(len(frames), -1), detections.boxes, detections.scores, classes
 
 
-def _truth_rows(truth: Tracks) -> MotRows:
+def _truth_rows(truth: Tracks, scored: set[int]) -> MotRows:
     named = truth.select(truth.ids >= 0)
-    cars = (
-        np.ones(len(named), dtype=bool)
-        if named.kinds is None
-        else spelled_as_kitti(named.kinds) == "Car"
-    )
-    return named.frames, named.ids + 1, named.boxes, np.where(cars, 1.0, 0.0)
+    classes = _classes(_kinds(named.kinds, len(named)))
+    counted = np.where(np.isin(classes, list(scored)), 1.0, 0.0)
+    return named.frames, named.ids + 1, named.boxes, counted, classes
+
+
+def _kinds(kinds: Shaped[Array, " n"] | None, count: int) -> Shaped[Array, " n"]:
+    """The classes of rows, cars where they do not say."""
+    return np.full(count, "Car") if kinds is None else spelled_as_kitti(kinds)
+
+
+def _classes(kinds: Shaped[Array, " n"]) -> Int[Array, " n"]:
+    """MOT16's numbers of KITTI's classes."""
+    numbers = [MOT_CLASSES.get(str(kind), MOT_DISTRACTOR) for kind in kinds.tolist()]
+    return np.array(numbers, dtype=np.int64)
 
 
 def _require_frames(frames: Int[Array, " n"], length: int, what: str) -> None:
@@ -120,8 +140,9 @@ def _lines(
     ids: Int[Array, " n"],
     boxes: Float[Array, "n 4"],
     confidences: Float[Array, " n"],
+    classes: Int[Array, " n"],
 ) -> Iterator[str]:
     sides = np.hstack([boxes[:, :2], boxes[:, 2:] - boxes[:, :2]])
     for row in np.argsort(frames, kind="stable").tolist():
         box = ",".join(f"{value:.6f}" for value in sides[row].tolist())
-        yield f"{frames[row] + 1},{ids[row]},{box},{confidences[row]:.9g},-1,-1,-1"
+        yield f"{frames[row] + 1},{ids[row]},{box},{confidences[row]:.9g},{classes[row]},-1,-1"

@@ -45,6 +45,19 @@ class DetectionLog:
             frames, detections = frames[order], detections.select(order)
         return cls(frames, detections)
 
+    @classmethod
+    def merged(cls, parts: "Iterable[DetectionLog]") -> "DetectionLog":
+        """The rows of several detectors in one log; where some say classes, the rest are cars."""
+        logs = list(parts)
+        frames = np.concatenate([log.frames for log in logs])
+        found = [log.detections for log in logs]
+        if any(part.kinds is not None for part in found):
+            found = [
+                part.replaced(kinds=np.full(len(part), "Car")) if part.kinds is None else part
+                for part in found
+            ]
+        return cls.of(frames, Detections.concatenate(found))
+
     def at(self, frame: int) -> Detections:
         """The detections of one frame, perhaps none."""
         first, last = np.searchsorted(self.frames, [frame, frame + 1])
@@ -95,6 +108,9 @@ class RecordedSequence:
     not."""
     looked_at: Bool[Array, " m"] | None = None
     """Whether a detector looked at each frame of the recording; None: at all of them."""
+    kinds: tuple[str, ...] = ("Car",)
+    """The classes of the detections, of TRACKED_KINDS; unless it is Car alone, the detections have
+    a column `kinds`."""
 
     def __len__(self) -> int:
         return len(self.frame_indices)

@@ -23,6 +23,7 @@ from tracker import Camera, Delayed, Sequence, Tracker, Tracks
 from tracker.costs import Cost, WeightedCosts
 from tracker.errors import BadConfig, MotionWarning
 from tracker.front_end import STAGES, FrontEnd, SequenceWithCues, parse_cues
+from tracker.per_class import PerClass, for_kind
 
 # Called after every frame with the name of its sequence and the number of frames so far.
 Progress = Callable[[str, int], None]
@@ -51,6 +52,8 @@ class Recipe:
     """Name of the association, in place of the tracker's own; None: its own."""
     cues: str = "none"
     """What is measured in images, see `tracker.front_end.parse_cues`."""
+    kinds: tuple[str, ...] = ("Car",)
+    """The classes that are tracked, of TRACKED_KINDS; each by a tracker of its own."""
 
     def __post_init__(self) -> None:
         TRACKER_NAMES.find(self.tracker)
@@ -69,7 +72,13 @@ class Recipe:
 
     def build(self, camera: Camera) -> Tracker | Delayed:
         """The tracker for a camera; another association keeps the tracker's largest cost."""
-        tracker: Tracker = make_tracker(self.tracker, camera, Tracker)
+        if self.kinds == ("Car",):
+            return self._build(camera, "Car")
+        return PerClass({kind: self._build(camera, kind) for kind in self.kinds})
+
+    def _build(self, camera: Camera, kind: str) -> Tracker | Delayed:
+        """The tracker of one class."""
+        tracker: Tracker = for_kind(make_tracker(self.tracker, camera, Tracker), kind)
         added = {CUE_COSTS[cue][0]: CUE_COSTS[cue][1] for cue in parse_cues(self.cues)}
         own: WeightedCosts = () if self.costs is not None else tracker.costs
         named = (added if self.costs is None else self.costs).items()

@@ -133,19 +133,22 @@ def evaluate_sequence(
     choose, as in TrackEval. Where rows are given and none is scored, a warning says what they hold.
     Raises UnknownName for rules and kind, BadTracks for rows that cannot be scored.
     """
-    return _scores("sequence", truth, output, frame_count, rules, kind)
+    scores = _scores(truth, output, frame_count, rules, kind)
+    _warn_of_nothing("sequence", {"labels": truth, "results": output}, kind)
+    return scores
 
 
-def _scores(
-    name: str, truth: Tracks, output: Tracks, frame_count: int, rules: str, kind: str
-) -> Scores:
+def _scores(truth: Tracks, output: Tracks, frame_count: int, rules: str, kind: str) -> Scores:
     if rules not in RULES:
         raise UnknownName.of("rules", rules, RULES)
-    prepared = prepare_sequence(truth, output, frame_count, kind)
-    for what, rows in (("labels", truth), ("results", output)):
+    return RULES[rules](prepare_sequence(truth, output, frame_count, kind), frame_count)
+
+
+def _warn_of_nothing(name: str, tables: Mapping[str, Tracks], kind: str) -> None:
+    """Say of rows of which none is scored what they hold."""
+    for what, rows in tables.items():
         if (why := why_nothing_is_scored(rows, kind)) is not None:
             log.warning("%s: the %s %s", name, what, why)
-    return RULES[rules](prepared, frame_count)
 
 
 def evaluate(
@@ -155,10 +158,15 @@ def evaluate(
 ) -> Evaluation:
     """The scores of many sequences, given as name: (truth, output, frame_count), for one class.
 
-    Raises as `evaluate_sequence` and `combine` do.
+    Where rows are given and none is scored, a warning says what they hold; of labels only if no
+    sequence has any of the class. Raises as `evaluate_sequence` and `combine` do.
     """
     scores = {
-        name: _scores(name, truth, output, frame_count, rules, kind)
+        name: _scores(truth, output, frame_count, rules, kind)
         for name, (truth, output, frame_count) in sequences.items()
     }
+    some = any(why_nothing_is_scored(truth, kind) is None for truth, _, _ in sequences.values())
+    for name, (truth, output, _) in sequences.items():
+        given = {"results": output} if some else {"labels": truth, "results": output}
+        _warn_of_nothing(name, given, kind)
     return Evaluation(rules, kind, scores, combine(list(scores.values())))

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Shaped
 from numpy import ndarray as Array
 
 from tracker.errors import BadDetections
@@ -38,12 +38,16 @@ class Detections(Rows):
     """psi of eq. 5, appearance."""
     pose_cov: Float[Array, "n c c"] | None = None
     """Covariance of (yaw, shape); c = b + 1."""
+    kinds: Shaped[Array, " n"] | None = None
+    """Class of each box, in KITTI's spelling; None: all are of one class, cars unless said."""
 
     def __post_init__(self) -> None:
         for name in self.__match_args__:
             column = self.__dict__[name]
-            if column is not None:
+            if column is not None and name != "kinds":
                 object.__setattr__(self, name, as_floats(name, column, BadDetections))
+        if self.kinds is not None:
+            object.__setattr__(self, "kinds", np.asarray(self.kinds, dtype=str))
         boxes, scores = self.boxes, self.scores
         if boxes.ndim != 2 or boxes.shape[1] != 4:
             raise BadDetections(

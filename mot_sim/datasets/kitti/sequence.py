@@ -76,14 +76,16 @@ def kitti_sequence(
     bad_boxes: BadBoxes | None = None,
     score_map: ScoreMap | None = None,
     every: int | None = None,
+    kinds: tuple[str, ...] | None = None,
 ) -> KittiSequence:
     """A sequence of a KITTI tree, at 10 Hz.
 
     root: the folder that holds `training`; None takes it from the environment.
     detections: a name of DETECTORS, read from `<root>/detections/<name>/SSSS.txt`; or a folder
     of such files, or one file, with detection_format naming its format; or None, for a drive in
-    which nothing was detected. ego: a name of EGO; `visual` reads the images as the drive is
-    played, whatever `images` says.
+    which nothing was detected; or names with commas, for detectors of several classes. kinds: the
+    classes whose boxes are read, of TRACKED_KINDS; None: those that the detectors are for.
+    ego: a name of EGO; `visual` reads the images as the drive is played, whatever `images` says.
     images: load the frames' images, one by one while iterating; frames without one get None.
     height, pitch: of the camera above the road, metres and radians. bad_boxes: see
     `read_detections`. score_map: in place of the format's own. every: only every so many-th frame
@@ -94,10 +96,12 @@ def kitti_sequence(
     root = find_root(root)
     if ego not in EGO:
         raise UnknownName.of("ego-motion", ego, EGO)
-    detected = None
-    if detections is not None:
-        path, form = _detection_file(root, split, name, detections, detection_format)
-        detected = path, form if score_map is None else replace(form, score_map=score_map)
+    detected = []
+    for each in _detectors(detections, detection_format):
+        path, form = _detection_file(root, split, name, each, detection_format)
+        detected.append((path, form if score_map is None else replace(form, score_map=score_map)))
+    kinds = _all_kinds(detected) if kinds is None else kinds
+    detected = _of_kinds(detected, kinds)
     folder = require_sequence(root, split, name)
     calibration = read_calibration(folder / "calib" / f"{name}.txt")
     image_folder = folder / "image_02" / name
@@ -114,8 +118,11 @@ def kitti_sequence(
     counted_in = oxts if oxts.is_file() else None
     frame_count = _frame_count(counted_in, name, number, found)
     log = DetectionLog(np.zeros(0, np.int64), Detections.empty())
-    if detected is not None:
-        log = read_detections(*detected, camera.image_size, frame_count, bad_boxes, counted_in)
+    if detected:
+        log = DetectionLog.merged(
+            read_detections(path, form, camera.image_size, frame_count, bad_boxes, counted_in)
+            for path, form in detected
+        )
     labels = folder / "label_02" / f"{name}.txt"
     if frame_count is None:
         frame_count = int(log.frames.max(initial=-1)) + 1
@@ -137,6 +144,7 @@ def kitti_sequence(
         motion=motion,
         calibration=calibration,
         label_path=labels if split == "training" and labels.is_file() else None,
+        kinds=kinds,
     )
     return sequence.looked_at_every(every)
 
@@ -170,6 +178,43 @@ def _frame_count(
     if images is not None and number is None:
         return max(images.paths) + 1
     return known
+
+
+def _detectors(detections: str | Path | None, detection_format: str | None) -> list[str | Path]:
+    """The detectors that `detections` names: none, one (or a path), or several with commas."""
+    if detections is None:
+        return []
+    if detection_format is None and isinstance(detections, str) and "," in detections:
+        return [name.strip() for name in detections.split(",")]
+    return [detections]
+
+
+def _of_kinds(
+    detected: list[tuple[Path, DetectionFormat]], kinds: tuple[str, ...]
+) -> list[tuple[Path, DetectionFormat]]:
+    """The files that can hold boxes of these classes, with formats that keep no others.
+
+    Raises BadConfig for a class that no file can hold.
+    """
+    chosen = []
+    for path, form in detected:
+        possible = form.tracked if form.kinds is None else form.kinds.values()
+        held = tuple(kind for kind in kinds if kind in possible)
+        if held:
+            chosen.append((path, replace(form, tracked=held)))
+    lacking = set(kinds) - set(_all_kinds(chosen))
+    if lacking and detected:
+        raise BadConfig(
+            f"{', '.join(str(path) for path, _ in detected)}: no boxes of {min(lacking)} are "
+            "there; name a detector of that class too (--detections rrc,rrc_pedestrian), or leave "
+            "the class out"
+        )
+    return chosen
+
+
+def _all_kinds(detected: list[tuple[Path, DetectionFormat]]) -> tuple[str, ...]:
+    """The classes of all files, each once."""
+    return tuple(dict.fromkeys(kind for _, form in detected for kind in form.tracked)) or ("Car",)
 
 
 def _detection_file(

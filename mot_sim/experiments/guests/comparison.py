@@ -101,12 +101,18 @@ def run_comparison(
 ) -> Comparison:
     """Every tracker over all drives, one after the other on one core.
 
-    truths: the labels of each drive. keep: is given the tracks. A tracker that fails with an
-    error of ours is noted down, and the others go on.
+    drives: with detections of one class. truths: the labels of each drive. keep: is given the
+    tracks. A tracker that fails with an error of ours is noted down, and the others go on.
     """
     require_different_names(drives)
     if not drives:
         raise BadConfig("nothing to compare on: give at least one drive with labels")
+    kinds = drives[0].kinds
+    if len(kinds) > 1:
+        raise BadConfig(
+            f"{', '.join(kinds)}: guests know no classes; compare on one: --classes "
+            f"{kinds[0].lower()}"
+        )
     frames = sum(len(drive) for drive in drives)
     entries: dict[str, Entry | Failure] = {}
     for contestant in contestants:
@@ -138,7 +144,7 @@ def _entry(
     }
     seconds = sum(outcome.seconds.values()) if outcome.seconds is not None else 0.0
     speed = frames / seconds if seconds > 0.0 else None
-    return Entry(evaluate(given, rules), speed, outcome.min_score)
+    return Entry(evaluate(given, rules, drives[0].kinds[0]), speed, outcome.min_score)
 
 
 def _cells(one: Entry | Failure) -> Row:

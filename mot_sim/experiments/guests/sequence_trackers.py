@@ -23,6 +23,7 @@ from tracker.costs import ImageOverlap
 from tracker.dynamics import ConstantPosition
 from tracker.errors import BadConfig, TrackingError, UnknownName
 from tracker.lifecycle import Lifecycle
+from tracker.per_class import for_kind
 from tracker.suppression import Suppression
 
 # Least score and IoU of the two-frame baselines.
@@ -71,6 +72,8 @@ class OwnTracker:
         tracks, seconds, min_score = {}, {}, 0.0
         for drive in drives:
             tracker = self.build(drive.camera)
+            if isinstance(tracker, Tracker):
+                tracker = for_kind(tracker, drive.kinds[0])
             min_score = getattr(getattr(tracker, "suppress", None), "min_score", 0.0)
             try:
                 tracks[drive.name], seconds[drive.name] = self._track(tracker, drive)

@@ -2,6 +2,7 @@
 
 import logging
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -142,14 +143,27 @@ def test_sides_become_corners_and_further_values_are_ignored(tmp_path: Path) -> 
 
 
 def test_only_the_wanted_kind_is_kept_and_judged(tmp_path: Path) -> None:
-    form = DetectionFormat(("frame", "type", "x1", "y1", "x2", "y2"), kind="Car")
+    columns = ("frame", "type", "x1", "y1", "x2", "y2")
+    form = DetectionFormat(columns, kinds={"Car": "Car", "Van": "Van"})
     path = write(tmp_path / "d.txt", "0 Car 1 2 3 4\n0 Van 1 2 1 4\n")
     log = read_detections(path, form, SIZE)
     assert log.detections.boxes.tolist() == [[1, 2, 3, 4]]
     assert log.detections.scores.tolist() == [1.0]
-    numbered = DetectionFormat(("frame", "type", "x1", "y1", "x2", "y2"), kind=2.0)
-    log = read_detections(write(path, "0 2 1 2 3 4\n0 1 5 6 7 8\n"), numbered, SIZE)
-    assert log.detections.boxes.tolist() == [[1, 2, 3, 4]]
+    assert log.detections.kinds is None
+    numbered = DetectionFormat(columns, kinds={2.0: "Car", 1.0: "Pedestrian"})
+    write(path, "0 2 1 2 3 4\n0 1 5 6 7 8\n")
+    assert read_detections(path, numbered, SIZE).detections.boxes.tolist() == [[1, 2, 3, 4]]
+    both = replace(numbered, tracked=("Car", "Pedestrian"))
+    assert list(read_detections(path, both, SIZE).detections.kinds) == ["Car", "Pedestrian"]
+
+
+def test_labels_stand_for_a_perfect_detector(tmp_path: Path) -> None:
+    """17 columns without a score; DontCare regions and other classes are left out."""
+    row = "0 3 {} 0 0 -1.5 1 2 30 40 1.5 1.6 3.9 1 1.6 20 -1.5\n"
+    path = write(tmp_path / "0000.txt", row.format("Car") + row.format("DontCare"))
+    log = read_detections(path, DETECTORS["kitti"], SIZE)
+    assert log.detections.boxes.tolist() == [[1, 2, 30, 40]]
+    assert log.detections.scores.tolist() == [1.0]
 
 
 box_rows = st.lists(

@@ -23,12 +23,12 @@ def test_motchallenge_counts_from_one_and_gives_widths(tiny_tree: Path, tmp_path
     export_motchallenge(tmp_path / "out", sequence, sequence.truth, RESULTS)
     home = tmp_path / "out" / "0030"
     assert (home / "res" / "res.txt").read_text().splitlines() == [
-        "1,1,1.000000,2.000000,3.000000,4.000000,0.5,-1,-1,-1",
-        "3,4,2.000000,3.000000,3.000000,4.000000,2,-1,-1,-1",
+        "1,1,1.000000,2.000000,3.000000,4.000000,0.5,3,-1,-1",
+        "3,4,2.000000,3.000000,3.000000,4.000000,2,3,-1,-1",
     ]
     assert (home / "gt" / "gt.txt").read_text().splitlines() == [
-        "1,8,40.000000,10.000000,20.000000,20.000000,1,-1,-1,-1",
-        "3,8,41.000000,11.000000,20.000000,20.000000,1,-1,-1,-1",
+        "1,8,40.000000,10.000000,20.000000,20.000000,1,3,-1,-1",
+        "3,8,41.000000,11.000000,20.000000,20.000000,1,3,-1,-1",
     ]
     header = configparser.ConfigParser()
     header.read(home / "seqinfo.ini")
@@ -91,3 +91,16 @@ def test_exports_refuse_what_evaluators_would_choke_on(tmp_path: Path) -> None:
     twice = RESULTS.select(np.array([0, 0]))
     with pytest.raises(BadTracks, match="id 0 stands twice in frame 0"):
         export_motchallenge(tmp_path, drive(), results=twice)
+
+
+def test_motchallenge_keeps_the_class(tiny_tree: Path, tmp_path: Path) -> None:
+    sequence = kitti_sequence(tiny_tree, "0030")
+    walking = RESULTS.replaced(kinds=np.full(len(RESULTS), "Pedestrian"))
+    assert sequence.truth is not None
+    named = sequence.truth.select(sequence.truth.ids >= 0)
+    kinds = np.where(np.arange(len(named)) % 2, "Pedestrian", "Van")
+    export_motchallenge(tmp_path / "out", sequence, named.replaced(kinds=kinds), walking)
+    home = tmp_path / "out" / "0030"
+    assert {row.split(",")[7] for row in (home / "res/res.txt").read_text().split()} == {"1"}
+    rows = [row.split(",") for row in (home / "gt" / "gt.txt").read_text().split()]
+    assert {(row[6], row[7]) for row in rows} == {("1", "1"), ("0", "8")}

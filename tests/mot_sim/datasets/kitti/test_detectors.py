@@ -20,6 +20,11 @@ ROWS = {
         "1,1,11,20,30,40,0.5,1.6,1.7,4.2,-0.9,1.7,34.6,-1.5,-1.5\n"
         "1,2,10,20,10,40,0.5,1.6,1.7,4.2,-0.9,1.7,34.6,-1.5,-1.5\n"
     ),
+    "rrc_pedestrian": "1,10,20,30,40,0.5\n",
+    "pointrcnn_pedestrian": (
+        "1,2,11,20,30,40,0.5,1.6,1.7,4.2,-0.9,1.7,34.6,-1.5,-1.5\n"
+        "1,1,10,20,30,40,0.5,1.7,0.6,0.7,-0.9,1.7,34.6,-1.5,-1.5\n"
+    ),
     "regionlets": (
         "1 -1 Cyclist -1 -1 -10 11 20 30 40 -1 -1 -1 -1000 -1000 -1000 -10 -2.3\n"
         "1 -1 Car -1 -1 -10 10 20 30 40 -1 -1 -1 -1000 -1000 -1000 -10 0.5\n"
@@ -35,6 +40,9 @@ def test_every_format_gives_the_one_car(name: str, tmp_path: Path) -> None:
     log = read_detections(path, DETECTORS[name], (100, 50), 2)
     assert log.frames.tolist() == [1]
     assert log.at(1).boxes.tolist() == [[10, 20, 30, 40]]
+    tracked = DETECTORS[name].tracked
+    kinds = log.at(1).kinds
+    assert tracked == ("Car",) if kinds is None else tuple(kinds) == tracked
     score_map = DETECTORS[name].score_map
     raw = np.array([0.5])
     expected = raw if score_map is None else score_map(raw)
