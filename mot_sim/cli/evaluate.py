@@ -94,7 +94,12 @@ class Evaluate:
     def _in_3d(self, terminal: Terminal, kinds: tuple[str, ...]) -> int:
         """Score and show the cuboids."""
         from mot_sim.evaluation.spatial_scoring import parse_criteria, score_folder_in_3d
-        from mot_sim.tables import criterion_table, error_table, spatial_table
+        from mot_sim.tables import (
+            consistency_table,
+            criterion_table,
+            error_table,
+            spatial_table,
+        )
         from tracker.errors import BadConfig
 
         if len(kinds) > 1 or self.rules != "trackeval":
@@ -106,12 +111,15 @@ class Evaluate:
         )
         named = {**scored.sequences, "combined": scored.combined}
         title = f"{self.results}, {kinds[0]} in 3D, rates in %"
-        tables = (
+        errors = scored.combined.errors
+        before = (
             criterion_table(scored.combined, f"{title}, all sequences"),
-            error_table(scored.combined.errors, f"{title}: errors of cuboids"),
-            spatial_table(named, title, sums=1),
+            error_table(errors, f"{title}: errors of cuboids"),
+            consistency_table(errors, f"{title}: are the stated uncertainties honest?"),
         )
-        deliver(terminal, tables[-1], scored.as_dict(), self.json, self.csv, tables[:-1])
+        shown = [table for table in before if table is not None]
+        table = spatial_table(named, title, sums=1)
+        deliver(terminal, table, scored.as_dict(), self.json, self.csv, shown)
         say_unlabelled(terminal, scored.unlabelled)
         return OK
 

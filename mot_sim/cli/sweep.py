@@ -62,6 +62,8 @@ class Sweep:
     """Vary one axis at a time, the others at their own values, instead of all combinations."""
     random: Annotated[int | None, option("N", "no")] = None
     """Draw N points (a Latin hypercube) instead of all combinations."""
+    spatial: Annotated[bool, tyro.conf.arg(name="3d", help_behavior_hint="")] = False
+    """Score cuboids, too: AB3DMOT's sAMOTA, HOTA in 3D, errors of place and heading."""
     jobs: Jobs = 1
     scheduler: Annotated[str | None, option("tcp://HOST:PORT")] = None
     """Use the workers of this Dask scheduler instead (pip install 'mot-sim[scale]')."""
@@ -130,6 +132,8 @@ class Sweep:
             changes["axes"] = parse_axes(self.axis)
         if self.list_axes and not self.axis:
             changes["axes"] = {"detector.jitter": (1.0,)}
+        if self.spatial:
+            changes["spatial"] = True
         if self.one_at_a_time:
             changes["mode"] = "one_at_a_time"
         if self.random is not None:

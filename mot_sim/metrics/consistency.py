@@ -48,19 +48,13 @@ class Consistency:
     """Mean of the normalised estimation error squared; ideal: `components`. More: overconfident."""
 
     @classmethod
-    def of(cls, errors: Float[Array, "n k"], covs: Float[Array, "n k k"]) -> "Consistency":
-        """From errors and their covariances; rows with NaN in either are left out."""
-        squared = squared_deviations(errors, covs)
-        squared = squared[np.isfinite(squared)]
-        if not len(squared):
-            return cls(errors.shape[1], 0, np.nan, np.nan, np.nan)
-        return cls(
-            errors.shape[1],
-            len(squared),
-            float((squared <= 1.0).mean()),
-            float((squared <= 4.0).mean()),
-            float(squared.mean()),
-        )
+    def of(cls, squared: Float[Array, " n"], components: int) -> "Consistency":
+        """From `squared_deviations` of errors with so many components; NaN rows are left out."""
+        known = squared[np.isfinite(squared)]
+        if not len(known):
+            return cls(components, 0, np.nan, np.nan, np.nan)
+        inside_1, inside_2 = (float((known <= sigmas**2).mean()) for sigmas in (1.0, 2.0))
+        return cls(components, len(known), inside_1, inside_2, float(known.mean()))
 
     def ideal(self, sigmas: float) -> float:
         """The share that lies inside so many sigmas when errors are normal and honestly stated."""

@@ -7,18 +7,20 @@ somewhere, too.
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from mot_sim.metrics.clear import Number
+from mot_sim.metrics.consistency import Consistency, brier_score, squared_deviations
 from mot_sim.metrics.cuboid_overlap import centre_distance, cuboid_iou
 from mot_sim.metrics.cuboid_preparation import require_cuboids, rows_of_class
 from mot_sim.metrics.matching import Overlaps, bare_rows
 from mot_sim.metrics.preprocessing import checked_columns, match_cars
 from tracker.geometry import wrap_angle
-from tracker.types import Rows, Tracks
+from tracker.types import Cuboids, Rows, Tracks
 
 # Ends of the ranges of distance that errors are shown by, m.
 DISTANCE_RANGES = (0.0, 10.0, 20.0, 30.0, 50.0, 80.0)
@@ -29,8 +31,39 @@ WRONG, BACKWARDS = np.radians(30.0), np.radians(90.0)
 NEAR = 2.0  # m; centres within it are right
 # A car moves when it is faster than this, m/s: KITTI's labels of parked cars wobble by less.
 MIN_SPEED = 1.0
+# Where yaw, speed and the logarithms of the size stand in a state, see `CarEstimates`.
+YAW, SPEED, SIZE = slice(3, 4), slice(4, 5), slice(5, 8)
 # Speeds are taken over this time before and after a frame, s; a second smooths the labels.
 SPEED_SPAN = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class StatedErrors(Rows):
+    """Errors in units of the covariance that the output states for them; NaN: it states none."""
+
+    centre: Float[Array, " n"]
+    """e' C^-1 e of the centre seen from above, two components."""
+    heading: Float[Array, " n"]
+    """Of the heading, one component; NaN where it is backwards, which `heading_known` is about."""
+    speed: Float[Array, " n"]
+    """Of the speed, one component."""
+    size: Float[Array, " n"]
+    """Of the logarithms of length, height and width, three components."""
+    heading_known: Float[Array, " n"]
+    """Stated probability that the heading is not the other way round."""
+
+    @classmethod
+    def unknown(cls, count: int) -> "StatedErrors":
+        """Of output that states nothing."""
+        return cls(*(np.full(count, np.nan) for _ in range(5)))
+
+    @property
+    def consistency(self) -> dict[str, Consistency]:
+        """How honest each stated covariance is."""
+        return {
+            "centre": Consistency.of(self.centre, 2), "heading": Consistency.of(self.heading, 1),
+            "speed": Consistency.of(self.speed, 1), "size": Consistency.of(self.size, 3),
+        }  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +98,8 @@ class CuboidErrors(Rows):
     """The output's speed: as stated, or else as its cuboids move, m/s."""
     drift: Float[Array, " n"]
     """How fast the output's cuboids move over the ground, m/s."""
+    stated: StatedErrors
+    """The errors against the uncertainty that the output states."""
 
     @property
     def moving(self) -> Bool[Array, " n"]:
@@ -116,11 +151,32 @@ class CuboidErrors(Rows):
             "length_error": median(self.size[:, 0]),
             "height_error": median(self.size[:, 1]),
             "width_error": median(self.size[:, 2]),
-            "iou_3d": float(self.iou.mean()) if len(self) else np.nan,
+            "iou_3d": mean(self.iou),
             "speed_error": median((self.found_speed - self.speed)[self.moving]),
             "parked_over_1mps": over(self.found_speed[self.parked], MIN_SPEED),
             "parked_drift": median(self.drift[self.parked]),
+            **self.honesty(),
         }
+
+    def honesty(self) -> dict[str, Number]:
+        """Shares inside 1 and 2 sigma and NEES of each stated covariance, and of the heading's
+        stated chance the mean, how often it came true, and the Brier score."""
+        numbers: dict[str, Number] = {}
+        for what, consistency in self.stated.consistency.items():
+            numbers |= consistency.numbers(what)
+        chances, right = self.stated.heading_known, self.heading_right
+        known = np.isfinite(chances) & np.isfinite(right)
+        return numbers | {
+            "heading_known": mean(chances[known]),
+            "heading_known_true": mean(right[known]),
+            "heading_known_brier": brier_score(chances, right),
+        }
+
+    @property
+    def heading_right(self) -> Float[Array, " n"]:
+        """1 where the cuboid faces the label's way, 0 where it is backwards, NaN: not known."""
+        right = np.abs(self.heading) <= BACKWARDS
+        return np.where(np.isfinite(self.heading), right, np.nan)
 
     def by_distance(self) -> list[tuple[str, "CuboidErrors"]]:
         """The rows by the label's distance, with the name of each range."""
@@ -134,6 +190,11 @@ class CuboidErrors(Rows):
 def median(errors: Float[Array, " n"]) -> float:
     """The median size of the errors that are known; NaN without any."""
     return quantile(errors, 0.5)
+
+
+def mean(numbers: Float[Array, " n"]) -> float:
+    """The mean; NaN of none."""
+    return float(numbers.mean()) if len(numbers) else np.nan
 
 
 def quantile(errors: Float[Array, " n"], part: float) -> float:
@@ -158,15 +219,15 @@ def cuboid_errors(
     frame_count: int,
     Ts_world_road: Float[Array, "m 4 4"] | None = None,
     frame_rate: float = 10.0,
-    speeds: Float[Array, " k"] | None = None,
     kind: str = "Car",
 ) -> CuboidErrors:
     """The errors of one sequence, both tables in the road frame of the row's frame.
 
     Ts_world_road: for each frame where the road frame stands in a fixed world; without it no car
-    has a speed over the ground. speeds: those that the output states, a row each. Raises BadTracks
-    as `prepare_sequence`, and for tables without cuboids.
+    has a speed over the ground. What the output states of its states (`Tracks.estimates`) is held
+    against the errors. Raises BadTracks as `prepare_sequence`, and for tables without cuboids.
     """
+    stated = getattr(output, "estimates", None)
     truth, output = checked_columns(truth, "truth"), checked_columns(output, "output")
     labels = rows_of_class(truth, kind)
     ours = rows_of_class(output, kind, with_similar=False)
@@ -184,6 +245,9 @@ def cuboid_errors(
     distance = np.hypot(theirs.base[:, 0], theirs.base[:, 2])
     ray = theirs.base[:, ::2] / np.maximum(distance, 1e-9)[:, None]
     off = (found.base - theirs.base)[:, ::2]
+    speed = ground_speeds(truth, Ts_world_road, frame_rate)[rows]
+    heading = np.asarray(wrap_angle(found.yaw - theirs.yaw))
+    estimates = None if stated is None else stated.select(columns)
     return CuboidErrors(
         frames=truth.frames[rows],
         truth_ids=truth.ids[rows],
@@ -192,13 +256,37 @@ def cuboid_errors(
         centre=centre_distance(found, theirs),
         radial=(off * ray).sum(axis=1),
         lateral=off[:, 0] * ray[:, 1] - off[:, 1] * ray[:, 0],
-        heading=np.asarray(wrap_angle(found.yaw - theirs.yaw)),
+        heading=heading,
         yaw=theirs.yaw,
         size=found.size - theirs.size,
         iou=cuboid_iou(theirs, found),
-        speed=ground_speeds(truth, Ts_world_road, frame_rate)[rows],
-        found_speed=(drift if speeds is None else speeds)[columns],
+        speed=speed,
+        found_speed=drift[columns] if estimates is None else estimates.speed,
         drift=drift[columns],
+        stated=_stated(theirs, found, heading, speed, estimates),
+    )
+
+
+def _stated(
+    theirs: Cuboids,
+    found: Cuboids,
+    heading: Float[Array, " n"],
+    speed: Float[Array, " n"],
+    estimates: Any,
+) -> StatedErrors:
+    """The errors of matched rows in units of what the output states."""
+    if estimates is None:
+        return StatedErrors.unknown(len(heading))
+    covs = estimates.covs
+    turn = np.where(np.abs(heading) <= BACKWARDS, heading, np.nan)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        size = np.log(found.size) - np.log(theirs.size)
+    return StatedErrors(
+        squared_deviations((found.base - theirs.base)[:, ::2], covs[:, :3:2, :3:2]),
+        squared_deviations(turn[:, None], covs[:, YAW, YAW]),
+        squared_deviations((estimates.speed - speed)[:, None], covs[:, SPEED, SPEED]),
+        squared_deviations(size, covs[:, SIZE, SIZE]),
+        estimates.heading_known,
     )
 
 

@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from math import isnan
 from typing import Any
 
 from mot_sim.metrics.clear import ClearCounts, Number, clear_scores
@@ -11,6 +12,7 @@ from mot_sim.metrics.doubts import why_nothing_is_scored
 from mot_sim.metrics.hota import ALPHAS, Hota, hota_scores
 from mot_sim.metrics.identity import Identity, identity_scores
 from mot_sim.metrics.preprocessing import PreparedSequence, prepare_sequence, scored_rows
+from mot_sim.metrics.spatial import SpatialScores
 from tracker.errors import BadConfig, UnknownName
 from tracker.types import Tracks
 
@@ -30,6 +32,8 @@ class Scores:
     """HOTA; None where the rules do not have it."""
     identity: Identity | None = None
     """Identity scores; None where the rules do not have them."""
+    spatial: SpatialScores | None = None
+    """Scores of the cuboids; None where they were not scored."""
 
     def __getitem__(self, name: str) -> Number:
         """One score by its name; of those that vary with alpha, the mean."""
@@ -40,7 +44,7 @@ class Scores:
 
     def numbers(self) -> dict[str, Number]:
         """Every score by its name; of those that vary with alpha, the mean."""
-        families = (self.hota, self.clear, self.identity)
+        families = (self.hota, self.clear, self.identity, self.spatial)
         return {
             name: number
             for family in families
@@ -50,9 +54,12 @@ class Scores:
 
     def as_dict(self) -> dict[str, Any]:
         """Every score as a plain number, and under `by_alpha` lists over HOTA's alphas."""
+        found: dict[str, Any] = {
+            name: None if isnan(value) else value for name, value in self.numbers().items()
+        }
         if self.hota is None:
-            return dict(self.numbers())
-        return self.numbers() | {"by_alpha": {"alpha": ALPHAS.tolist()} | self.hota.by_alpha()}
+            return found
+        return found | {"by_alpha": {"alpha": ALPHAS.tolist()} | self.hota.by_alpha()}
 
 
 def combine(parts: Sequence[Scores]) -> Scores:
@@ -70,11 +77,13 @@ def combine(parts: Sequence[Scores]) -> Scores:
         )
     clears = [part.clear for part in parts]
     hotas = [part.hota for part in parts if part.hota is not None]
+    spatial = [part.spatial for part in parts if part.spatial is not None]
     identities = [part.identity for part in parts if part.identity is not None]
     return Scores(
         clear=type(clears[0]).combine(clears),
         hota=Hota.combine(hotas) if hotas else None,
         identity=Identity.combine(identities) if identities else None,
+        spatial=SpatialScores.combine(spatial) if len(spatial) == len(parts) else None,
     )
 
 

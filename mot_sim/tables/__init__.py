@@ -11,7 +11,7 @@ from mot_sim.tables.score_names import (
     limits_of,
     title_of,
 )
-from mot_sim.tables.spatial import criterion_table, error_table, spatial_table
+from mot_sim.tables.spatial import consistency_table, criterion_table, error_table, spatial_table
 from mot_sim.tables.table import (
     Table,
     mean_column,
@@ -31,6 +31,7 @@ __all__ = [
     "Row",
     "ShownColumn",
     "Table",
+    "consistency_table",
     "criterion_table",
     "error_table",
     "few_seeds_note",

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from mot_sim.metrics.clear import Number
+from mot_sim.metrics.consistency import chances_by_range
 from mot_sim.metrics.cuboid_errors import CuboidErrors
 from mot_sim.metrics.spatial import SpatialScores
 from mot_sim.tables.columns import Cell, Column, Kind
@@ -81,6 +82,34 @@ def error_table(errors: CuboidErrors, title: str = "") -> Table:
     )
     columns = _columns("cars", ERROR_COLUMNS)
     return Table(columns, rows, title, name="spatial_errors", note=NOTE_ERRORS)
+
+
+def consistency_table(errors: CuboidErrors, title: str = "") -> Table | None:
+    """How honest the stated uncertainties are; None where the output states none."""
+    rows = tuple(
+        (name, part.rows, part.inside_1_sigma, part.ideal(1.0), part.inside_2_sigma,
+         part.ideal(2.0), part.nees, part.components)
+        for name, part in errors.stated.consistency.items() if part.rows
+    )  # fmt: skip
+    if not rows:
+        return None
+    columns = (
+        Column("stated", "name"), Column("rows", "count"), Column("in 1 sigma", "rate"),
+        Column("ideal 1", "rate"), Column("in 2 sigma", "rate"), Column("ideal 2", "rate"),
+        Column("NEES", "value", digits=DIGITS), Column("ideal NEES", "count"),
+    )  # fmt: skip
+    return Table(columns, rows, title, name="consistency", note=_heading_note(errors))
+
+
+def _heading_note(errors: CuboidErrors) -> str:
+    """What is said of the headings, by how sure the output was of them."""
+    ranges = chances_by_range(errors.stated.heading_known, errors.heading_right)
+    told = [
+        f"{each.low:g}-{each.high:g}: {100 * each.came_true:.0f} % of {each.rows:,}"
+        for each in ranges
+        if each.rows
+    ]
+    return f"Heading not backwards, by its stated probability: {'; '.join(told)}." if told else ""
 
 
 def _columns(first: str, columns: Titles) -> tuple[Column, ...]:

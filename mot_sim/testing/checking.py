@@ -1,5 +1,6 @@
 """`assert_tracks`: a tracker must reach scores on an episode, or the first bad frame is shown."""
 
+from dataclasses import replace
 from typing import Any
 
 from mot_sim.experiments.sweep.bounds import Bound, bounds_of
@@ -23,7 +24,8 @@ def assert_tracks(tracker: Any, episode: SeededEpisode, **bounds: float | int) -
 
     tracker: see `follow`. bounds: by name, in small letters or as TrackEval writes them: mota,
     hota, idf1, assa, deta, recall, precision (at least; fractions), idsw, frag, fp, fn, ml (at
-    most), mt, tp (at least). Gives the scores. The AssertionError shows every bound that is
+    most), mt, tp (at least); those of cuboids as `**{"mota3d@2m": 0.6, "centre_median": 1.0}`.
+    Gives the scores. The AssertionError shows every bound that is
     broken and the first bad frame: which car, which ids, which boxes, what happened. Raises
     TrackerFailed for a tracker that fails, UnknownName and BadConfig for bounds that cannot be.
     """
@@ -31,6 +33,8 @@ def assert_tracks(tracker: Any, episode: SeededEpisode, **bounds: float | int) -
     wanted = bounds_of(bounds)
     output = follow(tracker, episode)
     scores = evaluate_sequence(episode.truth, output, episode.frame_count)
+    if any(bound.is_spatial for bound in wanted):
+        scores = replace(scores, spatial=episode.drive.spatial_scores(output))
     broken = [bound for bound in wanted if not bound.holds(float(scores[bound.metric]))]
     if broken:
         mistakes = Mistakes.of(episode.truth, output, episode.frame_count)

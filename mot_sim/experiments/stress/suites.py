@@ -62,6 +62,7 @@ class Suite:
             seeds=seeds,
             first_seed=first_seed,
             frames=self.frames,
+            spatial=any(bound.is_spatial for bound in self.bounds),
             fixed={axis: at for axis, at in self.settings.items() if axis != "scene.profile"},
         )
 

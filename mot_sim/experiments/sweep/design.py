@@ -66,6 +66,9 @@ class Design:
     """Points of a random design, above 0; 0 in every other mode."""
     rules: str = "trackeval"
     """Rules of scoring, one of `mot_sim.metrics.RULES`."""
+    spatial: bool = False
+    """Whether cuboids are scored, too: `sAMOTA@0.25`, `centre_median`, ...; a tracker without
+    cuboids fails."""
 
     def __post_init__(self) -> None:
         for what, name, known in (
@@ -167,7 +170,7 @@ class Design:
         trackers = {
             each.name: {"made_by": each.made_by, **each.settings} for each in self.contenders
         }
-        plain = ("scene", "seeds", "first_seed", "frames", "mode", "samples", "rules")
+        plain = ("scene", "seeds", "first_seed", "frames", "mode", "samples", "rules", "spatial")
         about = {name: getattr(self, name) for name in plain}
         return {**about, "fixed": dict(self.fixed), "axes": axes, "trackers": trackers}
 
@@ -268,7 +271,8 @@ def _require_profiles(content: Mapping[str, Any], path: Path) -> None:
 
 def _require_types(content: Mapping[str, Any], path: Path) -> None:
     """Raise BadConfig for a word where a number belongs, or the other way round."""
-    wanted = {"scene": str, "mode": str, "rules": str, "fixed": dict} | dict.fromkeys(
+    words = dict.fromkeys(("scene", "mode", "rules"), str)
+    wanted = {**words, "spatial": bool, "fixed": dict} | dict.fromkeys(
         ("seeds", "first_seed", "frames", "samples"), int
     )
     for key, kind in wanted.items():

@@ -5,12 +5,15 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
 
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.files.cache_folder import read_or_make
 from mot_sim.files.fingerprint import code_digest, digest
 from mot_sim.files.settings import versions
+from mot_sim.metrics.spatial import SpatialScores, spatial_scores
 from mot_sim.simulation.episode import episode_of
 from mot_sim.simulation.episodes.extra import Extra, Metadata, arrays_of, read_extra, write_extra
 from mot_sim.simulation.scene import Rollout, record_scene_traffic
@@ -18,6 +21,7 @@ from mot_sim.simulation.sensors import Detector, Timed
 from mot_sim.simulation.traffic.recording import RecordedTraffic
 from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS
 from mot_sim.simulation.truth import annotate, labels
+from tracker.geometry import invert
 from tracker.types import Sequence, Tracks
 
 
@@ -31,6 +35,16 @@ class TrialSequence:
     """The labels of the frames that reach the tracker."""
     frame_count: int
     """Frames of the recording, including those that never arrive."""
+    Ts_world_road: Float[Array, "m 4 4"]
+    """For each of them where the true road frame stands in the world."""
+    frame_rate: float = 1.0 / STEP_SECONDS
+    """Frames of the recording per second, Hz."""
+
+    def spatial_scores(self, output: Tracks) -> SpatialScores:
+        """The scores of an output's cuboids. Raises BadTracks where it has none."""
+        return spatial_scores(
+            self.truth, output, self.frame_count, self.Ts_world_road, self.frame_rate
+        )
 
 
 def traffic_key(conditions: Conditions, seed: int) -> str:
@@ -118,4 +132,5 @@ def drive_of(conditions: Conditions, recorded: Extra, seed: int) -> TrialSequenc
     arriving: Timed = conditions.timing(whole, seed)
     labelled = labels(truth)
     came = np.isin(labelled.frames, arriving.sequence.frame_indices)
-    return TrialSequence(arriving, labelled.select(came), count)
+    roads = poses @ invert(camera.T_road_cam)
+    return TrialSequence(arriving, labelled.select(came), count, roads)

@@ -63,7 +63,7 @@ class SweepPlan:
 
     def _trials(self) -> Iterator[Trial]:
         """Points, seeds, trackers; the key of each."""
-        same = [self.code, self.design.rules]
+        same = [self.code, self.design.rules, self.design.spatial]
         for number, point in enumerate(self.design.points):
             seen = digest(self.design.conditions[number].description())
             rivals = [(each, digest(each.description())) for each in self.design.rivals(point)]
@@ -89,6 +89,7 @@ class SweepPlan:
                 folder=self.folder,
                 code=self.code,
                 rules=self.design.rules,
+                spatial=self.design.spatial,
                 conditions=self.design.conditions[trials[0].number],
                 seed=trials[0].seed,
                 trials=tuple((trial.key, trial.contender) for trial in trials),

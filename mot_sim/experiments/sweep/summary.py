@@ -24,8 +24,23 @@ from mot_sim.tables import (
     with_ends,
 )
 
-METRICS = ("HOTA", "DetA", "AssA", "MOTA", "IDF1", "CLR_FP", "CLR_FN", "IDSW", "Frag")
-PRINTED_METRICS = ("HOTA", "AssA", "MOTA", "IDF1", "IDSW")
+SPATIAL_METRICS = (
+    "sAMOTA@0.25", "MOTA3D@0.25", "MOTA3D@2m", "HOTA3D", "centre_median", "within_2m",
+    "heading_over_90", "parked_over_1mps",
+)  # fmt: skip
+METRICS = (
+    "HOTA",
+    "DetA",
+    "AssA",
+    "MOTA",
+    "IDF1",
+    "CLR_FP",
+    "CLR_FN",
+    "IDSW",
+    "Frag",
+    *SPATIAL_METRICS,
+)
+PRINTED_METRICS = ("HOTA", "AssA", "MOTA", "IDF1", "IDSW", *SPATIAL_METRICS)
 PRINTED_AS = "mean ± half of the 95 % interval, or its ends"
 DIFFERENCES = "differences"  # the name of their table
 MAX_ERRORS = 10  # different ones that are printed
@@ -99,22 +114,20 @@ def summary(table: pa.Table, metrics: Sequence[str] = METRICS) -> list[SummaryRo
 
 
 def _values(trials: list[dict[str, Any]], name: str) -> Float[Array, " n"]:
-    """A metric of the trials without an error."""
-    return np.array([float(row[name]) for row in trials if row["error"] is None])
+    """A metric of the trials without an error; those in which it is not known are left out."""
+    values = [row[name] for row in trials if row["error"] is None]
+    return np.array([float(value) for value in values if value is not None])
 
 
 def _differences(
     trials: list[dict[str, Any]], rivals: list[dict[str, Any]], name: str
 ) -> Float[Array, " n"]:
     """A metric less that of the rival, of the seeds that both finished."""
-    theirs = {row["seed"]: row[name] for row in rivals if row["error"] is None}
-    return np.array(
-        [
-            float(row[name] - theirs[row["seed"]])
-            for row in trials
-            if row["error"] is None and row["seed"] in theirs
-        ]
+    ours, theirs = (
+        {row["seed"]: row[name] for row in rows if row["error"] is None and row[name] is not None}
+        for rows in (trials, rivals)
     )
+    return np.array([float(ours[seed] - theirs[seed]) for seed in ours if seed in theirs])
 
 
 def words(levels: Mapping[str, Level | None]) -> str:

@@ -24,7 +24,7 @@ MAX_ERROR_LETTERS = 300  # that are kept of what a tracker says
 
 
 def run_trial(
-    contender: TrackerSpec, drive: TrialSequence, rules: str = "trackeval"
+    contender: TrackerSpec, drive: TrialSequence, rules: str = "trackeval", spatial: bool = False
 ) -> TrialOutcome:
     """Track and score; whatever a tracker raises, or gives that is no output, is the error."""
     start, detections = thread_time(), 0
@@ -51,12 +51,14 @@ def run_trial(
         at = "in the end"
         require_rows(output, came)
         at = "scoring"
-        scores = evaluate_sequence(drive.truth, output, drive.frame_count, rules)
+        scores = evaluate_sequence(drive.truth, output, drive.frame_count, rules).numbers()
+        if spatial:
+            scores |= drive.spatial_scores(output).numbers()
     except (Exception, SystemExit) as error:  # noqa: BLE001
         kind = "" if isinstance(error, BadRows) else f"{type(error).__name__}: "
         words = " ".join(f"{at}: {kind}{error}".split())[:MAX_ERROR_LETTERS]
         return TrialOutcome({}, words, len(came), detections, thread_time() - start)
-    numbers = {name: _plain(number) for name, number in scores.numbers().items()}
+    numbers = {name: _plain(value) for name, value in scores.items() if not np.isnan(value)}
     return TrialOutcome(numbers, None, len(came), detections, seconds)
 
 
@@ -102,6 +104,8 @@ class Job:
     job."""
     rules: str
     """Rules of scoring, one of `mot_sim.metrics.RULES`."""
+    spatial: bool
+    """Whether cuboids are scored, too."""
     conditions: Conditions
     """What the trials are run under."""
     seed: int
@@ -126,7 +130,7 @@ def run_job(job: Job) -> int:
     for key, contender in job.trials:
         about = {"tracker": contender.name, "scene": job.conditions.scene, "seed": job.seed}
         if isinstance(drive, TrialSequence):
-            outcome = run_trial(contender, drive, job.rules)
+            outcome = run_trial(contender, drive, job.rules, job.spatial)
         else:
             outcome = TrialOutcome({}, drive)
         folder.write(key, outcome, about)

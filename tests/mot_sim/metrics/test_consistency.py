@@ -25,7 +25,7 @@ def test_errors_drawn_from_their_covariance_are_consistent(size: int):
     A = rng.normal(size=(20_000, size, size))
     covs = A @ A.swapaxes(1, 2) + 0.1 * np.eye(size)
     errors = (np.linalg.cholesky(covs) @ rng.normal(size=(20_000, size, 1)))[:, :, 0]
-    found = Consistency.of(errors, covs)
+    found = Consistency.of(squared_deviations(errors, covs), errors.shape[1])
     assert found.nees == pytest.approx(size, rel=0.05)
     assert found.inside_1_sigma == pytest.approx(found.ideal(1.0), abs=0.02)
     assert found.inside_2_sigma == pytest.approx(found.ideal(2.0), abs=0.02)
@@ -44,14 +44,16 @@ def test_too_small_sigmas_are_seen_as_overconfidence(scale: float):
     errors = rng.normal(size=(500, 2))
     covs = np.tile(np.eye(2) * scale**2, (500, 1, 1))
     expected = float((errors**2).sum(axis=1).mean()) / scale**2
-    assert Consistency.of(errors, covs).nees == pytest.approx(expected)
+    assert Consistency.of(squared_deviations(errors, covs), errors.shape[1]).nees == pytest.approx(
+        expected
+    )
 
 
 def test_rows_without_an_honest_covariance_are_left_out():
     covs = np.array([np.eye(2), np.full((2, 2), np.nan), np.zeros((2, 2)), -np.eye(2)])
-    found = Consistency.of(np.ones((4, 2)), covs)
+    found = Consistency.of(squared_deviations(np.ones((4, 2)), covs), 2)
     assert (found.rows, found.nees) == (1, 2.0)
-    nothing = Consistency.of(np.zeros((0, 2)), np.zeros((0, 2, 2)))
+    nothing = Consistency.of(squared_deviations(np.zeros((0, 2)), np.zeros((0, 2, 2))), 2)
     assert nothing.rows == 0
     assert np.isnan(nothing.nees)
     assert set(nothing.numbers("centre")) == {

@@ -1,5 +1,7 @@
 """Errors of cuboids by hand: place, heading, size, speed."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,7 +10,7 @@ from hypothesis import strategies as st
 from mot_sim.metrics.cuboid_errors import CuboidErrors, cuboid_errors, ground_speeds
 from tests.mot_sim.metrics.cuboid_cases import AHEAD, SIZE, scene
 from tracker.errors import BadTracks
-from tracker.types import Tracks
+from tracker.types import Rows, Tracks
 
 STANDING = np.tile(np.eye(4), (30, 1, 1))
 
@@ -69,13 +71,60 @@ def test_a_parked_car_that_seems_to_move_is_seen():
     assert numbers["parked_drift"] == pytest.approx(2.0)
 
 
+@dataclass(frozen=True, eq=False)
+class Estimates(Rows):
+    """What a tracker states of its cars: x, y, z, yaw, speed, log of length, height, width."""
+
+    means: np.ndarray
+    covs: np.ndarray
+    heading_known: np.ndarray
+
+    @property
+    def speed(self) -> np.ndarray:
+        return self.means[:, 4]
+
+
+def with_estimates(found: Tracks, speed: float, std: float, known: float) -> Tracks:
+    """Output that states the same std of everything."""
+    count = len(found)
+    means = np.tile([0.0] * 4 + [speed] + [0.0] * 3, (count, 1))
+    covs = np.tile(np.eye(8) * std**2, (count, 1, 1))
+    stated = found.copied()
+    object.__setattr__(stated, "estimates", Estimates(means, covs, np.full(count, known)))
+    return stated
+
+
 def test_stated_speeds_go_before_those_of_the_places():
     parked = [(f, 0, 0.0, 20.0) for f in range(21)]
     creeping = [(f, 0, 0.0, 20.0 + 0.2 * f) for f in range(21)]
-    stated = np.full(21, 0.5)
-    numbers = errors_of(parked, creeping, Ts_world_road=STANDING, speeds=stated).numbers()
+    truth = scene(parked)
+    found = with_estimates(found_at(truth, creeping), 0.5, 1.0, 0.9)
+    numbers = cuboid_errors(truth, found, 30, STANDING).numbers()
     assert numbers["parked_over_1mps"] == 0.0
     assert numbers["parked_drift"] == pytest.approx(2.0)
+
+
+def test_errors_are_held_against_the_stated_covariance():
+    rows = [(0, car, 8.0 * car - 16.0, 20.0) for car in range(4)]
+    off = [(0, 0, -15.5, 20.0), (0, 1, -8.0, 21.5), (0, 2, 0.0, 24.0), (0, 3, 8.0, 20.0, -AHEAD)]
+    truth = scene(rows)
+    found = with_estimates(found_at(truth, off), 0.0, 1.0, 0.8)
+    errors = cuboid_errors(truth, found, 30, STANDING)
+    np.testing.assert_allclose(errors.stated.centre, [0.25, 2.25, 16.0, 0.0])
+    numbers = errors.numbers()
+    assert numbers["centre_inside_1_sigma"] == 0.5
+    assert numbers["centre_inside_2_sigma"] == 0.75
+    assert numbers["centre_nees"] == pytest.approx(18.5 / 4)
+    assert numbers["heading_inside_2_sigma"] == 1.0  # the backwards one is the chance's business
+    assert (numbers["heading_known"], numbers["heading_known_true"]) == (0.8, 0.75)
+    assert numbers["heading_known_brier"] == pytest.approx(0.75 * 0.04 + 0.25 * 0.64)
+    assert numbers["size_nees"] == pytest.approx(0.0)
+
+
+def test_output_that_states_nothing_is_not_judged_by_it():
+    numbers = errors_of([(0, 0, 0.0, 20.0)], [(0, 0, 0.0, 20.0)]).numbers()
+    for name in ("centre_nees", "speed_inside_1_sigma", "heading_known", "heading_known_brier"):
+        assert np.isnan(numbers[name])
 
 
 def test_without_the_cameras_motion_no_speed_is_known():

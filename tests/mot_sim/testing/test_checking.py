@@ -77,3 +77,10 @@ def test_bounds_that_cannot_be_are_refused_before_anything_is_tracked(
 ) -> None:
     with pytest.raises(error, match=told):
         assert_tracks(odd.Raises, episode, **bounds)
+
+
+def test_cuboids_have_bounds_too(episode: SeededEpisode) -> None:
+    scores = assert_tracks(Tracker.default, episode, **{"mota3d@2m": -9.0, "centre_median": 99.0})
+    with pytest.raises(AssertionError, match=r"centre_median .*, must be at most 0\.001"):
+        assert_tracks(Tracker.default, episode, centre_median=0.001)
+    assert scores["HOTA3D"] > 0.0

@@ -176,3 +176,12 @@ def test_wrong_input_is_one_line_and_exit_code_2(
     shown = capsys.readouterr().err
     assert told in " ".join(shown.split())
     assert "Traceback" not in shown
+
+
+def test_a_bound_on_cuboids_has_them_scored(tmp_path: Path) -> None:
+    file = tmp_path / "suites.toml"
+    content = '[a]\nabout = ""\nscene = "crossing"\nframes = 3\nbounds = {{{}}}'
+    file.write_text(content.format('"mota3d@2m" = 0.1, hota = 0.1'))
+    assert read_suites(file)["a"].design(("default",)).spatial
+    file.write_text(content.format("hota = 0.1"))
+    assert not read_suites(file)["a"].design(("default",)).spatial

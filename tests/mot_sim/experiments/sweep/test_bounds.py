@@ -51,3 +51,40 @@ def test_bounds_that_cannot_be_are_refused(
 ) -> None:
     with pytest.raises(error, match=told):
         bounds_of(wanted)
+
+
+def test_scores_of_cuboids_are_bounded_by_their_names() -> None:
+    found = bounds_of({"mota3d@2m": 0.6, "centre_median": 1.0, "samota@0.25": 0.1, "motp@2m": 1.5})
+    assert [each.metric for each in found] == [
+        "MOTA3D@2m",
+        "centre_median",
+        "sAMOTA@0.25",
+        "MOTP@2m",
+    ]
+    assert [each.is_upper for each in found] == [False, True, False, True]
+    assert all(each.is_spatial for each in found)
+    assert not bounds_of({"mota": 0.1})[0].is_spatial
+
+
+@pytest.mark.parametrize(
+    "name", ["heading_over_90_moving", "IDSW@0.5", "CLR_FP@2m", "radial_median"]
+)
+def test_errors_and_mistakes_of_cuboids_are_at_most(name: str) -> None:
+    assert bounds_of({name: 0.5})[0].word == "at most"
+
+
+@pytest.mark.parametrize("name", ["MOTP@0.5", "within_2m", "heading_known_true", "LocA3D"])
+def test_what_is_good_in_3d_is_at_least(name: str) -> None:
+    assert not Bound(name, 0.5).is_upper
+
+
+@pytest.mark.parametrize("name", ["centre_nees", "speed_inside_2_sigma", "matched_rows", "PTR@0.5"])
+def test_scores_whose_ideal_lies_between_have_no_bound(name: str) -> None:
+    with pytest.raises(UnknownName):
+        bounds_of({name: 0.5})
+
+
+def test_rates_in_3d_are_fractions() -> None:
+    with pytest.raises(BadConfig, match=r"rates are fractions, 0\.6"):
+        bounds_of({"MOTA3D@2m": 60})
+    assert bounds_of({"motp@2m": 1.5})[0].value == 1.5  # metres

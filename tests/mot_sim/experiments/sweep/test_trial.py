@@ -118,3 +118,34 @@ def test_camera_and_motion_errors_reach_the_tracker(swept: tuple[Path, pa.Table]
     assert motions[1] is not None
     shift = [np.linalg.norm(T[:3, 3]) for T in motions]
     assert shift[1] == pytest.approx(1.5 * shift[0])
+
+
+def test_a_trial_scores_cuboids_when_it_is_asked_to(swept: tuple[Path, pa.Table]) -> None:
+    drive = drive_under(swept[0])
+    outcome = run_trial(TrackerSpec("default"), drive, spatial=True)
+    tracker = Tracker.default(drive.sequence.camera)
+    output = Tracks.concatenate([tracker.step(frame) for frame in drive.sequence])
+    expected = drive.spatial_scores(output).numbers()
+    assert outcome.error is None
+    assert outcome.scores["centre_median"] == expected["centre_median"]
+    assert outcome.scores["MOTA3D@2m"] == expected["MOTA3D@2m"]
+    known = {name for name, value in expected.items() if not np.isnan(value)}
+    assert outcome.scores.keys() >= known
+    assert not {name for name, value in expected.items() if np.isnan(value)} & outcome.scores.keys()
+
+
+def test_the_true_cuboids_are_perfect_output(swept: tuple[Path, pa.Table]) -> None:
+    drive = drive_under(swept[0])
+    cars = drive.truth.ids >= 0
+    numbers = drive.spatial_scores(drive.truth.select(cars)).numbers()
+    assert numbers["centre_median"] == 0.0
+    assert numbers["MOTA3D@0.7"] == 1.0
+    assert numbers["heading_over_30"] == 0.0
+
+
+def test_a_tracker_without_cuboids_cannot_be_scored_in_3d(swept: tuple[Path, pa.Table]) -> None:
+    spec = TrackerSpec.parse(f"flat={ODD}:Boxes")
+    outcome = run_trial(spec, drive_under(swept[0]), spatial=True)
+    assert outcome.error is not None
+    assert "scoring: BadTracks: output:" in outcome.error
+    assert run_trial(spec, drive_under(swept[0])).error is None
