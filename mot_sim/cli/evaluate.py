@@ -12,6 +12,7 @@ from mot_sim.cli.options import Classes, File, Root, Rules, Verbose, option
 from mot_sim.cli.terminal import OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
+    import mot_sim.evaluation.spatial_scoring
     import mot_sim.metrics
     import mot_sim.tables
 
@@ -94,12 +95,6 @@ class Evaluate:
     def _in_3d(self, terminal: Terminal, kinds: tuple[str, ...]) -> int:
         """Score and show the cuboids."""
         from mot_sim.evaluation.spatial_scoring import parse_criteria, score_folder_in_3d
-        from mot_sim.tables import (
-            consistency_table,
-            criterion_table,
-            error_table,
-            spatial_table,
-        )
         from tracker.errors import BadConfig
 
         if len(kinds) > 1 or self.rules != "trackeval":
@@ -109,17 +104,8 @@ class Evaluate:
         scored = score_folder_in_3d(
             self.results, self.root, self.sequences, criteria, kinds[0], self.ego
         )
-        named = {**scored.sequences, "combined": scored.combined}
         title = f"{self.results}, {kinds[0]} in 3D, rates in %"
-        errors = scored.combined.errors
-        before = (
-            criterion_table(scored.combined, f"{title}, all sequences"),
-            error_table(errors, f"{title}: errors of cuboids"),
-            consistency_table(errors, f"{title}: are the stated uncertainties honest?"),
-        )
-        shown = [table for table in before if table is not None]
-        table = spatial_table(named, title, sums=1)
-        deliver(terminal, table, scored.as_dict(), self.json, self.csv, shown)
+        deliver_3d(terminal, scored, title, self.json, self.csv)
         say_unlabelled(terminal, scored.unlabelled)
         return OK
 
@@ -162,3 +148,25 @@ def deliver(
     if STDOUT not in (json, csv):
         for each in (*before, table):
             terminal.show(each)
+
+
+def deliver_3d(
+    terminal: Terminal,
+    scored: "mot_sim.evaluation.spatial_scoring.SpatialEvaluation",
+    title: str,
+    json: str | None,
+    csv: str | None,
+) -> None:
+    """The scores in 3D: by criterion, the errors, their stated uncertainty, by sequence."""
+    from mot_sim.tables import consistency_table, criterion_table, error_table, spatial_table
+
+    errors = scored.combined.errors
+    before = (
+        criterion_table(scored.combined, f"{title}, all sequences"),
+        error_table(errors, f"{title}: errors of cuboids"),
+        consistency_table(errors, f"{title}: are the stated uncertainties honest?"),
+    )
+    shown = [table for table in before if table is not None]
+    named = {**scored.sequences, "combined": scored.combined}
+    table = spatial_table(named, title=title, sums=1)
+    deliver(terminal, table, scored.as_dict(), json, csv, shown)

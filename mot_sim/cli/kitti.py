@@ -4,7 +4,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from mot_sim.cli.evaluate import deliver, require_targets, say_unlabelled
+import tyro
+
+from mot_sim.cli.evaluate import (
+    THRESHOLDS,
+    deliver,
+    deliver_3d,
+    require_targets,
+    say_unlabelled,
+)
 from mot_sim.cli.options import (
     DETECTIONS,
     EGO,
@@ -22,6 +30,7 @@ from mot_sim.cli.track import run_tracker, stages_said
 if TYPE_CHECKING:
     import mot_sim.datasets
     import mot_sim.evaluation.run_folder
+    import mot_sim.evaluation.spatial_scoring
     import mot_sim.metrics
     import mot_sim.tables
 
@@ -33,6 +42,8 @@ class Kitti:
     mot-sim kitti --root KITTI --detections rrc --ego oxts
 
     mot-sim kitti --trackers default,paper --rules devkit2018
+
+    mot-sim kitti --3d
 
     One tracker: one row per sequence and one for all together. Several: one row per tracker, over
     all sequences. Rates are in percent, in JSON and CSV fractions.
@@ -46,6 +57,11 @@ class Kitti:
     """The sequences, and what is known about them."""
     rules: Rules = "trackeval"
     """trackeval (1.3.0), or devkit2018: KITTI's kit of the paper's time, CLEAR only."""
+    spatial: Annotated[bool, tyro.conf.arg(name="3d", help_behavior_hint="")] = False
+    """Score cuboids instead: as mot-sim evaluate --3d does, and how honest the uncertainties are
+    that the tracker states."""
+    thresholds: Annotated[str | None, option("LIST", THRESHOLDS)] = None
+    """With --3d: what makes a match, least 3D IoU or largest distance of the centres in metres."""
     out: Annotated[Path | None, option("DIR", "results are not kept")] = None
     """Keep the results in DIR/TRACKER/SSSS.txt."""
     folder: FolderOptions = field(default_factory=FolderOptions)
@@ -60,8 +76,10 @@ class Kitti:
     def __call__(self, terminal: Terminal) -> int:
         """Track, score and show."""
         from mot_sim.evaluation.scoring import require_rules, score_sequences
+        from mot_sim.evaluation.spatial_scoring import score_in_3d
 
         require_rules(self.rules)
+        criteria = self._criteria()
         require_targets(self.json, self.csv)
         for name in self._names():
             self.method.recipe(name)  # its names are checked before anything is read
@@ -69,7 +87,7 @@ class Kitti:
         kinds = drives[0].kinds
         recipes = {name: self.method.recipe(name, kinds) for name in self._names()}
         folders = {name: self._folder(name, drives) for name in recipes}
-        scored = {}
+        scored, spatial = {}, {}
         for name, recipe in recipes.items():
             run = run_tracker(terminal, recipe, drives, folders[name])
             if run is None:
@@ -78,12 +96,51 @@ class Kitti:
                 terminal.note(f"{name}{stages_said(run)}")
             for kind in kinds:
                 row = name if len(kinds) == 1 else f"{name}, {kind}"
+                if criteria is not None:
+                    spatial[row] = score_in_3d(drives, run.tracks, criteria, kind)
+                    continue
                 scored[row] = score_sequences(drives, run.tracks, self.rules, kind)
+        if spatial:
+            self._show_3d(terminal, spatial)
+            return OK
         evaluations = {name: each.evaluation for name, each in scored.items()}
         content = {name: evaluation.as_dict() for name, evaluation in evaluations.items()}
         deliver(terminal, self._table(evaluations), content, self.json, self.csv)
         say_unlabelled(terminal, next(iter(scored.values())).unlabelled)
         return OK
+
+    def _criteria(self) -> "tuple[mot_sim.metrics.Criterion, ...] | None":
+        """What makes a match in 3D; None where boxes are scored."""
+        from mot_sim.evaluation.spatial_scoring import parse_criteria
+        from tracker.errors import BadConfig
+
+        if not self.spatial:
+            if self.thresholds is not None:
+                raise BadConfig(f"--thresholds {self.thresholds}: only cuboids have some; add --3d")
+            return None
+        if self.rules != "trackeval":
+            raise BadConfig(f"--rules {self.rules}: with --3d there are no other rules")
+        return parse_criteria(self.thresholds or THRESHOLDS)
+
+    def _show_3d(
+        self,
+        terminal: Terminal,
+        scored: "dict[str, mot_sim.evaluation.spatial_scoring.SpatialEvaluation]",
+    ) -> None:
+        """One tracker in full, or one row per tracker."""
+        from mot_sim.tables import spatial_table
+
+        drive = f"{self.kitti.detections or DETECTIONS} boxes, ego {self.kitti.ego or EGO}"
+        if len(scored) == 1:
+            ((name, evaluation),) = scored.items()
+            title = f"{name}: {drive}, in 3D, rates in %"
+            deliver_3d(terminal, evaluation, title, self.json, self.csv)
+        else:
+            whole = {name: each.combined for name, each in scored.items()}
+            table = spatial_table(whole, "tracker", f"{drive}, in 3D, rates in %")
+            content = {name: each.as_dict() for name, each in scored.items()}
+            deliver(terminal, table, content, self.json, self.csv)
+        say_unlabelled(terminal, next(iter(scored.values())).unlabelled)
 
     def _names(self) -> list[str]:
         """The trackers, each once, in the given order."""

@@ -59,18 +59,19 @@ def criterion_table(scores: SpatialScores, title: str = "") -> Table:
     return Table(columns, tuple(rows), title, name="criteria", note=NOTE_CRITERIA)
 
 
-def spatial_table(scores: Mapping[str, SpatialScores], title: str = "", sums: int = 0) -> Table:
-    """A row for each sequence: sAMOTA and MOTA by criterion, HOTA in 3D, the largest errors."""
-    first = next(iter(scores.values()))
+def spatial_table(
+    scores: Mapping[str, SpatialScores], first: str = "sequence", title: str = "", sums: int = 0
+) -> Table:
+    """A row for each of the scores: sAMOTA, MOTA and HOTA in 3D, and the errors of all rows."""
     columns: dict[str, tuple[str, Kind]] = {}
-    for criterion in first.criteria:
+    for criterion in next(iter(scores.values())).criteria:
         what = criterion.name
         columns |= {
             f"sAMOTA@{what}": (f"sAMOTA {what}", "rate"), f"MOTA3D@{what}": (f"MOTA {what}", "rate")
         }  # fmt: skip
     columns |= {"HOTA3D": ("HOTA 3D", "rate"), **ERROR_COLUMNS, **MOTION_COLUMNS}
     rows = tuple((name, *_cells(each.numbers(), columns)) for name, each in scores.items())
-    return Table(_columns("sequence", columns), rows, title, sums, "spatial")
+    return Table(_columns(first, columns), rows, title, sums, "spatial")
 
 
 def error_table(errors: CuboidErrors, title: str = "") -> Table:

@@ -316,3 +316,33 @@ def test_without_oxts_nobody_knows_who_moves(
     outcome = mot_sim("evaluate", folder, "--root", made_tree, "--3d", "--json", "-")
     assert "no oxts/, so nobody knows which cars move" in outcome.err
     assert json.loads(outcome.out)["combined"]["errors"]["parked_over_1mps"] is None
+
+
+def test_a_tracker_is_scored_in_3d_at_once(mot_sim: CommandLine, made_tree: Path) -> None:
+    outcome = mot_sim("kitti", "--root", made_tree, "--3d", "--thresholds", ".5,2m", "--json", "-")
+    assert outcome.code == 0
+    told = json.loads(outcome.out)
+    assert list(told["sequences"]) == ["0030", "0031"]
+    assert told["combined"]["errors"]["matched_rows"] >= 0
+    several = mot_sim(
+        "kitti", "--root", made_tree, "--3d", "--trackers", "default,paper", "--csv", "-"
+    )
+    rows = list(csv.DictReader(io.StringIO(several.out)))
+    assert [row["tracker"] for row in rows] == ["default", "paper"]
+    assert "HOTA3D" in rows[0]
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (["--thresholds", ".5"], "--thresholds .5: only cuboids have some; add --3d"),
+        (["--3d", "--rules", "devkit2018"], "with --3d there are no other rules"),
+        (["--3d", "--thresholds", "2"], "3D threshold 2: IoU thresholds are in (0, 1]"),
+    ],
+)
+def test_options_of_3d_that_do_not_go_together(
+    mot_sim: CommandLine, made_tree: Path, given: list[str], told: str
+) -> None:
+    outcome = mot_sim("kitti", "--root", made_tree, *given)
+    assert outcome.code == 2
+    assert told in outcome.err
