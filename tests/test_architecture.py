@@ -27,7 +27,8 @@ ROOMS: dict[str, set[str]] = {
     "ego_motion": {"beliefs"},
     "camera_rotation_filter": {"types"},
     "dynamics": {"beliefs"},
-    "lifecycle": {"dynamics"},
+    "car_filter": {"beliefs"},
+    "lifecycle": {"dynamics", "car_filter"},
     "costs": {"beliefs", "shape"},
     "association": set(),
     "existence": {"lifecycle"},
@@ -36,8 +37,17 @@ ROOMS: dict[str, set[str]] = {
     "motion_check": {"types"},
     "state": {"existence", "box_filter", "ego_motion", "score_scale", "motion_check"},
     "suppression": {"types"},
+    "cost_matrix": {"costs", "state"},
     "explain": {"costs", "association"},
-    "tracker": {"state", "costs", "association", "suppression", "explain", "ego_motion"}
+    "tracker": {
+        "cost_matrix",
+        "state",
+        "costs",
+        "association",
+        "suppression",
+        "explain",
+        "ego_motion",
+    }
     | {"camera_rotation_filter"},
     "smoothing": set(),
     "multi_frame": {"tracker", "smoothing"},

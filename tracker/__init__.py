@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 from tracker.lazy_names import lazy_names
 
 if TYPE_CHECKING:
+    from tracker.cost_matrix import CostMatrix
     from tracker.frameworks import FRAMEWORKS, Delayed
     from tracker.per_class import PerClass
-    from tracker.tracker import TRACKERS, CostMatrix, Tracker
+    from tracker.tracker import TRACKERS, Tracker
     from tracker.types import Camera, Cuboids, Detections, Frame, Sequence, Tracks
 
 # The module that each of these names lives in.
@@ -18,7 +19,7 @@ _MODULES = {
     "FRAMEWORKS": "tracker.frameworks",
     "TRACKERS": "tracker.tracker",
     "Camera": "tracker.types",
-    "CostMatrix": "tracker.tracker",
+    "CostMatrix": "tracker.cost_matrix",
     "Cuboids": "tracker.types",
     "Delayed": "tracker.frameworks",
     "Detections": "tracker.types",

@@ -7,6 +7,7 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from tracker.beliefs import MIN_DEPTH, Beliefs
+from tracker.car_filter import CarStates
 from tracker.types import Camera
 from tracker.types.rows import Rows
 
@@ -35,6 +36,8 @@ class ActiveTracks(Rows):
     known."""
     scores: Float[Array, " n"]
     """Score of the detection in this frame; NaN: not detected in it."""
+    cars: CarStates | None = None
+    """The state of the car behind each track; None without a `CarFilter`."""
 
     @classmethod
     def empty(cls) -> "ActiveTracks":
@@ -64,7 +67,8 @@ class ActiveTracks(Rows):
     ) -> "ActiveTracks":
         """These tracks after one more hit each."""
         now, hits = np.zeros(len(scores)), self.hits + 1
-        return ActiveTracks(self.ids, updated, now, hits, existence, innovations, scores)
+        mine = self.ids, updated, now, hits, existence, innovations, scores
+        return ActiveTracks(*mine, self.cars)
 
 
 NO_TRACKS = ActiveTracks.empty()

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from tracker.box_filter import Gains
+from tracker.car_filter import RoadMemory
 from tracker.ego_motion import NO_MOTION, CameraMotion
 from tracker.errors import BadConfig
 from tracker.existence import DetectorStatistics
@@ -101,3 +102,5 @@ class TrackerState:
     """What `ScoreScale` learned of the detector's scores."""
     motion_check: MotionCheck = MotionCheck()
     """What the boxes told of the motion and the calibration that are given."""
+    road: RoadMemory = RoadMemory()
+    """What `CarFilter` learned of the road and its traffic."""

@@ -11,6 +11,8 @@ from tracker.association import Associate, Hungarian, Match, match_in_stages
 from tracker.beliefs import Beliefs, Lift
 from tracker.box_filter import BoxFilter, Gains
 from tracker.camera_rotation_filter import CameraRotationFilter
+from tracker.car_filter import CarFilter, CarStates, RoadMemory
+from tracker.cost_matrix import CostMatrix
 from tracker.costs import (
     GatedPairs,
     ImageOverlap,
@@ -29,29 +31,7 @@ from tracker.motion_check import Contradiction
 from tracker.score_scale import ScoreMemory, ScoreScale
 from tracker.state import TrackerState
 from tracker.suppression import Suppression
-from tracker.types import Camera, Detections, Frame, Tracks
-
-
-@dataclass(frozen=True, eq=False)
-class CostMatrix:
-    """What the detections of a frame cost against the tracks that are expected in it."""
-
-    costs: Float[Array, "n m"]
-    """Rows: `tracks`. Columns: `detections`. The weighted mean of the costs, 0 (the same object)
-    to 1, plus the tie break; inf outside the gate and where no cost could be measured."""
-    tracks: ActiveTracks
-    """The tracks as predicted for the frame."""
-    pairs: GatedPairs
-    """The pairs inside the gate, with all that was compared."""
-    unmeasured: int
-    """How many single costs were NaN: a detection or a track lacked the cue."""
-    scores: ScoreMemory
-    """What is known of the detector's scores, the frame's among them."""
-
-    @property
-    def detections(self) -> Detections:
-        """Those of the frame that were not suppressed."""
-        return self.pairs.detections
+from tracker.types import Camera, CarEstimates, Detections, Frame, Tracks
 
 
 @dataclass
@@ -92,6 +72,8 @@ class Tracker:
     """Mixes new boxes with the predicted ones; None: new boxes are taken as they are."""
     camera_rotation_filter: CameraRotationFilter | None = None
     """Corrects an uncertain rotation of the camera; None: it is taken as it is."""
+    car_filter: CarFilter | None = None
+    """Follows heading, speed and size of the cars; None: cuboids are back-projected boxes."""
     explain: bool = False
     """Whether to keep the `explanation` of the last step."""
     state: TrackerState = TrackerState()
@@ -138,6 +120,7 @@ class Tracker:
             existence=ExistenceFilter(),
             box_filter=BoxFilter(),
             camera_rotation_filter=CameraRotationFilter(),
+            car_filter=CarFilter(),
         )
 
     def step(self, frame: Frame) -> Tracks:
@@ -163,14 +146,19 @@ class Tracker:
         detections = self.suppress(given, self.camera)
         observed = self.lift(detections, self.camera)
         motion, dt = self.state.clock.since_look(frame)
-        tracks = self.state.tracks
+        tracks, road = self.state.tracks, self.state.road
+        T_now_before, cov = motion.T_now_before, motion.covariance
         if len(tracks):
-            tracks, _ = self.predict_tracks(tracks, motion, dt, detections)
+            tracks, T_now_before = self.predict_tracks(tracks, motion, dt, detections)
+        if self.car_filter is not None:
+            cars = tracks.cars or CarStates.empty()
+            cars, road = self.car_filter.predict(cars, road, T_now_before, cov, dt, self.camera)
+            tracks = tracks.replaced(cars=cars)
         pairs = self.gate(tracks, observed, detections, dt)
         costs, unmeasured = self.pair_costs(pairs)
         matrix = np.full(pairs.shape, np.inf)
         matrix[pairs.pairs] = costs
-        return CostMatrix(matrix, tracks, pairs, unmeasured, memory)
+        return CostMatrix(matrix, tracks, pairs, unmeasured, memory, road)
 
     def apply_match(self, frame: Frame, compared: CostMatrix, match: Match) -> Tracks:
         """The rows of this frame where this is the match, whoever made it; updates the tracks.
@@ -185,9 +173,9 @@ class Tracker:
             clock, statistics = self.state.clock, self.state.statistics.after_frame(0, 0, 0)
             self.state = replace(self.state, clock=clock.after(frame), statistics=statistics)
             since_look = clock.seconds_since_look(frame)
-            return self._output_rows(frame.index, compared.tracks, since_look)
+            return self._output_rows(frame.index, compared.tracks, compared.road, since_look)
         self.state = self._update(frame, compared, match)
-        return self._output_rows(frame.index, self.state.tracks)
+        return self._output_rows(frame.index, self.state.tracks, self.state.road)
 
     @property
     def contradiction(self) -> Contradiction | None:
@@ -276,6 +264,13 @@ class Tracker:
         updated, gains = self.update_tracks(
             matched, observed.select(columns), matched_scores, existence.matched, dt, state.gains
         )
+        road, boxes = compared.road, compared.detections.boxes
+        if self.car_filter is not None:
+            assert matched.cars is not None  # `cost_matrix` predicted them
+            cars, road = self.car_filter.update(
+                matched.cars, road, boxes.take(columns, 0), matched_scores, boxes, dt, self.camera
+            )
+            updated = updated.replaced(cars=cars)
         if len(missed):
             updated = tracks.updated(rows, updated)
             updated.existence[missed] = existence.unmatched
@@ -283,6 +278,9 @@ class Tracker:
         if len(born):
             new = observed.select(born)
             newborn = ActiveTracks.born(new, born_scores, existence.born, state.next_id)
+            if self.car_filter is not None:
+                places = new.cuboids.base, new.boxes, born_scores, boxes
+                newborn = newborn.replaced(cars=self.car_filter.start(road, *places, self.camera))
             updated = ActiveTracks.concatenate((updated, newborn))
         n, m = compared.costs.shape
         statistics = state.statistics.after_frame(
@@ -300,6 +298,7 @@ class Tracker:
             state.motion_check.after(
                 frame, motion.T_known, observed.boxes, self.camera, self.lift.car_size[1]
             ),
+            road,
         )
 
     def _update_existence(
@@ -342,7 +341,15 @@ class Tracker:
             updated = updated.replaced(boxes=boxes)
         return matched.seen_again(updated, scores, existence, innovations), gains
 
-    def _output_rows(self, index: int, tracks: ActiveTracks, since_look: float = 0.0) -> Tracks:
+    def car_estimates(self, tracks: ActiveTracks, road: RoadMemory) -> CarEstimates | None:
+        """The states of the cars behind these tracks; None without a `car_filter`."""
+        if self.car_filter is None:
+            return None
+        return self.car_filter.estimate(tracks.cars or CarStates.empty(), road)
+
+    def _output_rows(
+        self, index: int, tracks: ActiveTracks, road: RoadMemory, since_look: float = 0.0
+    ) -> Tracks:
         """The rows of a frame: tracks detected in it, and those that should be there.
 
         since_look: seconds since a detector looked; 0: it did at this frame.
@@ -361,7 +368,9 @@ class Tracker:
             boxes = np.where(missed[:, None], self.camera.clip_boxes(boxes), boxes)
             scores = np.where(missed, tracks.existence, scores)
         frames = np.full(len(scores), index)
-        rows = Tracks(frames, tracks.ids, boxes, scores, cuboids=tracks.beliefs.cuboids)
+        estimates = self.car_estimates(tracks, road)
+        cuboids = tracks.beliefs.cuboids if estimates is None else estimates.cuboids()
+        rows = Tracks(frames, tracks.ids, boxes, scores, cuboids=cuboids, estimates=estimates)
         return rows.copied()
 
 

@@ -92,7 +92,9 @@ def test_the_cuboid_of_a_row_is_what_is_believed_of_its_id(name: str) -> None:
         tracks = tracker.step(frame)
         believed = tracker.state.tracks
         rows = np.array([believed.ids.tolist().index(i) for i in tracks.ids.tolist()], np.int64)
-        expected = believed.beliefs.cuboids.select(rows)
+        cars = tracker.car_estimates(believed, tracker.state.road)
+        assert (cars is None) == (tracks.estimates is None)
+        expected = (believed.beliefs.cuboids if cars is None else cars.cuboids()).select(rows)
         np.testing.assert_array_equal(tracks.cuboids.base, expected.base)
         np.testing.assert_array_equal(tracks.cuboids.yaw, expected.yaw)
 

@@ -3,6 +3,7 @@
 from tracker.types.camera import Camera
 from tracker.types.cuboids import Cuboids
 from tracker.types.detections import Detections
+from tracker.types.estimates import CarEstimates
 from tracker.types.kinds import (
     KITTI_KINDS,
     TRACKED_KINDS,
@@ -19,6 +20,7 @@ __all__ = [
     "KITTI_KINDS",
     "TRACKED_KINDS",
     "Camera",
+    "CarEstimates",
     "Cuboids",
     "Detections",
     "Frame",

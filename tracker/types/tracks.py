@@ -8,6 +8,7 @@ from numpy import ndarray as Array
 
 from tracker.errors import BadTracks
 from tracker.types.cuboids import Cuboids
+from tracker.types.estimates import CarEstimates
 from tracker.types.rows import Rows
 
 
@@ -31,6 +32,8 @@ class Tracks(Rows):
     """KITTI's integer level; -1 where the data set does not say."""
     cuboids: Cuboids | None = None
     """Where the objects are, in the road frame of the row's frame."""
+    estimates: CarEstimates | None = None
+    """The states that the cuboids are part of, with their covariance."""
 
     @classmethod
     def empty(cls) -> "Tracks":

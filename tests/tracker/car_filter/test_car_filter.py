@@ -1,0 +1,186 @@
+"""The state of cars behind their boxes: exact parts against their references, and made drives."""
+
+import numpy as np
+import pytest
+from filterpy.kalman import KalmanFilter
+
+from tests.tracker.samples import LEVEL, PITCHED, outlines
+from tracker.car_filter import CarFilter, CarMotion, CarStates, EdgeModel, RoadMemory, RoadModel
+from tracker.car_filter.edges import hidden_edges
+from tracker.car_filter.projection import project_boxes
+from tracker.errors import BadConfig
+from tracker.geometry import homogeneous, wrap_angle
+from tracker.types import Camera, CarEstimates, Cuboids
+
+MEAN = np.array([0.0, 0.0, 20.0, -1.2, 6.0, *np.log([4.0, 1.5, 1.7])])
+NO_COV = np.zeros((6, 6))
+NO_BOXES = np.zeros((0, 4))
+
+
+def random_states(count: int) -> np.ndarray:
+    rng = np.random.default_rng(4)
+    states = np.tile(MEAN, (count, 1))
+    states[:, :3] += rng.uniform((-8.0, -0.2, -8.0), (8.0, 0.2, 20.0), (count, 3))
+    states[:, 3] = rng.uniform(-3.0, 3.0, count)
+    states[:, 5:] += rng.normal(0.0, 0.1, (count, 3))
+    return states
+
+
+def cuboids_of(states: np.ndarray) -> Cuboids:
+    return Cuboids(states[:, :3], states[:, 3], np.exp(states[:, 5:]))
+
+
+@pytest.mark.parametrize("camera", [LEVEL, PITCHED])
+def test_a_projected_car_fills_the_outline_of_its_cuboid(camera: Camera) -> None:
+    states = random_states(40)
+    boxes, jacobian = project_boxes(states, camera)
+    np.testing.assert_allclose(boxes, outlines(cuboids_of(states), camera), atol=1e-9)
+    for column in range(8):
+        step = np.zeros(8)
+        step[column] = 1e-6
+        ahead, behind = (project_boxes(states + way * step, camera)[0] for way in (1.0, -1.0))
+        np.testing.assert_allclose(jacobian[:, :, column], (ahead - behind) / 2e-6, atol=1e-4)
+
+
+def test_the_covariance_follows_the_derivatives_of_the_motion() -> None:
+    motion = CarMotion(acceleration_std=0.0, turn_std=0.0, drift_std=0.0, size_std=0.0)
+    T_road = homogeneous(np.array([[0.995, 0.0, 0.0998], [0.0, 1.0, 0.0], [-0.0998, 0.0, 0.995]]))
+    T_road[:3, 3] = 0.3, 0.01, -1.2
+    states = random_states(30)
+    states[:, 4] = np.abs(states[:, 4])
+    rng = np.random.default_rng(1)
+    root = rng.normal(size=(30, 8, 8)) * 0.1
+    covs = root @ root.transpose(0, 2, 1)
+
+    def go(at: np.ndarray) -> np.ndarray:
+        return motion(at, covs, np.ones(30, bool), T_road, 0.1, 0.1, (0.0, 0.0))[0]
+
+    F = np.empty((30, 8, 8))
+    for column in range(8):
+        step = np.zeros(8)
+        step[column] = 1e-5
+        F[:, :, column] = (go(states + step) - go(states - step)) / 2e-5
+    later = motion(states, covs, np.ones(30, bool), T_road, 0.1, 0.1, (0.0, 0.0))[1]
+    expected = F @ covs @ F.transpose(0, 2, 1)
+    distance = np.hypot(*go(states)[:, :3:2].T)
+    expected[:, 1, 1] += (1.0 - np.exp(-0.2)) * motion.off_road_var(distance)
+    np.testing.assert_allclose(later, expected, rtol=1e-5, atol=1e-7)
+
+
+def test_an_update_with_small_innovations_equals_filterpys() -> None:
+    states, edges = random_states(20), EdgeModel(border=0.0)
+    rng = np.random.default_rng(2)
+    root = rng.normal(size=(20, 8, 8)) * 0.2
+    covs = root @ root.transpose(0, 2, 1) + 0.01 * np.eye(8)
+    expected, H = project_boxes(states, LEVEL)
+    boxes = expected + rng.normal(0.0, 1.0, (20, 4))
+    variances = np.tile([4.0, 9.0, 16.0, 25.0], (20, 1))
+    after = CarFilter(edges=edges)._update(states, covs, boxes, variances, LEVEL)
+    for row in range(20):
+        kalman = KalmanFilter(dim_x=8, dim_z=4)
+        kalman.x, kalman.P = states[row].copy(), covs[row].copy()
+        innovation = boxes[row] - expected[row]
+        kalman.update(H[row] @ states[row] + innovation, R=np.diag(variances[row]), H=H[row])
+        np.testing.assert_allclose(after.means[row], kalman.x, rtol=1e-8, atol=1e-8)
+        np.testing.assert_allclose(after.covs[row], kalman.P, rtol=1e-6, atol=1e-8)
+
+
+def drive(
+    places: np.ndarray, yaws: np.ndarray, ego_step: float, size: tuple[float, float, float]
+) -> tuple[CarEstimates, RoadMemory]:
+    """What is believed of a car at the end of a drive along z in which its boxes are perfect."""
+    flat = CarFilter(road=RoadModel(slope_std=0.0))
+    T_now_before = homogeneous(t=np.array([0.0, 0.0, -ego_step]))
+    states, memory = CarStates.empty(), RoadMemory()
+    score = np.array([1.0])
+    for index, (place, yaw) in enumerate(zip(places, yaws, strict=True)):
+        base = np.array([[place[0], 0.0, place[1] - index * ego_step]])
+        box = LEVEL.clip_boxes(outlines(Cuboids(base, np.array([yaw]), np.array([size])), LEVEL))
+        if index == 0:
+            start = np.array([[place[0], 0.0, place[1] * 1.04]])
+            states = flat.start(memory, start, box, score, box, LEVEL)
+            continue
+        states, memory = flat.predict(states, memory, T_now_before, NO_COV, 0.1, LEVEL)
+        states, memory = flat.update(states, memory, box, score, box, 0.1, LEVEL)
+    return flat.estimate(states, memory), memory
+
+
+@pytest.mark.parametrize("size", [(4.3, 1.6, 1.7), (3.6, 1.4, 1.55)])
+def test_a_parked_car_that_is_passed_is_placed_and_measured(
+    size: tuple[float, float, float],
+) -> None:
+    count = 46
+    seen, _ = drive(np.tile([4.0, 45.0], (count, 1)), np.full(count, -np.pi / 2), 0.8, size)
+    mean = seen.means[0]
+    assert np.hypot(mean[0] - 4.0, mean[2] - (45.0 - 0.8 * (count - 1))) < 0.3
+    assert mean[4] < 0.2
+    assert abs(np.cos(mean[3] + np.pi / 2)) > np.cos(np.radians(8.0))
+    np.testing.assert_allclose(np.exp(mean[5:]), size, rtol=0.06)
+
+
+@pytest.mark.parametrize(("yaw", "speed"), [(-np.pi / 2, 12.0), (np.pi / 2, 9.0), (0.0, 6.0)])
+def test_a_moving_car_is_placed_with_its_heading_and_speed(yaw: float, speed: float) -> None:
+    count, size = 30, (3.9, 1.51, 1.61)
+    way = np.array([np.cos(yaw), -np.sin(yaw)])
+    start = np.array([-3.0, 40.0]) - way * (15.0 if yaw > 0.0 else 0.0)
+    start = np.array([-9.0, 25.0]) if yaw == 0.0 else start
+    start = np.array([-4.0, 55.0]) if yaw > 0.0 else start
+    places = start + way * speed * 0.1 * np.arange(count)[:, None]
+    seen, memory = drive(places, np.full(count, yaw), 0.6, size)
+    mean = seen.means[0]
+    end = places[-1] - np.array([0.0, 0.6 * (count - 1)])
+    assert np.hypot(*(mean[:3:2] - end)) < 0.06 * np.hypot(*end)
+    assert abs(wrap_angle(mean[3] - yaw)) < np.radians(12.0)
+    assert abs(mean[4] - speed) < 0.15 * speed
+    assert seen.heading_known[0] > 0.95
+    deviation = mean[:3:2] - end
+    assert deviation @ np.linalg.solve(seen.covs[0, :3:2, :3:2], deviation) < 9.0
+    learned = memory.traffic.sum(axis=0)
+    assert (learned[0] > 0.5) == (yaw < 0.0)
+    assert (learned[1] > 0.5) == (yaw > 0.0)
+
+
+def test_the_rear_of_a_car_that_never_moved_is_not_known_for_certain() -> None:
+    count = 20
+    seen, _ = drive(
+        np.tile([-4.0, 40.0], (count, 1)), np.full(count, np.pi / 2), 0.8, (4.0, 1.5, 1.6)
+    )
+    assert 0.5 <= seen.heading_known[0] < 0.95
+
+
+def test_an_edge_behind_a_nearer_box_is_hidden_and_others_are_not() -> None:
+    boxes = np.array([[100.0, 100.0, 200.0, 160.0]])
+    before_left = np.array([[60.0, 110.0, 130.0, 200.0]])
+    behind = np.array([[60.0, 80.0, 130.0, 140.0]])
+    aside = np.array([[260.0, 110.0, 330.0, 200.0]])
+    np.testing.assert_array_equal(hidden_edges(boxes, before_left), [[True, False, False, False]])
+    assert not hidden_edges(boxes, behind).any()
+    assert not hidden_edges(boxes, np.concatenate((aside, boxes))).any()
+
+
+def test_the_image_border_cuts_only_cars_that_go_on_beyond_it() -> None:
+    edges = EdgeModel(border=12.0)
+    boxes = np.array([[5.0, 100.0, 90.0, 200.0]])
+    beyond, inside = boxes - [40.0, 0.0, 0.0, 0.0], boxes + [4.0, 0.0, 0.0, 0.0]
+    assert edges.censored(boxes, beyond, LEVEL).tolist() == [[True, False, False, False]]
+    assert not edges.censored(boxes, inside, LEVEL).any()
+
+
+def test_the_road_falls_where_boxes_of_cars_stand_lower() -> None:
+    road, slope = RoadModel(repetition=1.0), 0.02
+    base = np.array([[x, slope * z, z] for x, z in ((-4.0, 30.0), (0.0, 35.0), (4.0, 40.0))])
+    cuboids = Cuboids(base, np.full(3, -np.pi / 2), np.tile([0.1, 1.5, 1.6], (3, 1)))
+    memory = RoadMemory()
+    for _ in range(30):
+        memory, _ = road.predict(memory, np.eye(4), 0.1)
+        boxes = outlines(cuboids, LEVEL)
+        memory = road.update(memory, boxes, np.log(np.full(3, 1.5)), np.ones(3, bool), LEVEL)
+    assert memory.slope == pytest.approx(slope, abs=0.002)
+    turned, before = road.predict(memory, np.eye(4), 0.0)
+    assert turned.slope == pytest.approx(memory.slope) == before
+
+
+@pytest.mark.parametrize(("name", "share"), [("moving_share", 0.0), ("switch", 1.5)])
+def test_shares_that_are_no_probabilities_are_refused(name: str, share: float) -> None:
+    with pytest.raises(BadConfig, match=name):
+        CarFilter(**{name: share})

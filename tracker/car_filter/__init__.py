@@ -1,0 +1,11 @@
+"""The state of a car behind its boxes: place, heading, speed and size, with their uncertainty."""
+
+from tracker.car_filter.edges import EdgeModel
+from tracker.car_filter.filter import CarFilter
+from tracker.car_filter.motion import CarMotion
+from tracker.car_filter.road_memory import DirectionPrior, RoadMemory, RoadModel
+from tracker.car_filter.states import CarStates
+
+__all__ = [
+    "CarFilter", "CarMotion", "CarStates", "DirectionPrior", "EdgeModel", "RoadMemory", "RoadModel",
+]  # fmt: skip

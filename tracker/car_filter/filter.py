@@ -1,0 +1,306 @@
+"""The state of cars from their boxes: an extended Kalman filter over several hypotheses each."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray as Array
+
+from tracker.car_filter.edges import EdgeModel, hidden_edges
+from tracker.car_filter.estimates import estimate
+from tracker.car_filter.motion import CarMotion, ego_motion_cov
+from tracker.car_filter.projection import project_boxes
+from tracker.car_filter.road_memory import (
+    MIN_SLOPE_SCORE,
+    DirectionPrior,
+    RoadMemory,
+    RoadModel,
+    believed_log_heights,
+)
+from tracker.car_filter.states import (
+    HEADING_COUNT,
+    HYPOTHESIS_COUNT,
+    LOG_SIZE,
+    MOVING,
+    PARKED,
+    SPEED,
+    STATE_SIZE,
+    YAW,
+    CarStates,
+    normalised,
+)
+from tracker.errors import BadConfig
+from tracker.types import Camera, CarEstimates
+
+# Of KITTI's labelled cars (ten sequences): mean and covariance of log (length, height, width).
+MEAN_LOG_SIZE = np.log([3.89, 1.506, 1.606])
+LOG_SIZE_STD = np.array([0.100, 0.078, 0.068])
+LOG_SIZE_CORRELATION = np.array([[1.0, 0.1, 0.28], [0.1, 1.0, 0.33], [0.28, 0.33, 1.0]])
+LOG_SIZE_COV = LOG_SIZE_CORRELATION * np.outer(LOG_SIZE_STD, LOG_SIZE_STD)
+HEADINGS = -0.5 * np.pi + np.arange(HEADING_COUNT) * (2.0 * np.pi / HEADING_COUNT)
+# Std of each start heading: a quarter of the step between them, rad.
+HEADING_STD = 0.5 * np.pi / HEADING_COUNT
+# Of a new car's place: along the ray a share of the distance and metres; across it.
+START_RADIAL_STD, START_LATERAL_STD = (0.12, 1.0), (0.03, 0.5)
+# How often the first box is linearised anew.
+START_ITERATIONS = 3
+# An innovation counts as no more standard deviations than this.
+MAX_DEVIATION = 4.0
+# A mode that is less likely than the other by this (nats) has died out: see `CarFilter.switch`.
+DEAD_NATS = 3.0
+# A heading of which less than exp of this is left gives no new mode.
+MIN_SWITCH_LOG_WEIGHT = -4.0
+# Slower cars (m/s) may have parked; parked ones start with this std of their speed.
+MAX_PARKING_SPEED, STARTING_SPEED_STD = 0.5, 1.5
+
+
+class FlatUpdate(NamedTuple):
+    """Flat hypotheses after the boxes of their cars."""
+
+    means: Float[Array, "h 8"]
+    """Their states."""
+    covs: Float[Array, "h 8 8"]
+    """The covariances."""
+    fit: Float[Array, " h"]
+    """Log-likelihoods of the boxes, but for a constant."""
+
+
+@dataclass(frozen=True)
+class CarFilter:
+    """Follows the place, heading, speed and size of every track: see docs/paper.md.
+
+    All hypotheses of all cars are one batch of arrays.
+    """
+
+    edges: EdgeModel = EdgeModel()
+    """The noise of boxes."""
+    motion: CarMotion = CarMotion()
+    """How cars move."""
+    road: RoadModel = RoadModel()
+    """The slope of the road that the cars of a frame share."""
+    directions: DirectionPrior = DirectionPrior()
+    """Which way cars face before their motion tells it."""
+    start_speed: tuple[float, float] = (6.0, 12.0)
+    """Mean and std of the speed of a new car that moves, m/s."""
+    moving_share: float = 0.5
+    """Probability that a new car moves, 0 < share < 1; more: parked cars are recognised later."""
+    switch: float = 0.02
+    """Probability with which a mode that has died out begins again: cars stop and start."""
+
+    def __post_init__(self) -> None:
+        for name, share in (("moving_share", self.moving_share), ("switch", self.switch)):
+            if not 0.0 < share < 1.0:
+                raise BadConfig(f"{name} {share:g}: give a probability between 0 and 1")
+
+    def predict(
+        self,
+        states: CarStates,
+        memory: RoadMemory,
+        T_now_before: Float[Array, "4 4"],
+        motion_cov: Float[Array, "6 6"],
+        dt: float,
+        camera: Camera,
+    ) -> tuple[CarStates, RoadMemory]:
+        """What is believed `dt` seconds later, in the road frame of then, before its boxes.
+
+        T_now_before, motion_cov: of the camera, as in `Frame`.
+        """
+        T_road = camera.T_road_cam.dot(T_now_before).dot(camera.T_cam_road)
+        turn = math.atan2(T_road[0, 2] - T_road[2, 0], T_road[0, 0] + T_road[2, 2])
+        memory, slope = self.road.predict(memory, T_road, dt)
+        memory = self.directions.predict(memory, turn, dt)
+        if len(states) == 0:
+            return states, memory
+        at = states.followed()
+        means, covs = states.means[at], states.covs[at]
+        moving = at[1] >= HEADING_COUNT
+        slopes = slope, memory.slope
+        means, covs = self.motion(means, covs, moving, T_road, turn, dt, slopes)
+        covs[:, :3, :3] += ego_motion_cov(means[:, :3], motion_cov, camera)
+        covs[:, YAW, YAW] += motion_cov[4, 4]
+        return _with(states, at, means, covs, states.log_weights), memory
+
+    def update(
+        self,
+        states: CarStates,
+        memory: RoadMemory,
+        boxes: Float[Array, "n 4"],
+        scores: Float[Array, " n"],
+        others: Float[Array, "m 4"],
+        dt: float,
+        camera: Camera,
+    ) -> tuple[CarStates, RoadMemory]:
+        """What is believed after these cars were detected, row by row, as `boxes`.
+
+        others: all boxes of the frame. dt: seconds since the last one.
+        """
+        if len(states) == 0:
+            return states, memory
+        hidden = hidden_edges(boxes, others)
+        boxes = self.edges.unbiased(boxes)
+        usable = ~(hidden[:, 1] | hidden[:, 3]) & (scores > MIN_SLOPE_SCORE)
+        memory = self.road.update(memory, boxes, believed_log_heights(states), usable, camera)
+        variances = self.edges.correlation**2 * self.edges.variances(boxes, scores, hidden)
+        at = states.followed()
+        means, covs, fit = self._update(
+            states.means[at], states.covs[at], boxes[at[0]], variances[at[0]], camera
+        )
+        fit = fit + _forward_log_probability(means[:, SPEED], covs[:, SPEED, SPEED])
+        means[:, SPEED] = np.maximum(means[:, SPEED], 0.0)
+        log_weights = np.full(states.log_weights.shape, -np.inf)
+        log_weights[at] = states.log_weights[at] + fit
+        after = self._switched(_with(states, at, means, covs, normalised(log_weights)))
+        return after, self.directions.update(memory, after, dt)
+
+    def start(
+        self,
+        memory: RoadMemory,
+        places: Float[Array, "n 3"],
+        boxes: Float[Array, "n 4"],
+        scores: Float[Array, " n"],
+        others: Float[Array, "m 4"],
+        camera: Camera,
+    ) -> CarStates:
+        """New cars by their first boxes.
+
+        places: centres of mean cars' bases that look down the road, as `Lift` has them. others:
+        all boxes of the frame.
+        """
+        n = len(boxes)
+        if n == 0:
+            return CarStates.empty()
+        means, covs = self._prior(places, memory.slope)
+        hidden = hidden_edges(boxes, others)
+        boxes = self.edges.unbiased(boxes)
+        variances = self.edges.variances(boxes, scores, hidden)
+        of = np.repeat(np.arange(n), HYPOTHESIS_COUNT)
+        before, linear = means.reshape(-1, STATE_SIZE), None
+        cov = covs.reshape(-1, STATE_SIZE, STATE_SIZE)
+        for _ in range(START_ITERATIONS):
+            updated = self._update(before, cov, boxes[of], variances[of], camera, linear)
+            linear = updated.means
+        modes = np.log([1.0 - self.moving_share, self.moving_share]).repeat(HEADING_COUNT)
+        return CarStates(
+            updated.means.reshape(means.shape),
+            updated.covs.reshape(covs.shape),
+            normalised(modes + updated.fit.reshape(n, -1)),
+        )
+
+    def estimate(self, states: CarStates, memory: RoadMemory) -> CarEstimates:
+        """One state per car: of its likeliest direction, with how likely that is."""
+        weights = np.exp(states.log_weights) * self.directions(memory, states)
+        return estimate(states, weights / weights.sum(axis=1, keepdims=True))
+
+    def _prior(
+        self, places: Float[Array, "n 3"], slope: float
+    ) -> tuple[Float[Array, "n k 8"], Float[Array, "n k 8 8"]]:
+        """States and covariances of new cars before their first boxes."""
+        n, size = len(places), np.exp(MEAN_LOG_SIZE)
+        distance = np.hypot(places[:, 0], places[:, 2])
+        ray = places[:, ::2] / np.maximum(distance, 1e-3)[:, None]
+        extent = 0.5 * (size[0] * np.abs(np.sin(HEADINGS)) + size[2] * np.abs(np.cos(HEADINGS)))
+        nearer = np.tile(extent - 0.5 * size[0], 2)  # than the car that looks down the road
+        means = np.zeros((n, HYPOTHESIS_COUNT, STATE_SIZE))
+        means[:, :, :3:2] = places[:, None, ::2] + ray[:, None] * nearer[None, :, None]
+        means[:, :, 1] = (slope * distance)[:, None]
+        means[:, :, YAW] = np.tile(HEADINGS, 2)
+        means[:, MOVING, SPEED] = self.start_speed[0]
+        means[:, :, LOG_SIZE] = MEAN_LOG_SIZE
+        covs = np.zeros((n, HYPOTHESIS_COUNT, STATE_SIZE, STATE_SIZE))
+        radial, lateral = (
+            np.square(share * distance + metres)
+            for share, metres in (START_RADIAL_STD, START_LATERAL_STD)
+        )
+        along = ray[:, :, None] * ray[:, None, :]
+        ground = along * (radial - lateral)[:, None, None] + np.eye(2) * lateral[:, None, None]
+        covs[:, :, :3:2, :3:2] = ground[:, None]
+        covs[:, :, 1, 1] = self.motion.off_road_var(distance)[:, None]
+        covs[:, :, YAW, YAW] = HEADING_STD**2
+        covs[:, MOVING, SPEED, SPEED] = self.start_speed[1] ** 2
+        covs[:, :, LOG_SIZE, LOG_SIZE] = LOG_SIZE_COV
+        return means, covs
+
+    def _update(
+        self,
+        means: Float[Array, "h 8"],
+        covs: Float[Array, "h 8 8"],
+        boxes: Float[Array, "h 4"],
+        variances: Float[Array, "h 4"],
+        camera: Camera,
+        linear: Float[Array, "h 8"] | None = None,
+    ) -> FlatUpdate:
+        """Hypotheses after boxes, edge by edge, which is the joint update: the noise is diagonal.
+
+        linear: the states at which the projection is linearised; None: at the means.
+        """
+        expected, H = project_boxes(means if linear is None else linear, camera)
+        innovations = boxes - expected
+        if linear is not None:
+            innovations -= (H @ (means - linear)[:, :, None])[:, :, 0]
+        censored = self.edges.censored(boxes, expected, camera)
+        step, fit = np.zeros_like(means), np.zeros(len(means))
+        for edge in range(4):
+            h, cut = H[:, edge], censored[:, edge]
+            Ph = (covs @ h[:, :, None])[:, :, 0]
+            var = (h * Ph).sum(axis=1) + variances[:, edge]
+            off = innovations[:, edge] - (h * step).sum(axis=1)
+            deviation = np.where(cut, 0.0, np.abs(off) / np.sqrt(var))
+            bounded = np.minimum(deviation, MAX_DEVIATION)
+            fit -= 0.5 * (np.log(var) + bounded**2)
+            gain = Ph * (~cut / var)[:, None]
+            step += gain * (off * bounded / np.maximum(deviation, 1e-12))[:, None]
+            covs = covs - gain[:, :, None] * Ph[:, None, :]
+        return FlatUpdate(means + step, covs, fit)
+
+    def _switched(self, states: CarStates) -> CarStates:
+        """Cars stop and start: a mode that has died out begins again from the other one."""
+        log_weights, speeds = states.log_weights, states.means[:, MOVING, SPEED]
+        parked, moving = log_weights[:, PARKED], log_weights[:, MOVING]
+        begin = math.log(self.switch)
+        stops = (parked < moving + begin - DEAD_NATS) & (moving > MIN_SWITCH_LOG_WEIGHT)
+        stops &= speeds < MAX_PARKING_SPEED
+        starts = (moving < parked + begin - DEAD_NATS) & (parked > MIN_SWITCH_LOG_WEIGHT)
+        if not (np.count_nonzero(stops) or np.count_nonzero(starts)):
+            return states
+        log_weights = log_weights.copy()  # means and covariances are this update's own
+        for which, source, target, var in (
+            (stops, HEADING_COUNT, 0, 0.0),
+            (starts, 0, HEADING_COUNT, STARTING_SPEED_STD**2),
+        ):
+            rows, headings = which.nonzero()
+            before, after = (rows, headings + source), (rows, headings + target)
+            mean, cov = states.means[before], states.covs[before]
+            mean[:, SPEED] = cov[:, SPEED] = cov[:, :, SPEED] = 0.0
+            cov[:, SPEED, SPEED] = var
+            states.means[after], states.covs[after] = mean, cov
+            log_weights[after] = log_weights[before] + begin
+        return states.replaced(log_weights=normalised(log_weights))
+
+
+def _with(
+    states: CarStates,
+    at: tuple[Int[Array, " h"], Int[Array, " h"]],
+    means: Float[Array, "h 8"],
+    covs: Float[Array, "h 8 8"],
+    log_weights: Float[Array, "n k"],
+) -> CarStates:
+    """The states with others in these places, in arrays of their own."""
+    all_means, all_covs = states.means.copy(), states.covs.copy()
+    all_means[at], all_covs[at] = means, covs
+    return CarStates(all_means, all_covs, log_weights)
+
+
+def _forward_log_probability(
+    speeds: Float[Array, " h"], variances: Float[Array, " h"]
+) -> Float[Array, " h"]:
+    """Log-probability that cars which seem to drive backwards do not."""
+    from scipy.special import log_ndtr
+
+    backwards = speeds < 0.0
+    if not np.count_nonzero(backwards):
+        return np.zeros(len(speeds))
+    deviation = np.minimum(speeds, 0.0) / np.sqrt(np.maximum(variances, 1e-9))
+    log_probability: Float[Array, " h"] = np.where(backwards, log_ndtr(deviation), 0.0)
+    return log_probability

@@ -1,0 +1,101 @@
+"""How cars move between two frames: parked ones not at all, others as far as they face."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray as Array
+
+from tracker.car_filter.states import LOG_SIZE, SPEED, STATE_SIZE, YAW
+from tracker.types import Camera
+
+# Below this speed (m/s) a car turns less; one that stands still turns this share as much.
+TURNING_SPEED, STANDING_TURN = 3.0, 0.05
+# Std of what a parked car seems to turn in a second, rad.
+PARKED_TURN_STD = 0.003
+DIAGONAL = np.arange(STATE_SIZE)
+
+
+@dataclass(frozen=True)
+class CarMotion:
+    """Goes where it faces, with a speed and heading that change at random."""
+
+    acceleration_std: float = 9.0
+    """Std of the acceleration, drawn anew every 0.1 s, m/s^2; more: the speed follows faster."""
+    turn_std: float = 0.08
+    """Std of the heading after a second of driving, rad; more: turns are followed faster."""
+    drift_std: float = 0.02
+    """Std of what the place changes besides in a second, m."""
+    size_std: float = 0.003
+    """Std of what logarithms of sizes change in a second: keeps the filter from certainty."""
+    off_road_std: tuple[float, float] = (0.1, 0.008)
+    """Std of how far a car's base lies off the road's plane: m, and m per metre of distance."""
+    off_road_time: float = 1.0
+    """Seconds in which that changes."""
+
+    def __call__(
+        self,
+        states: Float[Array, "h 8"],
+        covs: Float[Array, "h 8 8"],
+        moving: Bool[Array, " h"],
+        T_road: Float[Array, "4 4"],
+        turn: float,
+        dt: float,
+        slopes: tuple[float, float],
+    ) -> tuple[Float[Array, "h 8"], Float[Array, "h 8 8"]]:
+        """States and covariances `dt` seconds later, in the road frame of then.
+
+        T_road: moves points of the road frame of before into that of now; turn: its yaw, rad.
+        slopes: the road's, before in the frame of now, and now.
+        """
+        h, R = len(states), T_road[:3, :3]
+        c, s = np.cos(states[:, YAW]), np.sin(states[:, YAW])
+        facing, turned = np.zeros((h, 3)), np.zeros((h, 3))
+        facing[:, 0], facing[:, 2] = c, -s
+        turned[:, 0], turned[:, 2] = -s, -c
+        step = (dt * states[:, SPEED])[:, None]
+        F = np.zeros((h, STATE_SIZE, STATE_SIZE))
+        F[:, DIAGONAL, DIAGONAL] = 1.0
+        F[:, :3, :3] = R
+        F[:, :3, YAW] = (turned * step).dot(R.T)
+        F[:, :3, SPEED] = (facing * dt).dot(R.T)
+        later = states.copy()
+        later[:, :3] = (states[:, :3] + facing * step).dot(R.T) + T_road[:3, 3]
+        later[:, YAW] += turn
+        distance = np.sqrt(later[:, 0] ** 2 + later[:, 2] ** 2)
+        keep = np.exp(-dt / self.off_road_time)
+        later[:, 1] = slopes[1] * distance + keep * (later[:, 1] - slopes[0] * distance)
+        F[:, 1] *= keep
+        covs = F @ covs @ F.transpose(0, 2, 1)
+        noise = np.zeros((h, STATE_SIZE))
+        noise[:, 0] = noise[:, 2] = self.drift_std**2 * dt
+        noise[:, 1] = (1.0 - keep**2) * self.off_road_var(distance)
+        pace = np.minimum(1.0, states[:, SPEED] / TURNING_SPEED + STANDING_TURN)
+        noise[:, YAW] = np.where(moving, self.turn_std**2 * dt * pace, PARKED_TURN_STD**2 * dt)
+        noise[:, SPEED] = moving * (self.acceleration_std**2 * 0.1 * dt)
+        noise[:, LOG_SIZE] = self.size_std**2 * dt
+        covs[:, DIAGONAL, DIAGONAL] += noise
+        return later, covs
+
+    def off_road_var(self, distance: Float[Array, "*n"]) -> Float[Array, "*n"]:
+        """Variance of how far bases lie off the road at these distances, m^2."""
+        at_camera, per_metre = self.off_road_std
+        variance: Float[Array, "*n"] = (at_camera + per_metre * distance) ** 2
+        return variance
+
+
+def ego_motion_cov(
+    places: Float[Array, "h 3"], motion_cov: Float[Array, "6 6"], camera: Camera
+) -> Float[Array, "h 3 3"]:
+    """What an uncertain motion of the camera adds to the covariance of places in the road frame.
+
+    motion_cov: as in `Frame`. A point X of the camera's frame shifts by rho + phi x X.
+    """
+    X = places.dot(camera.T_cam_road[:3, :3].T) + camera.T_cam_road[:3, 3]
+    shift = np.zeros((len(X), 3, 6))
+    shift[:, 0, 0] = shift[:, 1, 1] = shift[:, 2, 2] = 1.0
+    shift[:, 0, 4], shift[:, 0, 5] = X[:, 2], -X[:, 1]
+    shift[:, 1, 3], shift[:, 1, 5] = -X[:, 2], X[:, 0]
+    shift[:, 2, 3], shift[:, 2, 4] = X[:, 1], -X[:, 0]
+    J = (camera.T_road_cam[:3, :3].dot(shift)).transpose(1, 0, 2)
+    return J @ motion_cov @ J.transpose(0, 2, 1)

@@ -1,0 +1,175 @@
+"""What the cars of a scene share: the slope of the road, and which way traffic goes where."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray as Array
+
+from tracker.beliefs import BOTTOM_CENTRE
+from tracker.car_filter.states import LOG_HEIGHT, MOVING, PARKED, SPEED, YAW, CarStates
+from tracker.types import Camera
+
+# Borders between the strips of the road of which traffic is remembered, road x, m.
+STRIP_BORDERS = np.array([-6.0, -1.5, 1.5, 6.0])
+# Where the shares of `DirectionPrior` hold: left of the first, between the middle two, right of
+# the last.
+SHARE_PLACES = np.array([-4.0, -1.0, 1.0, 4.0])
+# The road's slope is told by whole boxes, farther than this from the image's border, px ...
+MIN_BORDER_GAP = 5.0
+# ... of cars farther away than this, m, ...
+MIN_SLOPE_DISTANCE = 8.0
+# ... with at least this score.
+MIN_SLOPE_SCORE = 0.5
+# How far a car's base may seem off the road by its unknown height and the noise of its box, m.
+BASE_STD = 0.153
+# Directions of moving cars are learned from those that move for certain, faster than this, m/s.
+MIN_TRAFFIC_SPEED = 1.5
+MIN_MOVING_PROBABILITY = 0.8
+# A camera that turned by this, rad, sees another road.
+FORGETTING_TURN = 0.3
+
+
+class RoadMemory(NamedTuple):
+    """What is known of the road at one moment."""
+
+    slope: float = 0.0
+    """How much lower the road lies per metre of distance than the plane under the camera."""
+    slope_var: float = math.inf
+    """Its variance; inf: nothing is known yet."""
+    traffic: Float[Array, "5 2"] = np.zeros((5, 2))
+    """Seconds of traffic seen in each strip of the road: the camera's way, and oncoming."""
+
+
+@dataclass(frozen=True)
+class RoadModel:
+    """The slope that all cars of a frame share: the camera nods, and roads rise and fall."""
+
+    slope_std: float = 0.012
+    """Std of the slope, rad; 0: the road is the plane under the camera."""
+    slope_time: float = 10.0
+    """Seconds in which the slope changes; more: it is averaged over a longer time."""
+    residual_std: float = 0.006
+    """Std of the slope that a single car has for itself, rad."""
+    repetition: float = 6.0
+    """How many boxes of one car tell as much as one: their errors are alike. More: the slope
+    follows the cars more slowly."""
+
+    def predict(
+        self, memory: RoadMemory, T_road: Float[Array, "4 4"], dt: float
+    ) -> tuple[RoadMemory, float]:
+        """The memory `dt` seconds later, and the slope before it fell back to 0 in that time.
+
+        T_road: moves points of the road frame of before into that of now.
+        """
+        if self.slope_std == 0.0:
+            return memory._replace(slope=0.0, slope_var=0.0), 0.0
+        moved = memory.slope + math.atan2(T_road[1, 2], T_road[2, 2])
+        keep = math.exp(-dt / self.slope_time)
+        var = keep**2 * min(memory.slope_var, self.slope_std**2)
+        var += (1.0 - keep**2) * self.slope_std**2
+        return memory._replace(slope=keep * moved, slope_var=var), moved
+
+    def update(
+        self,
+        memory: RoadMemory,
+        boxes: Float[Array, "n 4"],
+        log_heights: Float[Array, " n"],
+        usable: Bool[Array, " n"],
+        camera: Camera,
+    ) -> RoadMemory:
+        """The memory after boxes of cars with these heights (their logarithms, m)."""
+        if self.slope_std == 0.0 or len(boxes) == 0:
+            return memory
+        tall = np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
+        depth = camera.K[1, 1] * np.exp(log_heights) / tall
+        rays = camera.rays_road(boxes.dot(BOTTOM_CENTRE))
+        below = rays[:, 1] * depth - camera.height
+        distance = np.hypot(rays[:, 0], rays[:, 2]) * depth
+        gap = np.minimum(boxes.min(axis=1), (camera.far_corner - boxes).min(axis=1))
+        usable = usable & (gap > MIN_BORDER_GAP) & (distance > MIN_SLOPE_DISTANCE)
+        var = (BASE_STD / distance) ** 2 + self.residual_std**2
+        information = usable / (self.repetition * var)
+        before = 1.0 / min(memory.slope_var, self.slope_std**2)
+        total = before + information.sum()
+        slope = (before * memory.slope + (information * below / distance).sum()) / total
+        return memory._replace(slope=float(slope), slope_var=float(1.0 / total))
+
+
+@dataclass(frozen=True)
+class DirectionPrior:
+    """Which way cars face, before their motion tells it: by their side, and by the traffic there.
+
+    Boxes alone cannot tell the front of a parked car from its rear. Shares are those left of the
+    camera, before it, and right of it; what is left of them faces any way.
+    """
+
+    parked_same: tuple[float, float, float] = (0.25, 0.8, 0.5)
+    """Share of parked cars that face the camera's way."""
+    parked_oncoming: tuple[float, float, float] = (0.65, 0.1, 0.1)
+    """Share of parked cars that face the camera; where cars drive on the left, the mirror image
+    of the default is right."""
+    moving_same: tuple[float, float, float] = (0.5, 0.85, 0.75)
+    """Share of moving cars that go the camera's way."""
+    moving_oncoming: tuple[float, float, float] = (0.4, 0.1, 0.05)
+    """Share of moving cars that come towards the camera."""
+    concentration: float = 12.0
+    """How well cars follow the road's direction (von Mises); 12: within 17 degrees."""
+    traffic_seconds: float = 3.0
+    """How many seconds of traffic in a strip count as much as the shares of both directions; more:
+    the traffic is followed more slowly."""
+    memory_time: float = 20.0
+    """Seconds in which traffic is forgotten."""
+
+    def predict(self, memory: RoadMemory, turn: float, dt: float) -> RoadMemory:
+        """The memory `dt` seconds later, after the camera turned so far (rad)."""
+        kept = math.exp(-dt / self.memory_time - abs(turn) / FORGETTING_TURN)
+        return memory._replace(traffic=memory.traffic * kept)
+
+    def update(self, memory: RoadMemory, states: CarStates, dt: float) -> RoadMemory:
+        """The memory after `dt` seconds of these cars."""
+        moving = states.means[:, MOVING]
+        weights = np.exp(states.log_weights[:, MOVING]) * (moving[:, :, SPEED] > MIN_TRAFFIC_SPEED)
+        certain = weights.sum(axis=1) > MIN_MOVING_PROBABILITY
+        if not np.count_nonzero(certain):
+            return memory
+        weights, moving = weights[certain], moving[certain]
+        ahead = -np.sin(moving[:, :, YAW])  # along the road that the camera looks down
+        strips = np.searchsorted(STRIP_BORDERS, (weights * moving[:, :, 0]).sum(axis=1))
+        traffic = memory.traffic.copy()
+        np.add.at(traffic[:, 0], strips, dt * (weights * (ahead > 0.7)).sum(axis=1))
+        np.add.at(traffic[:, 1], strips, dt * (weights * (ahead < -0.7)).sum(axis=1))
+        return memory._replace(traffic=traffic)
+
+    def __call__(self, memory: RoadMemory, states: CarStates) -> Float[Array, "n k"]:
+        """How much likelier each hypothesis is by its heading than if cars faced any way alike."""
+        x, ahead = states.means[:, :, 0], -np.sin(states.means[:, :, YAW])
+        known = memory.traffic[np.searchsorted(STRIP_BORDERS, x)]
+        peak = np.sqrt(2.0 * np.pi * self.concentration)  # of its density, over the uniform one
+        same_way = peak * np.exp(self.concentration * (ahead - 1.0))
+        opposite = peak * np.exp(self.concentration * (-ahead - 1.0))
+        ratio = np.empty(x.shape)
+        for mode, same, oncoming in (
+            (PARKED, self.parked_same, self.parked_oncoming),
+            (MOVING, self.moving_same, self.moving_oncoming),
+        ):
+            same_share = np.interp(x[:, mode], SHARE_PLACES, _spread(same))
+            both = same_share + np.interp(x[:, mode], SHARE_PLACES, _spread(oncoming))
+            seconds = known[:, mode]
+            there = self.traffic_seconds * same_share / both + seconds[:, :, 0]
+            there /= self.traffic_seconds + seconds.sum(axis=2)
+            directed = there * same_way[:, mode] + (1.0 - there) * opposite[:, mode]
+            ratio[:, mode] = both * directed + (1.0 - both)
+        return ratio
+
+
+def _spread(shares: tuple[float, float, float]) -> tuple[float, float, float, float]:
+    """Shares at `SHARE_PLACES`."""
+    return shares[0], shares[1], shares[1], shares[2]
+
+
+def believed_log_heights(states: CarStates) -> Float[Array, " n"]:
+    """The expected logarithm of each car's height, m."""
+    return (np.exp(states.log_weights) * states.means[:, :, LOG_HEIGHT]).sum(axis=1)

@@ -1,0 +1,38 @@
+"""What a tracker believes of cars beyond their boxes, with its uncertainty."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from tracker.types.cuboids import Cuboids
+from tracker.types.rows import Rows
+
+
+@dataclass(frozen=True, eq=False)
+class CarEstimates(Rows):
+    """The whole state of cars with its covariance, one car per row; NaN rows: not known."""
+
+    means: Float[Array, "n 8"]
+    """x, y, z of the base's centre (road frame, m), yaw (rad), speed along the car's own axis
+    (m/s), logarithms of length, height and width (m)."""
+    covs: Float[Array, "n 8 8"]
+    """Covariance of `means`, in its order and units."""
+    heading_known: Float[Array, " n"]
+    """Probability that the car faces where its yaw says, and not the other way round, 0.5 to 1."""
+
+    @classmethod
+    def unknown(cls, count: int) -> "CarEstimates":
+        """`count` cars of which nothing is known."""
+        means, covs = np.full((count, 8), np.nan), np.full((count, 8, 8), np.nan)
+        return cls(means, covs, np.full(count, np.nan))
+
+    @property
+    def speed(self) -> Float[Array, " n"]:
+        """Along the car's own axis, m/s, not below 0."""
+        return self.means[:, 4]
+
+    def cuboids(self) -> Cuboids:
+        """The likeliest cuboids."""
+        return Cuboids(self.means[:, :3], self.means[:, 3], np.exp(self.means[:, 5:]))
