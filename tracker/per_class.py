@@ -25,6 +25,8 @@ class ClassPrior:
     """Std of the speed along road x and z, m/s."""
 
 
+# Std of length and width of walkers and riders, shares of them: arms and legs move.
+OUTLINE_STD = 0.25
 # Of the classes that are no cars.
 CLASS_PRIORS = {
     "Pedestrian": ClassPrior((0.67, 1.71, 0.6), 0.067, (1.5, 1.5)),
@@ -48,7 +50,16 @@ def for_kind(tracker: Tracker, kind: str) -> Tracker:
         car_size_std=prior.height_std,
         speed_std=prior.speed_std,
     )
-    return replace(tracker, lift=lift)
+    if tracker.car_filter is None:
+        return replace(tracker, lift=lift)
+    pace = max(prior.speed_std)
+    car_filter = replace(
+        tracker.car_filter,
+        size=prior.size,
+        size_std=(OUTLINE_STD, prior.height_std, OUTLINE_STD),
+        start_speed=(pace, pace),
+    )
+    return replace(tracker, lift=lift, car_filter=car_filter)
 
 
 @dataclass

@@ -82,6 +82,8 @@ def test_another_class_has_its_own_size_and_speeds() -> None:
     assert for_kind(tracker, "Car") is tracker
     walking = for_kind(tracker, "Pedestrian")
     assert walking.lift.car_size == CLASS_PRIORS["Pedestrian"].size
+    assert walking.car_filter is not None
+    assert walking.car_filter.size == CLASS_PRIORS["Pedestrian"].size
     assert walking.lift.speed_std[1] < tracker.lift.speed_std[1]
     with pytest.raises(UnknownName, match="class 'Tram'"):
         for_kind(tracker, "Tram")

@@ -34,11 +34,8 @@ from tracker.car_filter.states import (
 from tracker.errors import BadConfig
 from tracker.types import Camera, CarEstimates
 
-# Of KITTI's labelled cars (ten sequences): mean and covariance of log (length, height, width).
-MEAN_LOG_SIZE = np.log([3.89, 1.506, 1.606])
-LOG_SIZE_STD = np.array([0.100, 0.078, 0.068])
+# How lengths, heights and widths of KITTI's labelled cars go together (ten sequences).
 LOG_SIZE_CORRELATION = np.array([[1.0, 0.1, 0.28], [0.1, 1.0, 0.33], [0.28, 0.33, 1.0]])
-LOG_SIZE_COV = LOG_SIZE_CORRELATION * np.outer(LOG_SIZE_STD, LOG_SIZE_STD)
 HEADINGS = -0.5 * np.pi + np.arange(HEADING_COUNT) * (2.0 * np.pi / HEADING_COUNT)
 # Std of each start heading: a quarter of the step between them, rad.
 HEADING_STD = 0.5 * np.pi / HEADING_COUNT
@@ -82,6 +79,10 @@ class CarFilter:
     """The slope of the road that the cars of a frame share."""
     directions: DirectionPrior = DirectionPrior()
     """Which way cars face before their motion tells it."""
+    size: tuple[float, float, float] = (3.89, 1.506, 1.606)
+    """Length, height and width of the mean car among KITTI's labels (ten sequences), m."""
+    size_std: tuple[float, float, float] = (0.1, 0.078, 0.068)
+    """Their stds, shares of them; more: sizes are learned sooner, places are less certain."""
     start_speed: tuple[float, float] = (6.0, 12.0)
     """Mean and std of the speed of a new car that moves, m/s."""
     moving_share: float = 0.5
@@ -197,7 +198,7 @@ class CarFilter:
         self, places: Float[Array, "n 3"], slope: float
     ) -> tuple[Float[Array, "n k 8"], Float[Array, "n k 8 8"]]:
         """States and covariances of new cars before their first boxes."""
-        n, size = len(places), np.exp(MEAN_LOG_SIZE)
+        n, size = len(places), np.array(self.size)
         distance = np.hypot(places[:, 0], places[:, 2])
         ray = places[:, ::2] / np.maximum(distance, 1e-3)[:, None]
         extent = 0.5 * (size[0] * np.abs(np.sin(HEADINGS)) + size[2] * np.abs(np.cos(HEADINGS)))
@@ -207,7 +208,7 @@ class CarFilter:
         means[:, :, 1] = (slope * distance)[:, None]
         means[:, :, YAW] = np.tile(HEADINGS, 2)
         means[:, MOVING, SPEED] = self.start_speed[0]
-        means[:, :, LOG_SIZE] = MEAN_LOG_SIZE
+        means[:, :, LOG_SIZE] = np.log(size)
         covs = np.zeros((n, HYPOTHESIS_COUNT, STATE_SIZE, STATE_SIZE))
         radial, lateral = (
             np.square(share * distance + metres)
@@ -219,7 +220,9 @@ class CarFilter:
         covs[:, :, 1, 1] = self.motion.off_road_var(distance)[:, None]
         covs[:, :, YAW, YAW] = HEADING_STD**2
         covs[:, MOVING, SPEED, SPEED] = self.start_speed[1] ** 2
-        covs[:, :, LOG_SIZE, LOG_SIZE] = LOG_SIZE_COV
+        covs[:, :, LOG_SIZE, LOG_SIZE] = LOG_SIZE_CORRELATION * np.outer(
+            self.size_std, self.size_std
+        )
         return means, covs
 
     def _update(
