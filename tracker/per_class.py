@@ -23,21 +23,30 @@ class ClassPrior:
     """Std of the height there, share of it."""
     speed_std: tuple[float, float]
     """Std of the speed along road x and z, m/s."""
+    birth_score: float
+    """The probability from which a detection begins a track, 0 to 1, see `Lifecycle`: people are
+    detected with less certainty than cars."""
+    max_gap: float
+    """Seconds that a track lives on without a detection, > 0, see `Lifecycle`: people turn."""
+    least_confirmed: float
+    """The share of boxes that must be seen again for a scale of scores to be doubted, 0 to 1, see
+    `ScoreScale`: poles and trees taken for people are seen again as well."""
 
 
 # Std of length and width of walkers and riders, shares of them: arms and legs move.
 OUTLINE_STD = 0.25
-# Of the classes that are no cars.
+# Of the classes that are no cars; those of Pedestrian by `benchmarks.pedestrians`.
 CLASS_PRIORS = {
-    "Pedestrian": ClassPrior((0.67, 1.71, 0.6), 0.067, (1.5, 1.5)),
-    "Cyclist": ClassPrior((1.65, 1.74, 0.57), 0.044, (3.0, 5.0)),
+    "Pedestrian": ClassPrior((0.67, 1.71, 0.6), 0.067, (1.5, 1.5), 0.5, 1.5, 0.8),
+    "Cyclist": ClassPrior((1.65, 1.74, 0.57), 0.044, (3.0, 5.0), 0.5, 1.5, 0.8),
 }
 
 
 def for_kind(tracker: Tracker, kind: str) -> Tracker:
-    """The same tracker for another class than Car: with its size and its speeds.
+    """The same tracker for another class than Car: with its size, speeds, births and gaps.
 
-    kind: of TRACKED_KINDS; Car gives the tracker as it is. UnknownName for any other class.
+    Births and gaps only become easier and shorter: a tracker without memory stays one. kind: of
+    TRACKED_KINDS; Car gives the tracker as it is. UnknownName for any other class.
     """
     if kind not in TRACKED_KINDS:
         raise UnknownName.of("class", kind, TRACKED_KINDS)
@@ -50,16 +59,29 @@ def for_kind(tracker: Tracker, kind: str) -> Tracker:
         car_size_std=prior.height_std,
         speed_std=prior.speed_std,
     )
-    if tracker.car_filter is None:
-        return replace(tracker, lift=lift)
-    pace = max(prior.speed_std)
-    car_filter = replace(
-        tracker.car_filter,
-        size=prior.size,
-        size_std=(OUTLINE_STD, prior.height_std, OUTLINE_STD),
-        start_speed=(pace, pace),
+    scale, before, car_filter = tracker.score_scale, tracker.lifecycle, tracker.car_filter
+    if scale is not None:
+        scale = replace(scale, least_confirmed=max(scale.least_confirmed, prior.least_confirmed))
+    if car_filter is not None:
+        pace = max(prior.speed_std)
+        car_filter = replace(
+            car_filter,
+            size=prior.size,
+            size_std=(OUTLINE_STD, prior.height_std, OUTLINE_STD),
+            start_speed=(pace, pace),
+        )
+    return replace(
+        tracker,
+        lift=lift,
+        lifecycle=replace(
+            before,
+            birth_score=min(before.birth_score, prior.birth_score),
+            max_gap=min(before.max_gap, prior.max_gap),
+        ),
+        strong_score=min(tracker.strong_score, prior.birth_score),
+        score_scale=scale,
+        car_filter=car_filter,
     )
-    return replace(tracker, lift=lift, car_filter=car_filter)
 
 
 @dataclass

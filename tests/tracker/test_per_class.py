@@ -85,6 +85,9 @@ def test_another_class_has_its_own_size_and_speeds() -> None:
     assert walking.car_filter is not None
     assert walking.car_filter.size == CLASS_PRIORS["Pedestrian"].size
     assert walking.lift.speed_std[1] < tracker.lift.speed_std[1]
+    assert walking.lifecycle.birth_score < tracker.lifecycle.birth_score
+    paper = for_kind(Tracker.paper(LEVEL), "Pedestrian")
+    assert (paper.lifecycle.birth_score, paper.lifecycle.max_gap) == (0.0, 0.0)
     with pytest.raises(UnknownName, match="class 'Tram'"):
         for_kind(tracker, "Tram")
     with pytest.raises(BadConfig, match="classes Tram"):
