@@ -79,6 +79,8 @@ class KittiOptions:
     """The detector looked at every Nth frame only: the others get predicted rows, and no track is
     the worse for them. Where all boxes lie in every Nth frame this is found out; 1: it looked at
     all frames."""
+    cuboids: Flag = False
+    """Read the detector's cuboids, too (pointrcnn has some), for --tracker cuboids."""
     drop_bad_boxes: Flag = False
     """Leave out boxes without area and boxes outside the image, instead of refusing the file."""
 
@@ -128,6 +130,7 @@ class KittiOptions:
                 pitch=radians(self.pitch or 0.0),
                 detection_format=self.detection_format,
                 bad_boxes="drop" if self.drop_bad_boxes else None,
+                cuboids=self.cuboids,
                 score_map=self.parsed_score_map(),
                 every=self.every,
                 kinds=self.kinds(),
@@ -149,6 +152,7 @@ class KittiOptions:
             "pitch_deg": self.pitch or 0.0,
             "drop_bad_boxes": self.drop_bad_boxes,
             **self.looks(),
+            **({"cuboids": True} if self.cuboids else {}),
             **({} if self.classes is None else {"classes": self.classes}),
             "score_map": self.score_map,
         }

@@ -1,24 +1,39 @@
 """Files of detected boxes: their formats, strict reading, and scores as probabilities."""
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Float, Shaped
+from jaxtyping import Bool, Float, Shaped
 from numpy import ndarray as Array
 from scipy.special import expit
 
-from mot_sim.datasets.box_checks import inverted_cure, refuse_normalised
+from mot_sim.datasets.box_checks import (
+    CUBOID_COLUMNS,
+    inverted_cure,
+    refuse_normalised,
+    require_cuboid_rows,
+)
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.files.text import MAX_WORD_LENGTH, TextTable, read_table
 from tracker.errors import BadConfig
-from tracker.types import KITTI_KINDS, Detections, is_kitti_kind, kinds_said, spelled_as_kitti
+from tracker.geometry import wrap_angle
+from tracker.types import (
+    KITTI_KINDS,
+    Cuboids,
+    Detections,
+    is_kitti_kind,
+    kinds_said,
+    spelled_as_kitti,
+)
 
 BadBoxes = Literal["error", "drop"]
+# From h w l x y z rotation_y, in camera 0, to cuboids in the road frame.
+CuboidsOfRows = Callable[[Float[Array, "n 7"]], Cuboids]
 CORNER_COLUMNS = ("x1", "y1", "x2", "y2")
 MIN_MAX_COLUMNS = ("x_min", "y_min", "x_max", "y_max")
 SIDE_COLUMNS = ("left", "top", "width", "height")
@@ -115,6 +130,7 @@ def read_detections(
     frame_count: int | None = None,
     bad_boxes: BadBoxes | None = None,
     counted_in: Path | None = None,
+    cuboids: CuboidsOfRows | None = None,
 ) -> DetectionLog:
     """The detections in a file, clipped to the image [0, width - 1] x [0, height - 1].
 
@@ -123,10 +139,13 @@ def read_detections(
     detections. Raises BadFile with file and line for NaN and infinity, inverted boxes, frames
     outside the sequence (when frame_count says how long it is; counted_in: by the lines of this
     file), and rows that are not numbers.
+    cuboids: from h w l x y z rotation_y to cuboids in the road frame; they are read with it, and
+    BadFile is raised for sizes that are not positive and cuboids wholly behind the camera,
+    BadConfig for a format that has none. None: only boxes are read.
     """
     table = read_table(path, form.names, form.delimiter, words=_words(form))
     return check_detections(
-        table, form, image_size, frame_count, bad_boxes or form.bad_boxes, counted_in
+        table, form, image_size, frame_count, bad_boxes or form.bad_boxes, counted_in, cuboids
     )
 
 
@@ -137,6 +156,7 @@ def check_detections(
     frame_count: int | None,
     bad_boxes: BadBoxes,
     counted_in: Path | None = None,
+    cuboids: CuboidsOfRows | None = None,
 ) -> DetectionLog:
     """The detections of a table that was read; see `read_detections`."""
     frames = table.frames(frame_count, form.first_frame, counted_in)
@@ -169,7 +189,27 @@ def check_detections(
     if has_scores:
         scores = _probabilities(scores, form, table.path)
     said = None if form.tracked == ("Car",) else kinds[keep]
-    return DetectionLog.of(frames[keep], Detections(clipped[keep], scores[keep], kinds=said))
+    detections = Detections(clipped[keep], scores[keep], kinds=said)
+    if cuboids is not None:
+        found = cuboids(_cuboid_rows(table, form, keep))
+        detections = detections.replaced(base=found.base, yaw=found.yaw, size=found.size)
+    return DetectionLog.of(frames[keep], detections)
+
+
+def _cuboid_rows(
+    table: TextTable, form: DetectionFormat, keep: Bool[Array, " n"]
+) -> Float[Array, "k 7"]:
+    """The kept rows' cuboids in KITTI's columns, with headings in [-pi, pi)."""
+    lacking = [name for name in CUBOID_COLUMNS if name not in form.columns]
+    if lacking:
+        raise BadConfig(
+            f"{table.path}: its format has no {', '.join(lacking)}, so no cuboids can be read; "
+            "leave --cuboids out"
+        )
+    rows = table.finite(CUBOID_COLUMNS)
+    require_cuboid_rows(table, rows, keep)
+    rows[:, 6] = wrap_angle(rows[:, 6])
+    return rows[keep]
 
 
 def _probabilities(

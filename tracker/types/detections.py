@@ -17,8 +17,8 @@ class Detections(Rows):
 
     A NaN row in a cue column: the cue was not measured for that box.
     Array-likes are converted. Raises BadDetections for NaN or infinite boxes and scores, inverted
-    boxes, rows that are not four numbers and columns of different lengths. Boxes without area
-    are allowed here: they overlap nothing.
+    boxes, rows that are not four numbers, sizes of 0 and columns of different lengths. Boxes
+    without area are allowed here: they overlap nothing.
     """
 
     boxes: Float[Array, "n 4"]
@@ -29,7 +29,7 @@ class Detections(Rows):
     yaw: Float[Array, " n"] | None = None
     """About road +y, rad; 0 = facing road +x."""
     size: Float[Array, "n 3"] | None = None
-    """Length, height, width, metres."""
+    """Length, height, width, metres, above 0."""
     shape: Float[Array, "n b"] | None = None
     """Coefficients of eq. 1."""
     keypoints: Float[Array, "n k 3"] | None = None
@@ -38,6 +38,9 @@ class Detections(Rows):
     """psi of eq. 5, appearance."""
     pose_cov: Float[Array, "n c c"] | None = None
     """Covariance of (yaw, shape); c = b + 1."""
+    base: Float[Array, "n 3"] | None = None
+    """Centre of the bottom face in the road frame, metres: with yaw and size a cuboid, as LiDAR
+    detectors give it. `tracker.cuboid_tracker` takes it; others do not look at it."""
     kinds: Shaped[Array, " n"] | None = None
     """Class of each box, in KITTI's spelling; None: all are of one class, cars unless said."""
 
@@ -65,6 +68,12 @@ class Detections(Rows):
             row = int(np.flatnonzero(bad)[0])
             raise BadDetections(
                 f"box {row} is not finite: {boxes[row].tolist()} score {scores[row]}"
+            )
+        if self.size is not None and np.count_nonzero(self.size <= 0.0):
+            row = int(np.flatnonzero((self.size <= 0.0).any(axis=1))[0])
+            raise BadDetections(
+                f"size {self.size[row].tolist()} of box {row} is not positive: give metres, or NaN "
+                "where it was not measured"
             )
         inverted = (boxes[:, 2:] < boxes[:, :2]).any(axis=1)
         if np.count_nonzero(inverted):

@@ -10,7 +10,12 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, Shaped
 from numpy import ndarray as Array
 
-from mot_sim.datasets.box_checks import inverted_cure, refuse_normalised
+from mot_sim.datasets.box_checks import (
+    CUBOID_COLUMNS,
+    inverted_cure,
+    refuse_normalised,
+    require_cuboid_rows,
+)
 from mot_sim.files.text import TextTable, read_table
 from mot_sim.files.writing import write_lines
 from tracker.errors import BadFile, BadTracks
@@ -24,10 +29,9 @@ NO_ALPHA = -10.0
 UNKNOWN_PLACE = -1000.0
 LABEL_COLUMNS = (
     "frame", "id", "type", "truncated", "occluded", "alpha", "x1", "y1", "x2", "y2",
-    "h", "w", "l", "x", "y", "z", "rotation_y",
+    *CUBOID_COLUMNS,
 )  # fmt: skip
 LABEL_BOX_COLUMNS = LABEL_COLUMNS[6:10]
-CUBOID_COLUMNS = LABEL_COLUMNS[10:]
 RESULT_COLUMNS = (*LABEL_COLUMNS, "score")
 AUTHORS_COLUMNS = ("frame", "id", *LABEL_BOX_COLUMNS, "score")
 COLUMNS_BY_COUNT = {
@@ -220,14 +224,8 @@ def read_cuboid_results(
     if "type" in (table.rows.dtype.names or ()):
         rows = table.finite(CUBOID_COLUMNS)
         placed = np.asarray((rows[:, 3:6] > UNKNOWN_PLACE).all(axis=1) & rows.any(axis=1))
-        sizes, heights = rows[:, :3], CUBOID_COLUMNS[:3]
-        unsaid = np.asarray((sizes < 0.0).all(axis=1))
-        flat = placed & ~unsaid & np.asarray((sizes <= 0.0).any(axis=1))
-        cure = "write metres above 0, or -1 -1 -1 where the size is not known"
-        table.reject(flat, "a size that is not positive", heights, cure)
-        behind = placed & (rows[:, 5] + 0.5 * np.hypot(rows[:, 1], rows[:, 2]) <= 0.0)
-        cure = "the box is in the image; z is metres ahead of camera 0, x right, y down"
-        table.reject(behind & ~unsaid, "a cuboid wholly behind the camera", ["z"], cure)
+        unsaid = np.asarray((rows[:, :3] < 0.0).all(axis=1))
+        require_cuboid_rows(table, rows, placed & ~unsaid)
     tracks = _tracks_of_results(table, T_road_label, frame_count)
     if len(tracks) and tracks.cuboids is None:
         raise BadFile(

@@ -13,7 +13,7 @@ from mot_sim.datasets.images import ImageFolder
 from mot_sim.datasets.kitti.calibration import CAMERA_HEIGHT_METRES, Calibration, read_calibration
 from mot_sim.datasets.kitti.detectors import DETECTORS
 from mot_sim.datasets.kitti.ego import EGO, ImageMotion, VisualEgo, oxts_path
-from mot_sim.datasets.kitti.labels import read_labels
+from mot_sim.datasets.kitti.labels import cuboids_of_rows, read_labels
 from mot_sim.datasets.kitti.places import (
     DEFAULT_SIZE,
     TRAINING_FRAMES,
@@ -27,7 +27,7 @@ from mot_sim.datasets.kitti.places import (
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
 from mot_sim.files.text import count_rows
 from tracker.errors import BadConfig, BadFile, DatasetNotFound, UnknownName
-from tracker.types import Detections, Tracks
+from tracker.types import Cuboids, Detections, Tracks
 
 # With this share of the frames of KITTI's sequence of its name, an OXTS file is that one's.
 MIN_OXTS_SHARE = 0.9
@@ -77,6 +77,7 @@ def kitti_sequence(
     score_map: ScoreMap | None = None,
     every: int | None = None,
     kinds: tuple[str, ...] | None = None,
+    cuboids: bool = False,
 ) -> KittiSequence:
     """A sequence of a KITTI tree, at 10 Hz.
 
@@ -89,7 +90,8 @@ def kitti_sequence(
     images: load the frames' images, one by one while iterating; frames without one get None.
     height, pitch: of the camera above the road, metres and radians. bad_boxes: see
     `read_detections`. score_map: in place of the format's own. every: only every so many-th frame
-    was looked at; None: as the boxes say, see `RecordedSequence.looked_at_every`.
+    was looked at; None: as the boxes say, see `RecordedSequence.looked_at_every`. cuboids: whether
+    those of a LiDAR detector are read too, see `Detections.base`.
     For the testing split, detections and odometry lie in a folder `testing` of their own.
     Raises DatasetNotFound, UnknownName, BadFile, BadCalibration.
     """
@@ -117,10 +119,23 @@ def kitti_sequence(
     oxts = oxts_path(root, split, name)
     counted_in = oxts if oxts.is_file() else None
     frame_count = _frame_count(counted_in, name, number, found)
+    T_road_label = camera.T_road_cam @ calibration.T_cam_label
+
+    def reads_cuboids(rows: Float[Array, "n 7"]) -> Cuboids:
+        return cuboids_of_rows(rows, T_road_label)[0]
+
     log = DetectionLog(np.zeros(0, np.int64), Detections.empty())
     if detected:
         log = DetectionLog.merged(
-            read_detections(path, form, camera.image_size, frame_count, bad_boxes, counted_in)
+            read_detections(
+                path,
+                form,
+                camera.image_size,
+                frame_count,
+                bad_boxes,
+                counted_in,
+                reads_cuboids if cuboids else None,
+            )
             for path, form in detected
         )
     labels = folder / "label_02" / f"{name}.txt"
