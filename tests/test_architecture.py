@@ -49,11 +49,12 @@ ROOMS: dict[str, set[str]] = {
         "ego_motion",
     }
     | {"camera_rotation_filter"},
+    "cuboid_tracker": {"tracker"},
     "smoothing": set(),
     "multi_frame": {"tracker", "smoothing"},
     "frameworks": {"multi_frame"},
     "per_class": {"beliefs", "frameworks", "state", "tracker"},
-    FACE: {"tracker", "frameworks", "lazy_names", "per_class"},
+    FACE: {"tracker", "cuboid_tracker", "frameworks", "lazy_names", "per_class"},
 }
 # Inside `mot_sim`: the wings, by the same rule. A wing's inner rooms are no business of others'
 # circles: see `test_no_circle_of_files` and `test_no_knot_of_folders`.

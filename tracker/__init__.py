@@ -9,6 +9,7 @@ from tracker.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from tracker.cost_matrix import CostMatrix
+    from tracker.cuboid_tracker import cuboid_tracker
     from tracker.frameworks import FRAMEWORKS, Delayed
     from tracker.per_class import PerClass
     from tracker.tracker import TRACKERS, Tracker
@@ -28,6 +29,7 @@ _MODULES = {
     "Sequence": "tracker.types",
     "Tracker": "tracker.tracker",
     "Tracks": "tracker.types",
+    "cuboid_tracker": "tracker.cuboid_tracker",
 }
 
 if not TYPE_CHECKING:  # a type checker knows the names above, and no others
@@ -46,4 +48,5 @@ __all__ = [
     "Sequence",
     "Tracker",
     "Tracks",
+    "cuboid_tracker",
 ]

@@ -38,6 +38,4 @@ def cuboid_tracker(camera: Camera) -> Tracker:
 
     The same association and life of tracks as for boxes; what is put out are the cuboids, filtered.
     """
-    return replace(
-        Tracker.default(camera), lift=CuboidLift(use_box_height=True), car_filter=None
-    )
+    return replace(Tracker.default(camera), lift=CuboidLift(use_box_height=True), car_filter=None)

@@ -17,7 +17,7 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from mot_sim.files.fingerprint import PACKAGES, source_digest
-from tracker import FRAMEWORKS, TRACKERS, Camera
+from tracker import FRAMEWORKS, TRACKERS, Camera, cuboid_tracker
 from tracker.costs import COSTS
 from tracker.errors import BadConfig, TrackingError, UnknownName
 
@@ -149,7 +149,7 @@ class NameRegister:
         return found
 
 
-TRACKER_NAMES = NameRegister("tracker", TRACKERS, "mot_sim.trackers")
+TRACKER_NAMES = NameRegister("tracker", {**TRACKERS, "cuboids": cuboid_tracker}, "mot_sim.trackers")
 COST_NAMES = NameRegister("cost", COSTS, "mot_sim.costs")
 ASSOCIATION_NAMES = NameRegister("association", FRAMEWORKS)
 

@@ -7,7 +7,6 @@ somewhere, too.
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -20,7 +19,7 @@ from mot_sim.metrics.cuboid_preparation import require_cuboids, rows_of_class
 from mot_sim.metrics.matching import Overlaps, bare_rows
 from mot_sim.metrics.preprocessing import checked_columns, match_cars
 from tracker.geometry import wrap_angle
-from tracker.types import Cuboids, Rows, Tracks
+from tracker.types import CarEstimates, Cuboids, Rows, Tracks
 
 # Ends of the ranges of distance that errors are shown by, m.
 DISTANCE_RANGES = (0.0, 10.0, 20.0, 30.0, 50.0, 80.0)
@@ -227,7 +226,6 @@ def cuboid_errors(
     has a speed over the ground. What the output states of its states (`Tracks.estimates`) is held
     against the errors. Raises BadTracks as `prepare_sequence`, and for tables without cuboids.
     """
-    stated = getattr(output, "estimates", None)
     truth, output = checked_columns(truth, "truth"), checked_columns(output, "output")
     labels = rows_of_class(truth, kind)
     ours = rows_of_class(output, kind, with_similar=False)
@@ -247,7 +245,7 @@ def cuboid_errors(
     off = (found.base - theirs.base)[:, ::2]
     speed = ground_speeds(truth, Ts_world_road, frame_rate)[rows]
     heading = np.asarray(wrap_angle(found.yaw - theirs.yaw))
-    estimates = None if stated is None else stated.select(columns)
+    estimates = None if output.estimates is None else output.estimates.select(columns)
     return CuboidErrors(
         frames=truth.frames[rows],
         truth_ids=truth.ids[rows],
@@ -272,7 +270,7 @@ def _stated(
     found: Cuboids,
     heading: Float[Array, " n"],
     speed: Float[Array, " n"],
-    estimates: Any,
+    estimates: CarEstimates | None,
 ) -> StatedErrors:
     """The errors of matched rows in units of what the output states."""
     if estimates is None:
