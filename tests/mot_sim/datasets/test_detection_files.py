@@ -13,8 +13,10 @@ from hypothesis import strategies as st
 from mot_sim.datasets import ScoreMap
 from mot_sim.datasets.detection_files import DetectionFormat, read_detections
 from mot_sim.datasets.kitti.detectors import DETECTORS
+from mot_sim.datasets.kitti.labels import cuboids_of_rows
 from tests.mot_sim.datasets.conftest import write
 from tracker.errors import BadConfig, BadFile
+from tracker.types import Cuboids, Detections
 
 
 def test_half_of_the_boxes_at_the_midpoint_are_right() -> None:
@@ -208,3 +210,58 @@ def test_a_file_without_the_tracked_class_says_what_it_holds(
     write(path, f"0 1 Car {rest}\n1 1 Vehicle {rest}\n")
     with pytest.raises(BadFile, match=r"d\.txt:2: no class of KITTI: type Vehicle"):
         read_detections(path, DETECTORS["kitti"], SIZE)
+
+
+# frame, type, box, score, h w l x y z rotation_y, alpha
+LIDAR = "0,2,10,5,40,35,3.0,{h},1.6,4.0,2.0,1.65,{z},{ry},-1.0"
+POINTRCNN = DETECTORS["pointrcnn"]
+
+
+def in_camera_0(rows: np.ndarray) -> Cuboids:
+    return cuboids_of_rows(rows, np.eye(4))[0]
+
+
+def lidar_log(folder: Path, *lines: str) -> Detections:
+    path = write(folder / "d.txt", "".join(f"{line}\n" for line in lines))
+    return read_detections(path, POINTRCNN, SIZE, 3, cuboids=in_camera_0).detections
+
+
+def test_cuboids_come_with_the_boxes_and_headings_are_wrapped(tmp_path: Path) -> None:
+    pedestrian = LIDAR.format(h=1.8, z=9.0, ry=0.0).replace("0,2,", "0,1,", 1)
+    found = lidar_log(
+        tmp_path, pedestrian, LIDAR.format(h=1.5, z=20.0, ry=-1.5),
+        LIDAR.format(h=1.5, z=20.0, ry=4.0),
+    )  # fmt: skip
+    assert found.base is not None
+    assert found.base.tolist() == [[2.0, 1.65, 20.0]] * 2
+    assert found.size is not None
+    assert found.size.tolist() == [[4.0, 1.5, 1.6]] * 2
+    np.testing.assert_allclose(found.yaw, [-1.5, 4.0 - 2 * np.pi])
+
+
+def test_without_being_asked_for_no_cuboids_are_read(tmp_path: Path) -> None:
+    path = write(tmp_path / "d.txt", LIDAR.format(h=1.5, z=20.0, ry=0.0) + "\n")
+    found = read_detections(path, POINTRCNN, SIZE, 3).detections
+    assert found.base is None
+    assert found.yaw is None
+
+
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [
+        ({"h": 0.0}, r"d.txt:2: a size that is not positive: h 0, w 1.6, l 4"),
+        ({"z": -9.0}, r"d.txt:2: a cuboid wholly behind the camera: z -9"),
+        ({"ry": "nan"}, r"d.txt:2: rotation_y is not finite"),
+        ({"z": "inf"}, r"d.txt:2: z is not finite"),
+    ],
+)
+def test_cuboids_that_cannot_be_are_refused(tmp_path: Path, changed: dict, told: str) -> None:
+    good = {"h": 1.5, "z": 20.0, "ry": 0.0}
+    with pytest.raises(BadFile, match=told):
+        lidar_log(tmp_path, LIDAR.format(**good), LIDAR.format(**good | changed))
+
+
+def test_a_format_without_cuboids_says_what_it_lacks(tmp_path: Path) -> None:
+    path = write(tmp_path / "d.txt", "0,1,2,3,4,.5\n")
+    with pytest.raises(BadConfig, match=r"its format has no h, w, l, x, y, z, rotation_y"):
+        read_detections(path, RRC, SIZE, 3, cuboids=in_camera_0)
