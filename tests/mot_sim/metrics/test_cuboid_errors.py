@@ -1,7 +1,5 @@
 """Errors of cuboids by hand: place, heading, size, speed."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,7 +8,7 @@ from hypothesis import strategies as st
 from mot_sim.metrics.cuboid_errors import CuboidErrors, cuboid_errors, ground_speeds
 from tests.mot_sim.metrics.cuboid_cases import AHEAD, SIZE, scene
 from tracker.errors import BadTracks
-from tracker.types import Rows, Tracks
+from tracker.types import CarEstimates, Tracks
 
 STANDING = np.tile(np.eye(4), (30, 1, 1))
 
@@ -71,27 +69,12 @@ def test_a_parked_car_that_seems_to_move_is_seen():
     assert numbers["parked_drift"] == pytest.approx(2.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Estimates(Rows):
-    """What a tracker states of its cars: x, y, z, yaw, speed, log of length, height, width."""
-
-    means: np.ndarray
-    covs: np.ndarray
-    heading_known: np.ndarray
-
-    @property
-    def speed(self) -> np.ndarray:
-        return self.means[:, 4]
-
-
 def with_estimates(found: Tracks, speed: float, std: float, known: float) -> Tracks:
     """Output that states the same std of everything."""
     count = len(found)
     means = np.tile([0.0] * 4 + [speed] + [0.0] * 3, (count, 1))
     covs = np.tile(np.eye(8) * std**2, (count, 1, 1))
-    stated = found.copied()
-    object.__setattr__(stated, "estimates", Estimates(means, covs, np.full(count, known)))
-    return stated
+    return found.replaced(estimates=CarEstimates(means, covs, np.full(count, known)))
 
 
 def test_stated_speeds_go_before_those_of_the_places():
