@@ -21,6 +21,7 @@ from rich.console import Console
 
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import Recordings, drive_of
+from mot_sim.experiments.sweep.paths import Level
 from mot_sim.metrics.cuboid_errors import CuboidErrors, cuboid_errors, median
 from mot_sim.simulation.episodes.extra import Extra
 from mot_sim.simulation.sensors.sightings import Sightings
@@ -73,7 +74,9 @@ def measure(
 
     factor: on the noise of the cues; None: boxes alone.
     """
-    settings = {"scene.profile": "cues", "scene.frames": frames, "detector.cues": factor or 0.0}
+    settings: dict[str, Level] = {
+        "scene.profile": "cues", "scene.frames": frames, "detector.cues": factor or 0.0
+    }  # fmt: skip
     conditions = Conditions.of(scene, settings)
     recorded = Recordings(folder).truth(conditions, seed)
     drive = drive_of(conditions, recorded, seed)
