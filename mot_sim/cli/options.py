@@ -70,7 +70,8 @@ class KittiOptions:
     ego: Annotated[str | None, option("NAME|FILE", "oxts; none with --boxes")] = None
     """Where the camera's motion comes from: oxts, orbslam3, visual (seen in the images), none.
     With --boxes: none, visual (needs --images), or a file with a 3x4 camera-to-world matrix
-    (12 numbers, metres) a line, one line a frame."""
+    (12 numbers, metres) a line, one line a frame; or with times, as TUM's trajectories (time tx ty
+    tz qx qy qz qw) or time and the matrix: between them is interpolated."""
     height: Annotated[float | None, option("METRES", f"{CAMERA_HEIGHT}")] = None
     """Of the camera above the road."""
     pitch: Annotated[float | None, option("DEGREES", "0")] = None

@@ -38,8 +38,9 @@ class Track:
     kitti: KittiOptions = field(default_factory=KittiOptions)
     """The sequences, unless --boxes is given, and what is known about them."""
     boxes: Annotated[Path | None, option("FILE")] = None
-    """Boxes of your own instead of KITTI: a csv file with the header
-    frame,x_min,y_min,x_max,y_max,score; frames from 0, pixels."""
+    """Boxes of your own instead of KITTI: CSV with the header frame,x_min,y_min,x_max,y_max,score
+    (frames from 0, pixels; also class, time, yaw, length_m,height_m,width_m), MOTChallenge's
+    det.txt, rows of KITTI, or COCO's results as JSON."""
     camera: Annotated[Path | None, option("FILE")] = None
     """The camera of --boxes, a TOML file: fx fy cx cy, image_width, image_height in pixels,
     camera_height in metres, and pitch_deg, roll_deg, frame_rate if they are not 0, 0, 10."""
@@ -100,6 +101,7 @@ class Track:
             bad_boxes="drop" if drop else "error",
             score_map=self.kitti.parsed_score_map(),
             every=self.kitti.every,
+            kinds=self.kitti.kinds(),
         )
         files = {"boxes": self.boxes, "camera": self.camera, "images": self.images, "ego": poses}
         settings = {

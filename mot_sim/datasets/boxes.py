@@ -1,22 +1,22 @@
-"""A drive of your own: given as boxes.csv and camera.toml."""
+"""A drive of your own: given as a file of boxes and camera.toml."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray as Array
+from numpy.lib.recfunctions import append_fields
 
-from mot_sim.datasets.camera_files import read_camera, read_poses
-from mot_sim.datasets.detection_files import BadBoxes, DetectionFormat, ScoreMap, check_detections
+from mot_sim.datasets.box_tables import read_box_table
+from mot_sim.datasets.camera_files import read_camera
+from mot_sim.datasets.detection_files import BadBoxes, ScoreMap, check_detections
 from mot_sim.datasets.images import ImageFolder
 from mot_sim.datasets.kitti.ego import ORBSLAM3_MOTION_STD, ImageMotion
 from mot_sim.datasets.recorded import RecordedSequence
-from mot_sim.files.text import TextTable, read_table
-from tracker.errors import BadConfig, BadFile, DatasetNotFound, UnknownName
-
-REQUIRED_COLUMNS = ("frame", "x_min", "y_min", "x_max", "y_max")
-OPTIONAL_COLUMNS = ("score",)
-HEADER = ",".join((*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS))
+from mot_sim.datasets.trajectories import read_trajectory
+from mot_sim.files.text import TextTable
+from tracker.errors import BadConfig, DatasetNotFound
 
 
 def box_sequence(
@@ -31,23 +31,29 @@ def box_sequence(
     bad_boxes: BadBoxes = "error",
     score_map: ScoreMap | None = None,
     every: int | None = None,
+    kinds: tuple[str, ...] | None = None,
 ) -> RecordedSequence:
     """The drive in a table of boxes and a camera file.
 
-    boxes: a csv file whose header names its columns, `frame,x_min,y_min,x_max,y_max,score` in
-    any order, score optional (1 then); frames count from 0, pixel centres are integers; boxes
-    are clipped to the image. camera: see `read_camera`. images: a folder of 000000.png, ... .
-    poses: a 3x4 camera-to-world matrix per line, one per frame, in metres; without it the
-    camera's motion is unknown. motion_cov: of the motion that the poses give over one frame; by
-    default that of ORB-SLAM3 on KITTI. visual: the motion is seen in the images. name: the
-    csv file's, unless given. score_map: from the scores to probabilities; None: they are ones.
-    every: only every so many-th frame was looked at; None: as the boxes say, see
-    `RecordedSequence.looked_at_every`.
-    There are as many frames as poses, else as images, else up to the last box.
+    boxes: a CSV file whose header names its columns, `frame,x_min,y_min,x_max,y_max,score` in
+    any order, score optional (1 then), and, if there are any, class, id, time (seconds), yaw
+    (radians), length_m,height_m,width_m; or another format that `read_box_table` knows. Frames
+    count from 0, pixel centres are integers; boxes are clipped to the image. With a column time
+    frames have those times (between them, interpolated); without a column frame they are numbered
+    by them. kinds: the classes that are kept; None: those of TRACKED_KINDS that are there.
+    camera: see `read_camera`. images: a folder of 000000.png, ... .
+    poses: of the camera, see `read_trajectory`; without them its motion is unknown.
+    motion_cov: of the motion that the poses give over one frame; by default that of ORB-SLAM3 on
+    KITTI. visual: the motion is seen in the images. name: the file's, unless given. score_map: from
+    the scores to probabilities; None: they are ones. every: only every so many-th frame was looked
+    at; None: as the boxes say, see `RecordedSequence.looked_at_every`.
+    There are as many frames as poses (those without times), else as images, else up to the last
+    box.
     """
     if visual and (images is None or poses is not None):
         raise BadConfig("motion seen in images needs images, and no poses: give one or the other")
-    table = read_boxes_table(Path(boxes))
+    table, form = read_box_table(_require(Path(boxes), "boxes"), kinds)
+    table, moments = _timed(table)
     described = read_camera(Path(camera))
     folder = None if images is None else ImageFolder.require(Path(images))
     image_size = described.camera.image_size
@@ -57,25 +63,26 @@ def box_sequence(
             f"images in {images} have {folder.image_size[0]}x{folder.image_size[1]} pixels"
         )
     frame_count = None if folder is None else max(folder.paths) + 1
-    columns = tuple(table.rows.dtype.names or ())
-    form = DetectionFormat(columns, delimiter=",", score_map=score_map)
+    form = form if score_map is None else replace(form, score_map=score_map)
     known_count = frame_count if poses is None else None  # otherwise there is one frame per pose
     log = check_detections(table, form, image_size, known_count, bad_boxes)
-    last_box = int(table["frame"].max(initial=-1))
-    Ts_world_cam = None
+    last_box = int(table["frame"].max(initial=form.first_frame - 1)) - form.first_frame
+    needed = max(last_box + 1, frame_count or 0)
+    Ts_world_cam = times = None
     if poses is not None:
-        path = _require(Path(poses), "pose file")
-        Ts_world_cam = read_poses(path, step=1.0 / described.frame_rate)
-        last = max(last_box, -1 if frame_count is None else frame_count - 1)
-        if len(Ts_world_cam) <= last:
-            raise BadFile(
-                f"{path}: {len(Ts_world_cam)} poses, but {boxes if last == last_box else images} "
-                f"reaches frame {last}, counted from 0; give one pose per frame, {last + 1} in "
-                "all (between those of key-frames, interpolate)"
-            )
-        frame_count = len(Ts_world_cam)
+        trajectory = read_trajectory(_require(Path(poses), "pose file"), described.frame_rate)
+        if trajectory.times is None:
+            reason = f"{boxes if needed == last_box + 1 else images} reaches frame {needed - 1}"
+            frame_count = trajectory.require_frames(needed, reason)
+        else:
+            frame_count = needed
+        times = _frame_times(moments, frame_count, described.frame_rate)
+        Ts_world_cam = trajectory.at(
+            np.arange(frame_count) / described.frame_rate if times is None else times
+        )
     elif frame_count is None:
         frame_count = last_box + 1
+    times = _frame_times(moments, frame_count, described.frame_rate) if times is None else times
     if folder is not None:
         folder.warn_of_gaps(frame_count)
     if motion_cov is None and Ts_world_cam is not None:
@@ -91,28 +98,51 @@ def box_sequence(
         images=folder,
         motion=ImageMotion(folder) if visual and folder is not None else None,
         frame_rate=described.frame_rate,
+        times=times,
+        kinds=form.tracked,
     )
     return sequence.looked_at_every(every)
 
 
-def read_boxes_table(path: Path) -> TextTable:
-    """The rows of a boxes.csv; BadFile without a header, for missing and unknown columns."""
+# Frames and their times, both increasing.
+Moments = tuple[Int[Array, " k"], Float[Array, " k"]]
 
-    def columns(fields: list[str]) -> list[str]:
-        if not set(fields) & {*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS}:
-            first = ",".join(fields) or "an empty file"
-            raise BadFile(f"{path}:1: no header but {first[:80]!r}; the first line names: {HEADER}")
-        for field in fields:
-            if field not in REQUIRED_COLUMNS + OPTIONAL_COLUMNS:
-                error = UnknownName.of("column", field, REQUIRED_COLUMNS + OPTIONAL_COLUMNS)
-                raise BadFile(f"{path}:1: {error}")
-        missing = [column for column in REQUIRED_COLUMNS if column not in fields]
-        if missing or len(set(fields)) < len(fields):
-            what = f"no column {missing[0]}" if missing else "a column stands twice"
-            raise BadFile(f"{path}:1: {what}: {','.join(fields)}; the header is {HEADER}")
-        return fields
 
-    return read_table(_require(path, "boxes"), columns, delimiter=",", header=True)
+def _timed(table: TextTable) -> tuple[TextTable, Moments | None]:
+    """The table with a column `frame`, and the times of its frames; None without a column time.
+
+    BadFile for times that go back from one frame to the next, and for two times in a frame.
+    """
+    if "time" not in (table.rows.dtype.names or ()):
+        return table, None
+    seconds = table.finite(["time"])[:, 0]
+    if "frame" not in (table.rows.dtype.names or ()):
+        moments, frames = np.unique(seconds, return_inverse=True)
+        numbered = append_fields(table.rows, "frame", frames.astype(float), usemask=False)
+        return replace(table, rows=numbered), (np.arange(len(moments)), moments)
+    frames = table.integers("frame")
+    order = np.argsort(frames, kind="stable")
+    steps, elapsed = np.diff(frames[order]), np.diff(seconds[order])
+    wrong = np.zeros(len(table), bool)
+    wrong[order[1:]] = np.where(steps > 0, elapsed <= 0.0, elapsed != 0.0)
+    cure = "each frame has one time, later than that of the frame before it"
+    table.reject(wrong, "a time that does not fit its frame", ["frame", "time"], cure)
+    numbers, first = np.unique(frames, return_index=True)
+    return table, (numbers, seconds[first])
+
+
+def _frame_times(
+    moments: Moments | None, frame_count: int, frame_rate: float
+) -> Float[Array, " m"] | None:
+    """The time of every frame: as stated, between two such interpolated, beyond by the rate."""
+    if moments is None or not len(moments[0]):
+        return None
+    frames, seconds = moments
+    wanted = np.arange(frame_count)
+    times = np.interp(wanted, frames, seconds)
+    times += np.minimum(wanted - frames[0], 0) / frame_rate
+    times += np.maximum(wanted - frames[-1], 0) / frame_rate
+    return times
 
 
 def _require(path: Path, what: str) -> Path:

@@ -120,20 +120,26 @@ def read_poses(
     and, given the step from frame to frame in seconds, for leaps that no camera makes.
     """
     table = read_table(path, lambda fields: _pose_columns(path, fields), line_of_frame=True)
+    if frame_count is not None and len(table) != frame_count:
+        raise BadFile(f"{path}: {len(table)} poses for {frame_count} frames; give one a frame")
+    Ts_world_cam = rigid_poses(table)
+    if step is not None:
+        reject_leaps(table, Ts_world_cam, step, ("tx", "ty", "tz"))
+    return Ts_world_cam
+
+
+def rigid_poses(table: TextTable) -> Float[Array, "n 4 4"]:
+    """The poses in POSE_COLUMNS, their rotations made orthonormal; BadFile for what is none."""
     Ts_world_cam = np.zeros((len(table), 4, 4))
     Ts_world_cam[:, :3] = table.finite(POSE_COLUMNS).reshape(-1, 3, 4)
     Ts_world_cam[:, 3, 3] = 1.0
-    if frame_count is not None and len(table) != frame_count:
-        raise BadFile(f"{path}: {len(table)} poses for {frame_count} frames; give one a frame")
     for row, pose in enumerate(Ts_world_cam):
         fault = rigid_fault(pose)
         if fault is not None:
             raise BadFile(
-                f"{path}:{table.line(row)}: {fault}; a line is a camera-to-world matrix, "
+                f"{table.place(row)}: {fault}; a line is a camera-to-world matrix, "
                 f"{' '.join(POSE_COLUMNS)}"
             )
-    if step is not None:
-        reject_leaps(table, Ts_world_cam, step, ("tx", "ty", "tz"))
     U, _, Vt = np.linalg.svd(Ts_world_cam[:, :3, :3])
     Ts_world_cam[:, :3, :3] = U @ Vt
     return Ts_world_cam

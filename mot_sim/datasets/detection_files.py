@@ -36,6 +36,8 @@ BadBoxes = Literal["error", "drop"]
 CuboidsOfRows = Callable[[Float[Array, "n 7"]], Cuboids]
 CORNER_COLUMNS = ("x1", "y1", "x2", "y2")
 MIN_MAX_COLUMNS = ("x_min", "y_min", "x_max", "y_max")
+SIZE_COLUMNS = ("length_m", "height_m", "width_m")
+MAX_SIZE_METRES = 100.0
 SIDE_COLUMNS = ("left", "top", "width", "height")
 log = logging.getLogger(__name__)
 
@@ -96,6 +98,8 @@ class DetectionFormat:
     """Whether rows may hold more values than there are columns, all rows equally many."""
     score_map: ScoreMap | None = None
     """From the file's scores to probabilities; None: they are taken as they stand."""
+    strict_kinds: bool = True
+    """Whether a word that is no class of KITTI is refused; False: such rows are left out."""
     scored: bool = True
     """Whether rows must hold `score`, the last column; False: without it, as in labels, it is 1."""
 
@@ -189,7 +193,8 @@ def check_detections(
     if has_scores:
         scores = _probabilities(scores, form, table.path)
     said = None if form.tracked == ("Car",) else kinds[keep]
-    detections = Detections(clipped[keep], scores[keep], kinds=said)
+    cues = {name: column[keep] for name, column in _cues(table).items()}
+    detections = Detections(clipped[keep], scores[keep], **cues, kinds=said)
     if cuboids is not None:
         found = cuboids(_cuboid_rows(table, form, keep))
         detections = detections.replaced(base=found.base, yaw=found.yaw, size=found.size)
@@ -210,6 +215,20 @@ def _cuboid_rows(
     require_cuboid_rows(table, rows, keep)
     rows[:, 6] = wrap_angle(rows[:, 6])
     return rows[keep]
+
+
+def _cues(table: TextTable) -> dict[str, Float[Array, "n ..."]]:
+    """Yaw and size, where the table has such columns; NaN: not measured."""
+    names, found = table.rows.dtype.names or (), {}
+    if "yaw" in names:
+        table.reject(np.isinf(table["yaw"]), "yaw is not finite", ["yaw"], "give radians")
+        found["yaw"] = table["yaw"]
+    if set(SIZE_COLUMNS) <= set(names):
+        size = table.block(SIZE_COLUMNS)
+        bad = ~(np.isnan(size) | ((size > 0.0) & (size < MAX_SIZE_METRES))).all(axis=1)
+        table.reject(bad, "a size that no vehicle has", SIZE_COLUMNS, "give metres above 0")
+        found["size"] = size
+    return found
 
 
 def _probabilities(
@@ -243,7 +262,8 @@ def _kinds(table: TextTable, form: DetectionFormat) -> Shaped[Array, " n"]:
     if _of_words(form.kinds):
         written = spelled_as_kitti(written)
         cure = f"KITTI's classes are {', '.join(KITTI_KINDS)} (case does not matter)"
-        table.reject(~is_kitti_kind(written), "no class of KITTI", ["type"], cure)
+        if form.strict_kinds:
+            table.reject(~is_kitti_kind(written), "no class of KITTI", ["type"], cure)
     kinds = np.full(len(table), "", dtype=f"U{MAX_WORD_LENGTH}")
     for word, kind in form.kinds.items():
         kinds[written == word] = kind

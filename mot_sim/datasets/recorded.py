@@ -103,6 +103,8 @@ class RecordedSequence:
     """Where the images come from; None: frames have none."""
     frame_rate: float = 10.0
     """Frames per second, Hz."""
+    times: Float[Array, " m"] | None = None
+    """When each frame of the recording was taken, s, increasing; None: as the frame rate says."""
     motion: MotionSource | None = None
     """Gives the motion while the drive is played, in place of poses and covariance; None: it does
     not."""
@@ -122,7 +124,7 @@ class RecordedSequence:
         ):
             yield Frame(
                 index=index,
-                time=index / self.frame_rate,
+                time=index / self.frame_rate if self.times is None else float(self.times[index]),
                 detections=self.detections_at(index),
                 T_now_before=T_now_before,
                 motion_cov=motion_cov,

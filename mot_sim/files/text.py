@@ -32,6 +32,8 @@ class TextTable:
     """One row per line that is not blank, without the header."""
     header: bool = False
     """Whether the first line that is not blank holds names, not a row."""
+    lines: tuple[int, ...] | None = None
+    """The line of the file, from 1, that each row stands on; None: as `line` counts them."""
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -95,10 +97,16 @@ class TextTable:
         row = int(np.flatnonzero(bad)[0])
         values = ", ".join(f"{column} {_shown(self.rows[row][column])}" for column in columns)
         ending = f"; {cure}" if cure else ""
-        raise BadFile(f"{self.path}:{self.line(row)}: {what}: {values}{ending}")
+        raise BadFile(f"{self.place(row)}: {what}: {values}{ending}")
+
+    def place(self, row: int) -> str:
+        """Where a row stands, as errors name it: file:line."""
+        return f"{self.path}:{self.line(row)}"
 
     def line(self, row: int) -> int:
         """The line of the file, from 1, that a row stands on; the file is read again for it."""
+        if self.lines is not None:
+            return self.lines[row]
         lines = read_text(self.path).split("\n")
         filled = [number for number, line in enumerate(lines, 1) if line.strip()]
         return filled[row + self.header]
@@ -159,19 +167,22 @@ def read_table(
     words: Sequence[str] = (),
     header: bool = False,
     line_of_frame: bool = False,
+    comment: str | None = None,
 ) -> TextTable:
     """The table in a text file, one row a line; blank lines are skipped.
 
     columns: their names; or, where a format has variants, what gives the names for the fields
     of the first line (None: no such variant). words: the columns that hold text. delimiter
     None: any white space. header: the first line is not a row. line_of_frame: there is a
-    line per frame, and a blank one is refused, see `count_rows`. No rows for an empty file.
+    line per frame, and a blank one is refused, see `count_rows`. comment: lines that begin so are
+    left out. No rows for an empty file.
     Raises BadFile with file and line for rows of another length and for values that are not
     numbers; NaN and infinity pass.
     """
     if line_of_frame:
         count_rows(path)
-    lines = [line for line in read_text(path).split("\n") if line.strip()]
+    kept = _kept_lines(path, comment)
+    lines = [line for _, line in kept]
     first = [field.strip() for field in lines[0].split(delimiter)] if lines else []
     names = columns(first) if callable(columns) else columns
     if names is None:
@@ -183,11 +194,19 @@ def read_table(
     try:
         rows = np.loadtxt(lines[header:], dtype=kinds, delimiter=delimiter, comments=None, ndmin=1)
     except ValueError as error:
-        numbered = enumerate(read_text(path).split("\n"), 1)
-        filled = [(number, line) for number, line in numbered if line.strip()][header:]
-        reason = _first_fault(filled, names, delimiter, words) or f" {error}"
+        reason = _first_fault(kept[header:], names, delimiter, words) or f" {error}"
         raise BadFile(f"{path}:{reason}") from None
-    return TextTable(path, rows, header)
+    numbers = None if comment is None else tuple(number for number, _ in kept[header:])
+    return TextTable(path, rows, header, numbers)
+
+
+def _kept_lines(path: Path, comment: str | None) -> list[tuple[int, str]]:
+    """The lines that hold something and are no comments, with their numbers."""
+    numbered = enumerate(read_text(path).split("\n"), 1)
+    filled = [(number, line) for number, line in numbered if line.strip()]
+    if comment is None:
+        return filled
+    return [(number, line) for number, line in filled if not line.lstrip().startswith(comment)]
 
 
 def count_rows(path: Path) -> int:
@@ -223,12 +242,13 @@ def _first_fault(
             shown = line.strip()[:80]
             return f"{number}: {len(values)} values where {len(names)} belong: {shown!r}; {layout}"
         for name, value in zip(names, values, strict=True):
-            if name not in words and not _is_number(value):
+            if name not in words and not is_number(value):
                 return f"{number}: {name} is {value.strip()!r}, which is no number; {layout}"
     return None
 
 
-def _is_number(value: str) -> bool:
+def is_number(value: str) -> bool:
+    """Whether a text is a number as files write them: ASCII, without underscores."""
     try:
         float(value)
     except ValueError:

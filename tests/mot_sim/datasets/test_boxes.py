@@ -89,9 +89,9 @@ def test_images_of_another_size_than_the_camera_file_says_are_refused(folder: Pa
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("0,1,2,3,4,.5\n", r":1: no header but '0,1,2,3,4,.5'; the first line names: frame,x_min"),
+        ("0,1,2,3,4,.5\n", r":1: no header but '0,1,2,3,4,.5'; the first line names the columns"),
         ("", r":1: no header but 'an empty file'"),
-        ("frame,xmin,y_min,x_max,y_max\n", r":1: unknown column 'xmin'.* Did you mean 'x_min'"),
+        ("frame,xmi,y_min,x_max,y_max\n", r":1: unknown column 'xmi'.* Did you mean 'x_min'"),
         ("frame,x_min,y_min,x_max\n", r":1: no column y_max: .*; the header is frame,x_min"),
         ("frame,frame,x_min,y_min,x_max,y_max\n", r":1: a column stands twice"),
         (BOXES + "3,1,2,3,nan,1\n", r":4: y_max is not finite: y_max nan"),
