@@ -40,7 +40,7 @@ HEADINGS = -0.5 * np.pi + np.arange(HEADING_COUNT) * (2.0 * np.pi / HEADING_COUN
 # Std of each start heading: a quarter of the step between them, rad.
 HEADING_STD = 0.5 * np.pi / HEADING_COUNT
 # Of a new car's place: along the ray a share of the distance and metres; across it.
-START_RADIAL_STD, START_LATERAL_STD = (0.12, 1.0), (0.03, 0.5)
+START_RADIAL_STD, START_LATERAL_STD = (0.18, 1.0), (0.03, 0.5)
 # How often the first box is linearised anew.
 START_ITERATIONS = 3
 # An innovation counts as no more standard deviations than this.
@@ -85,8 +85,14 @@ class CarFilter:
     """Their stds, shares of them; more: sizes are learned sooner, places are less certain."""
     start_speed: tuple[float, float] = (6.0, 12.0)
     """Mean and std of the speed of a new car that moves, m/s."""
-    moving_share: float = 0.5
+    evidence: float = 0.7
+    """How much of a box's log-likelihood counts for the hypotheses, 0 to 1: errors of successive
+    boxes are alike. Less: hypotheses are told apart later."""
+    moving_share: float = 0.6
     """Probability that a new car moves, 0 < share < 1; more: parked cars are recognised later."""
+    stated_covariance: float = 1.6
+    """How much larger the covariance in rows is than the filter's own, which takes the errors of
+    successive boxes for independent; chosen so that as many errors lie within it as it says."""
     switch: float = 0.02
     """Probability with which a mode that has died out begins again: cars stop and start."""
 
@@ -143,7 +149,7 @@ class CarFilter:
         boxes = self.edges.unbiased(boxes)
         usable = ~(hidden[:, 1] | hidden[:, 3]) & (scores > MIN_SLOPE_SCORE)
         memory = self.road.update(memory, boxes, believed_log_heights(states), usable, camera)
-        variances = self.edges.correlation**2 * self.edges.variances(boxes, scores, hidden)
+        variances = self.edges.variances(boxes, scores, hidden)
         at = states.followed()
         means, covs, fit = self._update(
             states.means[at], states.covs[at], boxes[at[0]], variances[at[0]], camera
@@ -151,7 +157,7 @@ class CarFilter:
         fit = fit + _forward_log_probability(means[:, SPEED], covs[:, SPEED, SPEED])
         means[:, SPEED] = np.maximum(means[:, SPEED], 0.0)
         log_weights = np.full(states.log_weights.shape, -np.inf)
-        log_weights[at] = states.log_weights[at] + fit
+        log_weights[at] = states.log_weights[at] + self.evidence * fit
         after = self._switched(_with(states, at, means, covs, normalised(log_weights)))
         return after, self.directions.update(memory, after, dt)
 
@@ -192,7 +198,8 @@ class CarFilter:
     def estimate(self, states: CarStates, memory: RoadMemory) -> CarEstimates:
         """One state per car: of its likeliest direction, with how likely that is."""
         weights = np.exp(states.log_weights) * self.directions(memory, states)
-        return estimate(states, weights / weights.sum(axis=1, keepdims=True))
+        estimates = estimate(states, weights / weights.sum(axis=1, keepdims=True))
+        return estimates.replaced(covs=self.stated_covariance * estimates.covs)
 
     def _prior(
         self, places: Float[Array, "n 3"], slope: float

@@ -20,17 +20,18 @@ DIAGONAL = np.arange(STATE_SIZE)
 class CarMotion:
     """Goes where it faces, with a speed and heading that change at random."""
 
-    acceleration_std: float = 9.0
+    acceleration_std: float = 5.0
     """Std of the acceleration, drawn anew every 0.1 s, m/s^2; more: the speed follows faster."""
-    turn_std: float = 0.08
+    turn_std: float = 0.05
     """Std of the heading after a second of driving, rad; more: turns are followed faster."""
-    drift_std: float = 0.02
-    """Std of what the place changes besides in a second, m."""
+    drift_std: float = 0.15
+    """Std of what the place changes besides in a second, m: the camera's motion is never exact, nor
+    is the shape of a car a cuboid's. More: places follow boxes faster, sizes are learned less."""
     size_std: float = 0.003
     """Std of what logarithms of sizes change in a second: keeps the filter from certainty."""
     off_road_std: tuple[float, float] = (0.1, 0.008)
     """Std of how far a car's base lies off the road's plane: m, and m per metre of distance."""
-    off_road_time: float = 1.0
+    off_road_time: float = 0.67
     """Seconds in which that changes."""
 
     def __call__(

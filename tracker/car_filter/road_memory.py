@@ -47,9 +47,9 @@ class RoadMemory(NamedTuple):
 class RoadModel:
     """The slope that all cars of a frame share: the camera nods, and roads rise and fall."""
 
-    slope_std: float = 0.012
+    slope_std: float = 0.015
     """Std of the slope, rad; 0: the road is the plane under the camera."""
-    slope_time: float = 10.0
+    slope_time: float = 15.0
     """Seconds in which the slope changes; more: it is averaged over a longer time."""
     residual_std: float = 0.006
     """Std of the slope that a single car has for itself, rad."""

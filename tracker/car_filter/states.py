@@ -17,7 +17,7 @@ HEADING_COUNT = 8
 HYPOTHESIS_COUNT = 2 * HEADING_COUNT
 PARKED, MOVING = slice(0, HEADING_COUNT), slice(HEADING_COUNT, HYPOTHESIS_COUNT)
 # A hypothesis of which no more than exp of this is left is not followed.
-MIN_LOG_WEIGHT = -7.0
+MIN_LOG_WEIGHT = -9.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -63,7 +63,7 @@ def test_the_covariance_follows_the_derivatives_of_the_motion() -> None:
     later = motion(states, covs, np.ones(30, bool), T_road, 0.1, 0.1, (0.0, 0.0))[1]
     expected = F @ covs @ F.transpose(0, 2, 1)
     distance = np.hypot(*go(states)[:, :3:2].T)
-    expected[:, 1, 1] += (1.0 - np.exp(-0.2)) * motion.off_road_var(distance)
+    expected[:, 1, 1] += (1.0 - np.exp(-0.2 / motion.off_road_time)) * motion.off_road_var(distance)
     np.testing.assert_allclose(later, expected, rtol=1e-5, atol=1e-7)
 
 
