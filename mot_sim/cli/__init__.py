@@ -7,7 +7,7 @@ heavy is imported only when it runs. So `--help` answers at once.
 import os
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Protocol, runtime_checkable
@@ -39,15 +39,15 @@ class Command(Protocol):
         ...
 
 
-class CommandRegister(Mapping[str, type[Command]]):
+class CommandRegister(Mapping[str, Callable[..., Command]]):
     """The commands by name; the file of one is imported when it is looked up."""
 
     def __init__(self, places: Mapping[str, str]) -> None:
         self.places = places  # file and class
 
-    def __getitem__(self, name: str) -> type[Command]:
+    def __getitem__(self, name: str) -> Callable[..., Command]:
         file, _, kind = self.places[name].partition(":")
-        command: type[Command] = getattr(import_module(f"mot_sim.cli.{file}"), kind)
+        command: Callable[..., Command] = getattr(import_module(f"mot_sim.cli.{file}"), kind)
         return command
 
     def summary(self, name: str) -> str:

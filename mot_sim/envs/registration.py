@@ -2,7 +2,7 @@
 
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
@@ -25,9 +25,12 @@ class RegisterOnImport(MetaPathFinder, Loader):
     """Gymnasium's own."""
 
     def find_spec(
-        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+        self, fullname: str, path: Iterable[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Gymnasium, as whoever comes after us finds it, but loaded by us; nothing else."""
+        """Gymnasium, as whoever comes after us finds it, but loaded by us; nothing else.
+
+        path: of the package around it; that of a namespace is no `Sequence`.
+        """
         if fullname != GYMNASIUM or self not in sys.meta_path:
             return None
         sys.meta_path.remove(self)

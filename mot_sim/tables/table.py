@@ -2,12 +2,13 @@
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console, ConsoleOptions, RenderResult
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
 from rich.text import Text
 
 from mot_sim.metrics import Scores
@@ -114,7 +115,9 @@ class Table:
         """The cells of every row as text, intervals beside their values."""
         return [tuple(each.text(row) for each in self.shown_columns) for row in self.rows]
 
-    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+    def __rich_console__(
+        self, console: Console, options: ConsoleOptions
+    ) -> Iterable[RenderableType | Segment]:
         """The title, the table folded to the width of the terminal, the note."""
         if self.title:
             yield Text(self.title, style="table.title")

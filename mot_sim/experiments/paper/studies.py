@@ -66,7 +66,7 @@ class PaperConfig:
             return drive
         cars = truth.frames[truth.kinds == "Car"]
         first = int(np.argmax(np.count_nonzero(cars == frames[:, None], axis=1)))
-        return drive.subset(frames[first : first + self.sample_frames])
+        return drive.subset(frames[first : first + self.sample_frames].tolist())
 
     def stand(self, scenes: tuple[str, ...]) -> SyntheticBenchmark:
         """For synthetic drives; all tables share what was recorded."""
