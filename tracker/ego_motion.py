@@ -64,11 +64,6 @@ class CameraMotion(NamedTuple):
         times = round(self.seconds_unknown, 6) / UNKNOWN_MOTION_SECONDS
         return self.known_cov + times**2 * UNKNOWN_MOTION_COV
 
-    @property
-    def T_known(self) -> Float[Array, "4 4"] | None:
-        """`T_now_before` where it was given over all frames; else None."""
-        return self.T_now_before if self.is_known else None
-
     def after(self, before: "CameraMotion | None") -> "CameraMotion":
         """This motion after an earlier one, as one motion."""
         if before is None:

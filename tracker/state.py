@@ -3,6 +3,9 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from jaxtyping import Float
+from numpy import ndarray as Array
+
 from tracker.box_filter import Gains
 from tracker.car_filter import RoadMemory
 from tracker.ego_motion import NO_MOTION, CameraMotion
@@ -61,6 +64,13 @@ class Clock(NamedTuple):
             return NO_MOTION, 0.0
         motion = CameraMotion.of(frame, self._elapsed(frame, self.time)).after(self.motion)
         return motion, self.seconds_since_look(frame)
+
+    def T_since_look(self, frame: Frame) -> Float[Array, "4 4"] | None:
+        """The camera's motion as `since_look` has it, where it was given over all frames."""
+        if self.motion is None:
+            return frame.T_now_before
+        motion, _ = self.since_look(frame)
+        return motion.T_now_before if motion.is_known else None
 
     def seconds_since_look(self, frame: Frame) -> float:
         """From the last frame that was looked at to this one; 0 where there was none."""

@@ -257,7 +257,7 @@ class Tracker:
         matched = tracks if _is_all(rows, len(tracks)) else tracks.select(rows)
         missed = match.unmatched_tracks
         unmatched = tracks.select(missed) if len(missed) else NO_TRACKS
-        motion, dt = state.clock.since_look(frame)
+        dt = state.clock.seconds_since_look(frame)
         existence = self._update_existence(
             matched, unmatched, matched_scores, born_scores, observed.boxes, dt
         )
@@ -296,7 +296,11 @@ class Tracker:
             gains,
             compared.scores,
             state.motion_check.after(
-                frame, motion.T_known, observed.boxes, self.camera, self.lift.car_size[1]
+                frame,
+                state.clock.T_since_look(frame),
+                observed.boxes,
+                self.camera,
+                self.lift.car_size[1],
             ),
             road,
         )

@@ -160,7 +160,8 @@ class Linker:
         after = LinkerState(
             kept, frame_nodes.end, clock, T_world_road, statistics, gains, memory,
             state.motion_check.after(
-                frame, motion.T_known, observed.boxes, tracker.camera, tracker.lift.car_size[1]
+                frame, state.clock.T_since_look(frame), observed.boxes, tracker.camera,
+                tracker.lift.car_size[1],
             ),
         )  # fmt: skip
         return after, frame_nodes
