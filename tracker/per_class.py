@@ -8,6 +8,7 @@ import numpy as np
 from tracker.beliefs import Lift
 from tracker.errors import BadConfig, UnknownName
 from tracker.frameworks import Delayed
+from tracker.motion_check import Contradiction
 from tracker.state import TrackerStatistics
 from tracker.tracker import Tracker
 from tracker.types import TRACKED_KINDS, Detections, Frame, Tracks
@@ -114,6 +115,13 @@ class PerClass:
             sum(part.compared for part in parts),
             sum(part.unmeasured for part in parts),
         )
+
+    @property
+    def contradiction(self) -> Contradiction | None:
+        """What all boxes so far, of one of the classes, contradict in the given motion or
+        calibration; None: nothing."""
+        each = (getattr(tracker, "contradiction", None) for tracker in self.trackers.values())
+        return next((found for found in each if found is not None), None)
 
     def reset(self) -> None:
         """Forget everything; ids start anew."""

@@ -3,14 +3,16 @@
 import json
 import logging
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from mot_sim.cli.streams import writing_stderr, writing_stdout
+from tracker.errors import MotionWarning
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -81,15 +83,27 @@ class Terminal:
         level = LEVELS[min(max(verbose, 0), len(LEVELS) - 1)]
         loggers = [logging.getLogger(name) for name in LOGGERS]
         before = [logger.level for logger in loggers]
+        show = warnings.showwarning
+        warnings.showwarning = partial(self._show_warning, show)
         for logger in loggers:
             logger.addHandler(handler)
             logger.setLevel(level)
         try:
             yield
         finally:
+            warnings.showwarning = show
             for logger, old in zip(loggers, before, strict=True):
                 logger.removeHandler(handler)
                 logger.setLevel(old)
+
+    def _show_warning(
+        self, others: Callable[..., None], message: Warning | str, *details: Any, **more: Any
+    ) -> None:
+        """One line for motion that the boxes contradict; others as Python shows them."""
+        if isinstance(message, MotionWarning):
+            self.note(f"warning: {message}")
+        else:
+            others(message, *details, **more)
 
     @contextmanager
     def progress(

@@ -19,11 +19,13 @@ from tracker.types import Camera
 # comes above 14 (python -m benchmarks.motion_checks).
 BAR = 30.0
 STILL_BAR = 15.0
-# For a hundredth or a hundredfold, for which nothing on KITTI ever speaks.
+# For a hundredth, a hundredfold or a vehicle's axes, for which nothing on KITTI ever speaks.
 UNITS_BAR = 15.0
 # For reversed motion by depths and turns alone: one car that drives away at twice the camera's
 # speed speaks for it as long as it is seen.
 REVERSED_BAR = 45.0
+# Where boxes turn against the rotations given but drive as given: by depths, the other way.
+TRANSPOSED_BAR = 6.0
 # Reversed motion is either the inverse or in OpenGL's axes, which nodding tells: so long it is
 # waited for.
 MIN_REVERSED_FRAMES = 60
@@ -80,11 +82,15 @@ class Contradiction:
 
 CAUSES = {
     "inverse": "the inverse of T_now_before predicts the boxes better: are the poses "
-    "world-to-camera where camera-to-world belongs?",
+    "world-to-camera where camera-to-world belongs, or their rotations transposed?",
+    "transposed": "the camera turns the other way than T_now_before says, but drives as it says: "
+    "are the rotations transposed? A line of poses is r11 r12 r13 tx r21 r22 r23 ty ...",
     "opengl": "the boxes move as if the camera's y pointed up and its z backwards: are the poses "
     "in OpenGL's axes? Ours are x right, y down, z forward",
     "reversed": "the camera drives backwards by T_now_before, forwards by the boxes: are the poses "
     "world-to-camera where camera-to-world belongs, or in OpenGL's axes (y up, z backwards)?",
+    "vehicle axes": "the camera drives sideways by T_now_before, ahead by the boxes: are the poses "
+    "in a vehicle's axes (x forward, z up)? Ours are the camera's: x right, y down, z forward",
     "one frame early": "the motion given one frame before predicts the boxes better: are the "
     "poses shifted by one frame, too early?",
     "one frame late": "the motion given one frame later predicts the boxes better: are the poses "
@@ -93,10 +99,10 @@ CAUSES = {
     "in metres?",
     "focal length": "the boxes shift {factor:.2f} times as far as this focal length says when the "
     "camera turns or nods: is K that of these images, at their size?",
-    "camera height": "cars would be {height:.1f} m high at this camera height: about {factor:.2f} "
-    "m fits their boxes",
-    "pitch": "cars would grow with their distance: the horizon is {pixels:.0f} pixels off; about "
-    "{degrees:.1f} degrees more pitch fit (positive looks up)",
+    "camera height": "what is tracked would be {height:.1f} m high at this camera height: about "
+    "{factor:.2f} m fits the boxes",
+    "pitch": "what is tracked would grow with its distance: the horizon is {pixels:.0f} pixels "
+    "off; about {degrees:.1f} degrees more pitch fit (positive looks up)",
     "leap": "frame {frame}: T_now_before leaps by {metres:.3g} m and {degrees:.3g} degrees more "
     "than in the frames around it, and the boxes do not: did the map or the clock jump?",
 }
@@ -107,16 +113,17 @@ def contradiction(cause: str, **numbers: int | float) -> Contradiction:
     return Contradiction(cause, CAUSES[cause].format(**numbers))
 
 
-def judge_rotations(shifts: Float[Array, "t 4"], reversed_nats: float) -> str | None:
-    """The cause that the shifts of boxes point to, if one: lags and reversals.
-
-    reversed_nats: how much likelier depths and turns are with the motion reversed.
-    """
+def judge_rotations(shifts: Float[Array, "t 4"], depths: Float[Array, "k 5"]) -> str | None:
+    """The cause that the shifts of boxes point to, if one: lags and reversals."""
+    by_depths = scaled_nats(depths, -1.0)
+    reversed_nats = by_depths + _turned_nats(shifts)
     nats = _shift_nats(shifts)
     best = max(nats, key=lambda name: nats[name])
     is_sure = nats[best] > BAR and nats[best] > nats["still"] + STILL_BAR
     if is_sure and best in ("one frame early", "one frame late"):
         return best
+    if is_sure and best == "inverse" and by_depths < -TRANSPOSED_BAR:
+        return "transposed"
     shifts_reversed = is_sure and best in ("inverse", "opengl")
     if not (reversed_nats > -BAR if shifts_reversed else reversed_nats > REVERSED_BAR):
         return None
@@ -152,7 +159,7 @@ def _shift_nats(shifts: Float[Array, "t 4"]) -> dict[str, float]:
     return dict(zip(names, nats.tolist(), strict=True))
 
 
-def turned_nats(shifts: Float[Array, "t 4"]) -> float:
+def _turned_nats(shifts: Float[Array, "t 4"]) -> float:
     """How much likelier the shifts in turns are with the turns reversed."""
     ratios = _turn_ratios(shifts)
     return float(np.log(_turn_density(-ratios) / _turn_density(ratios)).sum()) / TURN_REPEATS
@@ -171,17 +178,21 @@ def _turn_density(ratios: Float[Array, " n"]) -> Float[Array, " n"]:
     return standing + along + 0.125 * ((ratios > 1.0) & (ratios < 3.0)) + 0.02
 
 
-def scaled_nats(depths: Float[Array, "k 4"], scale: float) -> float:
+def scaled_nats(depths: Float[Array, "k 5"], scale: float) -> float:
     """How much likelier the cars' depths are with `scale` times the translation."""
-    nearer, ahead, std, seconds = depths.T
-    metres = np.abs(ahead) * abs(scale)
+    return _depth_nats(depths, scale * depths[:, 1])
+
+
+def _depth_nats(depths: Float[Array, "k 5"], other: Float[Array, " k"]) -> float:
+    """How much likelier the cars' depths are where the camera drove so far ahead, in metres."""
+    nearer, ahead, std, seconds, _ = depths.T
+    metres = np.abs(other)
     kept = (metres > MIN_SPEED * seconds) & (std < MAX_DEPTH_NOISE * metres)
     kept &= np.abs(nearer) < MAX_RELATIVE_SPEED * seconds  # false where no time goes by
-    if abs(scale) != 1.0:
-        kept &= metres < MAX_SPEED * seconds
-    nearer, ahead, std, seconds = depths[kept].T
+    kept &= (metres < MAX_SPEED * seconds) | (metres == np.abs(ahead))
+    nearer, ahead, std, seconds, _ = depths[kept].T
     given = _depth_density(nearer, ahead, std, seconds)
-    return float(np.log(_depth_density(nearer, scale * ahead, std, seconds) / given).sum())
+    return float(np.log(_depth_density(nearer, other[kept], std, seconds) / given).sum())
 
 
 def _depth_density(
@@ -208,8 +219,10 @@ def _normal(x: Float[Array, " k"], std: Float[Array, " k"]) -> Float[Array, " k"
     return np.exp(-0.5 * (x / std) ** 2) / (std * math.sqrt(2.0 * math.pi))
 
 
-def judge_units(depths: Float[Array, "k 4"]) -> Contradiction | None:
-    """Whether the translation is a hundredth or a hundredfold of what the boxes say."""
+def judge_translations(depths: Float[Array, "k 5"]) -> Contradiction | None:
+    """Whether the camera drives along another axis, a hundredth or a hundredfold as far."""
+    if _depth_nats(depths, depths[:, 4]) > UNITS_BAR:
+        return contradiction("vehicle axes")
     if scaled_nats(depths, HUNDRED) > UNITS_BAR:
         return contradiction("units", factor=HUNDRED)
     seconds, too_fast = depths[:, 3], np.abs(depths[:, 1]) > MAX_SPEED * depths[:, 3]

@@ -1,5 +1,6 @@
 """The check of a drive while it is tracked: frames are collected, and judged many at a time."""
 
+import sys
 import warnings
 from dataclasses import dataclass
 
@@ -15,9 +16,7 @@ from tracker.motion_check.causes import (
     judge_focal_length,
     judge_rotations,
     judge_sizes,
-    judge_units,
-    scaled_nats,
-    turned_nats,
+    judge_translations,
 )
 from tracker.motion_check.leaps import find_leap
 from tracker.motion_check.observations import Observations, observe
@@ -79,7 +78,8 @@ class MotionCheck:
         else:
             seen = ()
         if found is not None:
-            warnings.warn(f"up to frame {frame.index}: {found.text}", MotionWarning, stacklevel=4)
+            text = f"up to frame {frame.index}: {found.text}"
+            warnings.warn(text, MotionWarning, stacklevel=1 + _calls_inside())
         return MotionCheck(frames[-1:], seen, count, next_look, found)
 
     def verdict(self, camera: Camera, car_height: float) -> Contradiction | None:
@@ -96,6 +96,14 @@ class MotionCheck:
         return judge(seen, camera, car_height) if seen else None
 
 
+def _calls_inside() -> int:
+    """How many calls up the stack the caller of this package is."""
+    calls, call = 1, sys._getframe(1)
+    while call.f_back is not None and str(call.f_globals.get("__name__")).startswith("tracker."):
+        calls, call = calls + 1, call.f_back
+    return calls - 1
+
+
 def judge(
     seen: tuple[Observations, ...], camera: Camera, car_height: float
 ) -> Contradiction | None:
@@ -107,7 +115,7 @@ def judge(
     by_size = judge_sizes(sizes, camera, car_height)
     if by_size is not None:
         return by_size
-    cause = judge_rotations(shifts, scaled_nats(depths, -1.0) + turned_nats(shifts))
+    cause = judge_rotations(shifts, depths)
     if cause is not None:
         return contradiction(cause)
-    return judge_units(depths) or judge_focal_length(shifts)
+    return judge_translations(depths) or judge_focal_length(shifts)

@@ -40,9 +40,10 @@ class Observations:
     shifts: Float[Array, "t 4"]
     """For every frame the shift of the boxes' centres since the one before, u and v, and the one
     that the rotation predicts, pixels: medians over the cars; NaN where there are none."""
-    depths: Float[Array, "k 4"]
+    depths: Float[Array, "k 5"]
     """For a car and a baseline: how much nearer it came, how much the camera moved ahead, the
-    std of their difference, in metres, and the seconds that it took."""
+    std of their difference, in metres, the seconds that it took, and how much the camera moved
+    to the right, metres: ahead by the axes of vehicles."""
     sizes: Float[Array, "s 2"]
     """Of whole boxes: height, and how far the bottom is below the image's principal point."""
 
@@ -175,27 +176,28 @@ def _depths(
     heights: Float[Array, "t m"],
     is_whole: Bool[Array, "t m"],
     metres_by_pixels: float,
-) -> Float[Array, "k 4"]:
+) -> Float[Array, "k 5"]:
     """Of cars that were seen throughout a baseline of some frames: see `Observations.depths`.
 
     A car's depth is that of its height; baselines do not share frames.
     """
     ends = np.arange(base, len(times), base)
     if len(ends) == 0 or partners.shape[1] == 0:
-        return np.zeros((0, 4))
+        return np.zeros((0, 5))
     rows = np.tile(np.arange(partners.shape[1]), (len(ends), 1))
-    ahead, is_known = np.zeros(len(ends)), np.ones(len(ends), bool)
+    is_known = np.ones(len(ends), bool)
     Ts_end = np.tile(np.eye(4), (len(ends), 1, 1))
     for back in range(base):
         at = ends - back
         rows = np.where(rows >= 0, partners[at[:, None] - 1, rows], -1)
         Ts_end = Ts_end @ Ts[at]
         is_known &= known[at]
-    ahead = -Ts_end[:, 2, 3]
+    right, ahead = -Ts_end[:, 0, 3], -Ts_end[:, 2, 3]
     at, car = np.nonzero((rows >= 0) & is_known[:, None])
     first, now = (ends[at] - base, rows[at, car]), (ends[at], car)
     whole = is_whole[first] & is_whole[now]
     at, first, now = at[whole], tuple(p[whole] for p in first), tuple(p[whole] for p in now)
     z_first, z_now = metres_by_pixels / heights[first], metres_by_pixels / heights[now]
     seconds = times[ends[at]] - times[ends[at] - base]
-    return np.column_stack((z_first - z_now, ahead[at], HEIGHT_STD * z_first, seconds))
+    std = HEIGHT_STD * z_first
+    return np.column_stack((z_first - z_now, ahead[at], std, seconds, right[at]))

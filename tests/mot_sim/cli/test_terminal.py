@@ -1,5 +1,6 @@
-"""The progress bar: lines where it cannot be drawn, and the time that is left."""
+"""The progress bar: lines where it cannot be drawn, and the time that is left; warnings."""
 
+import warnings
 from io import StringIO
 
 import pytest
@@ -7,6 +8,7 @@ from rich.console import Console
 
 from mot_sim.cli import terminal
 from mot_sim.cli.terminal import Terminal
+from tracker.errors import MotionWarning
 
 
 class Clock:
@@ -69,3 +71,20 @@ def test_steps_are_counted_and_their_rate_is_shown(clock: Clock) -> None:
             advance("film", total=8)
     assert "2/8" in err.getvalue()
     assert "1 frames/s, 6 s left" in err.getvalue()
+
+
+def test_motion_that_boxes_contradict_is_one_line_and_other_warnings_are_as_they_were() -> None:
+    err, where = StringIO(), Terminal()
+    where.err = Console(file=err, width=20)
+
+    def two_warnings() -> None:
+        usual = warnings.showwarning
+        with where.logging(0):
+            warnings.warn("in metres, or not at all?", MotionWarning, stacklevel=1)
+            warnings.warn("something else", UserWarning, stacklevel=1)
+        assert warnings.showwarning == usual
+
+    with pytest.warns(UserWarning, match="something else") as others:
+        two_warnings()
+    assert [str(other.message) for other in others] == ["something else"]
+    assert err.getvalue() == "warning: in metres, or not at all?\n"

@@ -13,8 +13,11 @@ from tracker import FRAMEWORKS, Camera, Delayed, Detections, Frame, Tracker
 from tracker.errors import MotionWarning
 from tracker.geometry import homogeneous, invert, rotation_x, rotation_y, transform
 from tracker.motion_check import CAUSES, MotionCheck
+from tracker.per_class import PerClass, for_kind
 
 FLIP = np.diag([1.0, -1.0, -1.0, 1.0])  # between our axes and OpenGL's
+# From our axes to a vehicle's: x forward, y left, z up.
+VEHICLE = homogeneous(np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]]))
 PARKED = tuple(Car(x + 0.3 * (k % 3), 9.0 * k) for k in range(34) for x in (-5.0, 5.0))
 Path = Callable[[float], tuple[float, float, float]]
 
@@ -75,6 +78,18 @@ def shifted(frames: list[Frame], by: int) -> list[Frame]:
     ]
 
 
+def transposed(frames: list[Frame]) -> list[Frame]:
+    """The frames with the motions of poses whose rotations are transposed."""
+    T_world_cam, before, changed = np.eye(4), np.eye(4), frames[:1]
+    for frame in frames[1:]:
+        assert frame.T_now_before is not None
+        T_world_cam = T_world_cam @ invert(frame.T_now_before)
+        now = homogeneous(T_world_cam[:3, :3].T, T_world_cam[:3, 3])
+        changed.append(replace(frame, T_now_before=invert(now) @ before))
+        before = now
+    return changed
+
+
 def hundredth(T: np.ndarray) -> np.ndarray:
     """The motion with its translation in another unit."""
     return homogeneous(T[:3, :3], 0.01 * T[:3, 3])
@@ -88,7 +103,7 @@ def checked(frames: list[Frame], camera: Camera = LEVEL) -> MotionCheck:
     return check
 
 
-def track(tracker: Tracker | Delayed, frames: list[Frame]) -> None:
+def track(tracker: Tracker | Delayed | PerClass, frames: list[Frame]) -> None:
     """Every step."""
     for frame in frames:
         tracker.step(frame)
@@ -120,6 +135,8 @@ WRONG_MOTION: dict[str, Callable[[list[Frame]], list[Frame]]] = {
     "one frame early": lambda frames: shifted(frames, 1),
     "one frame late": lambda frames: shifted(frames, -1),
     "units": lambda frames: moved(frames, hundredth),
+    "vehicle axes": lambda frames: moved(frames, lambda T: VEHICLE @ T @ invert(VEHICLE)),
+    "transposed": transposed,
 }
 
 
@@ -222,8 +239,33 @@ def test_every_tracker_warns_once_and_can_be_asked(framework: str) -> None:
     found = tracker.contradiction  # type: ignore[union-attr]
     assert found is not None
     assert found.cause == "inverse"
-    tracker.reset()  # type: ignore[union-attr]
+    tracker.reset()
     assert tracker.contradiction is None  # type: ignore[union-attr]
+
+
+def test_a_camera_that_looks_sideways_drives_sideways_rightly() -> None:
+    """Its translation is that of a vehicle's axes, and the cars pass from side to side."""
+
+    def sideways(time: float) -> tuple[float, float, float]:
+        return 10.0 * time, 0.0, 0.0
+
+    cars = tuple(Car(4.0 * k, 9.0 + 2.0 * (k % 3)) for k in range(-6, 60))
+    assert cause_of(frames_of(sideways, cars)) is None
+
+
+def test_trackers_of_several_classes_say_it_once() -> None:
+    kinds = "Car", "Cyclist"
+    tracker = PerClass({kind: for_kind(Tracker.default(LEVEL), kind) for kind in kinds})
+    frames = [
+        replace(frame, detections=frame.found.replaced(kinds=np.full(len(frame.found), "Car")))
+        for frame in moved(frames_of(straight), invert)
+    ]
+    assert tracker.contradiction is None
+    with pytest.warns(MotionWarning, match="world-to-camera") as warned:
+        track(tracker, frames)
+    assert len(warned) == 1
+    assert tracker.contradiction is not None
+    assert tracker.contradiction.cause == "inverse"
 
 
 def test_a_state_that_is_gone_back_to_knows_nothing_of_later_frames() -> None:
