@@ -11,6 +11,8 @@ from numpy import ndarray as Array
 from tracker.types import Rows
 
 EVENT_KINDS = ("occlusion", "crossing", "car turns", "camera turns", "look-alike", "detector gap")
+# Those that are as much about the second car.
+PAIR_KINDS = ("crossing", "look-alike")
 # In the column `others`: no second car; the occluder is not a car.
 NO_PARTNER = -2
 SCENERY = -1

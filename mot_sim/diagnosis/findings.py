@@ -14,15 +14,16 @@ from jaxtyping import Bool, Int
 from numpy import ndarray as Array
 
 from mot_sim.diagnosis.attribution import Cause
-from mot_sim.diagnosis.context_events import ContextEvents, by_id
+from mot_sim.diagnosis.context_events import PAIR_KINDS, ContextEvents, by_id
+from mot_sim.diagnosis.cuboid_errors_around import CuboidCounts, counts_around
 from mot_sim.diagnosis.diagnosed_sequence import DiagnosedSequence
 from mot_sim.files.cache_folder import read_hashed, write_hashed
 from mot_sim.metrics.breaks import Breaks, Matches, counted_cars
+from mot_sim.metrics.cuboid_errors import cuboid_errors
 from tracker.types import Tracks
 
 # An event is around a break if at most so much time lies between them.
 CONTEXT_SECONDS = 0.5
-PAIR_KINDS = ("crossing", "look-alike")
 NO_EVENT = "none of these"
 
 
@@ -173,6 +174,9 @@ class Findings:
     absent."""
     cases: tuple[Case, ...] = ()
     """All breaks, by frame, then by car."""
+    cuboids: dict[str, CuboidCounts] = field(default_factory=dict)
+    """What is wrong with cuboids, by the same names and of all rows; empty where the tracker gives
+    none."""
 
     @property
     def switches(self) -> int:
@@ -204,7 +208,17 @@ def findings_of(
     )
     counts = tally(breaks, diagnosed.events, around, risky)
     frames, car_count = len(diagnosed.stream.frames), len(np.unique(cars.ids))
-    return Findings(diagnosed.name, frames, car_count, diagnosed.known, counts, cases)
+    cuboids = {}
+    if _has_places(output) and _has_places(diagnosed.truth):
+        errors = cuboid_errors(diagnosed.truth, output, count)
+        margin = round(CONTEXT_SECONDS * diagnosed.stream.frame_rate)
+        cuboids = counts_around(errors, diagnosed.events, margin)
+    return Findings(diagnosed.name, frames, car_count, diagnosed.known, counts, cases, cuboids)
+
+
+def _has_places(tracks: Tracks) -> bool:
+    """Whether any row says where its car stands."""
+    return tracks.cuboids is not None and bool(np.isfinite(tracks.cuboids.base).any())
 
 
 def _case(
@@ -243,7 +257,8 @@ def _parse(content: dict[str, Any]) -> Findings:
     cases = tuple(_read_case(each) for each in content.pop("cases"))
     counts = {name: EventCounts(**each) for name, each in content.pop("counts").items()}
     known = tuple(content.pop("known"))
-    return Findings(**content, known=known, counts=counts, cases=cases)
+    cuboids = {name: CuboidCounts(**each) for name, each in content.pop("cuboids").items()}
+    return Findings(**content, known=known, counts=counts, cases=cases, cuboids=cuboids)
 
 
 def _read_case(content: dict[str, Any]) -> Case:

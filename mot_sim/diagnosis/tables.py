@@ -10,11 +10,12 @@ import pyarrow.parquet as pq
 
 from mot_sim.diagnosis.attribution import EITHER_SOURCE, ONE_SOURCE, VERDICTS
 from mot_sim.diagnosis.context_events import EVENT_KINDS, bin_names
-from mot_sim.diagnosis.findings import NO_EVENT, Case, EventCounts, Findings
+from mot_sim.diagnosis.cuboid_errors_around import ALL_ROWS, OTHER_ROWS, CuboidCounts
+from mot_sim.diagnosis.findings import CONTEXT_SECONDS, NO_EVENT, Case, EventCounts, Findings
 from mot_sim.diagnosis.rates import mean_count, rate
 from mot_sim.experiments.result_file import Result, made_here, write_result
 from mot_sim.files.writing import whole_file
-from mot_sim.tables import Cell, Row, Table, few_seeds_note, with_ends
+from mot_sim.tables import Cell, Column, Row, Table, few_seeds_note, with_ends
 
 ALL, A_DRIVE = "all", "a drive"
 RATE, BROKEN_RATE = "switches per event", "fragments per event"
@@ -123,6 +124,33 @@ def _control_note(switched: Sequence[Sequence[Case]]) -> str:
     return note
 
 
+def cuboid_table(found: Sequence[Findings]) -> Table | None:
+    """What is wrong with cuboids around each kind of event; None where there are none."""
+    known = [name for each in found for name in each.cuboids]
+    if not known:
+        return None
+    named = [name for kind in EVENT_KINDS for name in bin_names(kind) if name in known]
+    rows: list[Row] = []
+    for name in (*named, OTHER_ROWS, ALL_ROWS):
+        parts = [each.cuboids.get(name, CuboidCounts()) for each in found]
+        counts = sum(parts, start=CuboidCounts())
+        if not counts.rows and name not in EVENT_KINDS:
+            continue
+        shares = (counts.near, counts.wrong, counts.backwards)
+        parts_of = [part / counts.rows for part in shares] if counts.rows else [None] * 3
+        mean = counts.metres / counts.rows if counts.rows else None
+        rows.append((name, counts.rows, mean, *parts_of))
+    columns = (
+        "around", Column("rows", "count"), Column("centre, mean m", "value", digits=2),
+        Column("within 2 m", "rate"), Column("heading > 30°", "rate"), Column("> 90°", "rate"),
+    )  # fmt: skip
+    note = (
+        f"Rows that meet a label in the image, from {CONTEXT_SECONDS:g} s before an event of their "
+        "car to as long after it; around several events they count for each."
+    )
+    return Table.of("cuboids", "Where cuboids are wrong", columns, rows, note)
+
+
 def drive_table(found: Sequence[Findings]) -> Table:
     """A row a drive, and the mean over drives with its interval."""
     columns = ("drive", "frames", "cars", *with_ends("switches"), *with_ends("fragments"))
@@ -159,7 +187,9 @@ def case_table(found: Sequence[Findings]) -> Table:
 def tables_of(found: Sequence[Findings], attributed: bool) -> tuple[Table, ...]:
     """All tables. attributed: whether causes were asked for."""
     causes = (cause_table(found),) if attributed else ()
-    return (event_table(found), *causes, drive_table(found), case_table(found))
+    cuboids = cuboid_table(found)
+    of_cuboids = () if cuboids is None else (cuboids,)
+    return (event_table(found), *causes, *of_cuboids, drive_table(found), case_table(found))
 
 
 def for_terminal(table: Table) -> Table:
