@@ -60,6 +60,9 @@ OVERTAKING_SPEED = 20.0  # m/s
 SHARES = (0.35, 0.15, 0.3, 0.1, 0.1)
 HUNDRED = 100.0
 
+# Standard deviations by which cars of a short drive come nearer to a camera that drives backwards.
+SHORT_STDS = 1.5
+
 # --- sizes -----------------------------------------------------------------------------------
 MIN_SIZES = 40
 MAX_SIZES = 300
@@ -229,6 +232,19 @@ def judge_translations(depths: Float[Array, "k 5"]) -> Contradiction | None:
     is_fast = np.count_nonzero(too_fast & (seconds > 0.0)) > 0.5 * len(depths)
     if is_fast and scaled_nats(depths, 1.0 / HUNDRED) > UNITS_BAR:
         return contradiction("units", factor=1.0 / HUNDRED)
+    return None
+
+
+def judge_short_drive(depths: Float[Array, "k 5"]) -> Contradiction | None:
+    """Whether cars come nearer to a camera that drives backwards and is not passed by any.
+
+    Of a second or two nothing else can be told. A camera that looks back sees this as well, when
+    somebody catches up; but few do nothing else.
+    """
+    nearer, ahead, std, seconds, _ = depths.T
+    is_backwards = len(depths) > 0 and bool((ahead < -MIN_SPEED * seconds).all())
+    if is_backwards and nearer.sum() > SHORT_STDS * math.sqrt((std**2).sum()):
+        return contradiction("reversed")
     return None
 
 

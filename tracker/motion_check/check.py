@@ -15,6 +15,7 @@ from tracker.motion_check.causes import (
     contradiction,
     judge_focal_length,
     judge_rotations,
+    judge_short_drive,
     judge_sizes,
     judge_translations,
 )
@@ -93,7 +94,10 @@ class MotionCheck:
             if found is not None:
                 return found
             seen = (*seen, observe(times, boxes, Ts, camera, car_height))
-        return judge(seen, camera, car_height) if seen else None
+        if not seen:
+            return None
+        found = judge(seen, camera, car_height)
+        return found if found or self.seen else judge_short_drive(seen[0].depths)
 
 
 def _calls_inside() -> int:
