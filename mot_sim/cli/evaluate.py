@@ -28,6 +28,8 @@ class Evaluate:
 
     mot-sim evaluate out/rrc --root KITTI --3d
 
+    mot-sim evaluate out/mine --truth labels.csv
+
     One row per sequence and one for all together (counts added up, as in TrackEval). Rates are
     in percent, in JSON and CSV fractions. Sequences without labels are named and left out.
     """
@@ -36,6 +38,9 @@ class Evaluate:
     """A folder with SSSS.txt, or data/SSSS.txt, for every sequence."""
     root: Root = None
     """The KITTI tree whose training/label_02 is the truth."""
+    truth: Annotated[Path | None, option("PATH", "the labels of the KITTI tree")] = None
+    """Truth of your own: a file of boxes with a column id, a folder of such files (NAME.csv for
+    RESULTS/NAME.txt), or a folder of MOTChallenge (NAME/gt/gt.txt), which has its own rules."""
     sequences: Annotated[str | None, option("NAMES", "those with results and labels")] = None
     """all, labelled, or names: 0000,0005."""
     rules: Rules = "trackeval"
@@ -70,20 +75,34 @@ class Evaluate:
         self._require_3d_for_its_options()
         rows: dict[str, mot_sim.metrics.Scores] = {}
         content: dict[str, dict[str, object]] = {}
+        unlabelled: tuple[str, ...] = ()
         for kind in kinds:
-            scored = score_folder(self.results, self.root, self.sequences, self.rules, kind)
-            evaluation = scored.evaluation
+            if self.truth is None:
+                scored = score_folder(self.results, self.root, self.sequences, self.rules, kind)
+                evaluation, unlabelled = scored.evaluation, scored.unlabelled
+            else:
+                evaluation = self._against_own(self.truth, kind)
             before = "" if len(kinds) == 1 else f"{kind} "
             named = {**evaluation.sequences, "combined": evaluation.combined}
             rows |= {f"{before}{name}": scores for name, scores in named.items()}
             content[kind] = evaluation.as_dict()
         of_kinds = "" if kinds == ("Car",) else f"{', '.join(kinds)}, "
-        title = f"{self.results}, {of_kinds}rules {self.rules}, rates in %"
+        title = f"{self.results}, {of_kinds}rules {evaluation.rules}, rates in %"
         table = score_table(rows, title=title, sums=1 if len(kinds) == 1 else 0)
         found = content[kinds[0]] if len(kinds) == 1 else {"classes": content}
         deliver(terminal, table, found, self.json, self.csv)
-        say_unlabelled(terminal, scored.unlabelled)
+        say_unlabelled(terminal, unlabelled)
         return OK
+
+    def _against_own(self, truth: Path, kind: str) -> "mot_sim.metrics.Evaluation":
+        """The scores against truth of one's own."""
+        from mot_sim.evaluation.own_scoring import score_against
+        from tracker.errors import BadConfig
+
+        for name, value in (("root", self.root), ("sequences", self.sequences)):
+            if value is not None:
+                raise BadConfig(f"--truth and --{name} exclude each other: your own truth or KITTI")
+        return score_against(self.results, truth, self.rules, kind)
 
     def _require_3d_for_its_options(self) -> None:
         from tracker.errors import BadConfig

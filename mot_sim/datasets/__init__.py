@@ -1,6 +1,6 @@
 """Readers and writers: recorded drives become `Sequence`s, tracks become files."""
 
-from mot_sim.datasets.boxes import box_sequence
+from mot_sim.datasets.boxes import box_sequence, tracks_of_boxes
 from mot_sim.datasets.camera_files import CameraFile, read_camera, read_poses, write_poses
 from mot_sim.datasets.detection_files import DetectionFormat, ScoreMap, read_detections
 from mot_sim.datasets.export import export_motchallenge, export_trackeval
@@ -54,6 +54,7 @@ __all__ = [
     "read_poses",
     "read_results",
     "read_table",
+    "tracks_of_boxes",
     "write_calibration",
     "write_labels",
     "write_lines",

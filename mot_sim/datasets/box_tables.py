@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from mot_sim.datasets.detection_files import DetectionFormat
-from mot_sim.datasets.export import MOT_CLASSES
 from mot_sim.datasets.kitti.detectors import DETECTORS
 from mot_sim.files.documents import read_json
 from mot_sim.files.text import MAX_WORD_LENGTH, TextTable, is_number, read_table, read_text
 from tracker.errors import BadFile, UnknownName
-from tracker.types import KITTI_KINDS, TRACKED_KINDS, spelled_as_kitti
+from tracker.types import KITTI_KINDS, MOT_CLASSES, TRACKED_KINDS, spelled_as_kitti
 
 # What people call the columns, by our names.
 SPELLINGS: dict[str, tuple[str, ...]] = {

@@ -10,13 +10,20 @@ from numpy.lib.recfunctions import append_fields
 
 from mot_sim.datasets.box_tables import read_box_table
 from mot_sim.datasets.camera_files import read_camera
-from mot_sim.datasets.detection_files import BadBoxes, ScoreMap, check_detections
+from mot_sim.datasets.detection_files import (
+    BadBoxes,
+    ScoreMap,
+    check_detections,
+    kinds_of_rows,
+)
 from mot_sim.datasets.images import ImageFolder
 from mot_sim.datasets.kitti.ego import ORBSLAM3_MOTION_STD, ImageMotion
+from mot_sim.datasets.kitti.labels import in_order
 from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.datasets.trajectories import read_trajectory
 from mot_sim.files.text import TextTable
-from tracker.errors import BadConfig, DatasetNotFound
+from tracker.errors import BadConfig, BadFile, DatasetNotFound
+from tracker.types import Tracks, spelled_as_kitti
 
 
 def box_sequence(
@@ -149,3 +156,29 @@ def _require(path: Path, what: str) -> Path:
     if not path.is_file():
         raise DatasetNotFound(f"{path}: no {what}; is the path right?")
     return path
+
+
+def tracks_of_boxes(path: Path) -> Tracks:
+    """The rows of a file of boxes with ids as tracks, in the order of frames; see `read_box_table`.
+
+    Rows of classes that are not tracked stay, as labels need them; DontCare has id -1. Raises
+    BadFile for a file without ids and for an id twice in a frame.
+    """
+    table, form = read_box_table(_require(path, "boxes"))
+    names = table.rows.dtype.names or ()
+    if "id" not in names:
+        raise BadFile(f"{path}: no column id: without identities nothing can be scored")
+    boxes = form.boxes(table)
+    table.reject(
+        (boxes[:, 2:] < boxes[:, :2]).any(axis=1), "inverted box", form.box_columns,
+        "write x_min,y_min,x_max,y_max or left,top,width,height",
+    )  # fmt: skip
+    tracks = Tracks(
+        table.frames(first=form.first_frame),
+        table.integers("id", -1),
+        boxes,
+        table.finite(["score"])[:, 0] if "score" in names else None,
+        None if form.kinds is None else spelled_as_kitti(kinds_of_rows(table, form)),
+        *(table.integers(name) if name in names else None for name in ("truncated", "occluded")),
+    )
+    return in_order(tracks, table)

@@ -175,7 +175,9 @@ def check_detections(
     refuse_normalised(table, boxes, box_columns)
     furthest = np.array([*image_size, *image_size], dtype=float) - 1.0
     clipped = np.clip(boxes, 0.0, furthest)
-    kinds = np.full(len(table), form.tracked[0]) if form.kinds is None else _kinds(table, form)
+    kinds = (
+        np.full(len(table), form.tracked[0]) if form.kinds is None else kinds_of_rows(table, form)
+    )
     keep = np.isin(kinds, form.tracked)
     flat = (sides == 0.0).any(axis=1)
     outside = ~flat & (clipped[:, 2:] <= clipped[:, :2]).any(axis=1)
@@ -255,9 +257,10 @@ def _of_words(kinds: Mapping[str | float, str]) -> bool:
     return any(isinstance(word, str) for word in kinds)
 
 
-def _kinds(table: TextTable, form: DetectionFormat) -> Shaped[Array, " n"]:
+def kinds_of_rows(table: TextTable, form: DetectionFormat) -> Shaped[Array, " n"]:
     """The class of each row; says what a file holds in which nothing is tracked."""
-    assert form.kinds is not None
+    if form.kinds is None:
+        return np.full(len(table), form.tracked[0])
     written = table["type"]
     if _of_words(form.kinds):
         written = spelled_as_kitti(written)

@@ -10,14 +10,16 @@ from numpy import ndarray as Array
 from mot_sim.datasets.kitti.labels import write_labels, write_results
 from mot_sim.files.writing import write_lines
 from tracker.errors import BadConfig, BadTracks
-from tracker.types import Detections, Sequence, Tracks, spelled_as_kitti
+from tracker.types import (
+    MOT_CLASSES,
+    MOT_DISTRACTOR,
+    Detections,
+    Sequence,
+    Tracks,
+    spelled_as_kitti,
+)
 
 DEFAULT_FRAME_RATE = 10.0
-
-# MOT16's class of each of KITTI's (Milan et al., arXiv 1603.00831); what is none of them is a
-# distractor, which is neither rewarded nor punished.
-MOT_CLASSES = {"Pedestrian": 1, "Cyclist": 2, "Car": 3, "Person": 7, "Person_sitting": 7}
-MOT_DISTRACTOR = 8
 
 # Frames, ids, boxes, confidences and classes: the columns of a MOTChallenge file.
 MotRows = tuple[

@@ -13,6 +13,7 @@ from mot_sim.metrics.evaluation import (
 )
 from mot_sim.metrics.hota import ALPHAS, Hota
 from mot_sim.metrics.identity import Identity
+from mot_sim.metrics.motchallenge import motchallenge_scores
 from mot_sim.metrics.spatial import SpatialScores, spatial_scores
 
 __all__ = [
@@ -31,5 +32,6 @@ __all__ = [
     "cuboid_iou",
     "evaluate",
     "evaluate_sequence",
+    "motchallenge_scores",
     "spatial_scores",
 ]

@@ -6,6 +6,8 @@ from tracker.types.detections import Detections
 from tracker.types.estimates import CarEstimates
 from tracker.types.kinds import (
     KITTI_KINDS,
+    MOT_CLASSES,
+    MOT_DISTRACTOR,
     TRACKED_KINDS,
     is_kitti_kind,
     kinds_said,
@@ -18,6 +20,8 @@ from tracker.types.tracks import Tracks
 
 __all__ = [
     "KITTI_KINDS",
+    "MOT_CLASSES",
+    "MOT_DISTRACTOR",
     "TRACKED_KINDS",
     "Camera",
     "CarEstimates",

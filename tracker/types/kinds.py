@@ -15,6 +15,10 @@ KITTI_KINDS = (
 # those need not be found, but may be. KITTI's benchmark scores Car and Pedestrian; Cyclist goes by
 # the same rules.
 TRACKED_KINDS = {"Car": ("Van",), "Pedestrian": ("Person", "Person_sitting"), "Cyclist": ()}
+# MOT16's numbers of KITTI's classes (Milan et al., arXiv 1603.00831); what is none of them is a
+# distractor, which is neither rewarded nor punished.
+MOT_CLASSES = {"Pedestrian": 1, "Cyclist": 2, "Car": 3, "Person": 7, "Person_sitting": 7}
+MOT_DISTRACTOR = 8
 _BY_LOWER_CASE = {kind.lower(): kind for kind in KITTI_KINDS}
 
 
