@@ -169,16 +169,16 @@ def tracks_of_boxes(path: Path) -> Tracks:
     if "id" not in names:
         raise BadFile(f"{path}: no column id: without identities nothing can be scored")
     boxes = form.boxes(table)
-    table.reject(
-        (boxes[:, 2:] < boxes[:, :2]).any(axis=1), "inverted box", form.box_columns,
-        "write x_min,y_min,x_max,y_max or left,top,width,height",
-    )  # fmt: skip
+    inverted = np.asarray((boxes[:, 2:] < boxes[:, :2]).any(axis=1))
+    cure = "write x_min,y_min,x_max,y_max or left,top,width,height"
+    table.reject(inverted, "inverted box", form.box_columns, cure)
     tracks = Tracks(
         table.frames(first=form.first_frame),
         table.integers("id", -1),
         boxes,
         table.finite(["score"])[:, 0] if "score" in names else None,
         None if form.kinds is None else spelled_as_kitti(kinds_of_rows(table, form)),
-        *(table.integers(name) if name in names else None for name in ("truncated", "occluded")),
+        truncation=table.integers("truncated") if "truncated" in names else None,
+        occlusion=table.integers("occluded") if "occluded" in names else None,
     )
     return in_order(tracks, table)

@@ -139,7 +139,8 @@ def read_mot_truth(path: Path, kind: str = "Pedestrian") -> MotTruth:
 
     table = read_table(path, columns, ",")
     boxes = table.finite(GT_COLUMNS[2:6])
-    table.reject((boxes[:, 2:] < 0.0).any(axis=1), "a side below 0", GT_COLUMNS[2:6])
+    inverted = np.asarray((boxes[:, 2:] < 0.0).any(axis=1))
+    table.reject(inverted, "a side below 0", GT_COLUMNS[2:6])
     boxes[:, 2:] += boxes[:, :2]
     frames = table.frames(frame_count, first=1)
     has_classes = len(table.rows.dtype.names or ()) > len(GT_COLUMNS) + 1
