@@ -71,7 +71,8 @@ class KittiOptions:
     """Where the camera's motion comes from: oxts, orbslam3, visual (seen in the images), none.
     With --boxes: none, visual (needs --images), or a file with a 3x4 camera-to-world matrix
     (12 numbers, metres) a line, one line a frame; or with times, as TUM's trajectories (time tx ty
-    tz qx qy qz qw) or time and the matrix: between them is interpolated."""
+    tz qx qy qz qw) or time and the matrix: between them is interpolated. A folder of drives may
+    have a folder with NAME.txt."""
     height: Annotated[float | None, option("METRES", f"{CAMERA_HEIGHT}")] = None
     """Of the camera above the road."""
     pitch: Annotated[float | None, option("DEGREES", "0")] = None

@@ -37,15 +37,16 @@ class Track:
     """What is changed in the tracker."""
     kitti: KittiOptions = field(default_factory=KittiOptions)
     """The sequences, unless --boxes is given, and what is known about them."""
-    boxes: Annotated[Path | None, option("FILE")] = None
+    boxes: Annotated[Path | None, option("FILE|DIR")] = None
     """Boxes of your own instead of KITTI: CSV with the header frame,x_min,y_min,x_max,y_max,score
     (frames from 0, pixels; also class, time, yaw, length_m,height_m,width_m), MOTChallenge's
-    det.txt, rows of KITTI, or COCO's results as JSON."""
-    camera: Annotated[Path | None, option("FILE")] = None
-    """The camera of --boxes, a TOML file: fx fy cx cy, image_width, image_height in pixels,
-    camera_height in metres, and pitch_deg, roll_deg, frame_rate if they are not 0, 0, 10."""
+    det.txt, rows of KITTI, or COCO's results as JSON. A folder of such files: a drive each."""
+    camera: Annotated[Path | None, option("FILE|DIR")] = None
+    """The camera of --boxes (of all drives, or a folder with NAME.toml), a TOML file: fx fy cx cy,
+    image_width, image_height in pixels, camera_height in metres, and pitch_deg, roll_deg,
+    frame_rate if they are not 0, 0, 10."""
     images: Annotated[Path | None, option("DIR")] = None
-    """The images of --boxes: 000000.png, ..."""
+    """The images of --boxes: 000000.png, ...; of a folder of drives, in DIR/NAME."""
     folder: FolderOptions = field(default_factory=FolderOptions)
     """What happens to results that are in DIR already."""
     json: Flag = False
@@ -73,15 +74,14 @@ class Track:
         self,
     ) -> "tuple[Sequence[mot_sim.datasets.RecordedSequence], mot_sim.files.settings.Settings]":
         """The drives, and the settings that say which they are."""
-        from mot_sim.datasets import box_sequence
+        from mot_sim.datasets import box_sequences
         from tracker.errors import BadConfig
 
         if self.boxes is None:
             alone = "--camera" if self.camera else "--images" if self.images else None
             if alone:
                 raise BadConfig(f"{alone} belongs to --boxes: give boxes.csv too")
-            drives = self.kitti.open(images=self.method.wants_images)
-            return drives, self.kitti.settings()
+            return self.kitti.open(images=self.method.wants_images), self.kitti.settings()
         if self.camera is None:
             raise BadConfig("--boxes needs --camera: a TOML file, see mot-sim track --help")
         if self.kitti.named():
@@ -92,7 +92,7 @@ class Track:
         is_name = self.kitti.ego in (None, "none", "visual")
         poses = None if is_name else Path(str(self.kitti.ego))
         drop = self.kitti.drop_bad_boxes
-        drive = box_sequence(
+        drives = box_sequences(
             self.boxes,
             self.camera,
             self.images,
@@ -109,7 +109,7 @@ class Track:
         }
         settings["ego"] = settings["ego"] or self.kitti.ego
         of_boxes = {"drop_bad_boxes": drop, "score_map": self.kitti.score_map}
-        return [drive], {**settings, **of_boxes, **self.kitti.looks()}
+        return drives, {**settings, **of_boxes, **self.kitti.looks()}
 
     def _report(self, terminal: Terminal, run: "mot_sim.evaluation.runs.TrackingRun") -> None:
         frames = sum(counts.frames for counts in run.counts.values())

@@ -1,6 +1,6 @@
 """Readers and writers: recorded drives become `Sequence`s, tracks become files."""
 
-from mot_sim.datasets.boxes import box_sequence, tracks_of_boxes
+from mot_sim.datasets.boxes import box_sequence, box_sequences, tracks_of_boxes
 from mot_sim.datasets.camera_files import CameraFile, read_camera, read_poses, write_poses
 from mot_sim.datasets.detection_files import DetectionFormat, ScoreMap, read_detections
 from mot_sim.datasets.export import export_motchallenge, export_trackeval
@@ -42,6 +42,7 @@ __all__ = [
     "TextTable",
     "available_sequences",
     "box_sequence",
+    "box_sequences",
     "export_motchallenge",
     "export_trackeval",
     "find_root",

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -23,7 +24,10 @@ from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.datasets.trajectories import read_trajectory
 from mot_sim.files.text import TextTable
 from tracker.errors import BadConfig, BadFile, DatasetNotFound
-from tracker.types import Tracks, spelled_as_kitti
+from tracker.types import TRACKED_KINDS, Tracks, spelled_as_kitti
+
+# How files of boxes end.
+BOX_FILES = (".csv", ".json", ".txt")
 
 
 def box_sequence(
@@ -182,3 +186,45 @@ def tracks_of_boxes(path: Path) -> Tracks:
         occlusion=table.integers("occluded") if "occluded" in names else None,
     )
     return in_order(tracks, table)
+
+
+def box_sequences(
+    boxes: Path,
+    camera: Path,
+    images: Path | None = None,
+    poses: Path | None = None,
+    *,
+    kinds: tuple[str, ...] | None = None,
+    **options: Any,
+) -> list[RecordedSequence]:
+    """The drives of a folder of boxes, or the one in a file; all of the same classes.
+
+    boxes: a folder with NAME.csv, NAME.json or NAME.txt for every drive. camera, poses: of all
+    drives, or a folder with NAME.toml, NAME.txt. images: a folder with a folder NAME. kinds: see
+    `box_sequence`; None: those of all drives together. options: further ones of `box_sequence`.
+    Raises as that, and DatasetNotFound for a folder without boxes.
+    """
+    if not boxes.is_dir():
+        return [box_sequence(boxes, camera, images, poses, kinds=kinds, **options)]
+    files = {path.stem: path for path in sorted(boxes.iterdir()) if path.suffix in BOX_FILES}
+    if not files:
+        raise DatasetNotFound(f"{boxes}: no boxes in it; give NAME.csv, NAME.json or NAME.txt")
+    if kinds is None:
+        there = {kind for path in files.values() for kind in read_box_table(path)[1].tracked}
+        kinds = tuple(kind for kind in TRACKED_KINDS if kind in there)
+    return [
+        box_sequence(
+            path,
+            _of_drive(camera, f"{name}.toml") or camera,
+            images and images / name,
+            _of_drive(poses, f"{name}.txt"),
+            kinds=kinds,
+            **options,
+        )
+        for name, path in files.items()
+    ]
+
+
+def _of_drive(given: Path | None, name: str) -> Path | None:
+    """What is given for all drives, or the file of this name in a folder."""
+    return given / name if given is not None and given.is_dir() else given

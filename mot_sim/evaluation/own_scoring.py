@@ -11,6 +11,7 @@ from jaxtyping import Bool, Int
 from numpy import ndarray as Array
 
 from mot_sim.datasets import tracks_of_boxes
+from mot_sim.datasets.boxes import BOX_FILES
 from mot_sim.evaluation.scoring import result_files
 from mot_sim.files.text import read_table, what_is_there
 from mot_sim.metrics import Evaluation, Scores, combine, evaluate, motchallenge_scores
@@ -19,7 +20,6 @@ from tracker.errors import BadConfig, BadFile, DatasetNotFound
 from tracker.types import MOT_CLASSES, Tracks
 
 MOTCHALLENGE = "motchallenge"
-TABLES = (".csv", ".json", ".txt")
 GT_COLUMNS = ("frame", "id", "left", "top", "width", "height", "conf")
 
 log = logging.getLogger(__name__)
@@ -72,7 +72,7 @@ def _tables(truth: Path) -> dict[str, Path]:
     """The files of boxes that are meant, by name."""
     if truth.is_file():
         return {truth.stem: truth}
-    files = sorted(path for path in truth.glob("*") if path.suffix in TABLES)
+    files = sorted(path for path in truth.glob("*") if path.suffix in BOX_FILES)
     if not files:
         what = what_is_there(truth, "no NAME.csv, NAME.json, NAME.txt or NAME/gt/gt.txt in it")
         raise DatasetNotFound(f"{truth}: {what}; give boxes with ids")

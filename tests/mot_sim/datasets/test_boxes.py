@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mot_sim.datasets.boxes import box_sequence
+from mot_sim.datasets.boxes import box_sequence, box_sequences
 from tests.mot_sim.datasets.conftest import write
 from tests.mot_sim.datasets.test_images import paint
 from tracker.errors import BadConfig, BadFile, DatasetNotFound
@@ -149,3 +149,27 @@ def test_motion_can_be_seen_in_the_images(folder: Path) -> None:
     for wrong in ({}, {"images": folder / "images", "poses": folder / "poses.txt"}):
         with pytest.raises(BadConfig, match="needs images, and no poses"):
             box_sequence(table, camera, visual=True, **wrong)
+
+
+def test_a_folder_holds_a_drive_in_every_file(tmp_path: Path) -> None:
+    write(tmp_path / "camera.toml", CAMERA)
+    boxes = write(tmp_path / "boxes" / "a.csv", BOXES).parent
+    walker = "frame,x_min,y_min,x_max,y_max,class\n0,10,10,20,20,Pedestrian\n"
+    write(boxes / "b.csv", walker)
+    write(boxes / "notes.md", "no boxes")
+    drives = box_sequences(boxes, tmp_path / "camera.toml")
+    assert [drive.name for drive in drives] == ["a", "b"]
+    assert {drive.kinds for drive in drives} == {("Car", "Pedestrian")}
+    assert list(next(iter(drives[1])).found.kinds) == ["Pedestrian"]
+    cameras = write(tmp_path / "cameras" / "a.toml", CAMERA).parent
+    write(cameras / "b.toml", CAMERA.replace("1.5", "2.5"))
+    own = box_sequences(boxes, cameras, kinds=("Car",))
+    assert [drive.camera.height for drive in own] == pytest.approx([1.5, 2.5])
+    assert len(next(iter(own[1])).found) == 0
+    (alone,) = box_sequences(boxes / "a.csv", tmp_path / "camera.toml")
+    assert alone.name == "a"
+    (cameras / "b.toml").unlink()
+    with pytest.raises(DatasetNotFound, match=r"b\.toml: no camera file"):
+        box_sequences(boxes, cameras)
+    with pytest.raises(DatasetNotFound, match="cameras: no boxes in it"):
+        box_sequences(cameras, tmp_path / "camera.toml")
