@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 # What makes a match in 3D: AB3DMOT's three, and the distance of nuScenes.
 THRESHOLDS = ".25,.5,.7,2m"
+ERRORS_PICTURE = "errors.png"
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,9 @@ class Evaluate:
     """With --3d: what makes a match, least 3D IoU or largest distance of the centres in metres."""
     ego: Annotated[str | None, option("NAME", "oxts where it is there")] = None
     """With --3d: where the camera's motion comes from, which tells which cars move."""
+    out: Annotated[Path | None, option("DIR", "nothing is kept")] = None
+    """With --3d: keep the tables here, and the errors from above as a picture, for mot-sim
+    report."""
     json: File = None
     """All scores as JSON into a file; - prints them instead of the table."""
     csv: File = None
@@ -69,6 +73,10 @@ class Evaluate:
         from tracker.types import parse_kinds
 
         require_targets(self.json, self.csv)
+        if self.out is not None:
+            from mot_sim.files.writing import require_writable
+
+            require_writable(self.out / ERRORS_PICTURE)
         kinds = parse_kinds(self.classes)
         if self.spatial:
             return self._in_3d(terminal, kinds)
@@ -107,7 +115,7 @@ class Evaluate:
     def _require_3d_for_its_options(self) -> None:
         from tracker.errors import BadConfig
 
-        for name, value in (("thresholds", self.thresholds), ("ego", self.ego)):
+        for name, value in (("thresholds", self.thresholds), ("ego", self.ego), ("out", self.out)):
             if value is not None:
                 raise BadConfig(f"--{name} {value}: only cuboids are scored by it; add --3d")
 
@@ -124,7 +132,7 @@ class Evaluate:
             self.results, self.root, self.sequences, criteria, kinds[0], self.ego
         )
         title = f"{self.results}, {kinds[0]} in 3D, rates in %"
-        deliver_3d(terminal, scored, title, self.json, self.csv)
+        deliver_3d(terminal, scored, title, self.json, self.csv, self.out)
         say_unlabelled(terminal, scored.unlabelled)
         return OK
 
@@ -175,8 +183,12 @@ def deliver_3d(
     title: str,
     json: str | None,
     csv: str | None,
+    out: Path | None = None,
 ) -> None:
-    """The scores in 3D: by criterion, the errors, their stated uncertainty, by sequence."""
+    """The scores in 3D: by criterion, the errors, their stated uncertainty, by sequence.
+
+    out: the folder that keeps the tables, and a picture of the errors, for `mot-sim report`.
+    """
     from mot_sim.tables import consistency_table, criterion_table, error_table, spatial_table
 
     errors = scored.combined.errors
@@ -189,3 +201,13 @@ def deliver_3d(
     named = {**scored.sequences, "combined": scored.combined}
     table = spatial_table(named, title=title, sums=1)
     deliver(terminal, table, scored.as_dict(), json, csv, shown)
+    if out is not None:
+        from mot_sim.cli.keeping import keep
+        from mot_sim.plotting.birds_eye import birds_eye_figure
+        from mot_sim.plotting.charts import save_figure
+
+        places, found = errors.from_above()
+        figure = birds_eye_figure(places, found, errors.stated.radial_std, title)
+        picture = save_figure(figure, out / ERRORS_PICTURE)
+        keep(out, "run", title, (*shown, table), files=(picture.name,))
+        terminal.note(f"written: {picture}, and result.json for mot-sim report {out}")

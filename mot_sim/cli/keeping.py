@@ -18,13 +18,14 @@ def keep(
     finished: bool = True,
     trials: tuple[int, int] | None = None,
     form_only: bool = False,
+    files: tuple[str, ...] = (),
 ) -> None:
     """Write `result.json` into the folder, if there is one; see `Result` and `Made`."""
     from mot_sim.experiments.result_file import Result, made_here, write_result
 
     if folder is not None:
         made = made_here(finished=finished, trials=trials, form_only=form_only)
-        write_result(folder, Result(kind, title, made, tables))
+        write_result(folder, Result(kind, title, made, tables, files))
 
 
 def keep_sweep(

@@ -63,7 +63,8 @@ class Kitti:
     thresholds: Annotated[str | None, option("LIST", THRESHOLDS)] = None
     """With --3d: what makes a match, least 3D IoU or largest distance of the centres in metres."""
     out: Annotated[Path | None, option("DIR", "results are not kept")] = None
-    """Keep the results in DIR/TRACKER/SSSS.txt."""
+    """Keep the results in DIR/TRACKER/SSSS.txt; with --3d and one tracker also what mot-sim report
+    shows of them."""
     folder: FolderOptions = field(default_factory=FolderOptions)
     """What happens to results that are in DIR already."""
     json: File = None
@@ -134,7 +135,7 @@ class Kitti:
         if len(scored) == 1:
             ((name, evaluation),) = scored.items()
             title = f"{name}: {drive}, in 3D, rates in %"
-            deliver_3d(terminal, evaluation, title, self.json, self.csv)
+            deliver_3d(terminal, evaluation, title, self.json, self.csv, self.out)
         else:
             whole = {name: each.combined for name, each in scored.items()}
             table = spatial_table(whole, "tracker", f"{drive}, in 3D, rates in %")

@@ -40,6 +40,8 @@ SPEED_SPAN = 1.0
 class StatedErrors(Rows):
     """Errors in units of the covariance that the output states for them; NaN: it states none."""
 
+    radial_std: Float[Array, " n"]
+    """Stated std of the centre along the viewing ray, m."""
     centre: Float[Array, " n"]
     """e' C^-1 e of the centre seen from above, two components."""
     heading: Float[Array, " n"]
@@ -54,7 +56,7 @@ class StatedErrors(Rows):
     @classmethod
     def unknown(cls, count: int) -> "StatedErrors":
         """Of output that states nothing."""
-        return cls(*(np.full(count, np.nan) for _ in range(5)))
+        return cls(*(np.full(count, np.nan) for _ in range(6)))
 
     @property
     def consistency(self) -> dict[str, Consistency]:
@@ -77,6 +79,8 @@ class CuboidErrors(Rows):
     """Id of the output."""
     distance: Float[Array, " n"]
     """Of the label from the camera, seen from above, m."""
+    bearing: Float[Array, " n"]
+    """Of the label, right of straight ahead, rad."""
     centre: Float[Array, " n"]
     """Distance of the two centres, seen from above, m."""
     radial: Float[Array, " n"]
@@ -120,6 +124,13 @@ class CuboidErrors(Rows):
         """Labels that face neither our way nor the camera."""
         ahead = np.abs(np.asarray(wrap_angle(self.yaw + np.pi / 2))) < MAX_ALONG
         return ~(ahead | self.oncoming)
+
+    def from_above(self) -> tuple[Float[Array, "n 2"], Float[Array, "n 2"]]:
+        """Where labels and cuboids stand: metres right of and ahead of the camera."""
+        ahead = np.stack([np.sin(self.bearing), np.cos(self.bearing)], axis=1)
+        aside = np.stack([np.cos(self.bearing), -np.sin(self.bearing)], axis=1)
+        places = self.distance[:, None] * ahead
+        return places, places + self.radial[:, None] * ahead + self.lateral[:, None] * aside
 
     def groups(self) -> dict[str, Bool[Array, " n"]]:
         """The rows by what the car does: all, moving, parked, oncoming, turned."""
@@ -251,6 +262,7 @@ def cuboid_errors(
         truth_ids=truth.ids[rows],
         output_ids=output.ids[columns],
         distance=distance,
+        bearing=np.arctan2(theirs.base[:, 0], theirs.base[:, 2]),
         centre=centre_distance(found, theirs),
         radial=(off * ray).sum(axis=1),
         lateral=off[:, 0] * ray[:, 1] - off[:, 1] * ray[:, 0],
@@ -279,7 +291,9 @@ def _stated(
     turn = np.where(np.abs(heading) <= BACKWARDS, heading, np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
         size = np.log(found.size) - np.log(theirs.size)
+    ray = theirs.base[:, ::2] / np.maximum(np.hypot(*theirs.base[:, ::2].T), 1e-9)[:, None]
     return StatedErrors(
+        np.sqrt(np.einsum("ni,nij,nj->n", ray, covs[:, :3:2, :3:2], ray)),
         squared_deviations((found.base - theirs.base)[:, ::2], covs[:, :3:2, :3:2]),
         squared_deviations(turn[:, None], covs[:, YAW, YAW]),
         squared_deviations((estimates.speed - speed)[:, None], covs[:, SPEED, SPEED]),

@@ -168,7 +168,7 @@ def figure_of(rows: Sequence[Sequence[Chart]]) -> "matplotlib.figure.Figure":
     """A figure with one row of panels per row of charts, and one legend for all."""
     from matplotlib.figure import Figure  # noqa: PLC0415, importing mot_sim waits for no plots
 
-    with _style():
+    with styled():
         across = max(len(row) for row in rows)
         heights = [max(_height(chart) for chart in row) for row in rows]
         figure = Figure(figsize=(CHART_INCHES[0] * across, sum(heights)), layout="constrained")
@@ -194,7 +194,7 @@ def save_figure(figure: "matplotlib.figure.Figure", path: Path) -> Path:
     """Write a figure by the file's ending, as a whole or not at all; see `require_figure`."""
     require_figure(path)
     ending = path.suffix.lower()
-    with _style(), whole_file(path) as half:
+    with styled(), whole_file(path) as half:
         figure.savefig(half, format=ending[1:], dpi=DOTS_PER_INCH, metadata=METADATA[ending])
     return path
 
@@ -203,13 +203,13 @@ def svg_of(chart: Chart) -> bytes:
     """A chart as SVG whose text is text: small, for a page."""
     held = io.BytesIO()
     figure = figure_of([[chart]])
-    with _style({"svg.fonttype": "none"}):
+    with styled({"svg.fonttype": "none"}):
         figure.savefig(held, format="svg", metadata=METADATA[".svg"])
     return held.getvalue()
 
 
 @contextmanager
-def _style(more: dict[str, Any] | None = None) -> Iterator[None]:
+def styled(more: dict[str, Any] | None = None) -> Iterator[None]:
     """While it lasts, matplotlib is set up as here, whatever the user's own style."""
     import matplotlib as mpl  # noqa: PLC0415
 

@@ -346,3 +346,28 @@ def test_options_of_3d_that_do_not_go_together(
     outcome = mot_sim("kitti", "--root", made_tree, *given)
     assert outcome.code == 2
     assert told in outcome.err
+
+
+def test_tables_and_picture_in_3d_are_kept_for_the_report(
+    mot_sim: CommandLine, made_tree: Path, tmp_path: Path
+) -> None:
+    folder, out = in_3d(tmp_path / "found", rows_in_3d(ahead=1.0)), tmp_path / "out"
+    outcome = mot_sim("evaluate", folder, "--root", made_tree, "--3d", "--out", out)
+    assert outcome.code == 0
+    kept = json.loads((out / "result.json").read_text())
+    assert kept["files"] == ["errors.png"]
+    assert [table["name"] for table in kept["tables"]] == ["criteria", "spatial_errors", "spatial"]
+    assert (out / "errors.png").read_bytes()[:4] == b"\x89PNG"
+    page = tmp_path / "page.html"
+    assert mot_sim("report", out, "--out", page).code == 0
+    assert "Car in 3D" in page.read_text()
+
+
+def test_a_folder_without_3d_is_refused(
+    mot_sim: CommandLine, made_tree: Path, tmp_path: Path
+) -> None:
+    folder = in_3d(tmp_path / "found", rows_in_3d())
+    outcome = mot_sim("evaluate", folder, "--root", made_tree, "--out", tmp_path / "out")
+    assert outcome.code == 2
+    assert "add --3d" in outcome.err
+    assert not (tmp_path / "out").exists()

@@ -94,6 +94,7 @@ def test_errors_are_held_against_the_stated_covariance():
     found = with_estimates(found_at(truth, off), 0.0, 1.0, 0.8)
     errors = cuboid_errors(truth, found, 30, STANDING)
     np.testing.assert_allclose(errors.stated.centre, [0.25, 2.25, 16.0, 0.0])
+    np.testing.assert_allclose(errors.stated.radial_std, 1.0)
     numbers = errors.numbers()
     assert numbers["centre_inside_1_sigma"] == 0.5
     assert numbers["centre_inside_2_sigma"] == 0.75
@@ -176,4 +177,7 @@ def test_results_without_cuboids_are_named():
 )  # fmt: skip
 def test_radial_and_lateral_make_up_the_distance(x: float, z: float, dx: float, dz: float):
     errors = errors_of([(0, 0, x, z)], [(0, 0, x + dx, z + dz)])
+    places, found = errors.from_above()
+    np.testing.assert_allclose(places, [[x, z]], atol=1e-9)
+    np.testing.assert_allclose(found, [[x + dx, z + dz]], atol=1e-9)
     assert np.hypot(errors.radial, errors.lateral)[0] == pytest.approx(errors.centre[0], abs=1e-9)
