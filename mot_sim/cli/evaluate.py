@@ -127,6 +127,10 @@ class Evaluate:
         if len(kinds) > 1 or self.rules != "trackeval":
             given = f"--classes {self.classes}" if len(kinds) > 1 else f"--rules {self.rules}"
             raise BadConfig(f"{given}: with --3d one class at a time, and no other rules")
+        if self.truth is not None:
+            raise BadConfig(
+                f"--truth {self.truth}: boxes of your own have no cuboids; --3d needs a KITTI tree"
+            )
         criteria = parse_criteria(self.thresholds or THRESHOLDS)
         scored = score_folder_in_3d(
             self.results, self.root, self.sequences, criteria, kinds[0], self.ego

@@ -14,6 +14,7 @@ from mot_sim.datasets import (
     box_sequence,
     read_calibration,
     read_camera,
+    read_cuboid_results,
     read_detections,
     read_labels,
     read_poses,
@@ -21,12 +22,14 @@ from mot_sim.datasets import (
 )
 from mot_sim.datasets.kitti.calibration import Calibration
 from mot_sim.datasets.kitti.ego import read_oxts
+from mot_sim.datasets.kitti.labels import cuboids_of_rows
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
 from mot_sim.experiments.guests.exchange import read_guest_results
+from mot_sim.metrics import spatial_scores
 from tests.fuzz.door import Spoil, fuzz
 from tests.fuzz.mutations import spoiled_text, spoiled_toml
 from tracker.shape import KEYPOINTS_14, load_prior
-from tracker.types import Camera, Detections, Tracks
+from tracker.types import Camera, Cuboids, Detections, Tracks
 
 SIZE = (1242, 375)
 K = np.array([[721.5, 0.0, 609.6], [0.0, 721.5, 172.9], [0.0, 0.0, 1.0]])
@@ -92,6 +95,35 @@ def results(path: Path) -> None:
     tracks_of(read_results(path, CAMERA.T_road_cam))
 
 
+def cuboid_results(path: Path) -> None:
+    tracks = read_cuboid_results(path, CAMERA.T_road_cam, 20)
+    tracks_of(tracks)
+    sound = read_labels_of(LABELS, path)
+    numbers = spatial_scores(sound, tracks, 20).numbers()
+    assert all(np.isfinite(numbers[name]) for name in ("sAMOTA@0.25", "MOTA3D@2m", "HOTA3D"))
+
+
+def read_labels_of(content: bytes, beside: Path) -> Tracks:
+    """Sound labels of cars with cuboids."""
+    path = beside.with_name("labels.txt")
+    path.write_bytes(b"".join(line + b"\n" for line in content.splitlines() if b"Car" in line))
+    return read_labels(path, CAMERA.T_road_cam)
+
+
+def cuboid_detections(path: Path) -> None:
+    log = read_detections(path, DETECTORS["pointrcnn"], SIZE, 10, cuboids=road_cuboids)
+    found = log.detections
+    assert found.base is not None
+    assert found.yaw is not None
+    assert found.size is not None
+    assert np.isfinite(found.base).all()
+    assert (found.size > 0.0).all()
+
+
+def road_cuboids(rows: np.ndarray) -> Cuboids:
+    return cuboids_of_rows(rows, CAMERA.T_road_cam)[0]
+
+
 def calibration(path: Path) -> None:
     found = read_calibration(path)
     assert isinstance(found, Calibration)
@@ -136,6 +168,8 @@ def score_map(path: Path) -> None:
 READERS: dict[str, tuple[bytes | list[bytes], Spoil, Callable[[Path], Any]]] = {
     "labels": (LABELS, spoiled_text, labels),
     "results": ([RESULTS, AUTHORS, LABELS], spoiled_text, results),
+    "results in 3D": ([RESULTS, LABELS], spoiled_text, cuboid_results),
+    "detections in 3D": (DETECTIONS["pointrcnn"], spoiled_text, cuboid_detections),
     "calibration": ([CALIBRATION, CALIBRATION.split(b"R_")[0]], spoiled_text, calibration),
     "oxts": (OXTS, spoiled_text, oxts),
     "poses": (POSES, spoiled_text, poses),

@@ -294,6 +294,7 @@ def test_labels_without_cuboids_are_named(mot_sim: CommandLine, tree: Path, tmp_
         (["--3d", "--thresholds", ".5,0.5"], "write each once"),
         (["--3d", "--classes", "car,pedestrian"], "with --3d one class at a time"),
         (["--3d", "--rules", "devkit2018"], "with --3d one class at a time"),
+        (["--3d", "--truth", "gt.csv"], "--3d needs a KITTI tree"),
         (["--thresholds", ".5"], "--thresholds .5: only cuboids are scored by it; add --3d"),
         (["--ego", "oxts"], "--ego oxts: only cuboids are scored by it; add --3d"),
     ],
