@@ -9,6 +9,7 @@ from typing import Any
 from mot_sim.datasets import KittiSequence, find_root, kitti_sequence, read_cuboid_results
 from mot_sim.datasets.kitti.ego import oxts_path
 from mot_sim.evaluation.scoring import pick_results
+from mot_sim.metrics.cuboid_doubts import doubts_of_cuboids
 from mot_sim.metrics.cuboid_overlap import Criterion
 from mot_sim.metrics.spatial import CRITERIA, SpatialScores, spatial_scores
 from tracker.errors import BadConfig, BadFile, DatasetNotFound
@@ -72,6 +73,8 @@ def score_in_3d(
         scores[drive.name] = spatial_scores(
             truth, results[drive.name], drive.frame_count, road, drive.frame_rate, criteria, kind
         )
+        for doubt in doubts_of_cuboids(scores[drive.name].errors):
+            log.warning("%s: %s", drive.name, doubt)
     unlabelled = tuple(drive.name for drive in drives if drive.name not in scores)
     if not scores:
         raise DatasetNotFound(f"no labels for {', '.join(unlabelled)}: nothing can be scored")

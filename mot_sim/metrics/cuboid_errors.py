@@ -87,6 +87,8 @@ class CuboidErrors(Rows):
     """How much too far the cuboid stands along the viewing ray, m."""
     lateral: Float[Array, " n"]
     """How much too far to the right of the viewing ray it stands, m."""
+    vertical: Float[Array, " n"]
+    """How much too low the cuboid stands, m."""
     heading: Float[Array, " n"]
     """The cuboid's yaw less the label's, in [-pi, pi), rad."""
     yaw: Float[Array, " n"]
@@ -157,6 +159,7 @@ class CuboidErrors(Rows):
             "within_2m": share(self.centre[np.isfinite(self.centre)] <= NEAR),
             "radial_median": median(self.radial),
             "lateral_median": median(self.lateral),
+            "vertical_median": median(self.vertical),
             **headings,
             "length_error": median(self.size[:, 0]),
             "height_error": median(self.size[:, 1]),
@@ -266,6 +269,7 @@ def cuboid_errors(
         centre=centre_distance(found, theirs),
         radial=(off * ray).sum(axis=1),
         lateral=off[:, 0] * ray[:, 1] - off[:, 1] * ray[:, 0],
+        vertical=found.base[:, 1] - theirs.base[:, 1],
         heading=heading,
         yaw=theirs.yaw,
         size=found.size - theirs.size,

@@ -34,6 +34,10 @@ MOTION_COLUMNS: Titles = {
     "heading_over_90_moving": ("> 90°, moving", "rate"),
     "parked_over_1mps": ("parked > 1 m/s", "rate"), "speed_error": ("speed, m/s", "value"),
 }  # fmt: skip
+ERROR_TABLE_COLUMNS: Titles = {
+    **ERROR_COLUMNS,
+    **{name: MOTION_COLUMNS[name] for name in ("speed_error", "parked_over_1mps")},
+}
 NOTE_CRITERIA = (
     "MOTA to ML %: the level of recall with the greatest MOTA, as AB3DMOT shows it. MOTA, all: of "
     "all tracks; what meets a neutral label in the image is no false positive. MOTP, AMOTP: 3D "
@@ -41,7 +45,8 @@ NOTE_CRITERIA = (
 )
 NOTE_ERRORS = (
     "Rows that meet a label in the image (IoU 1/2): medians; heading and in 2 m: shares. Moving, "
-    "parked: faster than 1 m/s or not. Oncoming, turned: by more than 30° off our way."
+    "parked: faster than 1 m/s or not. Oncoming, turned: by more than 30° off our way. Speed: of "
+    "moving cars."
 )
 
 
@@ -78,10 +83,10 @@ def error_table(errors: CuboidErrors, title: str = "") -> Table:
     """The errors of all rows, by what the car does and by its distance."""
     groups = [(name, errors.select(rows)) for name, rows in errors.groups().items()]
     rows = tuple(
-        (name, *_cells(part.numbers(), ERROR_COLUMNS))
+        (name, *_cells(part.numbers(), ERROR_TABLE_COLUMNS))
         for name, part in (*groups, *errors.by_distance())
     )
-    columns = _columns("cars", ERROR_COLUMNS)
+    columns = _columns("cars", ERROR_TABLE_COLUMNS)
     return Table(columns, rows, title, name="spatial_errors", note=NOTE_ERRORS)
 
 

@@ -16,9 +16,9 @@ LESS_IS_BETTER = {
     "CLR_FP", "CLR_FN", "IDSW", "Frag", "ML", "MLR", "FP_per_frame", "IDFP", "IDFN",
     "HOTA_FP", "HOTA_FN",
     # of cuboids
-    "centre_median", "centre_p90", "radial_median", "lateral_median", "length_error",
-    "height_error", "width_error", "speed_error", "parked_over_1mps", "parked_drift",
-    "heading_known_brier",
+    "centre_median", "centre_p90", "radial_median", "lateral_median", "vertical_median",
+    "length_error", "height_error", "width_error", "speed_error", "parked_over_1mps",
+    "parked_drift", "heading_known_brier",
 }  # fmt: skip
 # What the names of further such scores begin with.
 LESS_IS_BETTER_BEGINNINGS = ("heading_over_",)
