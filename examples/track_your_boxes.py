@@ -38,10 +38,10 @@ for index in range(7):
     print(f"frame {index}:", "; ".join(where))  # x: to the right of the camera, z: ahead of it
 
 # Printed:
-# frame 0: car 0: x 0.5 m, z 34.4 m; car 1: x -4.2 m, z 27.1 m
-# frame 1: car 0: x 0.5 m, z 34.0 m; car 1: x -4.2 m, z 26.3 m
-# frame 2: car 0: x 0.5 m, z 33.8 m; car 1: x -4.2 m, z 25.5 m
-# frame 3: car 0: x 0.5 m, z 33.2 m; car 1: x -4.2 m, z 24.7 m
-# frame 4: car 1: x -4.2 m, z 23.9 m
-# frame 5: car 0: x 0.5 m, z 33.7 m; car 1: x -4.3 m, z 23.1 m
-# frame 6: car 0: x 0.5 m, z 33.9 m; car 1: x -4.3 m, z 22.3 m
+# frame 0: car 0: x 0.5 m, z 35.6 m; car 1: x -4.2 m, z 27.6 m
+# frame 1: car 0: x 0.5 m, z 35.4 m; car 1: x -4.2 m, z 26.8 m
+# frame 2: car 0: x 0.5 m, z 35.0 m; car 1: x -4.2 m, z 26.0 m
+# frame 3: car 0: x 0.4 m, z 34.4 m; car 1: x -4.2 m, z 25.2 m
+# frame 4: car 1: x -4.2 m, z 24.4 m
+# frame 5: car 0: x 0.4 m, z 33.9 m; car 1: x -4.3 m, z 23.6 m
+# frame 6: car 0: x 0.4 m, z 33.8 m; car 1: x -4.3 m, z 22.8 m
