@@ -33,11 +33,11 @@ demo: $(STAMP)
 PYTEST := $(BIN)/python -m pytest -n auto --dist loadfile
 UNCHECKED := -o addopts=--strict-markers
 
-# Checking the shape of every array doubles the time: here for the tracker and the contracts,
-# everywhere in test-all.
+# Checking the shape of every array doubles the time: here for the tracker and the contracts, with
+# few examples of each property, since the first line tries many; everywhere in test-all.
 test: $(STAMP)
 	$(PYTEST) -m "not slow" $(UNCHECKED) --cov --cov-report=term
-	$(PYTEST) -m "not slow and not kitti" tests/tracker tests/contracts
+	$(PYTEST) -m "not slow and not kitti" --hypothesis-profile few tests/tracker tests/contracts
 
 test-all: $(STAMP)
 	$(PYTEST)

@@ -10,6 +10,8 @@ import pytest
 from hypothesis import settings
 
 settings.register_profile("reproducible", derandomize=True, deadline=None, max_examples=60)
+# Where shapes are checked: those of any example are those of all.
+settings.register_profile("few", derandomize=True, deadline=None, max_examples=10)
 settings.load_profile("reproducible")
 
 MARKERS = ("kitti", "gl", "slow", "browser")  # what is counted where it does not run

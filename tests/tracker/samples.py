@@ -72,10 +72,13 @@ class Car:
     yaw: float = AWAY
     velocity: tuple[float, float] = (0.0, 0.0)
 
+    def place(self, time: float) -> tuple[float, float]:
+        """Its (x, z) at a time."""
+        return self.x + self.velocity[0] * time, self.z + self.velocity[1] * time
+
     def at(self, time: float) -> Cuboids:
         """Where the car stands at a time."""
-        place = (self.x + self.velocity[0] * time, self.z + self.velocity[1] * time)
-        return cars(place, yaw=self.yaw)
+        return cars(self.place(time), yaw=self.yaw)
 
 
 # Where the ego car is, x, z and turn about road +y (positive: to the right), at a time.
