@@ -44,7 +44,7 @@ class Track:
     camera: Annotated[Path | None, option("FILE|DIR")] = None
     """The camera of --boxes (of all drives, or a folder with NAME.toml), a TOML file: fx fy cx cy,
     image_width, image_height in pixels, camera_height in metres, and pitch_deg, roll_deg,
-    frame_rate if they are not 0, 0, 10."""
+    frame_rate if they are not 0, 0, 10, and distortion (OpenCV's k1, k2, p1, p2, k3)."""
     images: Annotated[Path | None, option("DIR")] = None
     """The images of --boxes: 000000.png, ...; of a folder of drives, in DIR/NAME."""
     folder: FolderOptions = field(default_factory=FolderOptions)

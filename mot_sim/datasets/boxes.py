@@ -52,7 +52,8 @@ def box_sequence(
     count from 0, pixel centres are integers; boxes are clipped to the image. With a column time
     frames have those times (between them, interpolated); without a column frame they are numbered
     by them. kinds: the classes that are kept; None: those of TRACKED_KINDS that are there.
-    camera: see `read_camera`. images: a folder of 000000.png, ... .
+    camera: see `read_camera`; with distortion, boxes are taken to the pinhole's image.
+    images: a folder of 000000.png, ... .
     poses: of the camera, see `read_trajectory`; without them its motion is unknown.
     motion_cov: of the motion that the poses give over one frame; by default that of ORB-SLAM3 on
     KITTI. visual: the motion is seen in the images. name: the file's, unless given. score_map: from
@@ -94,13 +95,23 @@ def box_sequence(
     elif frame_count is None:
         frame_count = last_box + 1
     times = _frame_times(moments, frame_count, described.frame_rate) if times is None else times
+    lens, camera_seen = described.distortion, described.camera
+    if lens is not None:
+        if folder is not None:
+            raise BadConfig(
+                f"{camera}: distortion and {images}: images are measured as a pinhole sees them; "
+                "undistort them and the boxes, and leave distortion out"
+            )
+        straight = lens.undistort_boxes(log.detections.boxes)
+        log = replace(log, detections=log.detections.replaced(boxes=straight))
+        camera_seen = lens.pinhole
     if folder is not None:
         folder.warn_of_gaps(frame_count)
     if motion_cov is None and Ts_world_cam is not None:
         motion_cov = np.diag(ORBSLAM3_MOTION_STD) ** 2
     sequence = RecordedSequence(
         name=Path(boxes).stem if name is None else name,
-        camera=described.camera,
+        camera=camera_seen,
         frame_count=frame_count,
         log=log,
         frame_indices=np.arange(frame_count),
@@ -111,6 +122,7 @@ def box_sequence(
         frame_rate=described.frame_rate,
         times=times,
         kinds=form.tracked,
+        distortion=lens,
     )
     return sequence.looked_at_every(every)
 

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
+from mot_sim.datasets.distortion import COUNTS, Distortion
 from mot_sim.files.documents import read_toml
 from mot_sim.files.text import TextTable, read_table
 from mot_sim.files.writing import write_lines
@@ -18,6 +19,7 @@ from tracker.types import Camera, max_step
 INTRINSIC_KEYS = ("fx", "fy", "cx", "cy")
 REQUIRED_KEYS = ("image_width", "image_height", "camera_height")
 OPTIONAL_KEYS = {"pitch_deg": 0.0, "roll_deg": 0.0, "frame_rate": 10.0}
+DISTORTION_KEY = "distortion"
 # Above all numbers of a camera file; NaN and infinity are not smaller either.
 MAX_CAMERA_NUMBER = 1e12
 CAMERA_KEYS_HELP = (
@@ -40,6 +42,8 @@ class CameraFile:
     """The camera: intrinsics, and where it stands above the road."""
     frame_rate: float
     """Frames per second, Hz, > 0."""
+    distortion: Distortion | None = None
+    """The lens; None: none, the camera is a pinhole."""
 
 
 def read_camera(path: Path) -> CameraFile:
@@ -47,14 +51,15 @@ def read_camera(path: Path) -> CameraFile:
 
     Keys: `K` (3x3) or `fx fy cx cy`; `image_width`, `image_height` in pixels; `camera_height`
     above the road in metres; and, if they are not 0, 0 and 10, `pitch_deg` (positive looks
-    up), `roll_deg` (positive leans right), `frame_rate` in Hz. Raises DatasetNotFound without
+    up), `roll_deg` (positive leans right), `frame_rate` in Hz; and `distortion`, OpenCV's k1, k2,
+    p1, p2, k3 (or 8 numbers), which bends the pixels of boxes. Raises DatasetNotFound without
     the file, BadFile for what is not TOML, BadConfig for missing, unknown and wrong values,
     BadCalibration for a camera that cannot be.
     """
     if not path.is_file():
         raise DatasetNotFound(f"{path}: no camera file; write one with {CAMERA_KEYS_HELP}")
     values = read_toml(path)
-    known = ("K", *INTRINSIC_KEYS, *REQUIRED_KEYS, *OPTIONAL_KEYS)
+    known = ("K", *INTRINSIC_KEYS, *REQUIRED_KEYS, *OPTIONAL_KEYS, DISTORTION_KEY)
     for key in values:
         if key not in known:
             raise BadConfig(f"{path}: {UnknownName.of('key', key, known)}")
@@ -73,9 +78,24 @@ def read_camera(path: Path) -> CameraFile:
             float(np.radians(pitch)),
             float(np.radians(roll)),
         )
+        bent = _coefficients(path, values)
+        distortion = None if bent is None else Distortion(camera, bent)
     except BadCalibration as error:
         raise BadCalibration(f"{path}: {error}") from None
-    return CameraFile(camera, frame_rate)
+    return CameraFile(camera, frame_rate, distortion)
+
+
+def _coefficients(path: Path, values: Mapping[str, object]) -> Float[Array, " c"] | None:
+    """The coefficients of the lens; None without, and where all are 0."""
+    given = values.get(DISTORTION_KEY, [])
+    if not isinstance(given, list) or (given and len(given) not in COUNTS):
+        raise BadConfig(
+            f"{path}: {DISTORTION_KEY} is {given!r}; give a list of {', '.join(map(str, COUNTS))} "
+            "numbers in OpenCV's order, k1, k2, p1, p2, k3, k4, k5, k6"
+        )
+    entries = {f"{DISTORTION_KEY}[{index}]": value for index, value in enumerate(given)}
+    numbers = np.array([_number(path, entries, key) for key in entries])
+    return numbers if numbers.any() else None
 
 
 def _intrinsics(path: Path, values: Mapping[str, object]) -> Float[Array, "3 3"]:

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
+from mot_sim.datasets.distortion import Distortion
 from mot_sim.datasets.images import ImageSource
 from tracker.errors import BadConfig
 from tracker.geometry import adjoint_of, invert
@@ -110,6 +111,9 @@ class RecordedSequence:
     not."""
     looked_at: Bool[Array, " m"] | None = None
     """Whether a detector looked at each frame of the recording; None: at all of them."""
+    distortion: Distortion | None = None
+    """The lens that the boxes of files were seen through; those of `log` and `camera` are of its
+    pinhole. None: there is none."""
     kinds: tuple[str, ...] = ("Car",)
     """The classes of the detections, of TRACKED_KINDS; unless it is Car alone, the detections have
     a column `kinds`."""

@@ -212,6 +212,10 @@ def track_sequences(
             continue
         tracker = build(sequence.camera)
         tracks[name], counts[name] = track_sequence(tracker, sequence, progress, front_end)
+        lens = getattr(sequence, "distortion", None)
+        if lens is not None:
+            straight = tracks[name]
+            tracks[name] = straight.replaced(boxes=lens.distort_boxes(straight.boxes))
         if folder is not None:
             folder.add(name, tracks[name], counts[name], T_road_label)
         log.info("%s: %d rows of %d ids", name, counts[name].rows, counts[name].ids)
