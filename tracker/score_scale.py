@@ -22,6 +22,8 @@ from tracker.types import Detections
 CONFIRMING_IOU = 0.3
 # The judgement is made anew whenever so many more boxes were watched; then never again.
 JUDGED_AT = (12, 24, 48, 96, 192, 384, 768)
+# Boxes are told apart at these times, and whenever more frames than these are remembered.
+MOST_FRAMES = 64
 # Logits are smaller, percentages larger.
 LARGEST_LOGIT = 20.0
 # What the judgement `ranked` gives to scores at these shares of the confirmed boxes: nearly all
@@ -37,10 +39,11 @@ class ScoreMemory(NamedTuple):
     """The lowest score so far."""
     high: float = -np.inf
     """The highest score so far."""
-    boxes: Float[Array, "n 4"] = np.zeros((0, 4))
-    """Those of the last frame, pixels."""
-    scores: Float[Array, " n"] = np.zeros(0)
-    """Theirs, as the detector gave them."""
+    frames: tuple[tuple[Float[Array, "_ 4"], Float[Array, " _"]], ...] = ()
+    """Boxes (pixels) and scores of the last frames, as the detector gave them; all but the last
+    are watched, but not yet told apart."""
+    watched: int = 0
+    """How many boxes had a next frame to be confirmed by."""
     confirmed: Float[Array, " c"] = np.zeros(0)
     """Scores of watched boxes that the next frame confirmed."""
     vanished: Float[Array, " v"] = np.zeros(0)
@@ -49,6 +52,24 @@ class ScoreMemory(NamedTuple):
     """Empty: probabilities, or what a known scale says; `even`: worth nothing; `ranked`."""
     landmarks: Float[Array, " q"] = np.zeros(0)
     """Scores at SHARES of the confirmed boxes, ascending, of the judgement `ranked`."""
+
+    def told_apart(self) -> "ScoreMemory":
+        """With all watched boxes among the confirmed or the vanished ones."""
+        boxes = np.concatenate([boxes for boxes, _ in self.frames])
+        counts = np.array([len(boxes) for boxes, _ in self.frames])
+        # Every box with each of those of its next frame.
+        others = np.repeat(counts[1:], counts[:-1])
+        first = np.repeat(np.cumsum(counts)[:-1], counts[:-1]) - (np.cumsum(others) - others)
+        box = np.repeat(np.arange(len(others)), others)
+        other = np.arange(len(box)) + np.repeat(first, others)
+        is_confirmed = np.zeros(len(others), bool)
+        is_confirmed[box[box_iou(boxes[box], boxes[other]) >= CONFIRMING_IOU]] = True
+        scores = np.concatenate([np.zeros(0), *(scores for _, scores in self.frames[:-1])])
+        return self._replace(
+            frames=self.frames[-1:],
+            confirmed=np.concatenate((self.confirmed, scores[is_confirmed])),
+            vanished=np.concatenate((self.vanished, scores[~is_confirmed])),
+        )
 
 
 @dataclass(frozen=True)
@@ -95,21 +116,15 @@ class ScoreScale:
         boxes, scores = detections.boxes, detections.scores
         low = min(memory.low, scores.min(initial=np.inf))
         high = max(memory.high, scores.max(initial=-np.inf))
-        watched = len(memory.confirmed) + len(memory.vanished)
+        watched = memory.watched
         if watched >= JUDGED_AT[-1]:
-            return memory._replace(low=low, high=high)
-        confirmed, vanished = memory.confirmed, memory.vanished
-        if len(memory.boxes):
-            there = np.zeros(len(memory.boxes), bool)
-            if len(boxes):
-                there = box_iou(memory.boxes[:, None], boxes[None]).max(axis=1) >= CONFIRMING_IOU
-            confirmed = np.concatenate((confirmed, memory.scores[there]))
-            vanished = np.concatenate((vanished, memory.scores[~there]))
-        after = memory._replace(
-            low=low, high=high, boxes=boxes.copy(), scores=scores.copy(),
-            confirmed=confirmed, vanished=vanished,
-        )  # fmt: skip
-        now = len(confirmed) + len(vanished)
+            is_known = low == memory.low and high == memory.high
+            return memory if is_known else memory._replace(low=low, high=high)
+        frames = (*memory.frames, (boxes.copy(), scores.copy()))
+        now = watched + (len(memory.frames[-1][0]) if memory.frames else 0)
+        after = memory._replace(low=low, high=high, frames=frames, watched=now)
+        if len(frames) > MOST_FRAMES:
+            after = after.told_apart()
         if low == high:  # never another score
             return after._replace(judgement="even" if now + len(boxes) > 1 else "")
         if any(watched < count <= now for count in JUDGED_AT) or memory.low == memory.high:
@@ -118,6 +133,7 @@ class ScoreScale:
 
     def _judged(self, memory: ScoreMemory) -> ScoreMemory:
         """With the judgement that the watched boxes speak for."""
+        memory = memory.told_apart()
         confirmed, vanished = memory.confirmed, memory.vanished
         watched = len(confirmed) + len(vanished)
         if len(confirmed) < max(JUDGED_AT[0] / 2, self.least_confirmed * watched):

@@ -75,9 +75,28 @@ def test_probabilities_are_taken_as_they_are() -> None:
         memory = scale.watch(memory, frame.detections)
         assert memory.judgement == ""
         assert scale(memory, frame.detections) is frame.detections
-    watched = len(memory.confirmed) + len(memory.vanished)
-    assert watched >= JUDGED_AT[-1]
-    assert watched < JUDGED_AT[-1] + 10  # no more are kept
+    assert memory.watched >= JUDGED_AT[-1]
+    assert memory.watched < JUDGED_AT[-1] + 10  # no more are kept
+    assert len(memory.confirmed) + len(memory.vanished) == memory.watched
+
+
+def test_boxes_are_confirmed_by_those_of_the_next_frame_alone() -> None:
+    here, moved, far = [0.0, 0, 10, 10], [1.0, 0, 11, 10], [50.0, 0, 60, 10]
+    scale, memory = ScoreScale(), ScoreMemory()
+    drives: list[tuple[list[list[float]], list[float]]] = [
+        ([here, far], [0.1, 0.2]), ([moved], [0.3]), ([], []), ([moved], [0.4]),
+        ([far, here, moved], [0.5, 0.6, 0.7]),
+    ]  # fmt: skip
+    for boxes, scores in drives:
+        memory = scale.watch(memory, Detections.of(boxes, scores))
+    memory = memory.told_apart()
+    assert memory.confirmed.tolist() == [0.1, 0.4]
+    assert memory.vanished.tolist() == [0.2, 0.3]
+    assert memory.watched == 4
+    for _ in range(200):  # frames without boxes are forgotten
+        memory = scale.watch(memory, Detections.empty())
+    assert len(memory.frames) < 100
+    assert memory.vanished.tolist() == [0.2, 0.3, 0.5, 0.6, 0.7]
 
 
 def test_scores_that_say_nothing_count_the_same() -> None:
@@ -105,9 +124,11 @@ def test_a_single_weak_box_is_no_scale() -> None:
 def test_what_is_remembered_is_no_part_of_the_frame() -> None:
     frame = drive(frames=1)[0]
     memory = ScoreScale().watch(ScoreMemory(), frame.detections)
-    before = memory.boxes.copy()
+    boxes, scores = (column.copy() for column in memory.frames[-1])
     frame.detections.boxes[:] = 0.0
-    assert (memory.boxes == before).all()
+    frame.detections.scores[:] = 0.0
+    assert (memory.frames[-1][0] == boxes).all()
+    assert (memory.frames[-1][1] == scores).all()
 
 
 def test_separation_is_a_half_by_chance_and_one_where_scores_tell() -> None:
