@@ -44,17 +44,21 @@ def cuboids_of_rows(
 ) -> tuple[Cuboids, Bool[Array, " n"]]:
     """The cuboids of `h w l x y z rotation_y`, and which rows have one.
 
-    Rows without a positive size have none; their cuboids are NaN. A rotation_y of -10 is not known:
-    the yaw is NaN.
+    What is not known is NaN: a size that is not positive, a rotation_y of -10, a place of -1000.
+    Rows without a place have no cuboid at all, nor have those without a size whose z is not ahead
+    of the camera: other tools write -1 or 0 for everything.
     """
-    known = np.asarray((rows[:, :3] > 0.0).all(axis=1))
+    sized = np.asarray((rows[:, :3] > 0.0).all(axis=1))
+    placed = np.asarray((rows[:, 3:6] > UNKNOWN_PLACE).all(axis=1))
+    known = placed & (sized | (rows[:, 5] > 0.0))
     base = transform(T_road_label, rows[:, 3:6])
     rotation_y = rows[:, 6]
     facing = np.linalg.solve(_plane_turn(T_road_label), _facing(rotation_y)).T
     yaw = rotation_y + wrap_angle(np.arctan2(-facing[:, 1], facing[:, 0]) - rotation_y)
     size = rows[:, [2, 0, 1]]
     absent = ~known
-    base[absent], size[absent], yaw[absent] = np.nan, np.nan, np.nan
+    base[absent], yaw[absent] = np.nan, np.nan
+    size[absent | ~sized] = np.nan
     yaw[rotation_y == NO_ALPHA] = np.nan
     return Cuboids(base, yaw, size), known
 
@@ -208,8 +212,11 @@ def _alpha_and_cuboids(
     if tracks.cuboids is None or T_road_label is None:
         return np.full(len(tracks), NO_ALPHA), absent
     rows = rows_of_cuboids(tracks.cuboids, T_road_label)
-    known = np.isfinite(rows).all(axis=1)
-    return np.where(known, alpha_of(rows), NO_ALPHA), np.where(known[:, None], rows, absent)
+    known = np.isfinite(rows)
+    # DontCare is known as a whole or not at all; of other rows each part that is known is written.
+    whole = known.all(axis=1) | np.array([kind != "DontCare" for kind in kinds], dtype=bool)
+    alpha = np.where(known.all(axis=1), alpha_of(rows), NO_ALPHA)
+    return alpha, np.where(known & whole[:, None], rows, absent)
 
 
 def read_cuboid_results(
@@ -245,9 +252,9 @@ def write_results(
 
     The file appears as a whole or not at all. Rows are Cars unless the tracks have kinds;
     unknown truncation and occlusion are -1, unknown scores 1. Cuboids are written in camera 0
-    when T_road_label (`KittiSequence.T_road_label`) is given; where there is none, the row says
-    alpha -10 and -1 -1 -1 -1000 -1000 -1000 -10. Raises BadTracks for an id twice in a frame
-    and for boxes and scores that are not finite.
+    when T_road_label (`KittiSequence.T_road_label`) is given; what is not known of one is -1 -1 -1
+    (size), -1000 -1000 -1000 (place) and -10 (rotation_y, alpha). Raises BadTracks for an id twice
+    in a frame and for boxes and scores that are not finite.
     """
     scores = np.ones(len(tracks)) if tracks.scores is None else tracks.scores
     if not np.isfinite(scores).all():

@@ -63,6 +63,46 @@ def test_rows_without_a_size_have_no_cuboid() -> None:
     assert np.isnan(rows_of_cuboids(cuboids, LEVEL.T_road_cam)[:2]).all()
 
 
+def test_each_part_of_a_cuboid_that_is_not_known_is_left_open() -> None:
+    rows = np.repeat(ROW, 3, axis=0)
+    rows[0, 6] = -10.0
+    rows[1, :3] = -1.0
+    rows[2, 3:6] = -1000.0
+    cuboids, known = cuboids_of_rows(rows, LEVEL.T_road_cam)
+    assert known.tolist() == [True, True, False]
+    assert np.isnan(cuboids.yaw).tolist() == [True, False, True]
+    assert np.isnan(cuboids.size).all(axis=1).tolist() == [False, True, True]
+    assert np.isnan(cuboids.base).any(axis=1).tolist() == [False, False, True]
+
+
+@pytest.mark.parametrize("nothing", [-1.0, 0.0])
+def test_what_other_tools_write_for_nothing_is_no_cuboid(nothing: float) -> None:
+    cuboids, known = cuboids_of_rows(np.full((1, 7), nothing), LEVEL.T_road_cam)
+    assert known.tolist() == [False]
+    assert np.isnan(cuboids.base).all()
+
+
+def test_what_is_known_of_a_cuboid_is_written_and_read_back(tmp_path: Path) -> None:
+    cuboids, _ = cuboids_of_rows(np.repeat(ROW, 4, axis=0), LEVEL.T_road_cam)
+    hole = np.array([1.0, np.nan, 1.0, 1.0])
+    partly = Cuboids(
+        cuboids.base * np.array([1.0, 1.0, 1.0, np.nan])[:, None],
+        cuboids.yaw * hole,
+        cuboids.size * np.array([1.0, np.nan, np.nan, 1.0])[:, None],
+    )
+    tracks = Tracks(np.arange(4), np.zeros(4, np.int64), np.tile([0.0, 0, 9, 9], (4, 1)),
+                    cuboids=partly)  # fmt: skip
+    write_results(tracks, tmp_path / "r.txt", LEVEL.T_road_cam)
+    lines = (tmp_path / "r.txt").read_text().splitlines()
+    assert [float(value) for value in lines[1].split()[10:17]] == [-1, -1, -1, 1, 1.65, 20, -10]
+    found = read_results(tmp_path / "r.txt", LEVEL.T_road_cam).cuboids
+    assert found is not None
+    np.testing.assert_allclose(found.base[:3], partly.base[:3], atol=1e-6)
+    np.testing.assert_allclose(found.yaw[:3], partly.yaw[:3], atol=1e-6)
+    np.testing.assert_allclose(found.size[:3], partly.size[:3], atol=1e-6)
+    assert np.isnan(found.base[3]).all()
+
+
 def test_no_rows_are_no_cuboids() -> None:
     cuboids, known = cuboids_of_rows(np.zeros((0, 7)), LEVEL.T_road_cam)
     assert len(cuboids) == len(known) == 0
