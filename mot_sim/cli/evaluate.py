@@ -44,6 +44,10 @@ class Evaluate:
     RESULTS/NAME.txt), or a folder of MOTChallenge (NAME/gt/gt.txt), which has its own rules."""
     sequences: Annotated[str | None, option("NAMES", "those with results and labels")] = None
     """all, labelled, or names: 0000,0005."""
+    seqmap: Annotated[Path | None, option("FILE", "all frames")] = None
+    """Sequences and frames, a line `NAME empty FIRST END` each (from 0; END is after the last)."""
+    frames: Annotated[str | None, option("PART", "all")] = None
+    """first-half or second-half of every sequence, or FIRST-LAST."""
     rules: Rules = "trackeval"
     """trackeval (1.3.0), or devkit2018: KITTI's kit of the paper's time, CLEAR only."""
     classes: Classes = "car"
@@ -69,6 +73,7 @@ class Evaluate:
     def __call__(self, terminal: Terminal) -> int:
         """Score and show."""
         from mot_sim.evaluation.scoring import score_folder
+        from mot_sim.evaluation.splits import Split
         from mot_sim.tables import score_table
         from tracker.types import parse_kinds
 
@@ -83,10 +88,13 @@ class Evaluate:
         self._require_3d_for_its_options()
         rows: dict[str, mot_sim.metrics.Scores] = {}
         content: dict[str, dict[str, object]] = {}
+        split = Split.of(self.seqmap, self.frames)
         unlabelled: tuple[str, ...] = ()
         for kind in kinds:
             if self.truth is None:
-                scored = score_folder(self.results, self.root, self.sequences, self.rules, kind)
+                scored = score_folder(
+                    self.results, self.root, self.sequences, self.rules, kind, split
+                )
                 evaluation, unlabelled = scored.evaluation, scored.unlabelled
             else:
                 evaluation = self._against_own(self.truth, kind)
@@ -107,7 +115,8 @@ class Evaluate:
         from mot_sim.evaluation.own_scoring import score_against
         from tracker.errors import BadConfig
 
-        for name, value in (("root", self.root), ("sequences", self.sequences)):
+        options = ("root", "sequences", "seqmap", "frames")
+        for name, value in ((option_name, getattr(self, option_name)) for option_name in options):
             if value is not None:
                 raise BadConfig(f"--truth and --{name} exclude each other: your own truth or KITTI")
         return score_against(self.results, truth, self.rules, kind)

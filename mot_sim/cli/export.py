@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     import tracker
 
 
+SERVER = "kitti-server"
+
+
 @dataclass(frozen=True)
 class Export:
     """Write results and labels for another evaluator.
@@ -24,17 +27,20 @@ class Export:
 
     mot-sim export out/rrc out/te --to trackeval --root KITTI
 
+    mot-sim export out/testing out/testing.zip --to kitti-server
+
     motchallenge: OUT/SSSS/ with seqinfo.ini, det/det.txt, res/res.txt and, where there are labels,
     gt/gt.txt; frames and ids from 1. trackeval: OUT/gt is GT_FOLDER and OUT/trackers is
-    TRACKERS_FOLDER of TrackEval's Kitti2DBox; only sequences with labels.
+    TRACKERS_FOLDER of TrackEval's Kitti2DBox; only sequences with labels. kitti-server: OUT is the
+    archive of the 29 testing sequences, checked by the server's rules.
     """
 
     results: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RESULTS")]
     """A folder with SSSS.txt, or data/SSSS.txt, for every sequence."""
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="OUT")]
-    """A new or empty folder."""
+    """A new or empty folder; for kitti-server a file, NAME.zip."""
     to: Annotated[str, tyro.conf.arg(metavar="FORMAT")]
-    """motchallenge or trackeval."""
+    """motchallenge, trackeval or kitti-server."""
     root: Root = None
     """The KITTI tree with the calibration, labels and detections."""
     sequences: Annotated[str | None, option("NAMES", "those with results")] = None
@@ -54,14 +60,26 @@ class Export:
         from mot_sim.files.settings import require_empty
         from tracker.errors import UnknownName
 
+        if self.to == SERVER:
+            return self._for_server(terminal)
         if self.to not in FORMATS:
-            raise UnknownName.of("export format", self.to, FORMATS)
+            raise UnknownName.of("export format", self.to, [*FORMATS, SERVER])
         require_empty(self.out)
         files = pick_results(self.results, self.root, self.sequences)
         drives = [self._drive(name) for name in files]
         names = FORMATS[self.to](self, drives, read_picked(files, drives))
         say_unlabelled(terminal, tuple(name for name in files if name not in names))
         terminal.write(f"{self.out}: {len(names)} sequences for {self.to}\n")
+        return OK
+
+    def _for_server(self, terminal: Terminal) -> int:
+        """Pack the results of the testing split; labels are not needed."""
+        from mot_sim.datasets.kitti import write_server_archive
+        from mot_sim.evaluation.scoring import result_files
+
+        files = result_files(self.results)
+        write_server_archive(files, self.out)
+        terminal.write(f"{self.out}: {len(files)} sequences for KITTI's server\n")
         return OK
 
     def _drive(self, name: str) -> "mot_sim.datasets.KittiSequence":

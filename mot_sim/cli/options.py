@@ -58,6 +58,10 @@ class KittiOptions:
     """The folder that holds training/ and, beside it, detections/ and odometry/."""
     sequences: Annotated[str | None, option("NAMES", "all")] = None
     """all, labelled (those with labels; given is the same), or names: 0000,0005."""
+    seqmap: Annotated[Path | None, option("FILE", "all frames")] = None
+    """Sequences and frames, a line `NAME empty FIRST END` each (from 0; END is after the last)."""
+    frames: Annotated[str | None, option("PART", "all")] = None
+    """first-half or second-half of every sequence, or FIRST-LAST. Tracking begins there anew."""
     split: Annotated[str | None, option("NAME", SPLIT)] = None
     """training or testing."""
     detections: Annotated[str | None, option("NAME|PATH", DETECTIONS)] = None
@@ -108,7 +112,17 @@ class KittiOptions:
 
     def named(self) -> list[str]:
         """The options of a KITTI tree that were given."""
-        mine = ("root", "sequences", "split", "detections", "detection_format", "height", "pitch")
+        mine = (
+            "root",
+            "sequences",
+            "seqmap",
+            "frames",
+            "split",
+            "detections",
+            "detection_format",
+            "height",
+            "pitch",
+        )
         return [name for name in mine if getattr(self, name) is not None]
 
     def open(
@@ -116,11 +130,15 @@ class KittiOptions:
     ) -> "list[mot_sim.datasets.KittiSequence]":
         """The drives, every file of theirs read and checked. images: they must have some."""
         from mot_sim.datasets import kitti_sequence
-        from mot_sim.evaluation.scoring import choose_sequences
+        from mot_sim.evaluation.scoring import ALL_SEQUENCES, choose_sequences
+        from mot_sim.evaluation.splits import Split
 
         split = self.split or SPLIT
+        parts = Split.of(self.seqmap, self.frames)
         chosen = choose_sequences(self.root, self.sequences or sequences, split)
-        return [
+        if parts.ranges is not None:
+            chosen = parts.sequences(choose_sequences(self.root, ALL_SEQUENCES, split))
+        drives = [
             kitti_sequence(
                 self.root,
                 name,
@@ -139,6 +157,7 @@ class KittiOptions:
             )
             for name in chosen
         ]
+        return [parts.part(drive) for drive in drives]
 
     def settings(self) -> "mot_sim.files.settings.Settings":
         """What decides the results, with the defaults filled in."""
@@ -156,6 +175,8 @@ class KittiOptions:
             **self.looks(),
             **({"cuboids": True} if self.cuboids else {}),
             **({} if self.classes is None else {"classes": self.classes}),
+            **({} if self.frames is None else {"frames": self.frames}),
+            **({} if self.seqmap is None else {"seqmap": str(self.seqmap.resolve())}),
             "score_map": self.score_map,
         }
 

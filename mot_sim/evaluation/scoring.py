@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from mot_sim.datasets import (
     KittiSequence,
     available_sequences,
@@ -12,6 +14,7 @@ from mot_sim.datasets import (
     kitti_sequence,
     read_results,
 )
+from mot_sim.evaluation.splits import Split
 from mot_sim.files.text import what_is_there
 from mot_sim.metrics import RULES, Evaluation, evaluate
 from mot_sim.metrics.doubts import doubts_of
@@ -20,6 +23,7 @@ from tracker.types import Tracks
 
 ALL_SEQUENCES = "all"
 LABELLED_SEQUENCES = ("labelled", "given")  # two words for one choice
+WHOLE = Split()
 
 log = logging.getLogger(__name__)
 
@@ -95,6 +99,7 @@ def score_sequences(
     Raises DatasetNotFound when no drive has labels.
     """
     require_rules(rules)
+    results = {drive.name: _in_frames(results[drive.name], drive) for drive in drives}
     truths = {drive.name: (drive.truth, drive.frame_count) for drive in drives}
     contests = {
         name: (truth, results[name], frame_count)
@@ -109,6 +114,13 @@ def score_sequences(
         for doubt in doubts_of(*contest, kind):
             log.warning("%s: %s", name, doubt)
     return scored
+
+
+def _in_frames(tracks: Tracks, drive: KittiSequence) -> Tracks:
+    """The rows in the frames that the drive delivers: all of them, or a part."""
+    if len(drive) == drive.frame_count:
+        return tracks
+    return tracks.select(np.isin(tracks.frames, drive.frame_indices))
 
 
 def pick_results(
@@ -146,15 +158,18 @@ def score_folder(
     sequences: str | None = None,
     rules: str = "trackeval",
     kind: str = "Car",
+    split: Split = WHOLE,
 ) -> ScoredSequences:
     """The scores of a folder of result files; the training split, for it has the labels.
 
-    sequences: see `pick_results`. Labelled sequences without results are warned of, because
-    leaving them out changes the sum.
+    sequences: see `pick_results`. split: which frames of them count. Labelled sequences without
+    results are warned of, because leaving them out changes the sum.
     """
     require_rules(rules)
+    if split.ranges is not None:
+        sequences = ",".join(split.sequences(choose_sequences(root)))
     files = pick_results(folder, root, sequences)
-    drives = [kitti_sequence(root, name, None, ego="none") for name in files]
+    drives = [split.part(kitti_sequence(root, name, None, ego="none")) for name in files]
     scored = score_sequences(drives, read_picked(files, drives), rules, kind)
     if sequences is None:
         labelled = choose_sequences(root, LABELLED_SEQUENCES[0])

@@ -12,6 +12,7 @@ from mot_sim.datasets.kitti.labels import (
 )
 from mot_sim.datasets.kitti.places import available_sequences, find_root
 from mot_sim.datasets.kitti.sequence import KittiSequence, kitti_sequence
+from mot_sim.datasets.kitti.server import write_server_archive
 
 __all__ = [
     "DETECTORS",
@@ -29,4 +30,5 @@ __all__ = [
     "write_calibration",
     "write_labels",
     "write_results",
+    "write_server_archive",
 ]

@@ -267,8 +267,8 @@ def test_a_camera_that_looks_back_drives_backwards_rightly() -> None:
     def backwards(time: float) -> tuple[float, float, float]:
         return 0.0, 100.0 - 10.0 * time, 0.0
 
-    for cars in (PARKED, (*PARKED, Car(0.0, 110.0, velocity=(0, -10.0)))):
-        frames = frames_of(backwards, cars)
+    for around in (PARKED, (*PARKED, Car(0.0, 110.0, velocity=(0, -10.0)))):
+        frames = frames_of(backwards, around)
         assert cause_of(frames) is None
         assert cause_of(frames[:13]) is None
 
