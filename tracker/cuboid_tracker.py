@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tracker.beliefs import Beliefs, Lift
+from tracker.errors import MissingCue
 from tracker.tracker import Tracker
 from tracker.types import Camera, Cuboids, Detections
 
@@ -21,10 +22,16 @@ class CuboidLift(Lift):
     median. More: tracks follow their cuboids less closely."""
 
     def __call__(self, detections: Detections, camera: Camera) -> Beliefs:
-        """One belief a detection; see `Detections.base`."""
+        """One belief a detection; see `Detections.base`. Raises MissingCue where none has one."""
         beliefs = super().__call__(detections, camera)
-        if detections.base is None or not len(detections):
+        if not len(detections):
             return beliefs
+        if detections.base is None:
+            raise MissingCue(
+                "these detections have no cuboids: give Detections the columns `base`, `yaw` and "
+                "`size` (mot-sim: --cuboids, with a detector that has some), or take the tracker "
+                "default"
+            )
         known = np.isfinite(detections.base).all(axis=1)
         base = np.where(known[:, None], detections.base, beliefs.cuboids.base)
         cov = beliefs.cov.copy()

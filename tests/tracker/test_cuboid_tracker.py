@@ -5,8 +5,9 @@ import pytest
 
 from tests.tracker.samples import LEVEL, Car, drive
 from tracker import Detections, Frame, Tracks, cuboid_tracker
+from tracker.beliefs import Lift
 from tracker.cuboid_tracker import CuboidLift
-from tracker.errors import BadDetections
+from tracker.errors import BadDetections, MissingCue
 from tracker.types import Cuboids
 
 BOXES = [[500.0, 150.0, 560.0, 200.0], [700.0, 150.0, 760.0, 200.0]]
@@ -30,12 +31,17 @@ def test_beliefs_stand_where_the_cuboids_do() -> None:
 
 
 def test_a_box_without_a_cuboid_is_back_projected() -> None:
-    plain = CuboidLift()(Detections.of(BOXES, [0.9, 0.9]), LEVEL)
+    plain = Lift()(Detections.of(BOXES, [0.9, 0.9]), LEVEL)
     mixed = CuboidLift()(detected((True, False)), LEVEL)
     np.testing.assert_array_equal(mixed.cuboids.base[0], STANDS.base[0])
     np.testing.assert_array_equal(mixed.cuboids.base[1], plain.cuboids.base[1])
     np.testing.assert_array_equal(mixed.cov[1], plain.cov[1])
     assert len(CuboidLift()(Detections.empty(), LEVEL)) == 0
+
+
+def test_boxes_alone_are_refused_with_what_is_missing() -> None:
+    with pytest.raises(MissingCue, match=r"no cuboids: .* `base`, `yaw` and `size` .*--cuboids"):
+        CuboidLift()(Detections.of(BOXES, [0.9, 0.9]), LEVEL)
 
 
 def test_tracks_keep_to_the_cuboids_and_their_ids() -> None:
@@ -46,7 +52,7 @@ def test_tracks_keep_to_the_cuboids_and_their_ids() -> None:
     true: list[Cuboids] = []
     for frame in seen.frames:
         # One metre farther than the boxes say: only the cuboids can tell.
-        lifted = CuboidLift(use_box_height=True)(frame.found, LEVEL).cuboids
+        lifted = Lift(use_box_height=True)(frame.found, LEVEL).cuboids
         base = lifted.base + np.array([0.0, 0.0, 1.0])
         given = frame.found.replaced(base=base, yaw=lifted.yaw, size=lifted.size)
         rows.append(tracker.step(Frame(frame.index, frame.time, given, frame.T_now_before)))
