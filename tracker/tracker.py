@@ -152,7 +152,7 @@ class Tracker:
             tracks, T_now_before = self.predict_tracks(tracks, motion, dt, detections)
         if self.car_filter is not None:
             cars = tracks.cars or CarStates.empty()
-            cars, road = self.car_filter.predict(cars, road, T_now_before, cov, dt, self.camera)
+            cars, road, *_ = self.car_filter.predict(cars, road, T_now_before, cov, dt, self.camera)
             tracks = tracks.replaced(cars=cars)
         pairs = self.gate(tracks, observed, detections, dt)
         costs, unmeasured = self.pair_costs(pairs)
@@ -267,7 +267,7 @@ class Tracker:
         road, boxes = compared.road, compared.detections.boxes
         if self.car_filter is not None:
             assert matched.cars is not None  # `cost_matrix` predicted them
-            cars, road = self.car_filter.update(
+            cars, road, _ = self.car_filter.update(
                 matched.cars, road, boxes.take(columns, 0), matched_scores, boxes, dt, self.camera
             )
             updated = updated.replaced(cars=cars)

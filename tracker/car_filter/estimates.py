@@ -1,7 +1,7 @@
 """One state per car out of its hypotheses: that of the likeliest direction."""
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from tracker.car_filter.states import YAW, CarStates
@@ -14,20 +14,32 @@ SAME_DIRECTION = np.pi / 4
 MIN_WEIGHT = 1e-4
 
 
+def likeliest(
+    states: CarStates, weights: Float[Array, "n k"]
+) -> tuple[Int[Array, " n"], Bool[Array, "n k"], Float[Array, " n"]]:
+    """Of each car the likeliest hypothesis of the likeliest direction, and who faces as it does.
+
+    And the probability that the car faces there rather than the other way round.
+    """
+    yaw = states.means[:, :, YAW]
+    cosine = np.cos(yaw[:, :, None] - yaw[:, None, :])
+    alike = cosine > np.cos(SAME_DIRECTION)
+    votes = (alike * weights[:, None, :]).sum(axis=2) + 1e-3 * weights
+    best = np.where(weights > MIN_WEIGHT, votes, 0.0).argmax(axis=1)
+    rows = np.arange(len(states))
+    heading_known = (weights * (cosine[rows, best] > 0.0)).sum(axis=1)
+    return best, alike[rows, best], heading_known
+
+
 def estimate(states: CarStates, weights: Float[Array, "n k"]) -> CarEstimates:
     """Mean and covariance of the hypotheses that face the likeliest direction, and how sure it is.
 
     weights: probabilities of the hypotheses, which sum up to 1 over a row.
     """
-    rows = np.arange(len(states))
-    yaw = states.means[:, :, YAW]
-    alike = np.cos(yaw[:, :, None] - yaw[:, None, :]) > np.cos(SAME_DIRECTION)
-    weights = np.where(weights < MIN_WEIGHT, 0.0, weights)
-    votes = np.where(weights > 0.0, (alike * weights[:, None, :]).sum(axis=2) + 1e-3 * weights, 0.0)
-    best = votes.argmax(axis=1)
-    shares = weights * alike[rows, best]
+    best, alike, heading_known = likeliest(states, weights)
+    shares = weights * alike * (weights > MIN_WEIGHT)
     shares /= shares.sum(axis=1, keepdims=True)
-    centre = states.means[rows, best]
+    centre = states.means[np.arange(len(states)), best]
     off = states.means - centre[:, None]
     off[:, :, YAW] = wrap_angle(off[:, :, YAW])
     off *= (shares > 0.0)[:, :, None]
@@ -36,6 +48,4 @@ def estimate(states: CarStates, weights: Float[Array, "n k"]) -> CarEstimates:
     spread = (off * shares[:, :, None]).transpose(0, 2, 1) @ off
     n, k, size = states.means.shape
     within = (shares[:, None] @ states.covs.reshape(n, k, size * size)).reshape(n, size, size)
-    mean = centre + shift
-    same_way = (weights * (np.cos(yaw - mean[:, YAW, None]) > 0.0)).sum(axis=1)
-    return CarEstimates(mean, within + spread, same_way / weights.sum(axis=1))
+    return CarEstimates(centre + shift, within + spread, heading_known)

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -64,6 +65,39 @@ class FlatUpdate(NamedTuple):
     """Log-likelihoods of the boxes, but for a constant."""
 
 
+class PredictedCars(NamedTuple):
+    """Cars before the boxes of a frame."""
+
+    states: CarStates
+    """In the road frame of the frame."""
+    memory: RoadMemory
+    """What is known of the road."""
+    at: tuple[Int[Array, " h"], Int[Array, " h"]]
+    """Rows and columns of the hypotheses that are followed."""
+    transitions: Float[Array, "h 8 8"]
+    """How each of those changes with its state before: the Jacobian."""
+
+    def transitions_of(
+        self, rows: Int[Array, " k"], columns: Int[Array, " k"]
+    ) -> Float[Array, "k 8 8"]:
+        """The transitions of these hypotheses, which are followed."""
+        place = np.zeros(self.states.log_weights.shape, np.int64)
+        place[self.at] = np.arange(len(self.transitions))
+        chosen: Float[Array, "k 8 8"] = self.transitions[place[rows, columns]]
+        return chosen
+
+
+class UpdatedCars(NamedTuple):
+    """Cars after the boxes of a frame."""
+
+    states: CarStates
+    """In the road frame of the frame."""
+    memory: RoadMemory
+    """What is known of the road."""
+    parents: Int[Array, "n k"]
+    """The predicted hypothesis that each hypothesis was made of."""
+
+
 @dataclass(frozen=True)
 class CarFilter:
     """Follows the place, heading, speed and size of every track: see docs/paper.md.
@@ -109,7 +143,7 @@ class CarFilter:
         motion_cov: Float[Array, "6 6"],
         dt: float,
         camera: Camera,
-    ) -> tuple[CarStates, RoadMemory]:
+    ) -> PredictedCars:
         """What is believed `dt` seconds later, in the road frame of then, before its boxes.
 
         T_now_before, motion_cov: of the camera, as in `Frame`.
@@ -118,16 +152,18 @@ class CarFilter:
         turn = math.atan2(T_road[0, 2] - T_road[2, 0], T_road[0, 0] + T_road[2, 2])
         memory, slope = self.road.predict(memory, T_road, dt)
         memory = self.directions.predict(memory, turn, dt)
-        if len(states) == 0:
-            return states, memory
         at = states.followed()
+        if len(states) == 0:
+            return PredictedCars(states, memory, at, np.zeros((0, STATE_SIZE, STATE_SIZE)))
         means, covs = states.means[at], states.covs[at]
         moving = at[1] >= HEADING_COUNT
         slopes = slope, memory.slope
-        means, covs = self.motion(means, covs, moving, T_road, turn, dt, slopes)
+        sizes = np.log(self.size), self._size_cov
+        means, covs, F = self.motion(means, covs, moving, T_road, turn, dt, slopes, sizes)
         covs[:, :3, :3] += ego_motion_cov(means[:, :3], motion_cov, camera)
         covs[:, YAW, YAW] += motion_cov[4, 4]
-        return _with(states, at, means, covs, states.log_weights), memory
+        later = _with(states, at, means, covs, states.log_weights)
+        return PredictedCars(later, memory, at, F)
 
     def update(
         self,
@@ -138,13 +174,13 @@ class CarFilter:
         others: Float[Array, "m 4"],
         dt: float,
         camera: Camera,
-    ) -> tuple[CarStates, RoadMemory]:
+    ) -> UpdatedCars:
         """What is believed after these cars were detected, row by row, as `boxes`.
 
         others: all boxes of the frame. dt: seconds since the last one.
         """
         if len(states) == 0:
-            return states, memory
+            return UpdatedCars(states, memory, np.zeros((0, HYPOTHESIS_COUNT), np.int64))
         hidden = hidden_edges(boxes, others)
         boxes = self.edges.unbiased(boxes)
         usable = ~(hidden[:, 1] | hidden[:, 3]) & (scores > MIN_SLOPE_SCORE)
@@ -158,8 +194,8 @@ class CarFilter:
         means[:, SPEED] = np.maximum(means[:, SPEED], 0.0)
         log_weights = np.full(states.log_weights.shape, -np.inf)
         log_weights[at] = states.log_weights[at] + self.evidence * fit
-        after = self._switched(_with(states, at, means, covs, normalised(log_weights)))
-        return after, self.directions.update(memory, after, dt)
+        after, parents = self._switched(_with(states, at, means, covs, normalised(log_weights)))
+        return UpdatedCars(after, self.directions.update(memory, after, dt), parents)
 
     def start(
         self,
@@ -197,9 +233,20 @@ class CarFilter:
 
     def estimate(self, states: CarStates, memory: RoadMemory) -> CarEstimates:
         """One state per car: of its likeliest direction, with how likely that is."""
-        weights = np.exp(states.log_weights) * self.directions(memory, states)
-        estimates = estimate(states, weights / weights.sum(axis=1, keepdims=True))
+        estimates = estimate(states, self.weights(states, memory))
         return estimates.replaced(covs=self.stated_covariance * estimates.covs)
+
+    def weights(self, states: CarStates, memory: RoadMemory) -> Float[Array, "n k"]:
+        """Probabilities of the hypotheses, the prior of directions included."""
+        weights = np.exp(states.log_weights) * self.directions(memory, states)
+        normal: Float[Array, "n k"] = weights / weights.sum(axis=1, keepdims=True)
+        return normal
+
+    @cached_property
+    def _size_cov(self) -> Float[Array, "3 3"]:
+        """Of the logarithms of sizes of all cars."""
+        cov: Float[Array, "3 3"] = LOG_SIZE_CORRELATION * np.outer(self.size_std, self.size_std)
+        return cov
 
     def _prior(
         self, places: Float[Array, "n 3"], slope: float
@@ -227,9 +274,7 @@ class CarFilter:
         covs[:, :, 1, 1] = self.motion.off_road_var(distance)[:, None]
         covs[:, :, YAW, YAW] = HEADING_STD**2
         covs[:, MOVING, SPEED, SPEED] = self.start_speed[1] ** 2
-        covs[:, :, LOG_SIZE, LOG_SIZE] = LOG_SIZE_CORRELATION * np.outer(
-            self.size_std, self.size_std
-        )
+        covs[:, :, LOG_SIZE, LOG_SIZE] = self._size_cov
         return means, covs
 
     def _update(
@@ -264,8 +309,12 @@ class CarFilter:
             covs = covs - gain[:, :, None] * Ph[:, None, :]
         return FlatUpdate(means + step, covs, fit)
 
-    def _switched(self, states: CarStates) -> CarStates:
-        """Cars stop and start: a mode that has died out begins again from the other one."""
+    def _switched(self, states: CarStates) -> tuple[CarStates, Int[Array, "n k"]]:
+        """Cars stop and start: a mode that has died out begins again from the other one.
+
+        And the hypothesis that each one was made of.
+        """
+        parents = np.tile(np.arange(HYPOTHESIS_COUNT), (len(states), 1))
         log_weights, speeds = states.log_weights, states.means[:, MOVING, SPEED]
         parked, moving = log_weights[:, PARKED], log_weights[:, MOVING]
         begin = math.log(self.switch)
@@ -273,7 +322,7 @@ class CarFilter:
         stops &= speeds < MAX_PARKING_SPEED
         starts = (moving < parked + begin - DEAD_NATS) & (parked > MIN_SWITCH_LOG_WEIGHT)
         if not (np.count_nonzero(stops) or np.count_nonzero(starts)):
-            return states
+            return states, parents
         log_weights = log_weights.copy()  # means and covariances are this update's own
         for which, source, target, var in (
             (stops, HEADING_COUNT, 0, 0.0),
@@ -286,7 +335,8 @@ class CarFilter:
             cov[:, SPEED, SPEED] = var
             states.means[after], states.covs[after] = mean, cov
             log_weights[after] = log_weights[before] + begin
-        return states.replaced(log_weights=normalised(log_weights))
+            parents[after] = before[1]
+        return states.replaced(log_weights=normalised(log_weights)), parents
 
 
 def _with(

@@ -27,8 +27,10 @@ class CarMotion:
     drift_std: float = 0.15
     """Std of what the place changes besides in a second, m: the camera's motion is never exact, nor
     is the shape of a car a cuboid's. More: places follow boxes faster, sizes are learned less."""
-    size_std: float = 0.003
-    """Std of what logarithms of sizes change in a second: keeps the filter from certainty."""
+    size_time: float = 20.0
+    """Seconds in which what was learned of a size falls back to what is known of all cars. Sizes do
+    not change, but small errors that last (of the road, of boxes) would otherwise add up in them.
+    More: sizes are learned better, and drift further."""
     off_road_std: tuple[float, float] = (0.1, 0.008)
     """Std of how far a car's base lies off the road's plane: m, and m per metre of distance."""
     off_road_time: float = 0.67
@@ -43,11 +45,13 @@ class CarMotion:
         turn: float,
         dt: float,
         slopes: tuple[float, float],
-    ) -> tuple[Float[Array, "h 8"], Float[Array, "h 8 8"]]:
-        """States and covariances `dt` seconds later, in the road frame of then.
+        sizes: tuple[Float[Array, "3"], Float[Array, "3 3"]],
+    ) -> tuple[Float[Array, "h 8"], Float[Array, "h 8 8"], Float[Array, "h 8 8"]]:
+        """States, covariances and transitions `dt` seconds later, in the road frame of then.
 
         T_road: moves points of the road frame of before into that of now; turn: its yaw, rad.
-        slopes: the road's, before in the frame of now, and now.
+        slopes: the road's, before in the frame of now, and now. sizes: mean and covariance of the
+        logarithms of all cars' sizes.
         """
         h, R = len(states), T_road[:3, :3]
         c, s = np.cos(states[:, YAW]), np.sin(states[:, YAW])
@@ -67,6 +71,9 @@ class CarMotion:
         keep = np.exp(-dt / self.off_road_time)
         later[:, 1] = slopes[1] * distance + keep * (later[:, 1] - slopes[0] * distance)
         F[:, 1] *= keep
+        keep_size = np.exp(-dt / self.size_time)
+        later[:, LOG_SIZE] = sizes[0] + keep_size * (states[:, LOG_SIZE] - sizes[0])
+        F[:, LOG_SIZE] *= keep_size
         covs = F @ covs @ F.transpose(0, 2, 1)
         noise = np.zeros((h, STATE_SIZE))
         noise[:, 0] = noise[:, 2] = self.drift_std**2 * dt
@@ -74,9 +81,9 @@ class CarMotion:
         pace = np.minimum(1.0, states[:, SPEED] / TURNING_SPEED + STANDING_TURN)
         noise[:, YAW] = np.where(moving, self.turn_std**2 * dt * pace, PARKED_TURN_STD**2 * dt)
         noise[:, SPEED] = moving * (self.acceleration_std**2 * 0.1 * dt)
-        noise[:, LOG_SIZE] = self.size_std**2 * dt
         covs[:, DIAGONAL, DIAGONAL] += noise
-        return later, covs
+        covs[:, LOG_SIZE, LOG_SIZE] += (1.0 - keep_size**2) * sizes[1]
+        return later, covs, F
 
     def off_road_var(self, distance: Float[Array, "*n"]) -> Float[Array, "*n"]:
         """Variance of how far bases lie off the road at these distances, m^2."""

@@ -5,20 +5,82 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from tracker.car_filter.states import LOG_SIZE, STATE_SIZE
-from tracker.types import Camera
+from tracker.types import Camera, Cuboids
 from tracker.types.cuboids import CORNERS
 
 # Corners nearer to the camera than this are taken to be this far, m.
 MIN_CORNER_DEPTH = 0.5
+# The twelve edges of a cuboid, as pairs of its corners.
+CUBOID_EDGES = np.array(
+    [(a, b) for a in range(8) for b in range(a) if np.abs(CORNERS[a] - CORNERS[b]).sum() in (1, 2)]
+)
+# Steps of numerical derivatives.
+STEP = 1e-5
+# Columns of a state that the box depends on: all but the speed.
+SEEN_COLUMNS = np.array([0, 1, 2, 3, 5, 6, 7])
 
 
 def project_boxes(
     states: Float[Array, "h 8"], camera: Camera
 ) -> tuple[Float[Array, "h 4"], Float[Array, "h 4 8"]]:
-    """The upright boxes around projected cuboids (x_min, y_min, x_max, y_max, px), not clipped.
+    """The upright boxes around projected cuboids (x_min, y_min, x_max, y_max, px).
 
-    And their Jacobians: each edge is that of the corner which it touches.
+    And their Jacobians: each edge is that of the corner which it touches. Boxes are not clipped,
+    but of a car that reaches beyond the left or right border of the image, upper and lower edge are
+    those of its part inside: the nearest corner, which would be lowest, is not seen.
     """
+    edges, jacobian = _whole_boxes(states, camera)
+    cut = ((edges[:, 0] < 0.0) | (edges[:, 2] > camera.far_corner[0])).nonzero()[0]
+    if len(cut):
+        inside, by_state = _levels_inside(states[cut], camera)
+        seen = np.isfinite(inside).all(axis=1)
+        edges[cut[seen], 1::2], jacobian[cut[seen], 1::2] = inside[seen], by_state[seen]
+    return edges, jacobian
+
+
+def _levels_inside(
+    states: Float[Array, "h 8"], camera: Camera
+) -> tuple[Float[Array, "h 2"], Float[Array, "h 2 8"]]:
+    """Highest and lowest row (px) of the parts between the image's sides, and their derivatives.
+
+    Infinite where there is no such part.
+    """
+    h, changes = len(states), STEP * np.eye(STATE_SIZE)[SEEN_COLUMNS]
+    steps = np.concatenate((np.zeros((1, STATE_SIZE)), changes, -changes))
+    levels = _levels((states + steps[:, None]).reshape(-1, STATE_SIZE), camera)
+    levels = levels.reshape(len(steps), h, 2)
+    jacobian = np.zeros((h, 2, STATE_SIZE))
+    with np.errstate(invalid="ignore"):
+        slopes = (levels[1 : len(changes) + 1] - levels[len(changes) + 1 :]) / (2.0 * STEP)
+    jacobian[:, :, SEEN_COLUMNS] = np.nan_to_num(slopes).transpose(1, 2, 0)
+    return levels[0], jacobian
+
+
+def _levels(states: Float[Array, "h 8"], camera: Camera) -> Float[Array, "h 2"]:
+    """Highest and lowest row of the parts of cuboids between the image's sides, px."""
+    cuboids = Cuboids(states[:, :3], states[:, 3], np.exp(states[:, LOG_SIZE]))
+    P = camera.K.dot(camera.T_cam_road[:3])
+    pixels = cuboids.corners().dot(P[:, :3].T) + P[:, 3]  # h, 8, 3; homogeneous
+    inward = np.stack(
+        (pixels[:, :, 0], camera.far_corner[0] * pixels[:, :, 2] - pixels[:, :, 0])
+    )  # how far inside of the left and of the right side, times the depth
+    a, b = inward[:, :, CUBOID_EDGES[:, 0]], inward[:, :, CUBOID_EDGES[:, 1]]
+    crosses = a * b < 0.0
+    share = a / np.where(crosses, a - b, 1.0)
+    first, second = pixels[:, CUBOID_EDGES[:, 0]], pixels[:, CUBOID_EDGES[:, 1]]
+    points = first + share[:, :, :, None] * (second - first)  # 2, h, 12, 3
+    points = np.concatenate((pixels, *points), axis=1)
+    seen = np.concatenate(((inward > 0.0).all(axis=0), *crosses), axis=1)
+    seen &= points[:, :, 2] > MIN_CORNER_DEPTH
+    rows = points[:, :, 1] / np.where(seen, points[:, :, 2], 1.0)
+    highest = np.where(seen, rows, np.inf).min(axis=1)
+    return np.stack((highest, np.where(seen, rows, -np.inf).max(axis=1)), axis=1)
+
+
+def _whole_boxes(
+    states: Float[Array, "h 8"], camera: Camera
+) -> tuple[Float[Array, "h 4"], Float[Array, "h 4 8"]]:
+    """The boxes around whole cuboids with their Jacobians."""
     h = len(states)
     P = camera.K.dot(camera.T_cam_road[:3])
     size = np.exp(states[:, LOG_SIZE])

@@ -30,20 +30,46 @@ def cuboids_of(states: np.ndarray) -> Cuboids:
     return Cuboids(states[:, :3], states[:, 3], np.exp(states[:, 5:]))
 
 
-@pytest.mark.parametrize("camera", [LEVEL, PITCHED])
-def test_a_projected_car_fills_the_outline_of_its_cuboid(camera: Camera) -> None:
-    states = random_states(40)
-    boxes, jacobian = project_boxes(states, camera)
-    np.testing.assert_allclose(boxes, outlines(cuboids_of(states), camera), atol=1e-9)
+def box_jacobian(states: np.ndarray, camera: Camera) -> np.ndarray:
+    """By central differences."""
+    jacobian = np.empty((len(states), 4, 8))
     for column in range(8):
         step = np.zeros(8)
         step[column] = 1e-6
         ahead, behind = (project_boxes(states + way * step, camera)[0] for way in (1.0, -1.0))
-        np.testing.assert_allclose(jacobian[:, :, column], (ahead - behind) / 2e-6, atol=1e-4)
+        jacobian[:, :, column] = (ahead - behind) / 2e-6
+    return jacobian
+
+
+@pytest.mark.parametrize("camera", [LEVEL, PITCHED])
+def test_a_projected_car_fills_the_outline_of_its_cuboid(camera: Camera) -> None:
+    states = random_states(60)
+    expected = outlines(cuboids_of(states), camera)
+    inside = (expected[:, 0] > 0.0) & (expected[:, 2] < camera.far_corner[0])
+    states, expected = states[inside], expected[inside]
+    assert len(states) > 40
+    boxes, jacobian = project_boxes(states, camera)
+    np.testing.assert_allclose(boxes, expected, atol=1e-9)
+    np.testing.assert_allclose(jacobian, box_jacobian(states, camera), atol=1e-4)
+
+
+def test_of_a_car_beyond_the_image_border_the_part_inside_is_expected() -> None:
+    """A long side that crosses the left border: its lower edge there, by similar triangles."""
+    states = np.array([[-4.0, 0.0, 4.5, -np.pi / 2, 0.0, *np.log([4.0, 1.5, 1.6])]])
+    boxes, jacobian = project_boxes(states, LEVEL)
+    K = LEVEL.K
+    at_border = 3.2 * K[0, 0] / K[0, 2]  # depth where the near side, x = -3.2, is seen at u = 0
+    assert 2.5 < at_border < 6.5
+    assert boxes[0, 3] == pytest.approx(K[1, 2] + K[1, 1] * LEVEL.height / at_border)
+    assert boxes[0, 0] < 0.0
+    np.testing.assert_allclose(jacobian, box_jacobian(states, LEVEL), rtol=1e-4, atol=1e-3)
+    nearer = states - [0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0]  # no part inside: still finite
+    assert np.isfinite(project_boxes(nearer, LEVEL)[0]).all()
 
 
 def test_the_covariance_follows_the_derivatives_of_the_motion() -> None:
-    motion = CarMotion(acceleration_std=0.0, turn_std=0.0, drift_std=0.0, size_std=0.0)
+    motion = CarMotion(acceleration_std=0.0, turn_std=0.0, drift_std=0.0)
+    sizes = np.log([4.0, 1.5, 1.6]), 0.01 * np.eye(3)
     T_road = homogeneous(np.array([[0.995, 0.0, 0.0998], [0.0, 1.0, 0.0], [-0.0998, 0.0, 0.995]]))
     T_road[:3, 3] = 0.3, 0.01, -1.2
     states = random_states(30)
@@ -53,17 +79,18 @@ def test_the_covariance_follows_the_derivatives_of_the_motion() -> None:
     covs = root @ root.transpose(0, 2, 1)
 
     def go(at: np.ndarray) -> np.ndarray:
-        return motion(at, covs, np.ones(30, bool), T_road, 0.1, 0.1, (0.0, 0.0))[0]
+        return motion(at, covs, np.ones(30, bool), T_road, 0.1, 0.1, (0.0, 0.0), sizes)[0]
 
     F = np.empty((30, 8, 8))
     for column in range(8):
         step = np.zeros(8)
         step[column] = 1e-5
         F[:, :, column] = (go(states + step) - go(states - step)) / 2e-5
-    later = motion(states, covs, np.ones(30, bool), T_road, 0.1, 0.1, (0.0, 0.0))[1]
+    later = motion(states, covs, np.ones(30, bool), T_road, 0.1, 0.1, (0.0, 0.0), sizes)[1]
     expected = F @ covs @ F.transpose(0, 2, 1)
     distance = np.hypot(*go(states)[:, :3:2].T)
     expected[:, 1, 1] += (1.0 - np.exp(-0.2 / motion.off_road_time)) * motion.off_road_var(distance)
+    expected[:, 5:, 5:] += (1.0 - np.exp(-0.2 / motion.size_time)) * sizes[1]
     np.testing.assert_allclose(later, expected, rtol=1e-5, atol=1e-7)
 
 
@@ -100,8 +127,8 @@ def drive(
             start = np.array([[place[0], 0.0, place[1] * 1.04]])
             states = flat.start(memory, start, box, score, box, LEVEL)
             continue
-        states, memory = flat.predict(states, memory, T_now_before, NO_COV, 0.1, LEVEL)
-        states, memory = flat.update(states, memory, box, score, box, 0.1, LEVEL)
+        states, memory, *_ = flat.predict(states, memory, T_now_before, NO_COV, 0.1, LEVEL)
+        states, memory, _ = flat.update(states, memory, box, score, box, 0.1, LEVEL)
     return flat.estimate(states, memory), memory
 
 
