@@ -4,8 +4,16 @@ from tracker.car_filter.edges import EdgeModel
 from tracker.car_filter.filter import CarFilter
 from tracker.car_filter.motion import CarMotion
 from tracker.car_filter.road_memory import DirectionPrior, RoadMemory, RoadModel
+from tracker.car_filter.smoothing import (
+    FilteredFrame,
+    FollowedCars,
+    SeenCars,
+    follow_cars,
+    smooth_cars,
+)
 from tracker.car_filter.states import CarStates
 
 __all__ = [
-    "CarFilter", "CarMotion", "CarStates", "DirectionPrior", "EdgeModel", "RoadMemory", "RoadModel",
+    "CarFilter", "CarMotion", "CarStates", "DirectionPrior", "EdgeModel", "FilteredFrame",
+    "FollowedCars", "RoadMemory", "RoadModel", "SeenCars", "follow_cars", "smooth_cars",
 ]  # fmt: skip

@@ -29,6 +29,7 @@ from tracker.car_filter.states import (
     SPEED,
     STATE_SIZE,
     YAW,
+    YAW_RATE,
     CarStates,
     normalised,
 )
@@ -57,9 +58,9 @@ MAX_PARKING_SPEED, STARTING_SPEED_STD = 0.5, 1.5
 class FlatUpdate(NamedTuple):
     """Flat hypotheses after the boxes of their cars."""
 
-    means: Float[Array, "h 8"]
+    means: Float[Array, "h 9"]
     """Their states."""
-    covs: Float[Array, "h 8 8"]
+    covs: Float[Array, "h 9 9"]
     """The covariances."""
     fit: Float[Array, " h"]
     """Log-likelihoods of the boxes, but for a constant."""
@@ -74,16 +75,16 @@ class PredictedCars(NamedTuple):
     """What is known of the road."""
     at: tuple[Int[Array, " h"], Int[Array, " h"]]
     """Rows and columns of the hypotheses that are followed."""
-    transitions: Float[Array, "h 8 8"]
+    transitions: Float[Array, "h 9 9"]
     """How each of those changes with its state before: the Jacobian."""
 
     def transitions_of(
         self, rows: Int[Array, " k"], columns: Int[Array, " k"]
-    ) -> Float[Array, "k 8 8"]:
+    ) -> Float[Array, "k 9 9"]:
         """The transitions of these hypotheses, which are followed."""
         place = np.zeros(self.states.log_weights.shape, np.int64)
         place[self.at] = np.arange(len(self.transitions))
-        chosen: Float[Array, "k 8 8"] = self.transitions[place[rows, columns]]
+        chosen: Float[Array, "k 9 9"] = self.transitions[place[rows, columns]]
         return chosen
 
 
@@ -117,12 +118,12 @@ class CarFilter:
     """Length, height and width of the mean car among KITTI's labels (ten sequences), m."""
     size_std: tuple[float, float, float] = (0.1, 0.078, 0.068)
     """Their stds, shares of them; more: sizes are learned sooner, places are less certain."""
-    start_speed: tuple[float, float] = (6.0, 12.0)
+    start_speed: tuple[float, float] = (3.0, 5.0)
     """Mean and std of the speed of a new car that moves, m/s."""
     evidence: float = 0.7
     """How much of a box's log-likelihood counts for the hypotheses, 0 to 1: errors of successive
     boxes are alike. Less: hypotheses are told apart later."""
-    moving_share: float = 0.6
+    moving_share: float = 0.45
     """Probability that a new car moves, 0 < share < 1; more: parked cars are recognised later."""
     stated_covariance: float = 1.6
     """How much larger the covariance in rows is than the filter's own, which takes the errors of
@@ -250,7 +251,7 @@ class CarFilter:
 
     def _prior(
         self, places: Float[Array, "n 3"], slope: float
-    ) -> tuple[Float[Array, "n k 8"], Float[Array, "n k 8 8"]]:
+    ) -> tuple[Float[Array, "n k 9"], Float[Array, "n k 9 9"]]:
         """States and covariances of new cars before their first boxes."""
         n, size = len(places), np.array(self.size)
         distance = np.hypot(places[:, 0], places[:, 2])
@@ -274,17 +275,18 @@ class CarFilter:
         covs[:, :, 1, 1] = self.motion.off_road_var(distance)[:, None]
         covs[:, :, YAW, YAW] = HEADING_STD**2
         covs[:, MOVING, SPEED, SPEED] = self.start_speed[1] ** 2
+        covs[:, MOVING, YAW_RATE, YAW_RATE] = self.motion.yaw_rate_std**2
         covs[:, :, LOG_SIZE, LOG_SIZE] = self._size_cov
         return means, covs
 
     def _update(
         self,
-        means: Float[Array, "h 8"],
-        covs: Float[Array, "h 8 8"],
+        means: Float[Array, "h 9"],
+        covs: Float[Array, "h 9 9"],
         boxes: Float[Array, "h 4"],
         variances: Float[Array, "h 4"],
         camera: Camera,
-        linear: Float[Array, "h 8"] | None = None,
+        linear: Float[Array, "h 9"] | None = None,
     ) -> FlatUpdate:
         """Hypotheses after boxes, edge by edge, which is the joint update: the noise is diagonal.
 
@@ -331,7 +333,8 @@ class CarFilter:
             rows, headings = which.nonzero()
             before, after = (rows, headings + source), (rows, headings + target)
             mean, cov = states.means[before], states.covs[before]
-            mean[:, SPEED] = cov[:, SPEED] = cov[:, :, SPEED] = 0.0
+            for column in (SPEED, YAW_RATE):
+                mean[:, column] = cov[:, column] = cov[:, :, column] = 0.0
             cov[:, SPEED, SPEED] = var
             states.means[after], states.covs[after] = mean, cov
             log_weights[after] = log_weights[before] + begin
@@ -342,8 +345,8 @@ class CarFilter:
 def _with(
     states: CarStates,
     at: tuple[Int[Array, " h"], Int[Array, " h"]],
-    means: Float[Array, "h 8"],
-    covs: Float[Array, "h 8 8"],
+    means: Float[Array, "h 9"],
+    covs: Float[Array, "h 9 9"],
     log_weights: Float[Array, "n k"],
 ) -> CarStates:
     """The states with others in these places, in arrays of their own."""

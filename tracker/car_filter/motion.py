@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
-from tracker.car_filter.states import LOG_SIZE, SPEED, STATE_SIZE, YAW
+from tracker.car_filter.states import LOG_SIZE, SPEED, STATE_SIZE, YAW, YAW_RATE
 from tracker.types import Camera
 
 # Below this speed (m/s) a car turns less; one that stands still turns this share as much.
@@ -22,12 +22,16 @@ class CarMotion:
 
     acceleration_std: float = 5.0
     """Std of the acceleration, drawn anew every 0.1 s, m/s^2; more: the speed follows faster."""
-    turn_std: float = 0.05
-    """Std of the heading after a second of driving, rad; more: turns are followed faster."""
+    turn_std: float = 0.03
+    """Std of the heading after a second of driving, rad, besides the yaw rate."""
+    yaw_rate_std: float = 0.05
+    """Std of the yaw rate of driving cars, rad/s; more: turns are followed faster."""
+    turn_time: float = 2.0
+    """Seconds that a turn lasts."""
     drift_std: float = 0.15
     """Std of what the place changes besides in a second, m: the camera's motion is never exact, nor
     is the shape of a car a cuboid's. More: places follow boxes faster, sizes are learned less."""
-    size_time: float = 20.0
+    size_time: float = 100.0
     """Seconds in which what was learned of a size falls back to what is known of all cars. Sizes do
     not change, but small errors that last (of the road, of boxes) would otherwise add up in them.
     More: sizes are learned better, and drift further."""
@@ -38,15 +42,15 @@ class CarMotion:
 
     def __call__(
         self,
-        states: Float[Array, "h 8"],
-        covs: Float[Array, "h 8 8"],
+        states: Float[Array, "h 9"],
+        covs: Float[Array, "h 9 9"],
         moving: Bool[Array, " h"],
         T_road: Float[Array, "4 4"],
         turn: float,
         dt: float,
         slopes: tuple[float, float],
         sizes: tuple[Float[Array, "3"], Float[Array, "3 3"]],
-    ) -> tuple[Float[Array, "h 8"], Float[Array, "h 8 8"], Float[Array, "h 8 8"]]:
+    ) -> tuple[Float[Array, "h 9"], Float[Array, "h 9 9"], Float[Array, "h 9 9"]]:
         """States, covariances and transitions `dt` seconds later, in the road frame of then.
 
         T_road: moves points of the road frame of before into that of now; turn: its yaw, rad.
@@ -54,7 +58,8 @@ class CarMotion:
         logarithms of all cars' sizes.
         """
         h, R = len(states), T_road[:3, :3]
-        c, s = np.cos(states[:, YAW]), np.sin(states[:, YAW])
+        way = states[:, YAW] + 0.5 * dt * states[:, YAW_RATE]  # halfway
+        c, s = np.cos(way), np.sin(way)
         facing, turned = np.zeros((h, 3)), np.zeros((h, 3))
         facing[:, 0], facing[:, 2] = c, -s
         turned[:, 0], turned[:, 2] = -s, -c
@@ -64,9 +69,14 @@ class CarMotion:
         F[:, :3, :3] = R
         F[:, :3, YAW] = (turned * step).dot(R.T)
         F[:, :3, SPEED] = (facing * dt).dot(R.T)
+        F[:, :3, YAW_RATE] = 0.5 * dt * F[:, :3, YAW]
+        keep_rate = np.exp(-dt / self.turn_time)
+        F[:, YAW, YAW_RATE] = dt
+        F[:, YAW_RATE, YAW_RATE] = keep_rate
         later = states.copy()
         later[:, :3] = (states[:, :3] + facing * step).dot(R.T) + T_road[:3, 3]
-        later[:, YAW] += turn
+        later[:, YAW] += turn + dt * states[:, YAW_RATE]
+        later[:, YAW_RATE] *= keep_rate
         distance = np.sqrt(later[:, 0] ** 2 + later[:, 2] ** 2)
         keep = np.exp(-dt / self.off_road_time)
         later[:, 1] = slopes[1] * distance + keep * (later[:, 1] - slopes[0] * distance)
@@ -80,6 +90,7 @@ class CarMotion:
         noise[:, 1] = (1.0 - keep**2) * self.off_road_var(distance)
         pace = np.minimum(1.0, states[:, SPEED] / TURNING_SPEED + STANDING_TURN)
         noise[:, YAW] = np.where(moving, self.turn_std**2 * dt * pace, PARKED_TURN_STD**2 * dt)
+        noise[:, YAW_RATE] = moving * ((1.0 - keep_rate**2) * pace * self.yaw_rate_std**2)
         noise[:, SPEED] = moving * (self.acceleration_std**2 * 0.1 * dt)
         covs[:, DIAGONAL, DIAGONAL] += noise
         covs[:, LOG_SIZE, LOG_SIZE] += (1.0 - keep_size**2) * sizes[1]

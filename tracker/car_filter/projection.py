@@ -16,13 +16,13 @@ CUBOID_EDGES = np.array(
 )
 # Steps of numerical derivatives.
 STEP = 1e-5
-# Columns of a state that the box depends on: all but the speed.
+# Columns of a state that the box depends on.
 SEEN_COLUMNS = np.array([0, 1, 2, 3, 5, 6, 7])
 
 
 def project_boxes(
-    states: Float[Array, "h 8"], camera: Camera
-) -> tuple[Float[Array, "h 4"], Float[Array, "h 4 8"]]:
+    states: Float[Array, "h 9"], camera: Camera
+) -> tuple[Float[Array, "h 4"], Float[Array, "h 4 9"]]:
     """The upright boxes around projected cuboids (x_min, y_min, x_max, y_max, px).
 
     And their Jacobians: each edge is that of the corner which it touches. Boxes are not clipped,
@@ -39,8 +39,8 @@ def project_boxes(
 
 
 def _levels_inside(
-    states: Float[Array, "h 8"], camera: Camera
-) -> tuple[Float[Array, "h 2"], Float[Array, "h 2 8"]]:
+    states: Float[Array, "h 9"], camera: Camera
+) -> tuple[Float[Array, "h 2"], Float[Array, "h 2 9"]]:
     """Highest and lowest row (px) of the parts between the image's sides, and their derivatives.
 
     Infinite where there is no such part.
@@ -56,7 +56,7 @@ def _levels_inside(
     return levels[0], jacobian
 
 
-def _levels(states: Float[Array, "h 8"], camera: Camera) -> Float[Array, "h 2"]:
+def _levels(states: Float[Array, "h 9"], camera: Camera) -> Float[Array, "h 2"]:
     """Highest and lowest row of the parts of cuboids between the image's sides, px."""
     cuboids = Cuboids(states[:, :3], states[:, 3], np.exp(states[:, LOG_SIZE]))
     P = camera.K.dot(camera.T_cam_road[:3])
@@ -78,8 +78,8 @@ def _levels(states: Float[Array, "h 8"], camera: Camera) -> Float[Array, "h 2"]:
 
 
 def _whole_boxes(
-    states: Float[Array, "h 8"], camera: Camera
-) -> tuple[Float[Array, "h 4"], Float[Array, "h 4 8"]]:
+    states: Float[Array, "h 9"], camera: Camera
+) -> tuple[Float[Array, "h 4"], Float[Array, "h 4 9"]]:
     """The boxes around whole cuboids with their Jacobians."""
     h = len(states)
     P = camera.K.dot(camera.T_cam_road[:3])

@@ -17,6 +17,9 @@ from tracker.types import Camera, CarEstimates
 
 # Keeps covariances of states that are known exactly (the speed of parked cars) invertible.
 MIN_VARIANCE = 1e-9
+# How much larger than theirs the stated covariances of smoothed states are, besides
+# `CarFilter.stated_covariance`: what is off over a whole track does not average out.
+SMOOTHED_COVARIANCE = 1.5
 
 
 class SeenCars(NamedTuple):
@@ -75,7 +78,7 @@ class FilteredFrame:
     """After the detections."""
 
 
-def follow(
+def follow_cars(
     car_filter: CarFilter,
     cars: FollowedCars,
     seen: SeenCars,
@@ -121,12 +124,12 @@ class _Smoothed:
     """The way back, at one frame: one hypothesis per track."""
 
     hypotheses: Int[Array, " n"]
-    means: Float[Array, "n 8"]
-    covs: Float[Array, "n 8 8"]
+    means: Float[Array, "n 9"]
+    covs: Float[Array, "n 9 9"]
     heading_known: Float[Array, " n"]
 
 
-def smooth(car_filter: CarFilter, frames: Sequence[FilteredFrame]) -> Iterable[CarEstimates]:
+def smooth_cars(car_filter: CarFilter, frames: Sequence[FilteredFrame]) -> Iterable[CarEstimates]:
     """The cars of each frame by all frames, LAST frame first; one row per track of the frame.
 
     Rauch, Tung & Striebel, AIAA Journal 1965, along the hypothesis that is likeliest where the
@@ -137,7 +140,7 @@ def smooth(car_filter: CarFilter, frames: Sequence[FilteredFrame]) -> Iterable[C
         now = _ends(car_filter, frames[number].cars)
         if later is not None:
             _step_back(now, frames[number].cars, frames[number + 1], later)
-        covs = car_filter.stated_covariance * now.covs
+        covs = car_filter.stated_covariance * SMOOTHED_COVARIANCE * now.covs
         yield CarEstimates(now.means.copy(), covs, now.heading_known.copy())
         later = now
 

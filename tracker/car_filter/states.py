@@ -8,10 +8,11 @@ from numpy import ndarray as Array
 
 from tracker.types.rows import Rows
 
-# Columns of a state: x, y, z of the base's centre, yaw, speed, logarithms of length, height, width.
-YAW, SPEED, LOG_HEIGHT = 3, 4, 6
+# Columns of a state: x, y, z of the base's centre, yaw, speed, logarithms of length, height, width,
+# yaw rate.
+YAW, SPEED, LOG_HEIGHT, YAW_RATE = 3, 4, 6, 8
 LOG_SIZE = slice(5, 8)
-STATE_SIZE = 8
+STATE_SIZE = 9
 # Headings of a new car, equally spaced; each is followed parked (first half) and moving.
 HEADING_COUNT = 8
 HYPOTHESIS_COUNT = 2 * HEADING_COUNT
@@ -25,12 +26,13 @@ class CarStates(Rows):
     """Hypotheses of cars in the road frame of one moment; one car per row, 16 hypotheses each.
 
     A state: x, y, z of the base's centre (m), yaw (rad), speed along the car's own axis (m/s, not
-    below 0), logarithms of length, height and width (m). The first eight hypotheses are parked.
+    below 0), logarithms of length, height and width (m), yaw rate (rad/s). The first half of the
+    hypotheses are parked.
     """
 
-    means: Float[Array, "n k 8"]
+    means: Float[Array, "n k 9"]
     """The state by each hypothesis."""
-    covs: Float[Array, "n k 8 8"]
+    covs: Float[Array, "n k 9 9"]
     """Its covariance."""
     log_weights: Float[Array, "n k"]
     """Logarithms of their probabilities, which sum up to 1 over a row."""

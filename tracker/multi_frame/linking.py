@@ -48,6 +48,12 @@ class FrameNodes:
     """All arcs that end in this frame."""
     T_world_road: Float[Array, "4 4"]
     """From this frame's road to that of the first frame, both as planes."""
+    dt: float
+    """Seconds since the last frame before that was looked at; 0: there was none."""
+    T_now_before: Float[Array, "4 4"]
+    """The camera's motion since then, its rotation corrected."""
+    motion_cov: Float[Array, "6 6"]
+    """Its covariance."""
     is_looked_at: bool = True
     """Whether a detector looked at it."""
 
@@ -129,7 +135,7 @@ class Linker:
         given, memory = tracker.rescored(state.scores, frame)
         detections = tracker.suppress(given, tracker.camera)
         observed = tracker.lift(detections, tracker.camera)
-        recent, T_world_road = self._predict(state, motion, dt, detections)
+        recent, T_now_before, T_world_road = self._predict(state, motion, dt, detections)
         pairs = tracker.gate(recent, observed, detections, dt)
         costs, unmeasured = tracker.pair_costs(pairs)
         links = self._links(recent, pairs, costs, dt)
@@ -149,6 +155,9 @@ class Linker:
             new.beliefs,
             arcs,
             T_world_road,
+            dt,
+            T_now_before.copy(),  # the frame's arrays are the caller's
+            motion.covariance.copy(),
             frame.looked_at,
         )
         n, m = pairs.shape
@@ -168,13 +177,13 @@ class Linker:
 
     def _predict(
         self, state: LinkerState, motion: CameraMotion, dt: float, detections: Detections
-    ) -> tuple[ActiveTracks, Float[Array, "4 4"]]:
-        """The recent nodes as they should be at this frame, and T_world_road of it."""
+    ) -> tuple[ActiveTracks, Float[Array, "4 4"], Float[Array, "4 4"]]:
+        """The recent nodes as they should be at this frame; T_now_before and T_world_road of it."""
         if state.T_world_road is None:
-            return NO_TRACKS, np.eye(4)
+            return NO_TRACKS, np.eye(4), np.eye(4)
         recent, T_now_before = self.tracker.predict_tracks(state.recent, motion, dt, detections)
-        T_now_before = on_the_road(T_now_before, self.tracker.camera)
-        return recent, state.T_world_road @ invert(T_now_before)
+        T_road = on_the_road(T_now_before, self.tracker.camera)
+        return recent, T_now_before, state.T_world_road @ invert(T_road)
 
     def _links(
         self, recent: ActiveTracks, pairs: GatedPairs, costs: Float[Array, " k"], dt: float

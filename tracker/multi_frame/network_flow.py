@@ -5,8 +5,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from tracker.association.min_cost_flow import cheapest_flow
+from tracker.car_filter import FollowedCars
 from tracker.dynamics import ConstantVelocity
 from tracker.motion_check import Contradiction
+from tracker.multi_frame.car_paths import filter_tracks, no_rows, smoothed_cars, with_cars
 from tracker.multi_frame.flow_costs import FlowCosts
 from tracker.multi_frame.interpolation import fill_gaps
 from tracker.multi_frame.linking import NO_ROWS, FrameNodes, Linker, LinkerState, arcs_of
@@ -47,7 +49,7 @@ class NetworkFlow:
         """Nothing yet."""
         linker, frame_nodes = Linker(self.tracker, self.flow_costs)(self.state.linker, frame)
         self.state = NetworkFlowState(linker, (*self.state.frames, frame_nodes))
-        return NO_ROWS
+        return no_rows(self.tracker)
 
     def finish(self) -> Tracks:
         """All rows of the drive, in the order of frames; the frames are forgotten."""
@@ -58,12 +60,19 @@ class NetworkFlow:
         flow = cheapest_flow(self.flow_costs.of_scores(scores), births, arcs_of(frames))
         used = flow.used.nonzero()[0]
         tracks = flow.tracks[used]
-        parts = [NO_ROWS]
+        parts, paths = [NO_ROWS], {}
         for track_id, track in enumerate(np.unique(tracks).tolist()):
-            path = used[tracks == track]
-            parts.append(fill_gaps(frames, path, track_id, camera, self.acceleration_std))
+            paths[track_id] = used[tracks == track]
+            filled = fill_gaps(frames, paths[track_id], track_id, camera, self.acceleration_std)
+            parts.append(filled)
         rows = Tracks.concatenate(parts)
-        return rows.select(np.lexsort((rows.ids, rows.frames)))
+        rows = rows.select(np.lexsort((rows.ids, rows.frames)))
+        car_filter = self.tracker.car_filter
+        if car_filter is None:
+            return rows
+        nobody = FollowedCars.none()
+        filtered = filter_tracks(self.tracker, car_filter, frames, paths, nobody)
+        return with_cars(rows, smoothed_cars(car_filter, frames, filtered))
 
     @property
     def contradiction(self) -> Contradiction | None:

@@ -8,10 +8,12 @@ from jaxtyping import Int
 from numpy import ndarray as Array
 
 from tracker.association.min_cost_flow import Arcs, cheapest_flow
+from tracker.car_filter import FollowedCars
 from tracker.dynamics import ConstantVelocity
 from tracker.errors import BadConfig
 from tracker.lifecycle import MAX_TIME_ROUNDING
 from tracker.motion_check import Contradiction
+from tracker.multi_frame.car_paths import filter_tracks, no_rows, smoothed_cars, with_cars
 from tracker.multi_frame.flow_costs import MAX_SCORE_NATS, FlowCosts
 from tracker.multi_frame.interpolation import fill_gaps
 from tracker.multi_frame.linking import NO_ROWS, FrameNodes, Linker, LinkerState, arcs_of
@@ -36,6 +38,8 @@ class WindowState:
     """The ids of those tracks."""
     next_id: int = 0
     """The id of the next track that begins."""
+    cars: FollowedCars = field(default_factory=FollowedCars.none)
+    """The cars of the tracks so far, at the last decided frame that was looked at."""
 
 
 class Paths(NamedTuple):
@@ -72,6 +76,8 @@ class Window:
     """The whole memory; assign it to go back."""
 
     def __post_init__(self) -> None:
+        if self.lag < 0:
+            raise BadConfig(f"lag {self.lag}: rows cannot come before their frame; give 0 or more")
         most = (self.lag + 1) * MAX_SCORE_NATS + self.lag * self.flow_costs.fit
         if most <= self.flow_costs.birth:
             raise BadConfig(
@@ -86,14 +92,15 @@ class Window:
         """
         linker, frame_nodes = Linker(self.tracker, self.flow_costs)(self.state.linker, frame)
         self.state = replace(self.state, linker=linker, window=(*self.state.window, frame_nodes))
-        parts = [NO_ROWS]
+        nothing = no_rows(self.tracker)
+        parts = [nothing]
         while sum(frame.is_looked_at for frame in self.state.window) > self.lag:
             parts.append(self._decide())
-        return Tracks.concatenate(parts) if len(parts) > 1 else NO_ROWS
+        return Tracks.concatenate(parts) if len(parts) > 1 else nothing
 
     def finish(self) -> Tracks:
         """The rows of the frames that are still open."""
-        parts = [NO_ROWS]
+        parts = [no_rows(self.tracker)]
         while self.state.window:
             parts.append(self._decide())
         return Tracks.concatenate(parts)
@@ -132,11 +139,29 @@ class Window:
             past = tuple(frame for frame in past if frame.time >= horizon)
         all_ends, all_ids = np.array(ends, np.int64), np.array(ids, np.int64)
         kept = all_ends >= past[0].first
-        self.state = WindowState(
-            state.linker, past, state.window[1:], all_ends[kept], all_ids[kept], paths.next_id
-        )
         rows = Tracks.concatenate(parts)
-        return rows.select(np.argsort(rows.ids))
+        rows, cars = self._with_cars(rows.select(np.argsort(rows.ids)), paths)
+        self.state = WindowState(
+            state.linker, past, state.window[1:], all_ends[kept], all_ids[kept], paths.next_id,
+            cars.select(np.isin(cars.ids, all_ids[kept])),
+        )  # fmt: skip
+        return rows
+
+    def _with_cars(self, rows: Tracks, paths: Paths) -> tuple[Tracks, FollowedCars]:
+        """The oldest frame's rows with their cars, smoothed over the window; all cars there."""
+        car_filter, cars, window = self.tracker.car_filter, self.state.cars, self.state.window
+        if car_filter is None:
+            return rows, cars
+        followed = {
+            track_id: nodes
+            for track_id, nodes in zip(paths.ids, paths.nodes, strict=True)
+            if nodes[0] < window[0].end and nodes[-1] >= window[0].first
+        }  # the ids of those that begin later are not decided
+        filtered = filter_tracks(self.tracker, car_filter, window, followed, cars)
+        rows = with_cars(rows, smoothed_cars(car_filter, window, filtered))
+        if not window[0].is_looked_at:
+            return rows, cars
+        return rows, filtered[0].cars
 
     def _solve(self) -> Paths:
         """The cheapest paths over the ends of the tracks so far and the nodes of the window."""

@@ -14,10 +14,10 @@ from tracker.types.rows import Rows
 class CarEstimates(Rows):
     """The whole state of cars with its covariance, one car per row; NaN rows: not known."""
 
-    means: Float[Array, "n 8"]
+    means: Float[Array, "n 9"]
     """x, y, z of the base's centre (road frame, m), yaw (rad), speed along the car's own axis
-    (m/s), logarithms of length, height and width (m)."""
-    covs: Float[Array, "n 8 8"]
+    (m/s), logarithms of length, height and width (m), yaw rate (rad/s)."""
+    covs: Float[Array, "n 9 9"]
     """Covariance of `means`, in its order and units."""
     heading_known: Float[Array, " n"]
     """Probability that the car faces where its yaw says, and not the other way round, 0.5 to 1."""
@@ -25,14 +25,21 @@ class CarEstimates(Rows):
     @classmethod
     def unknown(cls, count: int) -> "CarEstimates":
         """`count` cars of which nothing is known."""
-        means, covs = np.full((count, 8), np.nan), np.full((count, 8, 8), np.nan)
+        means, covs = np.full((count, 9), np.nan), np.full((count, 9, 9), np.nan)
         return cls(means, covs, np.full(count, np.nan))
 
     @property
     def speed(self) -> Float[Array, " n"]:
         """Along the car's own axis, m/s, not below 0."""
-        return self.means[:, 4]
+        speeds: Float[Array, " n"] = self.means[:, 4]
+        return speeds
+
+    @property
+    def yaw_rate(self) -> Float[Array, " n"]:
+        """About road +y, rad/s."""
+        rates: Float[Array, " n"] = self.means[:, 8]
+        return rates
 
     def cuboids(self) -> Cuboids:
         """The likeliest cuboids."""
-        return Cuboids(self.means[:, :3], self.means[:, 3], np.exp(self.means[:, 5:]))
+        return Cuboids(self.means[:, :3], self.means[:, 3], np.exp(self.means[:, 5:8]))

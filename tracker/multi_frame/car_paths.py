@@ -1,0 +1,108 @@
+"""The states of cars along tracks that are decided: filtered and smoothed, row by row."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float, Int
+from numpy import ndarray as Array
+
+from tracker.car_filter import (
+    CarFilter,
+    FilteredFrame,
+    FollowedCars,
+    SeenCars,
+    follow_cars,
+    smooth_cars,
+)
+from tracker.multi_frame.linking import NO_ROWS, FrameNodes
+from tracker.tracker import Tracker
+from tracker.types import CarEstimates, Tracks
+
+# From a frame's index to the tracks in it and their cars.
+CarsByFrame = dict[int, tuple[Int[Array, " n"], CarEstimates]]
+
+
+def no_rows(tracker: Tracker) -> Tracks:
+    """What a step without any row gives: it has the columns that the others have."""
+    if tracker.car_filter is None:
+        return NO_ROWS
+    return replace(NO_ROWS, estimates=CarEstimates.unknown(0))
+
+
+def filter_tracks(
+    tracker: Tracker,
+    car_filter: CarFilter,
+    frames: Sequence[FrameNodes],
+    paths: Mapping[int, Int[Array, " k"]],
+    start: FollowedCars,
+) -> list[FilteredFrame]:
+    """The forward pass over the frames that were looked at.
+
+    paths: from a track's id to its nodes, of which those in these frames count. A car is followed
+    from its first node, or from the start, to its last; one without a path, which may be seen
+    again later, to the end.
+    """
+    nodes = np.concatenate([np.zeros(0, np.int64), *paths.values()])
+    ids = np.repeat(np.array(list(paths), np.int64), [len(path) for path in paths.values()])
+    order = np.argsort(nodes)
+    nodes, ids = nodes[order], ids[order]
+    last = {track_id: int(path[-1]) for track_id, path in paths.items()}
+    filtered, cars = [], start
+    for frame in frames:
+        if not frame.is_looked_at:
+            continue
+        here = slice(*np.searchsorted(nodes, (frame.first, frame.end)).tolist())
+        rows, boxes = nodes[here] - frame.first, frame.detections.boxes
+        seen = SeenCars(
+            frame.dt,
+            frame.T_now_before,
+            frame.motion_cov,
+            ids[here],
+            boxes[rows],
+            frame.detections.scores[rows],
+            frame.observed.cuboids.base[rows],
+            boxes,
+        )
+        going = [last.get(i, frame.first) >= frame.first for i in cars.ids.tolist()]
+        kept = np.array(going, bool)
+        filtered.append(follow_cars(car_filter, cars, seen, kept, tracker.camera))
+        cars = filtered[-1].cars
+    return filtered
+
+
+def smoothed_cars(
+    car_filter: CarFilter, frames: Sequence[FrameNodes], filtered: Sequence[FilteredFrame]
+) -> CarsByFrame:
+    """The cars of every frame that was looked at, by all of these frames."""
+    looked_at = [frame.index for frame in frames if frame.is_looked_at]
+    backwards = zip(reversed(looked_at), reversed(filtered), strict=True)
+    smoothed = zip(backwards, smooth_cars(car_filter, filtered), strict=True)
+    return {index: (frame.cars.ids, cars) for (index, frame), cars in smoothed}
+
+
+def with_cars(rows: Tracks, cars: CarsByFrame) -> Tracks:
+    """The rows with these states and their cuboids; other rows keep theirs, their state unknown."""
+    means, covs, heading_known = _columns(CarEstimates.unknown(len(rows)))
+    for index in np.unique(rows.frames).tolist():
+        if index not in cars:
+            continue
+        ids, estimates = cars[index]
+        at = np.flatnonzero(rows.frames == index)
+        order = np.argsort(ids)
+        found = np.isin(rows.ids[at], ids)
+        source = order[np.searchsorted(ids, rows.ids[at[found]], sorter=order)]
+        for column, values in zip((means, covs, heading_known), _columns(estimates), strict=True):
+            column[at[found]] = values[source]
+    states = CarEstimates(means, covs, heading_known)
+    known = np.isfinite(heading_known).nonzero()[0]
+    assert rows.cuboids is not None
+    cuboids = rows.cuboids.updated(known, states.select(known).cuboids())
+    return rows.replaced(cuboids=cuboids, estimates=states)
+
+
+def _columns(
+    cars: CarEstimates,
+) -> tuple[Float[Array, "n 9"], Float[Array, "n 9 9"], Float[Array, " n"]]:
+    """Means, covariances, and how sure the headings are."""
+    return cars.means, cars.covs, cars.heading_known
