@@ -191,6 +191,9 @@ class TrackerOptions:
     association: Annotated[str | None, option("NAME", "the tracker's own")] = None
     """hungarian or greedy: two frames, online; window: decided a second later, over the frames
     until then; network_flow: over the whole drive. The last two fill gaps and drop weak tracks."""
+    lag: Annotated[int | None, option("N", "none: rows at once")] = None
+    """Decide the rows of a frame N frames later, over the frames until then (a sliding window, 10
+    are a second): surer ids, gaps filled, places and headings smoothed."""
     cues: Annotated[str | None, option("NAMES", "none")] = None
     """What is measured in the images and joins the costs: all (pose,appearance), none, classical,
     or a list of: pose (keypoints, shape and pose, by the shipped network), appearance (its
@@ -203,7 +206,7 @@ class TrackerOptions:
         from mot_sim.evaluation.runs import Recipe, parse_costs
 
         costs = None if self.costs is None else parse_costs(self.costs)
-        return Recipe(tracker, costs, self.association, self.cues or "none", kinds)
+        return Recipe(tracker, costs, self.association, self.cues or "none", kinds, self.lag)
 
     @property
     def wants_images(self) -> bool:
@@ -228,6 +231,7 @@ class TrackerOptions:
             "costs": ",".join(weights) or None,
             "association": self.association,
             "cues": self.cues if self.wants_images else None,
+            **({} if self.lag is None else {"lag": str(self.lag)}),
             **({"source": ",".join(own)} if own else {}),
         }
 

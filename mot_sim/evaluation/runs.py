@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite
 from time import perf_counter
+from typing import Any
 from warnings import catch_warnings, simplefilter
 
 from jaxtyping import Float
@@ -19,7 +20,7 @@ from mot_sim.files.named_objects import (
     TRACKER_NAMES,
     make_tracker,
 )
-from tracker import Camera, Delayed, Sequence, Tracker, Tracks
+from tracker import FRAMEWORKS, Camera, Delayed, Sequence, Tracker, Tracks
 from tracker.costs import Cost, WeightedCosts
 from tracker.errors import BadConfig, MotionWarning
 from tracker.front_end import STAGES, FrontEnd, SequenceWithCues, parse_cues
@@ -54,11 +55,21 @@ class Recipe:
     """What is measured in images, see `tracker.front_end.parse_cues`."""
     kinds: tuple[str, ...] = ("Car",)
     """The classes that are tracked, of TRACKED_KINDS; each by a tracker of its own."""
+    lag: int | None = None
+    """How many frames later the rows of a frame are decided, by a sliding window, >= 0; None: as
+    the association does it."""
 
     def __post_init__(self) -> None:
         TRACKER_NAMES.find(self.tracker)
         if self.associate is not None:
             ASSOCIATION_NAMES.find(self.associate)
+        if self.lag is not None and self.lag < 0:
+            raise BadConfig(f"lag {self.lag}: rows cannot come before their frame; give 0 or more")
+        if self.lag is not None and self.associate not in (None, "window"):
+            raise BadConfig(
+                f"lag {self.lag} with the association {self.associate}: only the window decides "
+                "with a lag; leave one of the two out"
+            )
         for name, weight in (self.costs or {}).items():
             COST_NAMES.make(name, Cost)
             if not (isfinite(weight) and weight > 0.0):
@@ -84,6 +95,10 @@ class Recipe:
         named = (added if self.costs is None else self.costs).items()
         costs = own + tuple((weight, COST_NAMES.make(name, Cost)) for name, weight in named)
         tracker = replace(tracker, costs=costs)
+        if self.lag is not None:
+            window: Any = FRAMEWORKS["window"](tracker)
+            delayed: Delayed = replace(window, lag=self.lag)
+            return delayed
         if self.associate is None:
             return tracker
         whole: Tracker | Delayed = ASSOCIATION_NAMES.make(

@@ -267,7 +267,7 @@ def test_an_error_half_way_leaves_finished_sequences_and_one_line(
 
 @pytest.mark.slow
 def test_ctrl_c_on_a_real_process_leaves_a_run_that_can_go_on(tree: Path, tmp_path: Path) -> None:
-    out, long = tmp_path / "out", 1500
+    out, long = tmp_path / "out", 600
     for name in NAMES:
         write(tree / "training/oxts" / f"{name}.txt", OXTS_ROW * long)
         rows = (f"{frame},500,200,560,240,0.9\n" for frame in range(long))

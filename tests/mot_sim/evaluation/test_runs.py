@@ -10,7 +10,7 @@ from mot_sim.evaluation.run_folder import RunFolder, SequenceStatistics
 from mot_sim.evaluation.runs import Recipe, parse_costs, track_sequence, track_sequences
 from tests.tracker.motion_check.test_motion_check import frames_of, moved, straight
 from tests.tracker.samples import LEVEL
-from tracker import Camera, Detections, Tracks
+from tracker import Camera, Delayed, Detections, Tracks
 from tracker.association import ASSOCIATIONS, Greedy
 from tracker.costs import COSTS
 from tracker.errors import BadConfig, BadFile, OutputExists
@@ -137,3 +137,15 @@ def test_a_contradiction_that_is_no_text_is_refused(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace('"contradiction": null', '"contradiction": 3'))
     with pytest.raises(BadFile, match="contradiction is 3"):
         RunFolder.open(tmp_path / "run", {}, ["a"], resume=True)
+
+
+def test_a_lag_makes_a_window_of_the_tracker() -> None:
+    window = Recipe(lag=4).build(CAMERA)
+    assert isinstance(window, Delayed)
+    assert window.lag == 4
+    tracks, _ = track_sequence(window, drive("a"))
+    assert tracks.estimates is not None
+    with pytest.raises(BadConfig, match="lag -1"):
+        Recipe(lag=-1)
+    with pytest.raises(BadConfig, match="only the window"):
+        Recipe(associate="network_flow", lag=4)
