@@ -22,6 +22,15 @@ Many = tyro.conf.UseAppendAction[tuple[str, ...]]
 
 
 @dataclass(frozen=True)
+class DiagnosedDrives(KittiOptions):
+    """The drives of a KITTI tree; one option is for scenes as well."""
+
+    frames: Annotated[str | None, option("N|PART", f"{DEFAULT_FRAMES}, the suite's; all")] = None
+    """Of a scene or suite: frames per run, at 10 Hz. Of KITTI: first-half or second-half of every
+    sequence, or FIRST-LAST. Tracking begins there anew."""
+
+
+@dataclass(frozen=True)
 class Diagnose:
     """Say why a tracker broke: switches by event, and by the noise source that causes them.
 
@@ -53,9 +62,7 @@ class Diagnose:
     """Number of runs."""
     first_seed: Annotated[int | None, option("N", "0")] = None
     """First seed; the runs use consecutive seeds."""
-    frames: Annotated[int | None, option("N", f"{DEFAULT_FRAMES}, or the suite's")] = None
-    """Frames per run, at 10 Hz."""
-    kitti: KittiOptions = field(default_factory=KittiOptions)
+    kitti: DiagnosedDrives = field(default_factory=DiagnosedDrives)
     """The drives of a KITTI tree, without SCENE and --suite, and what is known about them."""
     attribute: Flag = False
     """Find the noise source that causes each switch; not for KITTI, whose noise is real."""
@@ -104,7 +111,8 @@ class Diagnose:
         from mot_sim.files.writing import require_writable
         from tracker.errors import BadConfig
 
-        of_kitti = self.kitti.named() + (["ego"] if self.kitti.ego is not None else [])
+        of_kitti = [name for name in self.kitti.named() if name != "frames"]
+        of_kitti += ["ego"] if self.kitti.ego is not None else []
         given = [self.scene is not None, self.suite is not None, bool(of_kitti)]
         if sum(given) != 1:
             raise BadConfig(
@@ -112,7 +120,7 @@ class Diagnose:
             )
         if self.max_switches < 1:
             raise BadConfig(f"--max-switches {self.max_switches}: give 1 or more")
-        made = ("profile", "seeds", "first_seed", "frames")
+        made = ("profile", "seeds", "first_seed")
         of_scenes = [name for name in made if getattr(self, name) is not None]
         of_scenes += [name for name in ("settings", "attribute") if getattr(self, name)]
         if of_kitti and of_scenes:
@@ -155,8 +163,13 @@ class Diagnose:
         found: dict[str, float | int | str | bool] = {}
         if self.profile is not None:
             found["scene.profile"] = self.profile
-        if self.frames is not None:
-            found["scene.frames"] = self.frames
+        frames = self.kitti.frames
+        if frames is not None:
+            if not (frames.isascii() and frames.isdigit()):
+                from tracker.errors import BadConfig
+
+                raise BadConfig(f"--frames {frames}: give a whole number, the frames of a scene")
+            found["scene.frames"] = int(frames)
         return parse_settings(self.settings, found)
 
     def _draw(

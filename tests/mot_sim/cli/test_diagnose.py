@@ -107,6 +107,7 @@ def test_an_interrupt_keeps_what_is_finished(
         (["crossing", "--first-seed", "-2"], ["--first-seed -2"]),
         (["crossing", "--profile", "rcc"], ["unknown profile", "Did you mean 'rrc'"]),
         (["crossing", "--frames", "0"], ["0 frames"]),
+        (["crossing", "--frames", "first-half"], ["--frames first-half", "whole number"]),
         (["crossing", "--set", "odometry"], ["--set odometry", "NAME=LEVEL"]),
         (["crossing", "--set", "odometry.drfit=1"], ["odometry.drift"]),
         (["crossing", "--jobs", "0"], ["--jobs 0"]),
