@@ -169,8 +169,13 @@ def stress(
 
 
 def measured(suite: Suite, metrics: Sequence[str] = MEASURED_METRICS) -> Suite:
-    """The suite with other metrics and no real bounds: for what they come to."""
-    bounds = tuple(Bound(name, float("-inf")) for name in metrics)
+    """The suite with other metrics and no real bounds: for what they come to.
+
+    One with bounds on cuboids keeps its own metrics.
+    """
+    own = [bound.metric for bound in suite.bounds]
+    is_spatial = any(bound.is_spatial for bound in suite.bounds)
+    bounds = tuple(Bound(name, float("-inf")) for name in (own if is_spatial else metrics))
     given = {each.name: getattr(suite, each.name) for each in fields(suite)}
     return Suite(**{**given, "bounds": bounds})
 

@@ -7,7 +7,14 @@ from pathlib import Path
 import pytest
 
 from mot_sim.__main__ import main
-from mot_sim.experiments.stress.suites import Verdict, bound_from, find_suites, read_suites, stress
+from mot_sim.experiments.stress.suites import (
+    Verdict,
+    bound_from,
+    find_suites,
+    measured,
+    read_suites,
+    stress,
+)
 from mot_sim.experiments.sweep.bounds import Bound
 from mot_sim.simulation.scene_names import SCENES
 from mot_sim.tables import Interval
@@ -32,7 +39,7 @@ bounds = { HOTA = 1.0, IDSW = -1 }
 """
 NAMES = {
     "intersection", "roundabout", "look-alikes", "long-occlusions", "ego-turns", "low-frame-rate",
-    "frame-drops", "bad-odometry", "pitch-shake", "night", "fog",
+    "frame-drops", "bad-odometry", "pitch-shake", "night", "fog", "cuboids",
 }  # fmt: skip
 
 
@@ -51,7 +58,11 @@ def test_the_suites_that_come_along_can_be_run() -> None:
         assert suite.scene in SCENES
         # Their settings are no scene's own, so that the cheapest scene tells whether they can be.
         assert len(replace(suite, scene="crossing").design(("default",))) == 8
-        assert {"HOTA", "IDF1", "MOTA", "IDSW"} == {bound.metric for bound in suite.bounds}
+        metrics = {bound.metric for bound in suite.bounds}
+        if suite.name == "cuboids":
+            assert {"MOTA3D@2m", "HOTA3D", "within_2m", "heading_over_90"} == metrics
+        else:
+            assert {"HOTA", "IDF1", "MOTA", "IDSW"} == metrics
         assert suite.about
 
 
@@ -176,6 +187,14 @@ def test_wrong_input_is_one_line_and_exit_code_2(
     shown = capsys.readouterr().err
     assert told in " ".join(shown.split())
     assert "Traceback" not in shown
+
+
+def test_a_suite_of_cuboids_is_measured_by_its_own_scores() -> None:
+    suites = read_suites()
+    of_cuboids = {bound.metric for bound in suites["cuboids"].bounds}
+    assert {bound.metric for bound in measured(suites["cuboids"]).bounds} == of_cuboids
+    assert measured(suites["cuboids"]).design(("default",)).spatial
+    assert {bound.metric for bound in measured(suites["fog"], ("HOTA",)).bounds} == {"HOTA"}
 
 
 def test_a_bound_on_cuboids_has_them_scored(tmp_path: Path) -> None:
