@@ -160,6 +160,14 @@ class Lift:
         cues = ShapePose.of(detections), Embedding.of(detections)
         return Beliefs(cuboids, still, state_cov, boxes, *cues)
 
+    def measured_part(self, beliefs: Beliefs) -> Cuboids:
+        """The cuboids, with NaN for sizes and headings that nothing measured."""
+        cuboids, pose = beliefs.cuboids, beliefs.shape_pose
+        assumed = np.asarray((cuboids.size == self.car_size).all(axis=1))
+        seen = np.zeros(len(assumed), bool) if pose is None else np.isfinite(pose.yaw)
+        yaw = np.where(assumed & ~seen, np.nan, cuboids.yaw)
+        return Cuboids(cuboids.base, yaw, np.where(assumed[:, None], np.nan, cuboids.size))
+
     @cached_property
     def _speed_cov(self) -> Float[Array, "1 4 4"]:
         """The covariance of a state of which the place is known and nothing else."""

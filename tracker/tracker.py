@@ -74,6 +74,8 @@ class Tracker:
     """Corrects an uncertain rotation of the camera; None: it is taken as it is."""
     car_filter: CarFilter | None = None
     """Follows heading, speed and size of the cars; None: cuboids are back-projected boxes."""
+    state_assumed: bool = True
+    """Whether rows state headings and sizes that `lift` only assumes; False: NaN, unknown."""
     explain: bool = False
     """Whether to keep the `explanation` of the last step."""
     state: TrackerState = TrackerState()
@@ -96,7 +98,7 @@ class Tracker:
         open and what was chosen here.
         """
         weights = ((0.6, Volume()), (0.4, Reprojection())) if costs is None else costs
-        return cls(camera, weights, suppress=Suppression(min_score=0.5))
+        return cls(camera, weights, suppress=Suppression(min_score=0.5), state_assumed=False)
 
     @classmethod
     def default(cls, camera: Camera, costs: WeightedCosts | None = None) -> "Tracker":
@@ -373,7 +375,11 @@ class Tracker:
             scores = np.where(missed, tracks.existence, scores)
         frames = np.full(len(scores), index)
         estimates = self.car_estimates(tracks, road)
-        cuboids = tracks.beliefs.cuboids if estimates is None else estimates.cuboids()
+        if estimates is not None:
+            cuboids = estimates.cuboids()
+        else:
+            beliefs = tracks.beliefs
+            cuboids = beliefs.cuboids if self.state_assumed else self.lift.measured_part(beliefs)
         rows = Tracks(frames, tracks.ids, boxes, scores, cuboids=cuboids, estimates=estimates)
         return rows.copied()
 

@@ -213,3 +213,17 @@ def test_regions_contain_the_cuboid_and_grow_with_sigmas(yaw, fewer, more) -> No
 
 def test_nothing_has_no_region() -> None:
     assert len(Beliefs.empty().region(1.0)) == 0
+
+
+def test_what_is_only_assumed_of_a_car_is_no_part_that_was_measured() -> None:
+    boxes = np.array([[600.0, 180.0, 650.0, 220.0]] * 2)
+    plain = Lift()(Detections.of(boxes, np.ones(2)), LEVEL)
+    part = Lift().measured_part(plain)
+    assert np.isnan(part.yaw).all()
+    assert np.isnan(part.size).all()
+    np.testing.assert_array_equal(part.base, plain.cuboids.base)
+    size = np.array([[4.2, 1.4, 1.7], [np.nan] * 3])
+    given = Detections.of(boxes, np.ones(2), yaw=np.array([0.3, np.nan]), size=size)
+    part = Lift().measured_part(Lift()(given, LEVEL))
+    np.testing.assert_array_equal(part.yaw, [0.3, np.nan])
+    np.testing.assert_array_equal(part.size, size)
