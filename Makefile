@@ -34,10 +34,12 @@ PYTEST := $(BIN)/python -m pytest -n auto --dist loadfile
 UNCHECKED := -o addopts=--strict-markers
 
 # Checking the shape of every array doubles the time: here for the tracker and the contracts, with
-# few examples of each property, since the first line tries many; everywhere in test-all.
+# few examples of each property, since the first line tries many, and without the environments, which
+# are built of the simulator; everywhere in test-all.
 test: $(STAMP)
 	$(PYTEST) -m "not slow" $(UNCHECKED) --cov --cov-report=term
-	$(PYTEST) -m "not slow and not kitti" --hypothesis-profile few tests/tracker tests/contracts
+	$(PYTEST) -m "not slow and not kitti" --hypothesis-profile few tests/tracker tests/contracts \
+	    --ignore tests/contracts/test_environments.py
 
 test-all: $(STAMP)
 	$(PYTEST)
