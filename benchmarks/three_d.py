@@ -2,9 +2,9 @@
 
     python -m benchmarks.three_d --root KITTI [--sequences labelled] [--ego oxts] [--drives]
 
-A row per tracker: RRC's boxes through the default tracker, without its car filter (cuboids are
-back-projected boxes), through the paper's, over the whole drive; PointRCNN's boxes alone; and
-PointRCNN's LiDAR cuboids through the same code. --drives: the default tracker drive by drive.
+A row per tracker: RRC's boxes through the default tracker, with a lag of ten frames, over the whole
+drive, without the car filter (cuboids are back-projected boxes), through the paper's; PointRCNN's
+boxes alone; and PointRCNN's LiDAR cuboids through the same code. --drives: the default tracker drive by drive.
 """
 
 import argparse
@@ -48,6 +48,7 @@ def without_car_filter(camera: Camera) -> Tracker:
 # What a row is called: the detector, whether its cuboids are read, the tracker.
 ROWS: dict[str, tuple[str, bool, Build]] = {
     "default": ("rrc", False, Tracker.default),
+    "lag of 10 frames": ("rrc", False, Recipe(lag=10).build),
     "whole drive": ("rrc", False, Recipe(associate="network_flow").build),
     "without car filter": ("rrc", False, without_car_filter),
     "paper": ("rrc", False, Tracker.paper),
