@@ -4,7 +4,8 @@
 
 A row per tracker: RRC's boxes through the default tracker, with a lag of ten frames, over the whole
 drive, without the car filter (cuboids are back-projected boxes), through the paper's; PointRCNN's
-boxes alone; and PointRCNN's LiDAR cuboids through the same code. --drives: the default tracker drive by drive.
+boxes alone; and PointRCNN's LiDAR cuboids through the same code. --drives: the default tracker
+drive by drive.
 """
 
 import argparse
