@@ -2,12 +2,13 @@
 
 import inspect
 from typing import Any
+from warnings import catch_warnings, simplefilter
 
 from mot_sim.experiments.sweep.seeded_episodes import SeededEpisode
 from mot_sim.experiments.sweep.tracker_specs import BadRows, Steps, TrackerSpec, Updated
 from mot_sim.experiments.sweep.trial import require_rows
 from tracker import Camera, Tracks
-from tracker.errors import BadConfig, TrackingError
+from tracker.errors import BadConfig, MotionWarning, TrackingError
 
 
 class TrackerFailed(TrackingError):
@@ -34,10 +35,12 @@ def follow(tracker: Any, episode: SeededEpisode) -> Tracks:
     parts: list[Tracks] = []
     where, frame = "before the first frame", None
     try:
-        for given in episode.frames:
-            frame, where = given.index, f"in frame {given.index}"
-            came.append(given.index)
-            parts.append(_checked(stepping.step(given), came if is_late else came[-1:]))
+        with catch_warnings():
+            simplefilter("ignore", MotionWarning)  # wrong motion may be what is studied
+            for given in episode.frames:
+                frame, where = given.index, f"in frame {given.index}"
+                came.append(given.index)
+                parts.append(_checked(stepping.step(given), came if is_late else came[-1:]))
         if is_late:
             frame, where = None, "after the last frame"
             parts.append(_checked(stepping.finish(), came))  # type: ignore[attr-defined]

@@ -1,5 +1,6 @@
 """Following an episode: what counts as a tracker, and what its failures are called."""
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from mot_sim.experiments.guests import ExternalOnlineTracker
 from mot_sim.testing import SeededEpisode, TrackerFailed, follow
 from tests.mot_sim.experiments import odd
 from tracker import FRAMEWORKS, Camera, Frame, Tracker, Tracks
-from tracker.errors import BadConfig
+from tracker.errors import BadConfig, MotionWarning
 
 
 def rows_of(tracks: Tracks) -> list[tuple]:
@@ -39,6 +40,19 @@ class Resets:
         assert not self.frames or self.frames[-1] < frame.index
         self.frames.append(frame.index)
         return Tracks.empty()
+
+
+class Warns:
+    """Finds the motion wrong, as a tracker may where odometry is disturbed on purpose."""
+
+    def step(self, frame: Frame) -> Tracks:
+        warnings.warn("the boxes contradict the motion", MotionWarning, stacklevel=1)
+        return Tracks.empty()
+
+
+def test_wrong_motion_is_no_failure(episode: SeededEpisode) -> None:
+    """Even where warnings are errors, as in this test run and in many others'."""
+    assert len(follow(Warns(), episode)) == 0
 
 
 def test_all_ways_to_name_our_tracker_give_the_same_rows(episode: SeededEpisode) -> None:
