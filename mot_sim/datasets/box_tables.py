@@ -245,7 +245,11 @@ def _read_coco(path: Path) -> tuple[TextTable, DetectionFormat]:
     if isinstance(content, dict):
         listed = content.get("categories", [])
         if isinstance(listed, list) and all(isinstance(each, dict) for each in listed):
-            known = {each.get("id"): str(each.get("name")) for each in listed}
+            known = {
+                each["id"]: str(each.get("name"))
+                for each in listed
+                if isinstance(each.get("id"), int | str)
+            }
             named = known or COCO_NUMBERS
         content = content.get("annotations")
     if not isinstance(content, list):
@@ -260,7 +264,8 @@ def _read_coco(path: Path) -> tuple[TextTable, DetectionFormat]:
             left, top, width, height = entry["bbox"]
             row = [entry["image_id"], left, top, width, height, entry.get("score", 1.0)]
             numbers = [float(value) for value in row]
-            word = named.get(entry.get("category_id"), str(entry.get("category_id")))
+            category = entry.get("category_id")
+            word = named.get(category, str(category))
             more = [float(entry["track_id"])] if has_ids else []
         except (TypeError, ValueError, KeyError, AttributeError) as error:
             raise BadFile(

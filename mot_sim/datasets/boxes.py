@@ -181,6 +181,7 @@ def tracks_of_boxes(path: Path) -> Tracks:
     BadFile for a file without ids and for an id twice in a frame.
     """
     table, form = read_box_table(_require(path, "boxes"))
+    table, _ = _timed(table)
     names = table.rows.dtype.names or ()
     if "id" not in names:
         raise BadFile(f"{path}: no column id: without identities nothing can be scored")

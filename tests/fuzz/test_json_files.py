@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mot_sim.datasets.boxes import tracks_of_boxes
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
 from mot_sim.evaluation.run_folder import RUN_FILE, RunFolder, SequenceStatistics
 from mot_sim.experiments.guests.exchange import read_seconds
@@ -88,6 +89,22 @@ def result_file(folder: Path) -> Path:
     )
 
 
+def coco_file(folder: Path) -> Path:
+    entries = [
+        {"image_id": 0, "category_id": 3, "bbox": [5, 8, 80.5, 60], "score": 0.9, "track_id": 4},
+        {"image_id": 2, "category_id": 1, "bbox": [5, 8, 8, 60], "score": 1e-3, "track_id": 5},
+    ]
+    names = [{"id": 3, "name": "car"}, {"id": 1, "name": "person"}]
+    path = folder / "results.json"
+    path.write_text(json.dumps({"categories": names, "annotations": entries}))
+    return path
+
+
+def coco(path: Path) -> None:
+    tracks = tracks_of_boxes(path)
+    assert np.isfinite(tracks.boxes).all()
+
+
 def read_results(path: Path) -> None:
     found = read_result(path.parent)
     for name in found.files:
@@ -101,6 +118,7 @@ DOORS: dict[str, tuple[Callable[[Path], Path], Callable[[Path], Any]]] = {
     "a trial": (trial_file, read_trial),
     "seconds.json": (seconds_file, seconds),
     "result.json": (result_file, read_results),
+    "COCO's results": (coco_file, coco),
 }
 
 

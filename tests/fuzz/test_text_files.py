@@ -19,11 +19,15 @@ from mot_sim.datasets import (
     read_labels,
     read_poses,
     read_results,
+    tracks_of_boxes,
 )
 from mot_sim.datasets.kitti.calibration import Calibration
 from mot_sim.datasets.kitti.ego import read_oxts
 from mot_sim.datasets.kitti.labels import cuboids_of_rows
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
+from mot_sim.datasets.trajectories import read_trajectory
+from mot_sim.evaluation.own_scoring import read_mot_truth
+from mot_sim.evaluation.splits import read_seqmap
 from mot_sim.experiments.guests.exchange import read_guest_results
 from mot_sim.metrics import spatial_scores
 from tests.fuzz.door import Spoil, fuzz
@@ -78,6 +82,17 @@ CAMERA_MATRIX = (
     b"K = [[721.5, 0, 609.6], [0, 721.5, 172.9], [0, 0, 1]]\n"
     b"image_width = 1242\nimage_height = 375\ncamera_height = 1.65\n"
 )
+
+
+LENS_FILE = CAMERA_MATRIX + b"distortion = [-0.3, 0.1, 0.001, 0.0, -0.01]\n"
+TUM = b"# t\n0 0 0 0 0 0 0 1\n0.2 0 0 1.6 0 0.05 0 0.99875\n0.4 0 0 3 0 0 0 1\n"
+TIMED = b"0 1 0 0 0 0 1 0 0 0 0 1 0\n0.4,1,0,0,0,0,1,0,0,0,0,1,2\n".replace(b",", b" ")
+OWN_LABELS = b"frame,id,class,x_min,y_min,x_max,y_max\n0,7,Car,500,180,580,240\n1,7,Van,1,2,30,40\n"
+MIXED = (
+    b"Time;Track_ID;Class;Left;Top;Width;Height;Yaw;Conf\n1,5;2;car;5;8;80;60;;0,9\n"
+    b"2;2;Tram;5;9;8;6;.1;1\n"
+)
+MOT_LABELS = b"1,2,100,50,30,80,1,1,0.9\n2,2,102,50,30,80,1,1,0.8\n2,4,10,5,30,80,0,8,1\n"
 
 
 def tracks_of(tracks: Tracks) -> None:
@@ -153,6 +168,28 @@ def boxes(camera: Path, path: Path) -> None:
         assert np.isfinite(frame.detections.boxes).all()
 
 
+def trajectory(path: Path) -> None:
+    found = read_trajectory(path, 10.0)
+    assert np.isfinite(found.Ts_world_cam).all()
+    if found.times is not None:
+        between = np.linspace(found.times[0], found.times[-1], 5)
+        assert np.isfinite(found.at(between)).all()
+
+
+def own(path: Path) -> None:
+    tracks_of(tracks_of_boxes(path))
+
+
+def mot_labels(path: Path) -> None:
+    home = path.parent / "drive" / "gt"
+    home.mkdir(parents=True, exist_ok=True)
+    (home.parent / "seqinfo.ini").write_text("[Sequence]\nseqLength=5\n")
+    (home / "gt.txt").write_bytes(path.read_bytes())
+    found = read_mot_truth(home / "gt.txt")
+    assert len(found.tracks) == len(found.classes) == len(found.counted)
+    assert np.isfinite(found.tracks.boxes).all()
+
+
 def guest(path: Path) -> None:
     none = DetectionLog(np.zeros(0, np.int64), Detections.empty())
     drive = RecordedSequence(path.stem, CAMERA, 4, none, np.array([0, 1, 3]))
@@ -176,6 +213,11 @@ READERS: dict[str, tuple[bytes | list[bytes], Spoil, Callable[[Path], Any]]] = {
     "guest": ([RESULTS, AUTHORS.replace(b"2 ", b"3 ")], spoiled_text, guest),
     "camera": ([CAMERA_FILE, CAMERA_MATRIX], spoiled_toml, read_camera),
     "score map": (b"0.22,0.134", spoiled_text, score_map),
+    "trajectory": ([TUM, TIMED, POSES], spoiled_text, trajectory),
+    "seqmap": (b"0000 empty 000000 000154\n0002 empty 3 9\n", spoiled_text, read_seqmap),
+    "tracks of boxes": ([OWN_LABELS, MIXED, LABELS, DETECTIONS["motchallenge"]], spoiled_text, own),
+    "MOTChallenge's labels": (MOT_LABELS, spoiled_text, mot_labels),
+    "camera with a lens": (LENS_FILE, spoiled_toml, read_camera),
     **{
         f"detections {name}": (DETECTIONS[name], spoiled_text, partial(detections, name))
         for name in DETECTIONS
