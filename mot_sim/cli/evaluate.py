@@ -13,6 +13,7 @@ from mot_sim.cli.terminal import OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
     import mot_sim.evaluation.spatial_scoring
+    import mot_sim.evaluation.splits
     import mot_sim.metrics
     import mot_sim.tables
 
@@ -83,12 +84,12 @@ class Evaluate:
 
             require_writable(self.out / ERRORS_PICTURE)
         kinds = parse_kinds(self.classes)
+        split = Split.of(self.seqmap, self.frames)
         if self.spatial:
-            return self._in_3d(terminal, kinds)
+            return self._in_3d(terminal, kinds, split)
         self._require_3d_for_its_options()
         rows: dict[str, mot_sim.metrics.Scores] = {}
         content: dict[str, dict[str, object]] = {}
-        split = Split.of(self.seqmap, self.frames)
         unlabelled: tuple[str, ...] = ()
         for kind in kinds:
             if self.truth is None:
@@ -128,7 +129,12 @@ class Evaluate:
             if value is not None:
                 raise BadConfig(f"--{name} {value}: only cuboids are scored by it; add --3d")
 
-    def _in_3d(self, terminal: Terminal, kinds: tuple[str, ...]) -> int:
+    def _in_3d(
+        self,
+        terminal: Terminal,
+        kinds: tuple[str, ...],
+        split: "mot_sim.evaluation.splits.Split",
+    ) -> int:
         """Score and show the cuboids."""
         from mot_sim.evaluation.spatial_scoring import parse_criteria, score_folder_in_3d
         from tracker.errors import BadConfig
@@ -142,7 +148,7 @@ class Evaluate:
             )
         criteria = parse_criteria(self.thresholds or THRESHOLDS)
         scored = score_folder_in_3d(
-            self.results, self.root, self.sequences, criteria, kinds[0], self.ego
+            self.results, self.root, self.sequences, criteria, kinds[0], self.ego, split
         )
         title = f"{self.results}, {kinds[0]} in 3D, rates in %"
         deliver_3d(terminal, scored, title, self.json, self.csv, self.out)

@@ -135,6 +135,14 @@ class RecordedSequence:
                 image=None if self.images is None else self.images.load(index),
             )
 
+    def require_cars(self) -> None:
+        """BadConfig for detections of other classes, where only cars are known."""
+        if self.kinds != ("Car",):
+            raise BadConfig(
+                f"sequence {self.name}: detections of {', '.join(self.kinds)}, but only cars are "
+                "scored here; name a detector of cars (--detections rrc)"
+            )
+
     def detections_at(self, frame: int) -> Detections | None:
         """The detections of a frame, perhaps none at all; None where nothing looked."""
         looked_at = self.looked_at

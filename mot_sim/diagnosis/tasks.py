@@ -191,8 +191,9 @@ def suite_tasks(
 
 
 def kitti_tasks(drives: Sequence[KittiSequence], tracker_spec: TrackerSpec) -> Iterator[KittiTask]:
-    """Sequences of a KITTI tree; all must have labels. Raises DatasetNotFound."""
+    """Sequences of a KITTI tree, of cars; all must have labels. Raises DatasetNotFound."""
     for drive in drives:
+        drive.require_cars()
         if drive.label_path is None or drive.truth is None:
             raise DatasetNotFound(
                 f"sequence {drive.name}: no labels (label_02/{drive.name}.txt); choose others: "

@@ -99,7 +99,7 @@ def score_sequences(
     Raises DatasetNotFound when no drive has labels.
     """
     require_rules(rules)
-    results = {drive.name: _in_frames(results[drive.name], drive) for drive in drives}
+    results = {drive.name: rows_in_frames(results[drive.name], drive) for drive in drives}
     truths = {drive.name: (drive.truth, drive.frame_count) for drive in drives}
     contests = {
         name: (truth, results[name], frame_count)
@@ -116,7 +116,7 @@ def score_sequences(
     return scored
 
 
-def _in_frames(tracks: Tracks, drive: KittiSequence) -> Tracks:
+def rows_in_frames(tracks: Tracks, drive: KittiSequence) -> Tracks:
     """The rows in the frames that the drive delivers: all of them, or a part."""
     if len(drive) == drive.frame_count:
         return tracks
@@ -124,15 +124,20 @@ def _in_frames(tracks: Tracks, drive: KittiSequence) -> Tracks:
 
 
 def pick_results(
-    folder: Path, root: Path | str | None = None, sequences: str | None = None
+    folder: Path,
+    root: Path | str | None = None,
+    sequences: str | None = None,
+    split: Split = WHOLE,
 ) -> dict[str, Path]:
     """The result files of the training sequences that are meant, by name, in order.
 
-    sequences: see `choose_sequences`; None: those that have results. Raises DatasetNotFound for
-    no results at all, and for a sequence that was asked for and has none.
+    sequences: see `choose_sequences`; None: those of the split, or those that have results. Raises
+    DatasetNotFound for no results at all, and for a sequence that was asked for and has none.
     """
     files = result_files(folder)
     there = choose_sequences(root)
+    if split.ranges is not None:
+        sequences = ",".join(split.sequences(there))
     names = choose_sequences(root, sequences) if sequences else [n for n in there if n in files]
     missing = [name for name in names if name not in files]
     if missing or not names:
@@ -166,9 +171,7 @@ def score_folder(
     results are warned of, because leaving them out changes the sum.
     """
     require_rules(rules)
-    if split.ranges is not None:
-        sequences = ",".join(split.sequences(choose_sequences(root)))
-    files = pick_results(folder, root, sequences)
+    files = pick_results(folder, root, sequences, split)
     drives = [split.part(kitti_sequence(root, name, None, ego="none")) for name in files]
     scored = score_sequences(drives, read_picked(files, drives), rules, kind)
     if sequences is None:

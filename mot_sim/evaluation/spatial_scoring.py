@@ -8,7 +8,8 @@ from typing import Any
 
 from mot_sim.datasets import KittiSequence, find_root, kitti_sequence, read_cuboid_results
 from mot_sim.datasets.kitti.ego import oxts_path
-from mot_sim.evaluation.scoring import pick_results
+from mot_sim.evaluation.scoring import WHOLE, pick_results, rows_in_frames
+from mot_sim.evaluation.splits import Split
 from mot_sim.metrics.cuboid_doubts import doubts_of_cuboids
 from mot_sim.metrics.cuboid_overlap import Criterion
 from mot_sim.metrics.spatial import CRITERIA, SpatialScores, spatial_scores
@@ -71,8 +72,9 @@ def score_in_3d(
         if drive.Ts_world_cam is not None:
             road = drive.Ts_world_cam @ invert(drive.camera.T_road_cam)
         scores[drive.name] = spatial_scores(
-            truth, results[drive.name], drive.frame_count, road, drive.frame_rate, criteria, kind
-        )
+            truth, rows_in_frames(results[drive.name], drive), drive.frame_count, road,
+            drive.frame_rate, criteria, kind,
+        )  # fmt: skip
         for doubt in doubts_of_cuboids(scores[drive.name].errors):
             log.warning("%s: %s", drive.name, doubt)
     unlabelled = tuple(drive.name for drive in drives if drive.name not in scores)
@@ -88,14 +90,15 @@ def score_folder_in_3d(
     criteria: Sequence[Criterion] = CRITERIA,
     kind: str = "Car",
     ego: str | None = None,
+    split: Split = WHOLE,
 ) -> SpatialEvaluation:
     """The scores in 3D of a folder of result files, whose cuboids stand in camera 0.
 
-    sequences: see `pick_results`. ego: a name of EGO, which tells which cars move; None: OXTS of
-    the sequences that have it. Raises BadFile for results without cuboids, and as
+    sequences: see `pick_results`. split: which frames of them count. ego: a name of EGO, which
+    tells which cars move; None: OXTS of the sequences that have it. Raises BadFile for results without cuboids, and as
     `read_cuboid_results` and `score_in_3d`.
     """
-    files = pick_results(folder, root, sequences)
+    files = pick_results(folder, root, sequences, split)
     drives = []
     for name in files:
         chosen = ego
@@ -104,7 +107,7 @@ def score_folder_in_3d(
             chosen = "oxts" if has_oxts else "none"
             if not has_oxts:
                 log.warning("%s: no oxts/, so nobody knows which cars move: --ego NAME", name)
-        drives.append(kitti_sequence(root, name, None, ego=chosen))
+        drives.append(split.part(kitti_sequence(root, name, None, ego=chosen)))
     results = {
         drive.name: read_cuboid_results(files[drive.name], drive.T_road_label, drive.frame_count)
         for drive in drives

@@ -14,7 +14,7 @@ from mot_sim.metrics.evaluation import Scores
 from mot_sim.metrics.hota import hota_scores
 from mot_sim.metrics.identity import identity_scores
 from mot_sim.metrics.matching import EPSILON, Overlaps, bare_rows, match
-from mot_sim.metrics.preprocessing import MIN_OVERLAP, checked_columns
+from mot_sim.metrics.preprocessing import MIN_OVERLAP, checked_columns, kind_is
 from tracker.errors import BadTracks, UnknownName
 from tracker.types import MOT_CLASSES, TRACKED_KINDS, Tracks
 
@@ -33,8 +33,8 @@ def motchallenge_scores(
     """CLEAR, HOTA and Identity of one sequence by MOTChallenge's rules.
 
     truth: all labels. classes: MOT16's number of each; all 1 (MOT15) for labels without. counted:
-    which labels are marked to be considered (`conf` not 0). output: all rows are of the class that
-    is scored. kind: of TRACKED_KINDS. Frames count from 0. Raises UnknownName for the kind,
+    which labels are marked to be considered (`conf` not 0). output: all rows without kinds, or of
+    this kind, count. kind: of TRACKED_KINDS. Frames count from 0. Raises UnknownName for the kind,
     BadTracks for columns of other lengths, and as `evaluate_sequence`.
     """
     if kind not in TRACKED_KINDS:
@@ -44,6 +44,7 @@ def motchallenge_scores(
             f"{len(truth)} labels, {len(classes)} classes and {len(counted)} marks: one each"
         )
     truth, output = checked_columns(truth, "truth"), checked_columns(output, "output")
+    output = output.select(kind_is(output, kind, True))
     order = np.argsort(truth.frames, kind="stable")
     number = MOT_CLASSES[kind]
     overlaps = Overlaps.between(

@@ -58,7 +58,8 @@ def kitti_drives(
 
 
 def labelled(drive: KittiSequence) -> LabelledSequence:
-    """A KITTI drive as one of these. Raises DatasetNotFound when it has no labels."""
+    """A KITTI drive of cars as one of these. Raises DatasetNotFound when it has no labels."""
+    drive.require_cars()
     if drive.truth is None:
         raise DatasetNotFound(
             f"sequence {drive.name}: no labels (label_02/{drive.name}.txt); choose others: "

@@ -1,13 +1,18 @@
 """Which frames of which sequences: seqmaps, halves, ranges."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mot_sim.datasets import kitti_sequence
+from mot_sim.diagnosis.tasks import kitti_tasks
 from mot_sim.evaluation.scoring import score_folder
+from mot_sim.evaluation.spatial_scoring import score_folder_in_3d
 from mot_sim.evaluation.splits import Split, read_seqmap
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
+from mot_sim.experiments.tuning.labelled import labelled
 from tests.mot_sim.datasets.conftest import write
 from tracker.errors import BadConfig, BadFile, TrackingError, UnknownName
 
@@ -53,6 +58,23 @@ def test_only_the_chosen_frames_are_scored(tree: Path) -> None:
     assert hits(Split()) == (6, 2)
     assert hits(Split(frames="first-half")) == (4, 0)
     assert hits(Split({"0030": range(4, 8)})) == (2, 2)
+
+
+def test_cuboids_are_scored_in_the_chosen_frames_too(tree: Path) -> None:
+    row = "{} 1 Car -1 -1 -10 100 150 180 200 1.5 1.6 3.9 1 1.6 20 -1.6 0.9\n"
+    results = write(tree / "out" / "0030.txt", "".join(map(row.format, range(6)))).parent
+    for split, hits in ((Split(), 6), (Split(frames="second-half"), 2)):
+        scored = score_folder_in_3d(results, tree, ego="none", split=split)
+        assert hits == scored.combined.ab3dmot["0.25"].all_tracks.counts.CLR_TP
+
+
+def test_commands_that_know_cars_only_refuse_other_classes(tree: Path) -> None:
+    drive = kitti_sequence(tree, "0030", "simulated", "none")
+    drive.require_cars()
+    with pytest.raises(BadConfig, match="detections of Pedestrian, but only cars are scored here"):
+        labelled(replace(drive, kinds=("Pedestrian",)))
+    with pytest.raises(BadConfig, match="detections of Car, Cyclist, but only cars"):
+        next(kitti_tasks([replace(drive, kinds=("Car", "Cyclist"))], TrackerSpec.parse("default")))
 
 
 @pytest.mark.parametrize("text", ["half", "3", "5-2", "-3", "a-b", "1-2-3"])

@@ -41,6 +41,13 @@ def test_distractors_take_their_answers_with_them_and_other_classes_do_not() -> 
     assert scored([2, 3, 8], [True, True, True], "Cyclist") == (1, 0, 1)
 
 
+def test_output_of_another_class_is_left_out() -> None:
+    output = ALL.replaced(kinds=np.array(["Pedestrian", "car", "PEDESTRIAN"]))
+    classes, counted = np.array([1, 1, 1]), np.ones(3, bool)
+    scores = motchallenge_scores(ALL, classes, counted, output, 1)
+    assert (scores["CLR_TP"], scores["CLR_FN"], scores["CLR_FP"]) == (2, 1, 0)
+
+
 def test_what_cannot_be_scored_is_named() -> None:
     with pytest.raises(UnknownName, match="class 'Tram'"):
         scored([1, 1, 1], [True] * 3, "Tram")
