@@ -52,7 +52,11 @@ def is_kitti_kind(kinds: Shaped[Array, " n"]) -> Bool[Array, " n"]:
 
 
 def kinds_said(kinds: Shaped[Array, " n"]) -> str:
-    """How many rows are of which kind, the most frequent first: `120 of Van, 3 of Truck`."""
+    """How many rows are of which kind, the most frequent first: `120 of Van, 3 of Truck`.
+
+    Characters that no file or terminal can take (halves of pairs, as JSON may have) are escaped.
+    """
     found, counts = np.unique(kinds, return_counts=True)
     order = np.argsort(-counts, kind="stable")
-    return ", ".join(f"{counts[index]} of {found[index]}" for index in order.tolist())
+    said = ", ".join(f"{counts[index]} of {found[index]}" for index in order.tolist())
+    return said.encode("utf-8", "backslashreplace").decode("utf-8")

@@ -138,6 +138,15 @@ def test_broken_entries_are_named(tmp_path: Path, content: str, message: str) ->
         drive(tmp_path, content, "results.json")
 
 
+def test_words_that_cannot_be_written_are_said_all_the_same(tmp_path: Path, caplog) -> None:
+    """JSON may hold half of a pair of surrogates, which no log could take."""
+    named = '{"categories": [{"id": 9, "name": "\\ud83d"}], "annotations": [%s]}'
+    entry = '{"image_id": 0, "category_id": 9, "bbox": [10, 12, 20, 20]}'
+    assert len(next(iter(drive(tmp_path, named % entry, "labels.json"))).found) == 0
+    assert r"holds 1 of \ud83d" in caplog.text
+    caplog.text.encode("utf-8")
+
+
 numbers = st.integers(-9000, 9000).map(lambda value: value / 8)
 rows = st.lists(st.tuples(st.integers(0, 40), *[numbers] * 4, st.integers(0, 64)), max_size=12)
 
