@@ -8,7 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from mot_sim.datasets.detection_files import DetectionFormat
+from mot_sim.datasets.detection_files import (
+    MIN_MAX_COLUMNS,
+    SIDE_COLUMNS,
+    SIZE_COLUMNS,
+    DetectionFormat,
+)
 from mot_sim.datasets.kitti.detectors import DETECTORS
 from mot_sim.files.documents import read_json
 from mot_sim.files.text import MAX_WORD_LENGTH, TextTable, is_number, read_table, read_text
@@ -36,12 +41,9 @@ SPELLINGS: dict[str, tuple[str, ...]] = {
     "width_m": (),
 }
 # Columns of what a detector measured beside the box; an empty cell: not measured.
-CUES = ("yaw", "length_m", "height_m", "width_m")
-CORNERS, SIDES = ("x_min", "y_min", "x_max", "y_max"), ("left", "top", "width", "height")
+CUES = ("yaw", *SIZE_COLUMNS)
 HEADER = "frame,x_min,y_min,x_max,y_max,score"
 DELIMITERS = (",", ";", "\t", "|")
-# MOTChallenge's first seven columns, and the class that follows.
-MOT_COLUMNS = ("frame", "id", "left", "top", "width", "height", "score")
 # COCO's names, and its numbers where a file does not name them, of what is tracked here.
 COCO_KINDS = {kind.lower(): kind for kind in TRACKED_KINDS} | {"person": "Pedestrian"}
 COCO_NUMBERS = {1: "person", 3: "car"}
@@ -181,9 +183,9 @@ def _require_columns(path: Path, number: int, columns: Sequence[str]) -> None:
     twice = next((column for column in columns if columns.count(column) > 1), None)
     if twice is not None:
         raise BadFile(f"{path}:{number}: a column stands twice: {twice}, in {','.join(columns)}")
-    box = SIDES if "left" in columns or "top" in columns else CORNERS
+    box = SIDE_COLUMNS if "left" in columns or "top" in columns else MIN_MAX_COLUMNS
     moment = () if "time" in columns else ("frame",)
-    size = CUES[1:] if set(CUES[1:]) & set(columns) else ()
+    size = SIZE_COLUMNS if set(SIZE_COLUMNS) & set(columns) else ()
     missing = [column for column in (*moment, *box, *size) if column not in columns]
     if missing:
         raise BadFile(
@@ -220,14 +222,13 @@ def _structured(
 
 def _read_motchallenge(path: Path, first: str) -> tuple[TextTable, DetectionFormat]:
     """A headerless table of numbers: MOTChallenge's, whose frames count from 1."""
-    count = len(_fields(first, ","))
-    if count < len(MOT_COLUMNS):
+    form = DETECTORS["motchallenge"]
+    if len(_fields(first, ",")) < len(form.columns):
         raise BadFile(
             f"{path}:1: no header but {first[:80]!r}; the first line names the columns, {HEADER}; "
-            f"without one, rows are MOTChallenge's, {','.join(MOT_COLUMNS)},..."
+            f"without one, rows are MOTChallenge's, {','.join(form.columns)},..."
         )
-    form = DETECTORS["motchallenge"]
-    table = read_table(path, form.names, ",")
+    table = read_table(path, form.names, form.delimiter)
     if "more1" not in (table.rows.dtype.names or ()) or not (table["more1"] > 0.0).any():
         return table, form
     names = tuple("type" if name == "more1" else name for name in table.rows.dtype.names or ())
@@ -256,7 +257,7 @@ def _read_coco(path: Path) -> tuple[TextTable, DetectionFormat]:
         entries = "[{image_id, category_id, bbox, score}, ...]"
         raise BadFile(f"{path}: no list of results as COCO has them: {entries}")
     has_ids = any(isinstance(entry, dict) and "track_id" in entry for entry in content)
-    columns = ("frame", *SIDES, "score", "type", *(("id",) if has_ids else ()))
+    columns = ("frame", *SIDE_COLUMNS, "score", "type", *(("id",) if has_ids else ()))
     kinds = [(name, f"U{MAX_WORD_LENGTH}" if name == "type" else "f8") for name in columns]
     rows = []
     for number, entry in enumerate(content):

@@ -201,6 +201,20 @@ def tracks_of_boxes(path: Path) -> Tracks:
     return in_order(tracks, table)
 
 
+def box_files(folder: Path, what: str = "boxes") -> dict[str, Path]:
+    """The files of boxes in a folder by their names, perhaps none.
+
+    what: they hold, for the error. Raises BadConfig for two files of one name.
+    """
+    files: dict[str, Path] = {}
+    for path in sorted(folder.glob("*")):
+        if path.suffix in BOX_FILES:
+            if path.stem in files:
+                raise BadConfig(f"{path}: there are two files of {what} for {path.stem}; keep one")
+            files[path.stem] = path
+    return files
+
+
 def box_sequences(
     boxes: Path,
     camera: Path,
@@ -219,7 +233,7 @@ def box_sequences(
     """
     if not boxes.is_dir():
         return [box_sequence(boxes, camera, images, poses, kinds=kinds, **options)]
-    files = {path.stem: path for path in sorted(boxes.iterdir()) if path.suffix in BOX_FILES}
+    files = box_files(boxes)
     if not files:
         raise DatasetNotFound(f"{boxes}: no boxes in it; give NAME.csv, NAME.json or NAME.txt")
     if kinds is None:

@@ -11,7 +11,6 @@ from collections.abc import Iterable, Iterator
 from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import NamedTuple
-from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
@@ -19,9 +18,9 @@ from mot_sim.diagnosis.context_events import by_id
 from mot_sim.diagnosis.sources import DetectionStream, SourceAblation
 from mot_sim.experiments.sweep.following import TrackerFailed
 from mot_sim.experiments.sweep.tracker_specs import BadRows, Steps, TrackerSpec, tracker_specs_of
-from mot_sim.experiments.sweep.trial import require_rows
+from mot_sim.experiments.sweep.trial import require_rows, wrong_motion_allowed
 from mot_sim.metrics.breaks import Breaks, Matches
-from tracker.errors import BadConfig, MotionWarning
+from tracker.errors import BadConfig
 from tracker.types import Tracks
 
 BEFORE_FIRST_FRAME = -1
@@ -102,8 +101,7 @@ class Replays:
                     self.kept[earlier] = snapshot
                     wanted.discard(earlier)
                 frames.append(now)
-                with catch_warnings():
-                    simplefilter("ignore", MotionWarning)  # wrong motion may be what is studied
+                with wrong_motion_allowed():
                     rows.append(tracker.step(frame))
                 require_rows(rows[-1], frames if is_late else frames[-1:])
             if is_late:

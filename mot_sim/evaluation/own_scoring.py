@@ -3,15 +3,14 @@
 import configparser
 import logging
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Bool, Int
 from numpy import ndarray as Array
 
-from mot_sim.datasets import tracks_of_boxes
-from mot_sim.datasets.boxes import BOX_FILES
+from mot_sim.datasets import DETECTORS, tracks_of_boxes
+from mot_sim.datasets.boxes import box_files
 from mot_sim.evaluation.scoring import result_files
 from mot_sim.files.text import read_table, what_is_there
 from mot_sim.metrics import Evaluation, Scores, combine, evaluate, motchallenge_scores
@@ -20,7 +19,6 @@ from tracker.errors import BadConfig, BadFile, DatasetNotFound
 from tracker.types import MOT_CLASSES, Tracks
 
 MOTCHALLENGE = "motchallenge"
-GT_COLUMNS = ("frame", "id", "left", "top", "width", "height", "conf")
 
 log = logging.getLogger(__name__)
 
@@ -72,14 +70,11 @@ def _tables(truth: Path) -> dict[str, Path]:
     """The files of boxes that are meant, by name."""
     if truth.is_file():
         return {truth.stem: truth}
-    files = sorted(path for path in truth.glob("*") if path.suffix in BOX_FILES)
+    files = box_files(truth, "truth")
     if not files:
         what = what_is_there(truth, "no NAME.csv, NAME.json, NAME.txt or NAME/gt/gt.txt in it")
         raise DatasetNotFound(f"{truth}: {what}; give boxes with ids")
-    twice = [path for one, path in pairwise(files) if one.stem == path.stem]
-    if twice:
-        raise BadConfig(f"{twice[0]}: there are two files of truth for {twice[0].stem}; keep one")
-    return {path.stem: path for path in files}
+    return files
 
 
 def _paired(
@@ -132,22 +127,17 @@ def read_mot_truth(path: Path, kind: str = "Pedestrian") -> MotTruth:
     except (OSError, ValueError, configparser.Error) as error:
         reason = str(error).split("\n")[0]
         raise BadFile(f"{info}: no seqLength below [Sequence]: {reason}") from None
-
-    def columns(fields: list[str]) -> list[str]:
-        extra = [f"more{number}" for number in range(1, len(fields) - len(GT_COLUMNS) + 1)]
-        return [*GT_COLUMNS, *extra]
-
-    table = read_table(path, columns, ",")
-    boxes = table.finite(GT_COLUMNS[2:6])
-    inverted = np.asarray((boxes[:, 2:] < 0.0).any(axis=1))
-    table.reject(inverted, "a side below 0", GT_COLUMNS[2:6])
-    boxes[:, 2:] += boxes[:, :2]
-    frames = table.frames(frame_count, first=1)
-    has_classes = len(table.rows.dtype.names or ()) > len(GT_COLUMNS) + 1
+    form = DETECTORS["motchallenge"]  # the score is called conf there
+    table = read_table(path, form.names, form.delimiter)
+    boxes = form.boxes(table)
+    inverted = np.asarray((boxes[:, 2:] < boxes[:, :2]).any(axis=1))
+    table.reject(inverted, "a side below 0", form.box_columns)
+    frames = table.frames(frame_count, first=form.first_frame)
+    has_classes = len(table.rows.dtype.names or ()) > len(form.columns) + 1
     classes = (
         table.integers("more1", 1, "classes are those of MOT16")
         if has_classes and len(table)
         else np.full(len(table), MOT_CLASSES[kind])
     )
     tracks = Tracks(frames, table.integers("id", 0), boxes)
-    return MotTruth(tracks, classes, table.finite(["conf"])[:, 0] != 0.0, frame_count)
+    return MotTruth(tracks, classes, table.finite(["score"])[:, 0] != 0.0, frame_count)

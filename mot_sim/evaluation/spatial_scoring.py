@@ -95,8 +95,8 @@ def score_folder_in_3d(
     """The scores in 3D of a folder of result files, whose cuboids stand in camera 0.
 
     sequences: see `pick_results`. split: which frames of them count. ego: a name of EGO, which
-    tells which cars move; None: OXTS of the sequences that have it. Raises BadFile for results without cuboids, and as
-    `read_cuboid_results` and `score_in_3d`.
+    tells which cars move; None: OXTS of the sequences that have it. Raises BadFile for results
+    without cuboids, and as `read_cuboid_results` and `score_in_3d`.
     """
     files = pick_results(folder, root, sequences, split)
     drives = []

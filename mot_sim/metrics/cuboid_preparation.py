@@ -6,6 +6,7 @@ plays no part, a result of kind Van is no false positive, DontCare is tested in 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -53,6 +54,16 @@ class PreparedCuboids:
 
     def overlaps(self, criterion: Criterion) -> Overlaps:
         """All pairs of one frame that are alike at all, with their similarity."""
+        if criterion.measure == "iou":  # whatever its threshold
+            return self._by_volume
+        return self._alike(criterion)
+
+    @cached_property
+    def _by_volume(self) -> Overlaps:
+        """The pairs that share some volume, with their 3D IoU: polygons are slow."""
+        return self._alike(Criterion("iou", 0.5))
+
+    def _alike(self, criterion: Criterion) -> Overlaps:
         rows, columns = same_frame_pairs(self.truth.frames, self.output.frames)
         labels = require_cuboids(self.truth, "truth").select(rows)
         alike = criterion.similarity(labels, require_cuboids(self.output, "output").select(columns))

@@ -1,7 +1,7 @@
 """All scores in 3D of one sequence, or of several together: by AB3DMOT, by ours, and errors."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -45,7 +45,12 @@ class SpatialScores:
     @cached_property
     def ab3dmot(self) -> dict[str, Ab3dmot]:
         """AB3DMOT's scores by the criterion's name."""
-        return {each.name: RecallSweep.of(self.prepared, each).scores() for each in self.criteria}
+        return {name: sweep.scores() for name, sweep in self._sweeps.items()}
+
+    @cached_property
+    def _sweeps(self) -> dict[str, RecallSweep]:
+        """The pairs that may match, by the criterion's name."""
+        return {each.name: RecallSweep.of(self.prepared, each) for each in self.criteria}
 
     @cached_property
     def clear(self) -> dict[str, Devkit2018]:
@@ -56,7 +61,8 @@ class SpatialScores:
         """
         lenient = self.prepared.lenient()
         return {
-            each.name: RecallSweep.of(lenient, each).level()[0].counts for each in self.criteria
+            name: replace(sweep, prepared=lenient).level()[0].counts
+            for name, sweep in self._sweeps.items()
         }
 
     @classmethod

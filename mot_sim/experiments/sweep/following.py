@@ -2,13 +2,12 @@
 
 import inspect
 from typing import Any
-from warnings import catch_warnings, simplefilter
 
 from mot_sim.experiments.sweep.seeded_episodes import SeededEpisode
 from mot_sim.experiments.sweep.tracker_specs import BadRows, Steps, TrackerSpec, Updated
-from mot_sim.experiments.sweep.trial import require_rows
+from mot_sim.experiments.sweep.trial import require_rows, wrong_motion_allowed
 from tracker import Camera, Tracks
-from tracker.errors import BadConfig, MotionWarning, TrackingError
+from tracker.errors import BadConfig, TrackingError
 
 
 class TrackerFailed(TrackingError):
@@ -35,8 +34,7 @@ def follow(tracker: Any, episode: SeededEpisode) -> Tracks:
     parts: list[Tracks] = []
     where, frame = "before the first frame", None
     try:
-        with catch_warnings():
-            simplefilter("ignore", MotionWarning)  # wrong motion may be what is studied
+        with wrong_motion_allowed():
             for given in episode.frames:
                 frame, where = given.index, f"in frame {given.index}"
                 came.append(given.index)

@@ -4,6 +4,8 @@ A worker does the trials of one seed under one condition together: they share wh
 """
 
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from time import thread_time
@@ -23,6 +25,14 @@ from tracker.errors import BadConfig, MotionWarning
 MAX_ERROR_LETTERS = 300  # that are kept of what a tracker says
 
 
+@contextmanager
+def wrong_motion_allowed() -> Iterator[None]:
+    """No MotionWarning inside: wrong motion may be what is studied."""
+    with catch_warnings():
+        simplefilter("ignore", MotionWarning)
+        yield
+
+
 def run_trial(
     contender: TrackerSpec, drive: TrialSequence, rules: str = "trackeval", spatial: bool = False
 ) -> TrialOutcome:
@@ -34,8 +44,7 @@ def run_trial(
     try:
         tracker = contender.build(drive.sequence.camera)
         is_late = callable(getattr(tracker, "finish", None))
-        with catch_warnings():
-            simplefilter("ignore", MotionWarning)  # wrong motion may be what is studied
+        with wrong_motion_allowed():
             for frame in drive.sequence:
                 at = f"frame {frame.index}"
                 detections += len(frame.found)

@@ -173,3 +173,11 @@ def test_a_folder_holds_a_drive_in_every_file(tmp_path: Path) -> None:
         box_sequences(boxes, cameras)
     with pytest.raises(DatasetNotFound, match="cameras: no boxes in it"):
         box_sequences(cameras, tmp_path / "camera.toml")
+
+
+def test_two_files_of_one_name_are_refused(tmp_path: Path) -> None:
+    write(tmp_path / "camera.toml", CAMERA)
+    boxes = write(tmp_path / "boxes" / "a.csv", BOXES).parent
+    write(boxes / "a.txt", BOXES)
+    with pytest.raises(BadConfig, match=r"a\.txt: there are two files of boxes for a; keep one"):
+        box_sequences(boxes, tmp_path / "camera.toml")
