@@ -236,19 +236,23 @@ def box_sequences(
     files = box_files(boxes)
     if not files:
         raise DatasetNotFound(f"{boxes}: no boxes in it; give NAME.csv, NAME.json or NAME.txt")
-    if kinds is None:
-        there = {kind for path in files.values() for kind in read_box_table(path)[1].tracked}
-        kinds = tuple(kind for kind in TRACKED_KINDS if kind in there)
-    return [
-        box_sequence(
-            path,
+
+    def drive(name: str, kinds: tuple[str, ...] | None) -> RecordedSequence:
+        return box_sequence(
+            files[name],
             _of_drive(camera, f"{name}.toml") or camera,
             images and images / name,
             _of_drive(poses, f"{name}.txt"),
             kinds=kinds,
             **options,
         )
-        for name, path in files.items()
+
+    drives = [drive(name, kinds) for name in files]
+    there = {kind for each in drives for kind in each.kinds}
+    together = tuple(kind for kind in TRACKED_KINDS if kind in there)
+    return [
+        each if each.kinds in (kinds, together) else drive(each.name, together)
+        for each in drives
     ]
 
 

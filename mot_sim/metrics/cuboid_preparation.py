@@ -21,9 +21,10 @@ from mot_sim.metrics.preprocessing import (
     kind_is,
     match_cars,
     neutral_labels,
+    of_class,
 )
 from tracker.errors import BadTracks
-from tracker.types import TRACKED_KINDS, Cuboids, Tracks
+from tracker.types import Cuboids, Tracks
 
 # What AB3DMOT takes for a result without a score.
 NO_SCORE = -1.0
@@ -106,8 +107,8 @@ def prepare_cuboids(
     """
     truth, output = checked_columns(truth, "truth"), checked_columns(output, "output")
     labels, ours = rows_of_class(truth, kind), rows_of_class(output, kind)
-    bare_truth = bare_rows(truth, _mask(labels, truth), frame_count, "truth")
-    bare_output = bare_rows(output, _mask(ours, output), frame_count, "output")
+    bare_truth = bare_rows(truth, of_class(truth, kind), frame_count, "truth")
+    bare_output = bare_rows(output, of_class(output, kind), frame_count, "output")
     picked, found = truth.select(labels), output.select(ours)
     true_cuboids, cuboids = require_cuboids(picked, "truth"), require_cuboids(found, "output")
     _require_whole(picked, true_cuboids)
@@ -131,21 +132,9 @@ def prepare_cuboids(
 
 
 def rows_of_class(tracks: Tracks, kind: str, with_similar: bool = True) -> Int[Array, " k"]:
-    """The rows of a class, and perhaps of those that look like it, in the order of frames.
-
-    Without kinds all rows are of it; rows with a negative id are of no object.
-    """
-    chosen = kind_is(tracks, kind, True)
-    for similar in TRACKED_KINDS[kind] if with_similar else ():
-        chosen = chosen | kind_is(tracks, similar, False)
-    rows = np.flatnonzero(chosen & (tracks.ids >= 0))
+    """The rows that `of_class` picks, in the order of frames."""
+    rows = np.flatnonzero(of_class(tracks, kind, with_similar))
     return rows[np.argsort(tracks.frames[rows], kind="stable")]
-
-
-def _mask(rows: Int[Array, " k"], tracks: Tracks) -> Bool[Array, " n"]:
-    mask = np.zeros(len(tracks), dtype=bool)
-    mask[rows] = True
-    return mask
 
 
 def mean_scores(ids: Int[Array, " n"], scores: Float[Array, " n"] | None) -> Float[Array, " n"]:

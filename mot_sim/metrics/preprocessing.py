@@ -58,10 +58,7 @@ def prepare_sequence(
     if kind not in TRACKED_KINDS:
         raise UnknownName.of("class", kind, TRACKED_KINDS)
     truth, output = checked_columns(truth, "truth"), checked_columns(output, "output")
-    labels = kind_is(truth, kind, True) & (truth.ids >= 0)
-    for similar in TRACKED_KINDS[kind]:
-        labels |= kind_is(truth, similar, False) & (truth.ids >= 0)
-    scored = kind_is(output, kind, True) & (output.ids >= 0)
+    labels, scored = of_class(truth, kind), of_class(output, kind, with_similar=False)
     neutral = neutral_labels(truth, kind)
     in_order = np.argsort(truth.frames[labels], kind="stable")
     return PreparedSequence(
@@ -72,6 +69,17 @@ def prepare_sequence(
         neutral[labels][in_order],
         bare_rows(truth, kind_is(truth, "DontCare", False), frame_count, "DontCare"),
     )
+
+
+def of_class(tracks: Tracks, kind: str, with_similar: bool = True) -> Bool[Array, " n"]:
+    """Which rows are of a class, and perhaps of those that look like it.
+
+    Without kinds all rows are of it; rows with a negative id are of no object.
+    """
+    chosen = kind_is(tracks, kind, True)
+    for similar in TRACKED_KINDS[kind] if with_similar else ():
+        chosen = chosen | kind_is(tracks, similar, False)
+    return chosen & (tracks.ids >= 0)
 
 
 def neutral_labels(truth: Tracks, kind: str = "Car") -> Bool[Array, " n"]:
