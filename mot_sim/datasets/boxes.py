@@ -251,8 +251,7 @@ def box_sequences(
     there = {kind for each in drives for kind in each.kinds}
     together = tuple(kind for kind in TRACKED_KINDS if kind in there)
     return [
-        each if each.kinds in (kinds, together) else drive(each.name, together)
-        for each in drives
+        each if each.kinds in (kinds, together) else drive(each.name, together) for each in drives
     ]
 
 
