@@ -17,6 +17,7 @@ from mot_sim.datasets.detection_files import (
     check_detections,
     kinds_of_rows,
 )
+from mot_sim.datasets.estimate_files import ESTIMATES_SUFFIX
 from mot_sim.datasets.images import ImageFolder
 from mot_sim.datasets.kitti.ego import ORBSLAM3_MOTION_STD, ImageMotion
 from mot_sim.datasets.kitti.labels import in_order
@@ -208,7 +209,7 @@ def box_files(folder: Path, what: str = "boxes") -> dict[str, Path]:
     """
     files: dict[str, Path] = {}
     for path in sorted(folder.glob("*")):
-        if path.suffix in BOX_FILES:
+        if path.suffix in BOX_FILES and not path.name.endswith(ESTIMATES_SUFFIX):
             if path.stem in files:
                 raise BadConfig(f"{path}: there are two files of {what} for {path.stem}; keep one")
             files[path.stem] = path

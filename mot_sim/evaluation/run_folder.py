@@ -8,6 +8,7 @@ from typing import Any
 from jaxtyping import Float
 from numpy import ndarray as Array
 
+from mot_sim.datasets.estimate_files import estimates_path
 from mot_sim.datasets.kitti.labels import write_results
 from mot_sim.files.resumable_folder import ResumableFolder
 from mot_sim.files.settings import Settings
@@ -107,6 +108,7 @@ class RunFolder(ResumableFolder):
     def remove(self, name: str) -> None:
         """Remove the results of a sequence."""
         self.result(name).unlink(missing_ok=True)
+        estimates_path(self.result(name)).unlink(missing_ok=True)
 
     def holds_any(self) -> bool:
         """Whether any sequence is finished."""

@@ -16,6 +16,7 @@ from mot_sim.datasets.box_checks import (
     refuse_normalised,
     require_cuboid_rows,
 )
+from mot_sim.datasets.estimate_files import with_estimates, write_estimates
 from mot_sim.files.text import TextTable, read_table
 from mot_sim.files.writing import write_lines
 from tracker.errors import BadFile, BadTracks
@@ -253,8 +254,9 @@ def write_results(
     The file appears as a whole or not at all. Rows are Cars unless the tracks have kinds;
     unknown truncation and occlusion are -1, unknown scores 1. Cuboids are written in camera 0
     when T_road_label (`KittiSequence.T_road_label`) is given; what is not known of one is -1 -1 -1
-    (size), -1000 -1000 -1000 (place) and -10 (rotation_y, alpha). Raises BadTracks for an id twice
-    in a frame and for boxes and scores that are not finite.
+    (size), -1000 -1000 -1000 (place) and -10 (rotation_y, alpha). The states that cuboids are part
+    of (`Tracks.estimates`) go to a file beside, see `write_estimates`. Raises BadTracks for an id
+    twice in a frame and for boxes and scores that are not finite.
     """
     scores = np.ones(len(tracks)) if tracks.scores is None else tracks.scores
     if not np.isfinite(scores).all():
@@ -262,6 +264,7 @@ def write_results(
         raise BadTracks(f"{path}: score of row {row} is not finite: {scores[row]}")
     order = np.argsort(tracks.frames, kind="stable")
     lines = label_lines(tracks, str(path), T_road_label)
+    write_estimates(tracks if T_road_label is not None else tracks.replaced(estimates=None), path)
     write_lines(
         path,
         (f"{line} {score:.9g}" for line, score in zip(lines, scores[order].tolist(), strict=True)),
@@ -275,8 +278,9 @@ def read_results(
 
     Reads KITTI's rows, with or without a score, and the authors' `frame id x1 y1 x2 y2 score`,
     whose frames count from 1; the number of values on the first line tells them apart. Cuboids
-    are read when T_road_label is given and a row has one. Raises BadFile with file and line for
-    bad rows, frames outside the sequence and an id twice in a frame.
+    are read when T_road_label is given and a row has one, and so are the states beside, see
+    `with_estimates`. Raises BadFile with file and line for bad rows, frames outside the sequence
+    and an id twice in a frame.
     """
     return _tracks_of_results(read_result_table(path), T_road_label, frame_count)
 
@@ -292,7 +296,8 @@ def _tracks_of_results(
     """The tracks of a result file's table, in the order of frames."""
     if "type" in (table.rows.dtype.names or ()):
         truncation = levels_or_shares(table, "truncated")
-        return tracks_of_table(table, T_road_label, frame_count, truncation)
+        tracks = tracks_of_table(table, T_road_label, frame_count, truncation)
+        return with_estimates(tracks, table.path)
     tracks = Tracks(
         table.frames(frame_count, first=1),
         table.integers("id", 0),

@@ -7,9 +7,12 @@ import re
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from mot_sim.datasets import kitti_sequence, read_results, write_results
 from tests.mot_sim.cli.conftest import FRAMES, CommandLine, files, labels, write
+from tracker.types import CarEstimates
 
 BOXES = 4 * FRAMES  # two cars in each of two labelled sequences
 TITLES = ["HOTA", "DetA", "AssA", "MOTA", "MOTP", "IDF1", "recall", "precision"]
@@ -244,6 +247,24 @@ def test_cuboids_are_scored(mot_sim: CommandLine, made_tree: Path, tmp_path: Pat
     shown = mot_sim("evaluate", folder, "--root", made_tree, "--3d").out
     for word in ("3D IoU 0.7", "oncoming", "30-50 m", "combined"):
         assert word in shown
+
+
+def test_stated_uncertainties_in_files_are_held_against_the_truth(
+    mot_sim: CommandLine, made_tree: Path, tmp_path: Path
+) -> None:
+    folder = in_3d(tmp_path / "found", rows_in_3d(ahead=1.0))
+    drive = kitti_sequence(made_tree, "0031", None, ego="none")
+    tracks = read_results(folder / "0031.txt", drive.T_road_label)
+    assert tracks.cuboids is not None
+    base, size = tracks.cuboids.base, np.log(tracks.cuboids.size)
+    means = np.column_stack([base, tracks.cuboids.yaw, base[:, 0] * 0.0, size, base[:, 0] * 0.0])
+    covs = np.tile(0.64 * np.eye(9), (len(tracks), 1, 1))  # 1 m off is 1.25 sigma
+    states = CarEstimates(means, covs, np.full(len(tracks), 0.9))
+    write_results(tracks.replaced(estimates=states), folder / "0031.txt", drive.T_road_label)
+    shown = mot_sim("evaluate", folder, "--root", made_tree, "--3d").out
+    (line,) = [line.split() for line in shown.splitlines() if line.strip().startswith("centre  ")]
+    # Rows, inside 1 sigma, ideal, inside 2 sigma, ideal, NEES, ideal.
+    assert line[1:] == [str(2 * FRAMES), "0.00", "39.35", "100.00", "86.47", "1.56", "2"]
 
 
 @pytest.mark.parametrize(
