@@ -99,6 +99,7 @@ class RunFolder(ResumableFolder):
             write_results(tracks, self.result(name), T_road_label)
         except BaseException:
             del self.finished[name]
+            estimates_path(self.result(name)).unlink(missing_ok=True)
             raise
 
     def result(self, name: str) -> Path:

@@ -26,7 +26,13 @@ from tests.mot_sim.cli.conftest import (
 )
 from tracker import Frame, Tracker, Tracks
 
-ALL_FILES = ["0030.txt", "0031.txt", "0032.txt", "run.json"]
+
+def run_of(*names: str) -> list[str]:
+    """The files of a run with these sequences finished, in order."""
+    return [f"{name}{end}" for name in names for end in (".estimates.csv", ".txt")] + ["run.json"]
+
+
+ALL_FILES = run_of("0030", "0031", "0032")
 
 
 @pytest.fixture
@@ -97,10 +103,10 @@ def test_only_the_named_sequences_are_tracked(
     mot_sim: CommandLine, tree: Path, tmp_path: Path
 ) -> None:
     for wanted, expected in {
-        "0031": ["0031.txt", "run.json"],
-        "0032, 0030,0032": ["0030.txt", "0032.txt", "run.json"],
-        "labelled": ["0030.txt", "0031.txt", "run.json"],
-        "given": ["0030.txt", "0031.txt", "run.json"],
+        "0031": run_of("0031"),
+        "0032, 0030,0032": run_of("0030", "0032"),
+        "labelled": run_of("0030", "0031"),
+        "given": run_of("0030", "0031"),
     }.items():
         out = tmp_path / wanted
         assert mot_sim("track", "--root", tree, "--out", out, "--sequences", wanted).code == 0
@@ -117,7 +123,7 @@ def test_the_testing_split_has_folders_of_its_own(
     arguments = ["--split", "testing", "--sequences", "0030"]
     outcome = mot_sim("track", "--root", tree, "--out", tmp_path / "out", *arguments)
     assert outcome.code == 0
-    assert files(tmp_path / "out") == ["0030.txt", "run.json"]
+    assert files(tmp_path / "out") == run_of("0030")
 
 
 def test_bad_boxes_can_be_left_out_and_are_counted_aloud(
@@ -148,7 +154,7 @@ def test_boxes_of_ones_own_need_only_a_csv_and_a_camera(
         out = tmp_path / f"out{number}"
         outcome = mot_sim("track", *own, *more, "--out", out)
         assert (outcome.code, outcome.err) == (0, "")
-        assert files(out) == ["drive.txt", "run.json"]
+        assert files(out) == run_of("drive")
         assert len(read_results(out / "drive.txt")) == 2 * FRAMES
 
 
@@ -163,7 +169,7 @@ def test_ctrl_c_keeps_the_finished_sequences_and_resume_does_the_rest(
     assert outcome.err.count("\n") == 1
     assert "1 of 3 sequences are finished" in outcome.err
     assert "--resume" in outcome.err
-    assert files(out) == ["0030.txt", "run.json"]
+    assert files(out) == run_of("0030")
     assert json.loads((out / "run.json").read_text())["complete"] is False
 
     (out / "0030.txt").chmod(0o444)
@@ -217,7 +223,7 @@ def test_resume_refuses_other_settings_and_names_them(
     outcome = mot_sim("track", "--root", tree, "--out", out, *more)
     assert outcome.code == 2
     assert "ego was 'oxts' and is 'none'; pitch_deg was 0.0 and is 1.0" in outcome.err
-    assert files(out) == ["0030.txt", "run.json"]
+    assert files(out) == run_of("0030")
 
 
 @pytest.mark.parametrize("text", ["{", "[]", '{"settings": {}, "sequences": {"../x": {}}}'])
@@ -244,7 +250,7 @@ def test_an_existing_run_is_replaced_only_when_asked(
     assert (out / "run.json").read_text() == before
     only = ["--sequences", "0031", "--ego", "none", "--overwrite"]
     assert mot_sim("track", "--root", tree, "--out", out, *only).code == 0
-    assert files(out) == ["0031.txt", "run.json"]
+    assert files(out) == run_of("0031")
 
 
 def test_an_error_half_way_leaves_finished_sequences_and_one_line(
@@ -262,7 +268,7 @@ def test_an_error_half_way_leaves_finished_sequences_and_one_line(
     outcome = mot_sim("track", "--root", tree, "--out", tmp_path / "out")
     assert outcome.code == 2
     assert "No space left" in outcome.err
-    assert files(tmp_path / "out") == ["0030.txt", "run.json"]
+    assert files(tmp_path / "out") == run_of("0030")
 
 
 @pytest.mark.slow
@@ -284,7 +290,7 @@ def test_ctrl_c_on_a_real_process_leaves_a_run_that_can_go_on(tree: Path, tmp_pa
     assert process.returncode == 130
     assert errors.startswith("interrupted: 1 of 3")
     assert errors.count("\n") == 1
-    assert files(out) == ["0030.txt", "run.json"]
+    assert files(out) == run_of("0030")
     assert subprocess.run([*command, "--resume"], check=False, timeout=60).returncode == 0
     assert files(out) == ALL_FILES
 
@@ -298,7 +304,7 @@ def test_all_sequences_are_tracked_and_those_with_labels_scored(
     some = ["0004", "0012", "0014", "0017"]  # short ones; two have labels
     asked = mot_sim("track", "--root", kitti_root, "--out", out, "--sequences", ",".join(some))
     assert asked.code == 0
-    assert files(out) == [*(f"{name}.txt" for name in some), "run.json"]
+    assert files(out) == run_of(*some)
     counts = json.loads((out / "run.json").read_text())["sequences"]
     assert sum(part["frames"] for part in counts.values()) == 314 + 78 + 106 + 145
     scored = json.loads(mot_sim("evaluate", out, "--root", kitti_root, "--json", "-").out)
