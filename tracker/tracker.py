@@ -269,8 +269,9 @@ class Tracker:
         road, boxes = compared.road, compared.detections.boxes
         if self.car_filter is not None:
             assert matched.cars is not None  # `cost_matrix` predicted them
+            found = compared.detections.select(columns)
             cars, road, _ = self.car_filter.update(
-                matched.cars, road, boxes.take(columns, 0), matched_scores, boxes, dt, self.camera
+                matched.cars, road, found, boxes, dt, self.camera
             )
             updated = updated.replaced(cars=cars)
         if len(missed):
@@ -281,7 +282,8 @@ class Tracker:
             new = observed.select(born)
             newborn = ActiveTracks.born(new, born_scores, existence.born, state.next_id)
             if self.car_filter is not None:
-                places = new.cuboids.base, new.boxes, born_scores, boxes
+                found = compared.detections.select(born)
+                places = new.cuboids.base, found, boxes
                 newborn = newborn.replaced(cars=self.car_filter.start(road, *places, self.camera))
             updated = ActiveTracks.concatenate((updated, newborn))
         n, m = compared.costs.shape

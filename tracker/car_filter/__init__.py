@@ -1,5 +1,6 @@
 """The state of a car behind its boxes: place, heading, speed and size, with their uncertainty."""
 
+from tracker.car_filter.cues import CarCues, CueModel
 from tracker.car_filter.edges import EdgeModel
 from tracker.car_filter.filter import CarFilter
 from tracker.car_filter.motion import CarMotion
@@ -14,6 +15,7 @@ from tracker.car_filter.smoothing import (
 from tracker.car_filter.states import CarStates
 
 __all__ = [
-    "CarFilter", "CarMotion", "CarStates", "DirectionPrior", "EdgeModel", "FilteredFrame",
-    "FollowedCars", "RoadMemory", "RoadModel", "SeenCars", "follow_cars", "smooth_cars",
+    "CarCues", "CarFilter", "CarMotion", "CarStates", "CueModel", "DirectionPrior", "EdgeModel",
+    "FilteredFrame", "FollowedCars", "RoadMemory", "RoadModel", "SeenCars",
+    "follow_cars", "smooth_cars",
 ]  # fmt: skip

@@ -9,8 +9,10 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
+from tracker.car_filter.cues import CarCues, CueModel
 from tracker.car_filter.edges import EdgeModel, hidden_edges
 from tracker.car_filter.estimates import estimate
+from tracker.car_filter.modes import forward_log_probability, switched
 from tracker.car_filter.motion import CarMotion, ego_motion_cov
 from tracker.car_filter.projection import project_boxes
 from tracker.car_filter.road_memory import (
@@ -25,7 +27,6 @@ from tracker.car_filter.states import (
     HYPOTHESIS_COUNT,
     LOG_SIZE,
     MOVING,
-    PARKED,
     SPEED,
     STATE_SIZE,
     YAW,
@@ -34,7 +35,7 @@ from tracker.car_filter.states import (
     normalised,
 )
 from tracker.errors import BadConfig
-from tracker.types import Camera, CarEstimates
+from tracker.types import Camera, CarEstimates, Detections
 
 # How lengths, heights and widths of KITTI's labelled cars go together (ten sequences).
 LOG_SIZE_CORRELATION = np.array([[1.0, 0.1, 0.28], [0.1, 1.0, 0.33], [0.28, 0.33, 1.0]])
@@ -47,12 +48,6 @@ START_RADIAL_STD, START_LATERAL_STD = (0.18, 1.0), (0.03, 0.5)
 START_ITERATIONS = 3
 # An innovation counts as no more standard deviations than this.
 MAX_DEVIATION = 4.0
-# A mode that is less likely than the other by this (nats) has died out: see `CarFilter.switch`.
-DEAD_NATS = 3.0
-# A heading of which less than exp of this is left gives no new mode.
-MIN_SWITCH_LOG_WEIGHT = -4.0
-# Slower cars (m/s) may have parked; parked ones start with this std of their speed.
-MAX_PARKING_SPEED, STARTING_SPEED_STD = 0.5, 1.5
 
 
 class FlatUpdate(NamedTuple):
@@ -108,6 +103,8 @@ class CarFilter:
 
     edges: EdgeModel = EdgeModel()
     """The noise of boxes."""
+    cues: CueModel = CueModel()
+    """The noise of measured yaws and sizes."""
     motion: CarMotion = CarMotion()
     """How cars move."""
     road: RoadModel = RoadModel()
@@ -170,58 +167,63 @@ class CarFilter:
         self,
         states: CarStates,
         memory: RoadMemory,
-        boxes: Float[Array, "n 4"],
-        scores: Float[Array, " n"],
+        found: Detections,
         others: Float[Array, "m 4"],
         dt: float,
         camera: Camera,
     ) -> UpdatedCars:
-        """What is believed after these cars were detected, row by row, as `boxes`.
+        """What is believed after these cars were detected, row by row, as `found`.
 
-        others: all boxes of the frame. dt: seconds since the last one.
+        Yaws and sizes in it are used. others: all boxes of the frame. dt: seconds since the last
+        one.
         """
         if len(states) == 0:
             return UpdatedCars(states, memory, np.zeros((0, HYPOTHESIS_COUNT), np.int64))
-        hidden = hidden_edges(boxes, others)
-        boxes = self.edges.unbiased(boxes)
+        scores, hidden = found.scores, hidden_edges(found.boxes, others)
+        boxes, cues = self.edges.unbiased(found.boxes), CarCues.of(found)
         usable = ~(hidden[:, 1] | hidden[:, 3]) & (scores > MIN_SLOPE_SCORE)
         memory = self.road.update(memory, boxes, believed_log_heights(states), usable, camera)
         variances = self.edges.variances(boxes, scores, hidden)
         at = states.followed()
-        means, covs, fit = self._update(
-            states.means[at], states.covs[at], boxes[at[0]], variances[at[0]], camera
-        )
-        fit = fit + _forward_log_probability(means[:, SPEED], covs[:, SPEED, SPEED])
+        means, covs, told = states.means[at], states.covs[at], np.zeros(len(at[0]))
+        if cues is not None:
+            behind, seen = (np.count_nonzero(hidden, axis=1) > 0)[at[0]], cues.select(at[0])
+            means, covs, told = self.cues(means, covs, seen, behind, self.cues.repetition)
+        means, covs, fit = self._update(means, covs, boxes[at[0]], variances[at[0]], camera)
+        fit = fit + forward_log_probability(means[:, SPEED], covs[:, SPEED, SPEED])
         means[:, SPEED] = np.maximum(means[:, SPEED], 0.0)
         log_weights = np.full(states.log_weights.shape, -np.inf)
-        log_weights[at] = states.log_weights[at] + self.evidence * fit
-        after, parents = self._switched(_with(states, at, means, covs, normalised(log_weights)))
+        log_weights[at] = states.log_weights[at] + self.evidence * fit + told
+        weighed = _with(states, at, means, covs, normalised(log_weights))
+        after, parents = switched(weighed, self.switch)
         return UpdatedCars(after, self.directions.update(memory, after, dt), parents)
 
     def start(
         self,
         memory: RoadMemory,
         places: Float[Array, "n 3"],
-        boxes: Float[Array, "n 4"],
-        scores: Float[Array, " n"],
+        found: Detections,
         others: Float[Array, "m 4"],
         camera: Camera,
     ) -> CarStates:
-        """New cars by their first boxes.
+        """New cars by their first detections, yaws and sizes included.
 
         places: centres of mean cars' bases that look down the road, as `Lift` has them. others:
         all boxes of the frame.
         """
-        n = len(boxes)
+        n = len(found)
         if n == 0:
             return CarStates.empty()
         means, covs = self._prior(places, memory.slope)
-        hidden = hidden_edges(boxes, others)
-        boxes = self.edges.unbiased(boxes)
-        variances = self.edges.variances(boxes, scores, hidden)
+        hidden, cues = hidden_edges(found.boxes, others), CarCues.of(found)
+        boxes = self.edges.unbiased(found.boxes)
+        variances = self.edges.variances(boxes, found.scores, hidden)
         of = np.repeat(np.arange(n), HYPOTHESIS_COUNT)
         before, linear = means.reshape(-1, STATE_SIZE), None
-        cov = covs.reshape(-1, STATE_SIZE, STATE_SIZE)
+        cov, told = covs.reshape(-1, STATE_SIZE, STATE_SIZE), np.zeros(len(of))
+        if cues is not None:
+            behind, seen = (np.count_nonzero(hidden, axis=1) > 0)[of], cues.select(of)
+            before, cov, told = self.cues(before, cov, seen, behind, 1.0)
         for _ in range(START_ITERATIONS):
             updated = self._update(before, cov, boxes[of], variances[of], camera, linear)
             linear = updated.means
@@ -229,7 +231,7 @@ class CarFilter:
         return CarStates(
             updated.means.reshape(means.shape),
             updated.covs.reshape(covs.shape),
-            normalised(modes + updated.fit.reshape(n, -1)),
+            normalised(modes + (updated.fit + told).reshape(n, -1)),
         )
 
     def estimate(self, states: CarStates, memory: RoadMemory) -> CarEstimates:
@@ -311,36 +313,6 @@ class CarFilter:
             covs = covs - gain[:, :, None] * Ph[:, None, :]
         return FlatUpdate(means + step, covs, fit)
 
-    def _switched(self, states: CarStates) -> tuple[CarStates, Int[Array, "n k"]]:
-        """Cars stop and start: a mode that has died out begins again from the other one.
-
-        And the hypothesis that each one was made of.
-        """
-        parents = np.tile(np.arange(HYPOTHESIS_COUNT), (len(states), 1))
-        log_weights, speeds = states.log_weights, states.means[:, MOVING, SPEED]
-        parked, moving = log_weights[:, PARKED], log_weights[:, MOVING]
-        begin = math.log(self.switch)
-        stops = (parked < moving + begin - DEAD_NATS) & (moving > MIN_SWITCH_LOG_WEIGHT)
-        stops &= speeds < MAX_PARKING_SPEED
-        starts = (moving < parked + begin - DEAD_NATS) & (parked > MIN_SWITCH_LOG_WEIGHT)
-        if not (np.count_nonzero(stops) or np.count_nonzero(starts)):
-            return states, parents
-        log_weights = log_weights.copy()  # means and covariances are this update's own
-        for which, source, target, var in (
-            (stops, HEADING_COUNT, 0, 0.0),
-            (starts, 0, HEADING_COUNT, STARTING_SPEED_STD**2),
-        ):
-            rows, headings = which.nonzero()
-            before, after = (rows, headings + source), (rows, headings + target)
-            mean, cov = states.means[before], states.covs[before]
-            for column in (SPEED, YAW_RATE):
-                mean[:, column] = cov[:, column] = cov[:, :, column] = 0.0
-            cov[:, SPEED, SPEED] = var
-            states.means[after], states.covs[after] = mean, cov
-            log_weights[after] = log_weights[before] + begin
-            parents[after] = before[1]
-        return states.replaced(log_weights=normalised(log_weights)), parents
-
 
 def _with(
     states: CarStates,
@@ -353,17 +325,3 @@ def _with(
     all_means, all_covs = states.means.copy(), states.covs.copy()
     all_means[at], all_covs[at] = means, covs
     return CarStates(all_means, all_covs, log_weights)
-
-
-def _forward_log_probability(
-    speeds: Float[Array, " h"], variances: Float[Array, " h"]
-) -> Float[Array, " h"]:
-    """Log-probability that cars which seem to drive backwards do not."""
-    from scipy.special import log_ndtr
-
-    backwards = speeds < 0.0
-    if not np.count_nonzero(backwards):
-        return np.zeros(len(speeds))
-    deviation = np.minimum(speeds, 0.0) / np.sqrt(np.maximum(variances, 1e-9))
-    log_probability: Float[Array, " h"] = np.where(backwards, log_ndtr(deviation), 0.0)
-    return log_probability

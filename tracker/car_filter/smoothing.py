@@ -13,7 +13,7 @@ from tracker.car_filter.filter import CarFilter, PredictedCars
 from tracker.car_filter.road_memory import RoadMemory
 from tracker.car_filter.states import HYPOTHESIS_COUNT, STATE_SIZE, YAW, CarStates
 from tracker.geometry import wrap_angle
-from tracker.types import Camera, CarEstimates
+from tracker.types import Camera, CarEstimates, Detections
 
 # Keeps covariances of states that are known exactly (the speed of parked cars) invertible.
 MIN_VARIANCE = 1e-9
@@ -33,10 +33,8 @@ class SeenCars(NamedTuple):
     """Its covariance."""
     ids: Int[Array, " k"]
     """The track of each detection; no two alike."""
-    boxes: Float[Array, "k 4"]
-    """Their boxes, px."""
-    scores: Float[Array, " k"]
-    """Their scores."""
+    found: Detections
+    """What was detected of them."""
     places: Float[Array, "k 3"]
     """Where `Lift` puts them: needed where a track begins."""
     others: Float[Array, "m 4"]
@@ -96,27 +94,20 @@ def follow_cars(
         np.zeros(len(seen.ids), bool) if len(order) == 0 else going.ids[order[at]] == seen.ids
     )
     rows = order[at[is_known]] if len(order) else np.zeros(0, np.int64)
-    known, born = seen_rows(seen, is_known), seen_rows(seen, ~is_known)
+    known, born = seen.found.select(is_known), seen.found.select(~is_known)
     updated = car_filter.update(
-        predicted.states.select(rows), predicted.memory, *known, seen.others, seen.dt, camera
+        predicted.states.select(rows), predicted.memory, known, seen.others, seen.dt, camera
     )
-    parents = np.tile(np.arange(HYPOTHESIS_COUNT), (len(going.ids) + len(born[0]), 1))
+    parents = np.tile(np.arange(HYPOTHESIS_COUNT), (len(going.ids) + len(born), 1))
     parents[rows] = updated.parents
     states = predicted.states.updated(rows, updated.states) if len(rows) else predicted.states
-    if len(born[0]):
-        new = car_filter.start(updated.memory, seen.places[~is_known], *born, seen.others, camera)
+    if len(born):
+        new = car_filter.start(updated.memory, seen.places[~is_known], born, seen.others, camera)
         states = CarStates.concatenate((states, new))
-    before = np.concatenate((np.flatnonzero(kept), np.full(len(born[0]), -1)))
+    before = np.concatenate((np.flatnonzero(kept), np.full(len(born), -1)))
     ids = np.concatenate((going.ids, seen.ids[~is_known]))
     after = FollowedCars(ids, states, updated.memory)
     return FilteredFrame(before, predicted, parents, after)
-
-
-def seen_rows(
-    seen: SeenCars, rows: Bool[Array, " k"]
-) -> tuple[Float[Array, "l 4"], Float[Array, " l"]]:
-    """Boxes and scores of some detections."""
-    return seen.boxes[rows], seen.scores[rows]
 
 
 @dataclass(frozen=True, eq=False)

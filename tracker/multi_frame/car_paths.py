@@ -59,8 +59,7 @@ def filter_tracks(
             frame.T_now_before,
             frame.motion_cov,
             ids[here],
-            boxes[rows],
-            frame.detections.scores[rows],
+            frame.detections.select(rows),
             frame.observed.cuboids.base[rows],
             boxes,
         )

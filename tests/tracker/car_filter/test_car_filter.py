@@ -10,7 +10,7 @@ from tracker.car_filter.edges import hidden_edges
 from tracker.car_filter.projection import project_boxes
 from tracker.errors import BadConfig
 from tracker.geometry import homogeneous, wrap_angle
-from tracker.types import Camera, CarEstimates, Cuboids
+from tracker.types import Camera, CarEstimates, Cuboids, Detections
 
 MEAN = np.array([0.0, 0.0, 20.0, -1.2, 6.0, *np.log([4.0, 1.5, 1.7]), 0.1])
 NO_COV = np.zeros((6, 6))
@@ -119,16 +119,15 @@ def drive(
     flat = CarFilter(road=RoadModel(slope_std=0.0))
     T_now_before = homogeneous(t=np.array([0.0, 0.0, -ego_step]))
     states, memory = CarStates.empty(), RoadMemory()
-    score = np.array([1.0])
     for index, (place, yaw) in enumerate(zip(places, yaws, strict=True)):
         base = np.array([[place[0], 0.0, place[1] - index * ego_step]])
         box = LEVEL.clip_boxes(outlines(Cuboids(base, np.array([yaw]), np.array([size])), LEVEL))
         if index == 0:
             start = np.array([[place[0], 0.0, place[1] * 1.04]])
-            states = flat.start(memory, start, box, score, box, LEVEL)
+            states = flat.start(memory, start, Detections.of(box), box, LEVEL)
             continue
         states, memory, *_ = flat.predict(states, memory, T_now_before, NO_COV, 0.1, LEVEL)
-        states, memory, _ = flat.update(states, memory, box, score, box, 0.1, LEVEL)
+        states, memory, _ = flat.update(states, memory, Detections.of(box), box, 0.1, LEVEL)
     return flat.estimate(states, memory), memory
 
 

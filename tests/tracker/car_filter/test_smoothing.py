@@ -13,7 +13,7 @@ from tracker.car_filter import (
     smooth_cars,
 )
 from tracker.geometry import homogeneous
-from tracker.types import Cuboids
+from tracker.types import Cuboids, Detections
 
 COUNT, STEP, SIZE = 30, 0.7, (4.1, 1.55, 1.65)
 FLAT = CarFilter(road=RoadModel(slope_std=0.0))
@@ -36,8 +36,7 @@ def passed_car(noise: float) -> tuple[list[SeenCars], np.ndarray]:
                 motion if index else np.eye(4),
                 np.zeros((6, 6)),
                 seen,
-                box[:k],
-                np.ones(k),
+                Detections.of(box[:k]),
                 place[None][:k],
                 box[:k],
             )
