@@ -11,11 +11,12 @@ from tracker.car_filter.smoothing import (
     SeenCars,
     follow_cars,
     smooth_cars,
+    smooth_first,
 )
 from tracker.car_filter.states import CarStates
 
 __all__ = [
     "CarCues", "CarFilter", "CarMotion", "CarStates", "CueModel", "DirectionPrior", "EdgeModel",
     "FilteredFrame", "FollowedCars", "RoadMemory", "RoadModel", "SeenCars",
-    "follow_cars", "smooth_cars",
+    "follow_cars", "smooth_cars", "smooth_first",
 ]  # fmt: skip

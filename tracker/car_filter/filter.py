@@ -73,13 +73,11 @@ class PredictedCars(NamedTuple):
     transitions: Float[Array, "h 9 9"]
     """How each of those changes with its state before: the Jacobian."""
 
-    def transitions_of(
-        self, rows: Int[Array, " k"], columns: Int[Array, " k"]
-    ) -> Float[Array, "k 9 9"]:
-        """The transitions of these hypotheses, which are followed."""
-        place = np.zeros(self.states.log_weights.shape, np.int64)
-        place[self.at] = np.arange(len(self.transitions))
-        chosen: Float[Array, "k 9 9"] = self.transitions[place[rows, columns]]
+    def places_of(self, rows: Int[Array, " k"], columns: Int[Array, " k"]) -> Int[Array, " k"]:
+        """Where these hypotheses, which are followed, stand in `at` and `transitions`."""
+        places = np.zeros(self.states.log_weights.shape, np.int64)
+        places[self.at] = np.arange(len(self.transitions))
+        chosen: Int[Array, " k"] = places[rows, columns]
         return chosen
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
-from tracker.car_filter.estimates import likeliest
+from tracker.car_filter.estimates import estimate
 from tracker.car_filter.filter import CarFilter, PredictedCars
 from tracker.car_filter.road_memory import RoadMemory
 from tracker.car_filter.states import HYPOTHESIS_COUNT, STATE_SIZE, YAW, CarStates
@@ -20,6 +20,8 @@ MIN_VARIANCE = 1e-9
 # How much larger than theirs the stated covariances of smoothed states are, besides
 # `CarFilter.stated_covariance`: what is off over a whole track does not average out.
 SMOOTHED_COVARIANCE = 1.5
+# Hypotheses that are less probable than this where a track ends are not traced back.
+MIN_LINEAGE_WEIGHT = 0.01
 
 
 class SeenCars(NamedTuple):
@@ -72,6 +74,8 @@ class FilteredFrame:
     """Of the tracks of the frame before that go on, in the order of rows here."""
     parents: Int[Array, "n k"]
     """The predicted hypothesis that each hypothesis was made of."""
+    gains: Float[Array, "h 9 9"]
+    """How each of the followed hypotheses follows on the way back what comes out of it here."""
     cars: FollowedCars
     """After the detections."""
 
@@ -107,65 +111,89 @@ def follow_cars(
     before = np.concatenate((np.flatnonzero(kept), np.full(len(born), -1)))
     ids = np.concatenate((going.ids, seen.ids[~is_known]))
     after = FollowedCars(ids, states, updated.memory)
-    return FilteredFrame(before, predicted, parents, after)
+    gains = _gains(going.states, predicted)
+    return FilteredFrame(before, predicted, parents, gains, after)
 
 
-@dataclass(frozen=True, eq=False)
-class _Smoothed:
-    """The way back, at one frame: one hypothesis per track."""
+def _gains(states: CarStates, predicted: PredictedCars) -> Float[Array, "h 9 9"]:
+    """The smoother's gains: of the states before a prediction, hypothesis by hypothesis."""
+    expected = predicted.states.covs[predicted.at] + MIN_VARIANCE * np.eye(STATE_SIZE)
+    moved = predicted.transitions @ states.covs[predicted.at]
+    gains: Float[Array, "h 9 9"] = np.linalg.solve(expected, moved).transpose(0, 2, 1)
+    return gains
 
-    hypotheses: Int[Array, " n"]
-    means: Float[Array, "n 9"]
-    covs: Float[Array, "n 9 9"]
-    heading_known: Float[Array, " n"]
+
+class _Lineages(NamedTuple):
+    """The way back, at one frame: the hypotheses of each track's end, traced back to here."""
+
+    states: CarStates
+    """Smoothed; a column for each hypothesis of the track's end, with its weight there."""
+    hypotheses: Int[Array, "n k"]
+    """The hypothesis of this frame that each of those was made of."""
 
 
 def smooth_cars(car_filter: CarFilter, frames: Sequence[FilteredFrame]) -> Iterable[CarEstimates]:
     """The cars of each frame by all frames, LAST frame first; one row per track of the frame.
 
-    Rauch, Tung & Striebel, AIAA Journal 1965, along the hypothesis that is likeliest where the
-    track ends.
+    Rauch, Tung & Striebel, AIAA Journal 1965, along every hypothesis that is likely where the
+    track ends; means and covariances are over those.
     """
-    later: _Smoothed | None = None
+    for lineages in _back(car_filter, frames):
+        yield _stated(car_filter, lineages)
+
+
+def smooth_first(car_filter: CarFilter, frames: Sequence[FilteredFrame]) -> CarEstimates:
+    """The cars of the first of these frames by all of them."""
+    *_, first = _back(car_filter, frames)
+    return _stated(car_filter, first)
+
+
+def _stated(car_filter: CarFilter, lineages: _Lineages) -> CarEstimates:
+    """One state per car, with the covariance that rows state."""
+    estimates = estimate(lineages.states, np.exp(lineages.states.log_weights))
+    factor = car_filter.stated_covariance * SMOOTHED_COVARIANCE
+    return estimates.replaced(covs=factor * estimates.covs)
+
+
+def _back(car_filter: CarFilter, frames: Sequence[FilteredFrame]) -> Iterable[_Lineages]:
+    """The way back, last frame first."""
+    later: _Lineages | None = None
     for number in range(len(frames) - 1, -1, -1):
         now = _ends(car_filter, frames[number].cars)
         if later is not None:
             _step_back(now, frames[number].cars, frames[number + 1], later)
-        covs = car_filter.stated_covariance * SMOOTHED_COVARIANCE * now.covs
-        yield CarEstimates(now.means.copy(), covs, now.heading_known.copy())
+        yield now
         later = now
 
 
-def _ends(car_filter: CarFilter, cars: FollowedCars) -> _Smoothed:
-    """Every track as if it ended here: its likeliest hypothesis as filtered."""
-    rows = np.arange(len(cars.ids))
+def _ends(car_filter: CarFilter, cars: FollowedCars) -> _Lineages:
+    """Every track as if it ended here: its likely hypotheses as filtered."""
     weights = car_filter.weights(cars.states, cars.memory)
-    best, _, heading_known = likeliest(cars.states, weights)
-    means, covs = cars.states.means[rows, best], cars.states.covs[rows, best]
-    return _Smoothed(best, means, covs, heading_known)
+    weights[weights < MIN_LINEAGE_WEIGHT] = 0.0
+    weights /= weights.sum(axis=1, keepdims=True)
+    with np.errstate(divide="ignore"):
+        log_weights = np.log(weights)
+    states = CarStates(cars.states.means.copy(), cars.states.covs.copy(), log_weights)
+    return _Lineages(states, np.tile(np.arange(HYPOTHESIS_COUNT), (len(cars.ids), 1)))
 
 
 def _step_back(
-    now: _Smoothed, cars: FollowedCars, following: FilteredFrame, later: _Smoothed
+    now: _Lineages, cars: FollowedCars, following: FilteredFrame, later: _Lineages
 ) -> None:
     """Overwrite, in `now`, the tracks that go on in the following frame."""
     going = np.flatnonzero(following.before >= 0)
     if len(going) == 0:
         return
-    rows = following.before[going]
-    parents = following.parents[going, later.hypotheses[going]]
-    predicted = following.predicted
-    mean, cov = cars.states.means[rows, parents], cars.states.covs[rows, parents]
-    expected, expected_cov = (
-        table[going, parents] for table in (predicted.states.means, predicted.states.covs)
-    )
-    F = predicted.transitions_of(going, parents)
-    regular = expected_cov + MIN_VARIANCE * np.eye(STATE_SIZE)
-    gain = np.linalg.solve(regular, F @ cov).transpose(0, 2, 1)
-    off = later.means[going] - expected
+    now.states.log_weights[following.before[going]] = later.states.log_weights[going]
+    rows, columns = np.isfinite(later.states.log_weights[going]).nonzero()
+    parents = following.parents[rows, later.hypotheses[rows, columns]]
+    at, source, end = (following.before[rows], columns), (rows, parents), (rows, columns)
+    earlier = following.before[rows], parents
+    predicted = following.predicted.states
+    gain = following.gains[following.predicted.places_of(rows, parents)]
+    off = later.states.means[end] - predicted.means[source]
     off[:, YAW] = wrap_angle(off[:, YAW])
-    now.means[rows] = mean + (gain @ off[:, :, None])[:, :, 0]
-    change = later.covs[going] - expected_cov
-    now.covs[rows] = cov + gain @ change @ gain.transpose(0, 2, 1)
-    now.hypotheses[rows] = parents
-    now.heading_known[rows] = later.heading_known[going]
+    now.states.means[at] = cars.states.means[earlier] + (gain @ off[:, :, None])[:, :, 0]
+    change = later.states.covs[end] - predicted.covs[source]
+    now.states.covs[at] = cars.states.covs[earlier] + gain @ change @ gain.transpose(0, 2, 1)
+    now.hypotheses[at] = parents
