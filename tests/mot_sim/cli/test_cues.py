@@ -74,7 +74,7 @@ def test_boxes_of_ones_own_get_cues_from_their_images(mot_sim: CommandLine, tmp_
     own += ["--images", draw(tmp_path / "images")]
     outcome = mot_sim("track", *own, "--out", tmp_path / "out")
     assert (outcome.code, outcome.err) == (0, "")
-    assert files(tmp_path / "out") == ["drive.txt", "run.json"]
+    assert files(tmp_path / "out") == ["drive.estimates.csv", "drive.txt", "run.json"]
     assert "; ms a frame: keypoints " in outcome.out
 
 
