@@ -159,11 +159,13 @@ def _make(
     }
     stills = _still_names(episode)
     result = DemoResult(folder, tuple(stills.values()), episode.frame_count, scores)
-    write_results(outputs[name], result.tracks)
+    write_results(outputs[name], result.tracks, episode.camera.T_road_cam)
     write_labels(episode.truth, result.truth, episode.camera.T_road_cam)
     write_lines(result.scores_json, [json.dumps(_as_json(episode, scores), indent=1)])
     write_lines(result.scores_table, score_table(scores, "tracker").as_markdown().splitlines())
-    film = Film(episode, outputs[name], name, Layers(truth=True, follow=False), episode.truth)
+    film = Film(
+        episode, outputs[name], name, Layers(truth=True, cuboids=True, follow=False), episode.truth
+    )
     frames = _frames(film, {frame: folder / still for frame, still in stills.items()}, progress)
     write_video(result.video, frames, episode.frame_rate)
     return result

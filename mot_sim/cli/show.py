@@ -28,12 +28,14 @@ class LayerOptions:
     """The shape that is fitted to every detected track; needs images."""
     true_wireframes: Flag = False
     """The cars as they are; simulated drives only."""
+    cuboids: Flag = False
+    """Tracks in the image as cuboids, their fronts tinted, in place of boxes."""
     no_detections: Flag = False
     """Leave out the detector's boxes."""
     no_truth: Flag = False
     """Leave out true boxes, missed cars, false boxes, switches, and outlines from above."""
     no_top_view: Flag = False
-    """The image alone."""
+    """The image alone: no view from above, and no errors over time."""
 
 
 @dataclass(frozen=True)
@@ -181,6 +183,7 @@ class Show:
             search_areas=chosen.search_areas,
             wireframes=chosen.wireframes,
             true_wireframes=chosen.true_wireframes,
+            cuboids=chosen.cuboids,
             top_view=not chosen.no_top_view,
         )
 

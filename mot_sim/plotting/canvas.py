@@ -66,6 +66,20 @@ def tint(image: Image, corners: Float[Array, "4"], colour: Colour, share: float)
     part[:] = np.rint(part + share * (np.array(colour, float) - part)).astype(np.uint8)
 
 
+def tint_polygon(image: Image, corners: Float[Array, "n 2"], colour: Colour, share: float) -> None:
+    """Mix a share of a colour into the pixels of a convex polygon."""
+    height, width = image.shape[:2]
+    low = np.floor(corners.min(axis=0)).clip(0, (width, height)).astype(int)
+    high = np.ceil(corners.max(axis=0) + 1.0).clip(0, (width, height)).astype(int)
+    if (high <= low).any():
+        return
+    part = image[low[1] : high[1], low[0] : high[0]]
+    mask = np.zeros(part.shape, np.uint8)
+    fill_polygon(mask, corners - low, (255, 255, 255))
+    mixed = part + share / 255.0 * mask * (np.array(colour, float) - part)
+    part[:] = np.rint(mixed).astype(np.uint8)
+
+
 def draw_text(
     image: Image, words: str, place: tuple[int, int], colour: Colour, size: int = 16
 ) -> int:

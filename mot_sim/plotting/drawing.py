@@ -43,11 +43,15 @@ def draw_detections(image: Image, detections: Detections) -> None:
         draw_box(image, corners, DETECTION_COLOUR)
 
 
-def draw_tracks(image: Image, tracks: Tracks) -> None:
-    """Boxes in the colours of their ids, each with its id; the lower ones (nearer) on top."""
+def draw_tracks(image: Image, tracks: Tracks, outlines: bool = True) -> None:
+    """Boxes in the colours of their ids, each with its id; the lower ones (nearer) on top.
+
+    outlines: False leaves the ids alone.
+    """
     for row in np.argsort(tracks.boxes[:, 3], kind="stable").tolist():
         colour = colour_of_id(int(tracks.ids[row]))
-        draw_box(image, tracks.boxes[row], colour, 3)
+        if outlines:
+            draw_box(image, tracks.boxes[row], colour, 3)
         tag(image, str(tracks.ids[row]), tracks.boxes[row], colour)
 
 

@@ -47,7 +47,9 @@ class BelievedPlaces(Rows):
     cuboids: Cuboids
     """Their cuboids, in the road frame."""
     cov: Float[Array, "n 2 2"]
-    """Covariance of each base's (x, z), m^2."""
+    """Covariance of each base's (x, z), m^2; NaN: not stated."""
+    heading_known: Float[Array, " n"] | None = None
+    """Probability of each yaw, and not the other way round; NaN, None: the yaw is assumed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +57,8 @@ class ExpectedTracks:
     """Tracks of one frame: where they are, and where they were expected."""
 
     now: BelievedPlaces
-    """Tracks with a box in the frame, where they are believed to be."""
+    """Tracks with a box in the frame, where they are believed to be: as the tracks state it, or
+    else on the road under their box."""
     expected: BelievedPlaces
     """Earlier tracks, where they were predicted to be in the frame."""
     regions: Cuboids
@@ -94,15 +97,16 @@ def expectations(
         seen = Detections(rows.boxes, np.ones(len(rows)), descriptor=ids)
         following.step(replace(frame, detections=seen))
         assert following.explanation is not None
-        yield frame.index, _expected_tracks(following, following.explanation.pairing)
+        yield frame.index, _expected_tracks(following, following.explanation.pairing, rows)
 
 
-def _expected_tracks(following: Tracker, pairing: GatedPairs) -> ExpectedTracks:
+def _expected_tracks(following: Tracker, pairing: GatedPairs, rows: Tracks) -> ExpectedTracks:
     population = following.state.tracks
     seen = population.select(population.time_since_update == 0.0)
     embedding = seen.beliefs.embedding
     ids = _ids(None if embedding is None else embedding.descriptor, len(seen))
-    now = BelievedPlaces(ids, seen.beliefs.cuboids, seen.beliefs.cov[:, :2, :2])
+    unsaid = np.full(len(seen), np.nan)
+    lifted = BelievedPlaces(ids, seen.beliefs.cuboids, seen.beliefs.cov[:, :2, :2], unsaid)
     before = pairing.expected
     known = _ids(None if before.embedding is None else before.embedding.descriptor, len(before))
     # A box outside its own search area began its track anew, in a later row: the older belief is
@@ -111,7 +115,28 @@ def _expected_tracks(following: Tracker, pairing: GatedPairs) -> ExpectedTracks:
     latest = len(known) - 1 - from_the_end
     expected = BelievedPlaces(known, before.cuboids, before.cov[:, :2, :2]).select(latest)
     regions = pairing.expected_regions.select(latest)
-    return ExpectedTracks(now, expected, regions, pairing.search_areas[latest])
+    return ExpectedTracks(_as_stated(lifted, rows), expected, regions, pairing.search_areas[latest])
+
+
+def _as_stated(lifted: BelievedPlaces, rows: Tracks) -> BelievedPlaces:
+    """The places with the cuboids that the tracks state in place of lifted boxes.
+
+    A cuboid without a state has no covariance, and its heading is taken as it stands.
+    """
+    if rows.cuboids is None:
+        return lifted
+    row_of = {name: row for row, name in enumerate(rows.ids.tolist())}
+    rows = rows.select([row_of[name] for name in lifted.ids.tolist()])
+    cuboids, states = rows.cuboids, rows.estimates
+    assert cuboids is not None
+    known = np.isfinite(np.column_stack([cuboids.base, cuboids.yaw, cuboids.size])).all(axis=1)
+    stated = BelievedPlaces(
+        rows.ids,
+        cuboids,
+        np.full((len(rows), 2, 2), np.nan) if states is None else states.covs[:, :3:2, :3:2],
+        np.ones(len(rows)) if states is None else states.heading_known,
+    )
+    return lifted.updated(known, stated.select(known))
 
 
 def _ids(descriptor: Float[Array, "n d"] | None, count: int) -> Int[Array, " n"]:

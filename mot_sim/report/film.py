@@ -28,10 +28,11 @@ from mot_sim.plotting.drawing import (
     draw_true_boxes,
     plain_ground,
 )
+from mot_sim.report.error_strip import ErrorStrip
 from mot_sim.report.expectations import ExpectedTracks, expectations
 from mot_sim.report.ground import GroundMap
 from mot_sim.report.topview import TopView
-from mot_sim.report.wireframes import Fitting, Wireframes, draw_wireframes
+from mot_sim.report.wireframes import Fitting, Wireframes, draw_cuboids, draw_wireframes
 from mot_sim.simulation.episode import SimulatedDrive
 from tracker.geometry import box_iou
 from tracker.types import Detections, Frame, Tracks
@@ -62,6 +63,8 @@ class Layers:
     """Whether shapes fitted to the image are drawn as wires."""
     true_wireframes: bool = False
     """Whether the true shapes of a simulated drive are drawn as wires."""
+    cuboids: bool = False
+    """Whether tracks are drawn in the image as their cuboids, not as boxes."""
     top_view: bool = True
     """Whether the view from above is shown below the image."""
     follow: bool = True
@@ -103,13 +106,18 @@ def marks(layers: Layers, outlines: bool) -> list[str]:
             "red cross: false box",
             "yellow: new id",
         ]
+    if layers.cuboids:
+        parts.append("tinted: front of a track's cuboid")
     if layers.wireframes:
         parts.append("wires: fitted shape")
     if layers.true_wireframes:
         parts.append("white wires: true shape")
     if layers.top_view:
-        true = "true outlines white, " if outlines else ""
-        parts.append(f"from above: {true}tracks with their doubt (1 sigma) and trails")
+        true = "white: true cars, " if outlines else ""
+        parts.append(
+            f"from above: {true}coloured: tracks, solid tip: their nose, hollow tip: perhaps it, "
+            "tinted: 2 sigma of their place, thin: their paths"
+        )
     return parts
 
 
@@ -180,8 +188,11 @@ class Film:
         parts = [self._title(index), self._view(index, standing)]
         if self.layers.top_view:
             above = self._above(index, standing, trails)
-            above[-len(self._legend) :] = self._legend
-            parts.append(above)
+            if self._errors is None:
+                above[-len(self._legend) :] = self._legend
+                parts.append(above)
+            else:
+                parts += [above[: -len(self._legend)], self._errors.draw(index), self._legend]
         else:
             parts.append(self._legend)
         frame = np.concatenate(parts)
@@ -200,7 +211,9 @@ class Film:
             view = image.copy()
         if layers.search_areas:
             draw_areas(view, standing.expected.ids, standing.areas)
-        draw_tracks(view, rows)
+        if layers.cuboids:
+            draw_cuboids(view, standing.now, self.drive.camera)
+        draw_tracks(view, rows, outlines=not layers.cuboids)
         if layers.detections:
             draw_detections(view, self.drive.log.at(index))
         if layers.wireframes:
@@ -243,6 +256,13 @@ class Film:
         """A bar that says what the marks mean."""
         return legend(self._width, marks(self.layers, self._ground.truth is not None))
 
+    @cached_property
+    def _errors(self) -> ErrorStrip | None:
+        """The errors over time; None where they are unknown, or not to be shown."""
+        truth = self.truth if self.layers.truth else None
+        drive = self.drive
+        return ErrorStrip.of(truth, self.tracks, drive.frame_count, self._width, drive.frame_rate)
+
     @property
     def _width(self) -> int:
         return self.drive.camera.image_size[0]
@@ -253,17 +273,19 @@ class Film:
         pose = ground.pose(index)
         view = self._turned(pose) if self.layers.follow else self._still
         panel = view.ground.copy()
-        view.draw_us(panel, ground.our_outline(index), camera, pose)
-        view.draw_truth(panel, ground.true_outlines(index))
-        now = standing.now
-        outlines = ground.on_map(now.cuboids.footprint(), index)
-        view.draw_places(panel, now.ids, outlines, ground.cov_on_map(now.cov, index))
         ways = {
             name: np.array([place for _, place in way])
             for name, way in trails.items()
             if way and way[-1][0] == index
         }
+        now = standing.now
+        centres = ground.on_map(now.cuboids.base[:, ::2], index)
         view.draw_trails(panel, ways)
+        view.draw_us(panel, ground.our_outline(index), camera, pose)
+        view.draw_truth(panel, ground.true_outlines(index))
+        view.draw_doubts(panel, now.ids, centres, ground.cov_on_map(now.cov, index))
+        outlines = ground.outlines(now.cuboids, index)
+        view.draw_places(panel, now.ids, outlines, now.heading_known)
         return panel
 
     def _remember(self, trails: dict, index: int, standing: ExpectedTracks) -> None:

@@ -17,7 +17,7 @@ from mot_sim.simulation.traffic.roads import Roads
 from mot_sim.simulation.traffic.traffic_state import TrafficState, outline
 from tracker.errors import TrackingError
 from tracker.geometry import homogeneous
-from tracker.types import Camera, Tracks
+from tracker.types import Camera, Cuboids, Tracks
 
 OUR_SIZE = np.array([[4.4, 1.5, 1.8]])  # metres; our car, where nobody says
 CAMERA_AHEAD = 0.3  # metres from the middle of KITTI's car to its camera
@@ -59,14 +59,19 @@ class GroundMap:
         return outline(np.array([[x - ahead[0], y - ahead[1], heading]]), OUR_SIZE)[0]
 
     def true_outlines(self, frame: int) -> Float[Array, "n 4 2"]:
-        """The corners of the cars: in a scene all of them, else the labelled ones and vans."""
+        """The corners of the cars, the first two at the nose: in a scene all of them, else the
+        labelled ones and vans."""
         if self.worlds is not None:
             return self.worlds[frame].footprint()
         if self._cuboid_rows is None:
             return np.zeros((0, 4, 2))
         cuboids = self._cuboid_rows.select(self._cuboid_rows.frames == frame).cuboids
         assert cuboids is not None
-        return self.on_map(cuboids.footprint(), frame)
+        return self.outlines(cuboids, frame)
+
+    def outlines(self, cuboids: Cuboids, frame: int) -> Float[Array, "n 4 2"]:
+        """The corners of cuboids of a frame, on the map; the first two are at the nose."""
+        return self.on_map(cuboids.footprint()[:, [0, 3, 2, 1]], frame)
 
     @cached_property
     def _cuboid_rows(self) -> Tracks | None:

@@ -8,7 +8,14 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.plotting.canvas import Image, draw_line, draw_text, fill_polygon, text_width
+from mot_sim.plotting.canvas import (
+    Image,
+    draw_line,
+    draw_text,
+    fill_polygon,
+    text_width,
+    tint_polygon,
+)
 from mot_sim.plotting.colours import (
     EGO_COLOUR,
     FAINT_COLOUR,
@@ -25,6 +32,11 @@ from tracker.types import Camera
 
 GROUND_DIMMING = 0.45  # share of the panel's dark colour in those of the ground
 TRUTH_COLOUR: Colour = (245, 245, 245)
+DOUBT_SHARE = 0.3  # share of a track's colour in its ellipse
+TRAIL_DIMMING = 0.45
+ID_TEXT_PIXELS = 12
+SURE = 0.9  # probability of a heading from which on the other one is not shown
+HEAD_METRES = 1.2  # length of an arrow's head
 VIEW_EDGE_METRES = 90.0  # length of the drawn edges of the camera's view
 RING_METRES = 20.0  # between the rings of a map without roads
 CIRCLE_ANGLES = np.linspace(0.0, 2.0 * np.pi, 97)[:-1]
@@ -99,36 +111,75 @@ class TopView:
         fill_polygon(image, self.pixels(outline), EGO_COLOUR)
 
     def draw_truth(self, image: Image, outlines: Float[Array, "n 4 2"]) -> None:
-        """Outlines of cars; the nose is thick."""
+        """Outlines of cars, each with an arrow's head before its nose."""
         for corners in outlines:
             draw_line(image, self.pixels(corners), TRUTH_COLOUR, closed=True)
-            nose = 0.5 * (corners[[0, 1]] + corners[[0, 1]].mean(axis=0))
-            draw_line(image, self.pixels(nose), TRUTH_COLOUR, 2)
+            draw_line(image, self.pixels(arrow_head(corners)), TRUTH_COLOUR, closed=True)
+
+    def draw_doubts(
+        self,
+        image: Image,
+        ids: Int[Array, " n"],
+        centres: Float[Array, "n 2"],
+        cov: Float[Array, "n 2 2"],
+    ) -> None:
+        """Where tracks may be: tinted ellipses of two standard deviations; none for NaN."""
+        stated = np.isfinite(cov).all(axis=(1, 2))
+        for track_id, centre, covariance in zip(
+            ids[stated].tolist(), centres[stated], cov[stated], strict=True
+        ):
+            colour, around = colour_of_id(track_id), self.pixels(ellipse(centre, covariance, 2.0))
+            tint_polygon(image, around, colour, DOUBT_SHARE)
+            draw_line(image, around, mix(colour, TRUTH_COLOUR, 0.35), closed=True)
 
     def draw_places(
         self,
         image: Image,
         ids: Int[Array, " n"],
         outlines: Float[Array, "n 4 2"],
-        cov: Float[Array, "n 2 2"],
+        heading_known: Float[Array, " n"] | None = None,
     ) -> None:
-        """Where tracks are believed to be: outlines, and ellipses of one standard deviation."""
-        for track_id, corners, covariance in zip(ids.tolist(), outlines, cov, strict=True):
+        """Where tracks are believed to be: outlines with an arrow's head at the nose, and ids.
+
+        heading_known: probability of the heading; below SURE a hollow head at the tail says that
+        the other way round is possible, and NaN has no head at all. None: all are sure.
+        """
+        known = np.ones(len(ids)) if heading_known is None else heading_known
+        for track_id, corners, chance in zip(ids.tolist(), outlines, known.tolist(), strict=True):
             colour = colour_of_id(track_id)
-            draw_line(
-                image, self.pixels(ellipse(corners.mean(axis=0), covariance)), colour, closed=True
-            )
             draw_line(image, self.pixels(corners), colour, 2, closed=True)
+            if np.isfinite(chance):
+                fill_polygon(image, self.pixels(arrow_head(corners)), colour)
+            if chance < SURE:
+                draw_line(image, self.pixels(arrow_head(np.roll(corners, 2, axis=0))), colour,
+                          closed=True)  # fmt: skip
+        for track_id, corners in zip(ids.tolist(), outlines, strict=True):
+            self._draw_id(image, track_id, self.pixels(corners))
+
+    def _draw_id(self, image: Image, track_id: int, pixels: Float[Array, "4 2"]) -> None:
+        """A tag above an outline."""
+        words, colour = str(track_id), colour_of_id(track_id)
+        half = 0.5 * text_width(words, ID_TEXT_PIXELS) + 2.0
+        u, v = round(float(pixels[:, 0].mean())), round(float(pixels[:, 1].min())) - 2
+        left, right, top = u - half, u + half, v - ID_TEXT_PIXELS
+        fill_polygon(image, np.array([(left, v), (right, v), (right, top), (left, top)]), colour)
+        draw_text(image, words, (round(left + 2.0), v - 2), ink_on(colour), ID_TEXT_PIXELS)
 
     def draw_trails(self, image: Image, trails: Mapping[int, Float[Array, "_ 2"]]) -> None:
-        """The past positions of tracks, with their ids at the last one."""
+        """The past positions of tracks."""
         for track_id, points in trails.items():
-            pixels = self.pixels(points)
-            colour = colour_of_id(track_id)
-            draw_line(image, pixels, colour, 2)
-            fill_polygon(image, pixels[-1] + 8.0 * UNIT_CIRCLE, colour)
-            words, (u, v) = str(track_id), np.round(pixels[-1]).astype(int).tolist()
-            draw_text(image, words, (u - text_width(words, 13) // 2, v + 5), ink_on(colour), 13)
+            colour = mix(colour_of_id(track_id), PANEL_COLOUR, TRAIL_DIMMING)
+            draw_line(image, self.pixels(points), colour)
+
+
+def arrow_head(corners: Float[Array, "4 2"]) -> Float[Array, "3 2"]:
+    """A triangle before the nose of a car's outline: its first two corners are in front."""
+    nose = corners[:2]
+    middle = nose.mean(axis=0)
+    ahead = middle - corners[2:].mean(axis=0)
+    length = float(np.hypot(*ahead))
+    tip = middle + ahead * (HEAD_METRES / length if length else 0.0)
+    return np.stack((nose[0], tip, nose[1]))
 
 
 def ellipse(

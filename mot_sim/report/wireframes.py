@@ -8,9 +8,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.plotting.canvas import Image, draw_line
-from mot_sim.plotting.colours import Colour, mix
-from mot_sim.simulation.truth import KeypointVisibility, Truth
+from mot_sim.plotting.canvas import Image, draw_line, tint_polygon
+from mot_sim.plotting.colours import Colour, colour_of_id, mix
+from mot_sim.report.expectations import BelievedPlaces
+from mot_sim.simulation.truth import KeypointVisibility, Truth, project_edges
 from tracker.front_end import FrontEnd
 from tracker.geometry import rotation_y, transform
 from tracker.shape import KEYPOINTS_36, FittedCars, Hourglass, ShapeFit
@@ -28,6 +29,8 @@ MIRRORED_KEYPOINTS = (
     "taillight", "rear_bumper",
 )  # fmt: skip
 DARK_COLOUR: Colour = (16, 18, 22)
+FRONT = [0, 3, 7, 4]  # corners of a cuboid's front, around it
+FRONT_SHARE = 0.35  # share of a track's colour in it
 MIN_WIRED_PIXELS = 14.0  # height of the lowest car that gets wires
 MIN_RIMMED_PIXELS = 60.0  # height of the lowest car whose wires get a dark rim
 
@@ -110,3 +113,18 @@ def draw_wireframes(image: Image, frames: Wireframes, colours: list[Colour]) -> 
         for a, b in drawn:
             whole = shown[a] and shown[b]
             draw_line(image, points[[a, b]], colour if whole else mix(colour, DARK_COLOUR, 0.55))
+
+
+def draw_cuboids(image: Image, places: BelievedPlaces, camera: Camera) -> None:
+    """The edges of cuboids in the colours of their ids, their fronts tinted; far ones first."""
+    order = np.argsort(-places.cuboids.base[:, 2], kind="stable")
+    places = places.select(order)
+    fronts = camera.project(transform(camera.T_cam_road, places.cuboids.corners()[:, FRONT]))
+    edges = project_edges(places.cuboids, camera)
+    for track_id, front, ends in zip(places.ids.tolist(), fronts, edges, strict=True):
+        colour = colour_of_id(track_id)
+        if np.isfinite(front).all():
+            tint_polygon(image, front, colour, FRONT_SHARE)
+        lines = np.stack((ends[:12], ends[12:]), axis=1)
+        for line in lines[np.isfinite(lines).all(axis=(1, 2))]:
+            draw_line(image, line, colour, 2)

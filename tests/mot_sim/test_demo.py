@@ -34,7 +34,7 @@ def test_everything_it_promises_is_there_and_can_be_read_back(tmp_path) -> None:
     assert count_frames(result.video) == FRAMES
     assert result.stills[-1].name == "crossing.jpg"
     for still in result.stills:
-        assert cv2.imread(str(still)).shape == (720, 1242, 3)
+        assert cv2.imread(str(still)).shape == (812, 1242, 3)
         assert still.stat().st_size <= 300_000
     tracks = read_results(result.tracks, frame_count=FRAMES)
     truth = read_labels(result.truth, frame_count=FRAMES)

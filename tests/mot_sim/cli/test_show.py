@@ -62,7 +62,7 @@ def test_a_kitti_tree_without_images_is_drawn_on_plain_ground(
     assert (outcome.code, outcome.err) == (0, "")
     assert count_frames(out / "a.gif") == KITTI_FRAMES - 1
     capture = cv2.VideoCapture(str(out / "a.gif"))
-    assert capture.read()[1].shape == (180, 310, 3)
+    assert capture.read()[1].shape == (203, 310, 3)
     unlabelled = mot_sim("show", tree, "--sequence", "0032", "--out", out / "b.mp4")
     assert unlabelled.code == 0
 

@@ -7,11 +7,17 @@ import numpy as np
 import pytest
 
 from mot_sim.plotting.canvas import text_width
-from mot_sim.plotting.colours import SKY_COLOUR, SWITCH_COLOUR, WRONG_COLOUR, colour_of_id
+from mot_sim.plotting.colours import (
+    SKY_COLOUR,
+    SWITCH_COLOUR,
+    WRONG_COLOUR,
+    colour_of_id,
+)
 from mot_sim.report import Film
+from mot_sim.report.error_strip import STRIP_PIXELS
 from mot_sim.report.film import LEGEND_TEXT_PIXELS, Layers, legend, marks, title, title_words, wrap
 from tests.mot_sim.report.small import FRAMES, SIZE, drive, exact_tracks
-from tracker.types import Tracks
+from tracker.types import CarEstimates, Tracks
 
 
 def test_the_title_names_drive_frame_time_and_switches() -> None:
@@ -43,10 +49,10 @@ def test_lines_are_as_wide_as_allowed_and_lose_nothing() -> None:
 def test_every_layer_has_its_mark() -> None:
     bare = Layers(top_view=False)
     assert marks(bare, outlines=False) == []
-    for name in ("truth", "search_areas", "wireframes", "true_wireframes", "top_view"):
+    for name in ("truth", "search_areas", "cuboids", "wireframes", "true_wireframes", "top_view"):
         named = Layers(**{"top_view": False, name: True})
         assert marks(named, outlines=False), name
-    assert "true outlines" in marks(Layers(), outlines=True)[0]
+    assert "white: true cars" in marks(Layers(), outlines=True)[0]
     assert np.array_equal(legend(200, ["a"]), legend(200, ["a"]))
 
 
@@ -131,14 +137,62 @@ def test_the_top_view_follows_us_or_stays() -> None:
 
 
 def test_trails_grow_as_tracks_go() -> None:
-    shown = film(Layers(detections=False))
-    frames = dict(shown.frames())
-    mine = [(frames[index][TITLE + HEIGHT :] == colour_of_id(10)).all(axis=2).sum()
-            for index in (0, 5)]  # fmt: skip
-    assert mine[1] > mine[0] > 0
+    tracks, layers = stated(exact_tracks()), Layers(detections=False)
+    whole = dict(film(layers, tracks).frames())
+    sizes = []
+    for index in (0, 2, 5):
+        ((_, alone),) = film(layers, tracks.select(tracks.frames == index)).frames(index, index + 1)
+        above = slice(TITLE + HEIGHT, None)
+        sizes.append(int((whole[index][above] != alone[above]).any(axis=2).sum()))
+    assert sizes[2] > sizes[1] > sizes[0] == 0
 
 
 def test_frames_that_are_not_delivered_are_not_shown() -> None:
     sparse = replace(film(), drive=drive().subset([0, 2, 5]))
     assert [index for index, _ in sparse.frames()] == [0, 2, 5]
     assert [index for index, _ in sparse.frames(1, 5)] == [2]
+
+
+def stated(tracks: Tracks, off: float = 0.0) -> Tracks:
+    """The tracks with the true cuboids, `off` metres too far, as their states."""
+    truth = drive().truth
+    cuboids = truth.select(truth.ids >= 0).cuboids
+    assert cuboids is not None
+    known = np.array([0.0, 0.0, off])
+    means = np.column_stack([
+        cuboids.base + known, cuboids.yaw, np.zeros(len(tracks)), np.log(cuboids.size),
+        np.zeros(len(tracks)),
+    ])  # fmt: skip
+    covs = np.tile(np.eye(9), (len(tracks), 1, 1))
+    states = CarEstimates(means, covs, np.ones(len(tracks)))
+    return tracks.replaced(cuboids=states.cuboids(), estimates=states)
+
+
+def test_the_view_from_above_shows_what_tracks_state() -> None:
+    def mine(off: float) -> float:
+        """How far right the track's outline is."""
+        tracks = stated(exact_tracks(), off)
+        ((_, frame),) = film(Layers(detections=False), tracks).frames(3, 4)
+        above = (frame[TITLE + HEIGHT : -30] == colour_of_id(10)).all(axis=2)
+        return float(np.flatnonzero(above.any(axis=0)).max())
+
+    assert mine(2.0) - mine(0.0) == pytest.approx(2.0 * 7.8, abs=2.0)
+
+
+def test_errors_over_time_stand_below_where_labels_and_tracks_have_cuboids() -> None:
+    layers = Layers(detections=False, truth=True)
+    ((_, without),) = film(layers).frames(3, 4)
+    ((_, frame),) = film(layers, stated(exact_tracks(), 2.0)).frames(3, 4)
+    assert frame.shape[0] == without.shape[0] + STRIP_PIXELS
+    ((_, shown),) = film(layers, stated(exact_tracks(), 0.0)).frames(3, 4)
+    assert (shown != frame).any()
+
+
+def test_cuboids_stand_in_the_image_in_place_of_boxes() -> None:
+    tracks = stated(exact_tracks())
+    boxes, cuboids = view(film(tracks=tracks)), view(film(replace(BARE, cuboids=True), tracks))
+    assert (cuboids == colour_of_id(10)).all(axis=2).sum() > 50
+    left = round(float(tracks.boxes[(tracks.frames == 3) & (tracks.ids == 10)][0, 0]))
+    column = (slice(40, 60), left)
+    assert (boxes[column] == colour_of_id(10)).all(axis=1).mean() > 0.9
+    assert (boxes != cuboids).any(axis=2).mean() > 0.01

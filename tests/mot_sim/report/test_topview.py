@@ -33,11 +33,12 @@ def test_the_panel_shows_us_the_truth_and_the_tracks() -> None:
     VIEW.draw_us(image, SQUARE[0] - (10.0, 0.0), CAMERA, np.zeros(3))
     assert tuple(image[100, 50]) == EGO_COLOUR
     VIEW.draw_truth(image, SQUARE)
-    assert tuple(image[100, 110]) == TRUTH_COLOUR  # the nose, x = 12
-    VIEW.draw_places(image, np.array([4]), SQUARE + (20.0, 0.0), np.array([np.eye(2)]))
+    assert image[100, 110].min() > 0.95 * TRUTH_COLOUR[0]  # the nose, x = 12
+    VIEW.draw_places(image, np.array([4]), SQUARE + (20.0, 0.0))
+    assert (image == colour_of_id(4)).all(axis=2).sum() > 30
     VIEW.draw_trails(image, {6: np.array([(40.0, 5.0), (45.0, 5.0)])})
-    for track_id in (4, 6):
-        assert (image == colour_of_id(track_id)).all(axis=2).sum() > 30
+    assert (image[125, 252:270] == image[125, 260]).all()
+    assert (image[125, 260] != before[125, 260]).any()
     assert (VIEW.ground == before).all()
 
 
@@ -63,6 +64,29 @@ def test_an_ellipse_has_the_half_axes_of_its_covariance() -> None:
 def test_nobody_is_drawn_nowhere() -> None:
     image = VIEW.ground.copy()
     VIEW.draw_truth(image, np.zeros((0, 4, 2)))
-    VIEW.draw_places(image, np.zeros(0, np.int64), np.zeros((0, 4, 2)), np.zeros((0, 2, 2)))
+    VIEW.draw_places(image, np.zeros(0, np.int64), np.zeros((0, 4, 2)))
+    VIEW.draw_doubts(image, np.zeros(0, np.int64), np.zeros((0, 2)), np.zeros((0, 2, 2)))
     VIEW.draw_trails(image, {})
     assert (image == VIEW.ground).all()
+
+
+def test_a_heading_that_is_not_sure_has_a_hollow_tip_and_an_assumed_one_none() -> None:
+    def tips(chance: float) -> tuple[bool, bool]:
+        """Whether something is drawn before the nose, and behind the tail."""
+        image = VIEW.ground.copy()
+        VIEW.draw_places(image, np.array([4]), SQUARE, np.array([chance]))
+        changed = (image[98:103] != VIEW.ground[98:103]).any(axis=(0, 2))
+        return bool(changed[114:116].any()), bool(changed[84:86].any())
+
+    assert tips(0.99) == (True, False)
+    assert tips(0.6) == (True, True)
+    assert tips(np.nan) == (False, False)
+
+
+def test_two_sigma_of_a_place_are_tinted_where_they_are_stated() -> None:
+    image = VIEW.ground.copy()
+    covs = np.array([np.diag([4.0, 0.25]), np.full((2, 2), np.nan)])
+    VIEW.draw_doubts(image, np.array([4, 5]), np.array([[20.0, 0.0], [40.0, 0.0]]), covs)
+    columns = np.flatnonzero((image != VIEW.ground).any(axis=(0, 2)))
+    assert abs(columns.min() - (50 + 5 * 16)) <= 1
+    assert abs(columns.max() - (50 + 5 * 24)) <= 1
