@@ -27,7 +27,7 @@ DEMO_FRAMES = 140
 STILL_SHARES = (0.15, 0.65)  # of the film's length
 PICTURE_SHARE = 0.54  # of its length: the README's picture, named after the scene
 DEMO_FILES = frozenset(
-    {"tracks.txt", "truth.txt", "scores.json", "scores.md", "demo.mp4"}
+    {"tracks.txt", "tracks.estimates.csv", "truth.txt", "scores.json", "scores.md", "demo.mp4"}
     | {f"{scene}.jpg" for scene in SCENES}
 )
 

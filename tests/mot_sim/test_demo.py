@@ -8,6 +8,7 @@ import pytest
 
 from mot_sim import demo
 from mot_sim.datasets import read_labels, read_results
+from mot_sim.datasets.estimate_files import estimates_path
 from mot_sim.demo import run_demo, track_episode
 from mot_sim.metrics import evaluate_sequence
 from mot_sim.plotting.video import count_frames
@@ -45,7 +46,8 @@ def test_everything_it_promises_is_there_and_can_be_read_back(tmp_path) -> None:
     assert all(word in table for word in ("HOTA", "MOTA", "IDF1", "default", "paper"))
     written = {path.name for path in (tmp_path / "deep" / "out").iterdir()}
     promised = {result.video, *result.stills, result.tracks, result.truth, result.scores_json}
-    assert written == {path.name for path in promised | {result.scores_table}}
+    promised |= {result.scores_table, estimates_path(result.tracks)}
+    assert written == {path.name for path in promised}
     assert [path.name for path in (tmp_path / "deep").iterdir()] == ["out"]
 
 
