@@ -81,6 +81,7 @@ COMMANDS = CommandRegister(
         "record": "record:Record",
         "verify": "verify:Verify",
         "calibrate": "calibrate:Calibrate",
+        "calibrate-camera": "calibrate_camera:CalibrateCamera",
         "sweep": "sweep:Sweep",
         "stress": "stress:Stress",
         "breaking-point": "breaking_point:BreakingPointCommand",

@@ -10,7 +10,7 @@ from numpy import ndarray as Array
 from numpy.lib.recfunctions import append_fields
 
 from mot_sim.datasets.box_tables import read_box_table
-from mot_sim.datasets.camera_files import read_camera
+from mot_sim.datasets.camera_files import CameraFile, read_camera
 from mot_sim.datasets.detection_files import (
     BadBoxes,
     ScoreMap,
@@ -33,7 +33,7 @@ BOX_FILES = (".csv", ".json", ".txt")
 
 def box_sequence(
     boxes: Path | str,
-    camera: Path | str,
+    camera: Path | str | CameraFile,
     images: Path | str | None = None,
     poses: Path | str | None = None,
     name: str | None = None,
@@ -53,7 +53,8 @@ def box_sequence(
     count from 0, pixel centres are integers; boxes are clipped to the image. With a column time
     frames have those times (between them, interpolated); without a column frame they are numbered
     by them. kinds: the classes that are kept; None: those of TRACKED_KINDS that are there.
-    camera: see `read_camera`; with distortion, boxes are taken to the pinhole's image.
+    camera: a file, see `read_camera`, or what it holds; with distortion, boxes are taken to the
+    pinhole's image.
     images: a folder of 000000.png, ... .
     poses: of the camera, see `read_trajectory`; without them its motion is unknown.
     motion_cov: of the motion that the poses give over one frame; by default that of ORB-SLAM3 on
@@ -67,12 +68,13 @@ def box_sequence(
         raise BadConfig("motion seen in images needs images, and no poses: give one or the other")
     table, form = read_box_table(_require(Path(boxes), "boxes"), kinds)
     table, moments = _timed(table)
-    described = read_camera(Path(camera))
+    described = camera if isinstance(camera, CameraFile) else read_camera(Path(camera))
+    where = "the camera" if isinstance(camera, CameraFile) else camera
     folder = None if images is None else ImageFolder.require(Path(images))
     image_size = described.camera.image_size
     if folder is not None and folder.image_size != image_size:
         raise BadConfig(
-            f"{camera}: image_width and image_height are {image_size[0]}x{image_size[1]}, the "
+            f"{where}: image_width and image_height are {image_size[0]}x{image_size[1]}, the "
             f"images in {images} have {folder.image_size[0]}x{folder.image_size[1]} pixels"
         )
     frame_count = None if folder is None else max(folder.paths) + 1
@@ -100,7 +102,7 @@ def box_sequence(
     if lens is not None:
         if folder is not None:
             raise BadConfig(
-                f"{camera}: distortion and {images}: images are measured as a pinhole sees them; "
+                f"{where}: distortion and {images}: images are measured as a pinhole sees them; "
                 "undistort them and the boxes, and leave distortion out"
             )
         straight = lens.undistort_boxes(log.detections.boxes)
@@ -218,7 +220,7 @@ def box_files(folder: Path, what: str = "boxes") -> dict[str, Path]:
 
 def box_sequences(
     boxes: Path,
-    camera: Path,
+    camera: Path | CameraFile,
     images: Path | None = None,
     poses: Path | None = None,
     *,
@@ -241,7 +243,9 @@ def box_sequences(
     def drive(name: str, kinds: tuple[str, ...] | None) -> RecordedSequence:
         return box_sequence(
             files[name],
-            _of_drive(camera, f"{name}.toml") or camera,
+            camera
+            if isinstance(camera, CameraFile)
+            else _of_drive(camera, f"{name}.toml") or camera,
             images and images / name,
             _of_drive(poses, f"{name}.txt"),
             kinds=kinds,

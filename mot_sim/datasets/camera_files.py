@@ -46,8 +46,10 @@ class CameraFile:
     """The lens; None: none, the camera is a pinhole."""
 
 
-def read_camera(path: Path) -> CameraFile:
+def read_camera(path: Path, height: float | None = None) -> CameraFile:
     """The camera in a TOML file.
+
+    height: metres, where the file states none; None: it must.
 
     Keys: `K` (3x3) or `fx fy cx cy`; `image_width`, `image_height` in pixels; `camera_height`
     above the road in metres; and, if they are not 0, 0 and 10, `pitch_deg` (positive looks
@@ -59,6 +61,7 @@ def read_camera(path: Path) -> CameraFile:
     if not path.is_file():
         raise DatasetNotFound(f"{path}: no camera file; write one with {CAMERA_KEYS_HELP}")
     values = read_toml(path)
+    default = {} if height is None else {"camera_height": height}
     known = ("K", *INTRINSIC_KEYS, *REQUIRED_KEYS, *OPTIONAL_KEYS, DISTORTION_KEY)
     for key in values:
         if key not in known:
@@ -74,7 +77,7 @@ def read_camera(path: Path) -> CameraFile:
         camera = Camera.mounted(
             K,
             (int(width), int(height)),
-            _number(path, values, "camera_height"),
+            _number(path, default | values, "camera_height"),
             float(np.radians(pitch)),
             float(np.radians(roll)),
         )
@@ -83,6 +86,26 @@ def read_camera(path: Path) -> CameraFile:
     except BadCalibration as error:
         raise BadCalibration(f"{path}: {error}") from None
     return CameraFile(camera, frame_rate, distortion)
+
+
+def camera_lines(described: CameraFile) -> list[str]:
+    """The lines of a camera file, as `read_camera` reads them; T_cam_road is one of a mount."""
+    camera = described.camera
+    R_road_cam = camera.T_road_cam[:3, :3]
+    pitch = np.degrees(np.arctan2(-R_road_cam[1, 2], R_road_cam[2, 2]))
+    roll = np.degrees(np.arctan2(-R_road_cam[0, 1], R_road_cam[0, 0]))
+    values = {
+        "K": camera.K.tolist(),
+        "image_width": camera.image_size[0],
+        "image_height": camera.image_size[1],
+        "camera_height": camera.height,
+        "pitch_deg": float(pitch),
+        "roll_deg": float(roll),
+        "frame_rate": described.frame_rate,
+    }
+    if described.distortion is not None:
+        values[DISTORTION_KEY] = described.distortion.coefficients.tolist()
+    return [f"{key} = {value!r}" for key, value in values.items()]
 
 
 def _coefficients(path: Path, values: Mapping[str, object]) -> Float[Array, " c"] | None:

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from mot_sim.datasets.camera_files import read_camera, read_poses, write_poses
+from mot_sim.datasets.camera_files import camera_lines, read_camera, read_poses, write_poses
 from tests.mot_sim.datasets.conftest import write
 from tracker.errors import BadCalibration, BadConfig, BadFile, DatasetNotFound
 
@@ -32,6 +32,22 @@ def test_k_pitch_roll_and_frame_rate_are_read(tmp_path: Path) -> None:
     assert described.camera.K[0, 1] == 1.0
     np.testing.assert_allclose(described.camera.road_normal, [0, 0, -1], atol=1e-12)
     assert described.frame_rate == 25.0
+
+
+def test_a_camera_is_written_as_it_is_read(tmp_path: Path) -> None:
+    lens = "pitch_deg = -30\nroll_deg = 2\nframe_rate = 25\ndistortion = [0.01, 0, 0.001, 0]\n"
+    described = read_camera(write(tmp_path / "camera.toml", GOOD + lens))
+    again = read_camera(write(tmp_path / "again.toml", "\n".join(camera_lines(described))))
+    np.testing.assert_allclose(again.camera.T_cam_road, described.camera.T_cam_road, atol=1e-12)
+    assert again.camera.K.tolist() == described.camera.K.tolist()
+    assert (again.camera.image_size, again.frame_rate) == ((100, 40), 25.0)
+    assert again.distortion is not None
+    assert again.distortion.coefficients.tolist() == [0.01, 0.0, 0.001, 0.0]
+
+
+def test_a_height_that_is_not_stated_may_be_given(tmp_path: Path) -> None:
+    path = write(tmp_path / "camera.toml", GOOD.replace("camera_height = 1.65", ""))
+    assert read_camera(path, 2.0).camera.height == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize(
