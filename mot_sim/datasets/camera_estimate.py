@@ -17,8 +17,7 @@ from scipy.stats import t as student_t
 from mot_sim.datasets.recorded import DetectionLog
 from tracker.errors import BadDetections
 from tracker.geometry import box_intersection, box_iou, rotation_x, rotation_z
-from tracker.types import Camera
-from tracker.types.cuboids import CORNERS
+from tracker.types import Camera, Cuboids
 
 # Length, height and width of the mean car among KITTI's labels (ten sequences), m, and the stds of
 # sizes, shares of them.
@@ -95,7 +94,7 @@ class CameraEstimate:
     @property
     def lines(self) -> list[str]:
         """The estimate in words, with its 95 % intervals."""
-        height, pitch, roll = self.half_widths[0], *np.degrees(self.half_widths[1:])
+        height, (pitch, roll) = self.half_widths[0], np.degrees(self.half_widths[1:])
         up, right = np.degrees([self.pitch, self.roll])
         return [
             f"by {self.box_count:,} boxes of {self.car_count:,} cars, with 95 % intervals:",
@@ -286,11 +285,9 @@ class CameraFit:
                 return rays * np.where(down > 0.0, height / down, np.nan)[..., None]
 
         feet = meet(self.rays)
-        yaws = np.linspace(0.0, np.pi, self.yaw_count, endpoint=False)[:, None]
-        c, s = np.cos(yaws), np.sin(yaws)
-        ahead, left = 0.5 * CAR_SIZE[[0, 2], None] * CORNERS[:, [0, 2]].T
-        up = np.tile(CAR_SIZE[1] * CORNERS[:, 1], (self.yaw_count, 1))
-        corners = np.stack([c * ahead + s * left, up, c * left - s * ahead], axis=2)
+        yaws = np.linspace(0.0, np.pi, self.yaw_count, endpoint=False)
+        sizes = np.tile(CAR_SIZE, (len(yaws), 1))
+        corners = Cuboids(np.zeros((len(yaws), 3)), yaws, sizes).corners()
         shown = (corners @ R_road_cam @ self.K.T)[:, None]  # y, 1, 8, 3
         place = np.tile(feet, (self.yaw_count, 1, 1))
         for step in range(PLACEMENTS):
