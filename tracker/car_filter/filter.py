@@ -20,8 +20,10 @@ from tracker.car_filter.road_memory import (
     DirectionPrior,
     RoadMemory,
     RoadModel,
+    SeenBases,
     believed_log_heights,
 )
+from tracker.car_filter.roughness import RoughnessModel
 from tracker.car_filter.states import (
     HEADING_COUNT,
     HYPOTHESIS_COUNT,
@@ -107,6 +109,8 @@ class CarFilter:
     """How cars move."""
     road: RoadModel = RoadModel()
     """The slope of the road that the cars of a frame share."""
+    roughness: RoughnessModel = RoughnessModel()
+    """How far cars stand off that road."""
     directions: DirectionPrior = DirectionPrior()
     """Which way cars face before their motion tells it."""
     size: tuple[float, float, float] = (3.89, 1.506, 1.606)
@@ -146,6 +150,7 @@ class CarFilter:
         """
         T_road = camera.T_road_cam.dot(T_now_before).dot(camera.T_cam_road)
         turn = math.atan2(T_road[0, 2] - T_road[2, 0], T_road[0, 0] + T_road[2, 2])
+        memory = self.roughness.predict(memory, dt)
         memory, slope = self.road.predict(memory, T_road, dt)
         memory = self.directions.predict(memory, turn, dt)
         at = states.followed()
@@ -153,9 +158,10 @@ class CarFilter:
             return PredictedCars(states, memory, at, np.zeros((0, STATE_SIZE, STATE_SIZE)))
         means, covs = states.means[at], states.covs[at]
         moving = at[1] >= HEADING_COUNT
-        slopes = slope, memory.slope
+        roughness = self.roughness(memory)
+        road = (roughness * slope, roughness * memory.slope), roughness
         sizes = np.log(self.size), self._size_cov
-        means, covs, F = self.motion(means, covs, moving, T_road, turn, dt, slopes, sizes)
+        means, covs, F = self.motion(means, covs, moving, T_road, turn, dt, *road, sizes)
         covs[:, :3, :3] += ego_motion_cov(means[:, :3], motion_cov, camera)
         covs[:, YAW, YAW] += motion_cov[4, 4]
         later = _with(states, at, means, covs, states.log_weights)
@@ -180,7 +186,10 @@ class CarFilter:
         scores, hidden = found.scores, hidden_edges(found.boxes, others)
         boxes, cues = self.edges.unbiased(found.boxes), CarCues.of(found)
         usable = ~(hidden[:, 1] | hidden[:, 3]) & (scores > MIN_SLOPE_SCORE)
-        memory = self.road.update(memory, boxes, believed_log_heights(states), usable, camera)
+        bases = SeenBases.of(boxes, believed_log_heights(states), camera)
+        memory = self.road.update(memory, bases, usable)
+        bases = SeenBases.of(boxes, np.log(self.size[1:2]), camera)
+        memory = self.roughness.update(memory, bases, usable)
         variances = self.edges.variances(boxes, scores, hidden)
         at = states.followed()
         means, covs, told = states.means[at], states.covs[at], np.zeros(len(at[0]))
@@ -212,7 +221,7 @@ class CarFilter:
         n = len(found)
         if n == 0:
             return CarStates.empty()
-        means, covs = self._prior(places, memory.slope)
+        means, covs = self._prior(places, memory)
         hidden, cues = hidden_edges(found.boxes, others), CarCues.of(found)
         boxes = self.edges.unbiased(found.boxes)
         variances = self.edges.variances(boxes, found.scores, hidden)
@@ -250,17 +259,17 @@ class CarFilter:
         return cov
 
     def _prior(
-        self, places: Float[Array, "n 3"], slope: float
+        self, places: Float[Array, "n 3"], memory: RoadMemory
     ) -> tuple[Float[Array, "n k 9"], Float[Array, "n k 9 9"]]:
         """States and covariances of new cars before their first boxes."""
-        n, size = len(places), np.array(self.size)
+        n, size, roughness = len(places), np.array(self.size), self.roughness(memory)
         distance = np.hypot(places[:, 0], places[:, 2])
         ray = places[:, ::2] / np.maximum(distance, 1e-3)[:, None]
         extent = 0.5 * (size[0] * np.abs(np.sin(HEADINGS)) + size[2] * np.abs(np.cos(HEADINGS)))
         nearer = np.tile(extent - 0.5 * size[0], 2)  # than the car that looks down the road
         means = np.zeros((n, HYPOTHESIS_COUNT, STATE_SIZE))
         means[:, :, :3:2] = places[:, None, ::2] + ray[:, None] * nearer[None, :, None]
-        means[:, :, 1] = (slope * distance)[:, None]
+        means[:, :, 1] = (roughness * memory.slope * distance)[:, None]
         means[:, :, YAW] = np.tile(HEADINGS, 2)
         means[:, MOVING, SPEED] = self.start_speed[0]
         means[:, :, LOG_SIZE] = np.log(size)
@@ -272,7 +281,7 @@ class CarFilter:
         along = ray[:, :, None] * ray[:, None, :]
         ground = along * (radial - lateral)[:, None, None] + np.eye(2) * lateral[:, None, None]
         covs[:, :, :3:2, :3:2] = ground[:, None]
-        covs[:, :, 1, 1] = self.motion.off_road_var(distance)[:, None]
+        covs[:, :, 1, 1] = roughness * self.motion.off_road_var(distance)[:, None]
         covs[:, :, YAW, YAW] = HEADING_STD**2
         covs[:, MOVING, SPEED, SPEED] = self.start_speed[1] ** 2
         covs[:, MOVING, YAW_RATE, YAW_RATE] = self.motion.yaw_rate_std**2

@@ -49,12 +49,14 @@ class CarMotion:
         turn: float,
         dt: float,
         slopes: tuple[float, float],
+        roughness: float,
         sizes: tuple[Float[Array, "3"], Float[Array, "3 3"]],
     ) -> tuple[Float[Array, "h 9"], Float[Array, "h 9 9"], Float[Array, "h 9 9"]]:
         """States, covariances and transitions `dt` seconds later, in the road frame of then.
 
         T_road: moves points of the road frame of before into that of now; turn: its yaw, rad.
-        slopes: the road's, before in the frame of now, and now. sizes: mean and covariance of the
+        slopes: the road's, before in the frame of now, and now. roughness: factor on the variance
+        of how far bases lie off it. sizes: mean and covariance of the
         logarithms of all cars' sizes.
         """
         h, R = len(states), T_road[:3, :3]
@@ -87,7 +89,7 @@ class CarMotion:
         covs = F @ covs @ F.transpose(0, 2, 1)
         noise = np.zeros((h, STATE_SIZE))
         noise[:, 0] = noise[:, 2] = self.drift_std**2 * dt
-        noise[:, 1] = (1.0 - keep**2) * self.off_road_var(distance)
+        noise[:, 1] = (1.0 - keep**2) * roughness * self.off_road_var(distance)
         pace = np.minimum(1.0, states[:, SPEED] / TURNING_SPEED + STANDING_TURN)
         noise[:, YAW] = np.where(moving, self.turn_std**2 * dt * pace, PARKED_TURN_STD**2 * dt)
         noise[:, YAW_RATE] = moving * ((1.0 - keep_rate**2) * pace * self.yaw_rate_std**2)

@@ -41,6 +41,32 @@ class RoadMemory(NamedTuple):
     """Its variance; inf: nothing is known yet."""
     traffic: Float[Array, "5 2"] = np.zeros((5, 2))
     """Seconds of traffic seen in each strip of the road: the camera's way, and oncoming."""
+    flatness: float = 0.0
+    """How much likelier the boxes are on a flat road, nats: see `RoughnessModel`."""
+
+
+class SeenBases(NamedTuple):
+    """Where the bases of cars seem to be by their boxes and heights."""
+
+    below: Float[Array, " n"]
+    """How far below the plane under the camera, m."""
+    distance: Float[Array, " n"]
+    """From the camera, seen from above, m."""
+    is_whole: Bool[Array, " n"]
+    """Which tell something: boxes away from the image's border, of cars that are not too near."""
+
+    @classmethod
+    def of(
+        cls, boxes: Float[Array, "n 4"], log_heights: Float[Array, "#n"], camera: Camera
+    ) -> "SeenBases":
+        """Of cars with these heights (their logarithms, m)."""
+        tall = np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
+        depth = camera.K[1, 1] * np.exp(log_heights) / tall
+        rays = camera.rays_road(boxes.dot(BOTTOM_CENTRE))
+        distance = np.hypot(rays[:, 0], rays[:, 2]) * depth
+        gap = np.minimum(boxes.min(axis=1), (camera.far_corner - boxes).min(axis=1))
+        is_whole = (gap > MIN_BORDER_GAP) & (distance > MIN_SLOPE_DISTANCE)
+        return cls(rays[:, 1] * depth - camera.height, distance, is_whole)
 
 
 @dataclass(frozen=True)
@@ -75,23 +101,15 @@ class RoadModel:
     def update(
         self,
         memory: RoadMemory,
-        boxes: Float[Array, "n 4"],
-        log_heights: Float[Array, " n"],
+        bases: SeenBases,
         usable: Bool[Array, " n"],
-        camera: Camera,
     ) -> RoadMemory:
-        """The memory after boxes of cars with these heights (their logarithms, m)."""
-        if self.slope_std == 0.0 or len(boxes) == 0:
+        """The memory after boxes of cars with known heights."""
+        if self.slope_std == 0.0 or len(usable) == 0:
             return memory
-        tall = np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
-        depth = camera.K[1, 1] * np.exp(log_heights) / tall
-        rays = camera.rays_road(boxes.dot(BOTTOM_CENTRE))
-        below = rays[:, 1] * depth - camera.height
-        distance = np.hypot(rays[:, 0], rays[:, 2]) * depth
-        gap = np.minimum(boxes.min(axis=1), (camera.far_corner - boxes).min(axis=1))
-        usable = usable & (gap > MIN_BORDER_GAP) & (distance > MIN_SLOPE_DISTANCE)
+        below, distance = bases.below, np.maximum(bases.distance, 1e-3)
         var = (BASE_STD / distance) ** 2 + self.residual_std**2
-        information = usable / (self.repetition * var)
+        information = (usable & bases.is_whole) / (self.repetition * var)
         before = 1.0 / min(memory.slope_var, self.slope_std**2)
         total = before + information.sum()
         slope = (before * memory.slope + (information * below / distance).sum()) / total

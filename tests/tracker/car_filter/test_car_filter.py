@@ -8,6 +8,8 @@ from tests.tracker.samples import LEVEL, PITCHED, outlines
 from tracker.car_filter import CarFilter, CarMotion, CarStates, EdgeModel, RoadMemory, RoadModel
 from tracker.car_filter.edges import hidden_edges
 from tracker.car_filter.projection import project_boxes
+from tracker.car_filter.road_memory import SeenBases
+from tracker.car_filter.roughness import RoughnessModel
 from tracker.errors import BadConfig
 from tracker.geometry import homogeneous, wrap_angle
 from tracker.types import Camera, CarEstimates, Cuboids, Detections
@@ -79,14 +81,14 @@ def test_the_covariance_follows_the_derivatives_of_the_motion() -> None:
     covs = root @ root.transpose(0, 2, 1)
 
     def go(at: np.ndarray) -> np.ndarray:
-        return motion(at, covs, np.ones(30, bool), T_road, 0.1, 0.1, (0.0, 0.0), sizes)[0]
+        return motion(at, covs, np.ones(30, bool), T_road, 0.1, 0.1, (0.0, 0.0), 1.0, sizes)[0]
 
     F = np.empty((30, 9, 9))
     for column in range(9):
         step = np.zeros(9)
         step[column] = 1e-5
         F[:, :, column] = (go(states + step) - go(states - step)) / 2e-5
-    later = motion(states, covs, np.ones(30, bool), T_road, 0.1, 0.1, (0.0, 0.0), sizes)[1]
+    later = motion(states, covs, np.ones(30, bool), T_road, 0.1, 0.1, (0.0, 0.0), 1.0, sizes)[1]
     expected = F @ covs @ F.transpose(0, 2, 1)
     distance = np.hypot(*go(states)[:, :3:2].T)
     expected[:, 1, 1] += (1.0 - np.exp(-0.2 / motion.off_road_time)) * motion.off_road_var(distance)
@@ -200,13 +202,31 @@ def test_the_road_falls_where_boxes_of_cars_stand_lower() -> None:
     for _ in range(30):
         memory, _ = road.predict(memory, np.eye(4), 0.1)
         boxes = outlines(cuboids, LEVEL)
-        memory = road.update(memory, boxes, np.log(np.full(3, 1.5)), np.ones(3, bool), LEVEL)
+        bases = SeenBases.of(boxes, np.log([1.5]), LEVEL)
+        memory = road.update(memory, bases, np.ones(3, bool))
     assert memory.slope == pytest.approx(slope, abs=0.002)
     turned, before = road.predict(memory, np.eye(4), 0.0)
     assert turned.slope == pytest.approx(memory.slope) == before
+
+
+@pytest.mark.parametrize(("off", "is_flat"), [(0.0, True), (0.008, False)])
+def test_exact_boxes_far_away_tell_a_flat_road(off: float, is_flat: bool) -> None:
+    """off: how far bases lie off the road per metre of distance, up and down in turns."""
+    model, memory = RoughnessModel(), RoadMemory()
+    z = np.array([20.0, 45.0, 60.0, 70.0])
+    for index in range(40):
+        base = np.stack([z - 45.0, off * z * (-1) ** (index + np.arange(4)), z], axis=1)
+        cuboids = Cuboids(base, np.full(4, -np.pi / 2), np.tile([0.1, 1.6, 1.6], (4, 1)))
+        bases = SeenBases.of(outlines(cuboids, LEVEL), np.log([1.5]), LEVEL)
+        memory = model.update(model.predict(memory, 0.1), bases, np.ones(4, bool))
+    assert model(memory) < 0.05 if is_flat else model(memory) > 0.95
+    later = model.predict(memory, 1000.0)
+    assert model(later) == pytest.approx(1.0, abs=0.02)  # forgotten
 
 
 @pytest.mark.parametrize(("name", "share"), [("moving_share", 0.0), ("switch", 1.5)])
 def test_shares_that_are_no_probabilities_are_refused(name: str, share: float) -> None:
     with pytest.raises(BadConfig, match=name):
         CarFilter(**{name: share})
+    with pytest.raises(BadConfig, match="flat_share"):
+        RoughnessModel(flat_share=share - 0.1 if share == 0.0 else share)

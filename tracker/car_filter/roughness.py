@@ -1,0 +1,73 @@
+"""Whether the road is flat and its boxes exact: then contacts tell depth, however far away."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy import ndarray as Array
+
+from tracker.car_filter.road_memory import RoadMemory, SeenBases
+from tracker.errors import BadConfig
+
+# A base farther off than this many standard deviations counts as this far.
+MAX_OFF_ROAD = 4.0
+
+
+@dataclass(frozen=True)
+class RoughnessModel:
+    """How far cars stand off the road's plane, told by all boxes together.
+
+    By the mean car's height, bases seem off the road as far as cars' heights differ: at any
+    distance alike where boxes are exact and the road is flat; the more the farther away on real
+    roads, and by noisy boxes.
+    """
+
+    flat_share: float = 0.01
+    """Probability of a flat road before any box, 0 to 1; more: contacts with the road are trusted
+    sooner."""
+    flat_factor: float = 0.0025
+    """How much smaller the variance of heights off the road is on a flat one."""
+    flat_std: float = 0.15
+    """How far bases seem off a flat road, since heights differ and boxes are rounded, m; more:
+    rougher roads count as flat."""
+    rough_std: float = 0.0065
+    """How much farther off they seem on other roads, per metre of distance (KITTI: 0.0065)."""
+    memory_time: float = 20.0
+    """Seconds in which it is forgotten what the road was like."""
+    repetition: float = 10.0
+    """How many boxes tell as much as one, since the errors of one car's boxes are alike, and those
+    of a frame; more: a flat road is found later."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.flat_share <= 1.0:
+            raise BadConfig(f"flat_share {self.flat_share:g}: give a probability, 0 to 1")
+
+    def predict(self, memory: RoadMemory, dt: float) -> RoadMemory:
+        """The memory `dt` seconds later."""
+        return memory._replace(flatness=math.exp(-dt / self.memory_time) * memory.flatness)
+
+    def update(self, memory: RoadMemory, bases: SeenBases, usable: Bool[Array, " n"]) -> RoadMemory:
+        """The memory after boxes of a frame. bases: by the mean car's height."""
+        usable = usable & bases.is_whole
+        if not np.count_nonzero(usable):
+            return memory
+        square, distance = np.square(bases.below[usable]), bases.distance[usable]
+        flat = self.flat_std**2
+        rough = flat + (self.rough_std * distance) ** 2
+        told = np.log(rough / flat) + _bounded(square / rough) - _bounded(square / flat)
+        flatness = memory.flatness + 0.5 * float(told.sum()) / self.repetition
+        return memory._replace(flatness=flatness)
+
+    def __call__(self, memory: RoadMemory) -> float:
+        """The factor on the variance of how far cars stand off the road."""
+        if self.flat_share in (0.0, 1.0):
+            return self.flat_factor**self.flat_share
+        odds = (1.0 / self.flat_share - 1.0) * math.exp(-min(memory.flatness, 700.0))
+        flat = 1.0 / (1.0 + odds)
+        return flat * self.flat_factor + 1.0 - flat
+
+
+def _bounded(squares: Float[Array, " n"]) -> Float[Array, " n"]:
+    """Squared deviations, none larger than that of MAX_OFF_ROAD."""
+    return np.minimum(squares, MAX_OFF_ROAD**2)
