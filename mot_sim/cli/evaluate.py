@@ -150,7 +150,7 @@ class Evaluate:
         scored = score_folder_in_3d(
             self.results, self.root, self.sequences, criteria, kinds[0], self.ego, split
         )
-        title = f"{self.results}, {kinds[0]} in 3D, rates in %"
+        title = f"{self.results}, {kinds[0]} in 3D"
         deliver_3d(terminal, scored, title, self.json, self.csv, self.out)
         say_unlabelled(terminal, scored.unlabelled)
         return OK
@@ -210,15 +210,15 @@ def deliver_3d(
     """
     from mot_sim.tables import consistency_table, criterion_table, error_table, spatial_table
 
-    errors = scored.combined.errors
+    errors, rates = scored.combined.errors, f"{title}, rates in %"
     before = (
-        criterion_table(scored.combined, f"{title}, all sequences"),
-        error_table(errors, f"{title}: errors of cuboids"),
-        consistency_table(errors, f"{title}: are the stated uncertainties honest?"),
+        criterion_table(scored.combined, f"{rates}, all sequences"),
+        error_table(errors, f"{rates}: errors of cuboids"),
+        consistency_table(errors, f"{rates}: are the stated uncertainties honest?"),
     )
     shown = [table for table in before if table is not None]
     named = {**scored.sequences, "combined": scored.combined}
-    table = spatial_table(named, title=title, sums=1)
+    table = spatial_table(named, title=f"{rates}, by sequence", sums=1)
     deliver(terminal, table, scored.as_dict(), json, csv, shown)
     if out is not None:
         from mot_sim.cli.keeping import keep

@@ -134,7 +134,7 @@ class Kitti:
         drive = f"{self.kitti.detections or DETECTIONS} boxes, ego {self.kitti.ego or EGO}"
         if len(scored) == 1:
             ((name, evaluation),) = scored.items()
-            title = f"{name}: {drive}, in 3D, rates in %"
+            title = f"{name}: {drive}, in 3D"
             deliver_3d(terminal, evaluation, title, self.json, self.csv, self.out)
         else:
             whole = {name: each.combined for name, each in scored.items()}

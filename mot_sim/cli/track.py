@@ -133,8 +133,9 @@ class Track:
         spared = "" if share is None else f"; search areas spared {100 * share:.0f} % of the pairs"
         unmeasured = sum(counts.unmeasured for counts in run.counts.values())
         missing = f"; {unmeasured:,} costs had no cue" if unmeasured else ""
+        count = len(run.counts)
         terminal.write(
-            f"{self.out}: {len(run.counts)} sequences{kept}, {frames:,} frames{pace}"
+            f"{self.out}: {count} sequence{'s' * (count != 1)}{kept}, {frames:,} frames{pace}"
             f"{spared}{missing}{stages_said(run)}\n"
         )
         for name, counts in run.counts.items():

@@ -194,7 +194,7 @@ def track_sequence(
     )  # fmt: skip
 
 
-def _result_frame(sequence: Sequence) -> Float[Array, "4 4"]:
+def result_frame(sequence: Sequence) -> Float[Array, "4 4"]:
     """T_road_label: results stand in KITTI's camera 0, or in the camera of any other drive."""
     if isinstance(sequence, KittiSequence):
         return sequence.T_road_label
@@ -219,7 +219,7 @@ def track_sequences(
     resumed = []
     for sequence in sequences:
         name = sequence.name
-        T_road_label = _result_frame(sequence)
+        T_road_label = result_frame(sequence)
         if folder is not None and name in folder.finished:
             tracks[name] = read_results(folder.result(name), T_road_label)
             counts[name] = folder.finished[name]

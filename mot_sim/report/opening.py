@@ -7,8 +7,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
-from numpy import ndarray as Array
 
 from mot_sim.datasets import (
     ImageFolder,
@@ -19,7 +17,7 @@ from mot_sim.datasets import (
     read_results,
 )
 from mot_sim.evaluation.run_folder import RUN_FILE
-from mot_sim.evaluation.runs import Recipe, track_sequence
+from mot_sim.evaluation.runs import Recipe, result_frame, track_sequence
 from mot_sim.files.text import what_is_there
 from mot_sim.metrics.matching import same_frame_pairs
 from mot_sim.simulation.episode import SimulatedDrive, record
@@ -163,7 +161,7 @@ def open_tracks(path: Path, drive: RecordedSequence) -> Tracks:
             f"{file.stem}, or other tracks"
         )
     _warn_of_another_root(file.parent, drive)
-    tracks = read_results(file, _T_road_label(drive), drive.frame_count)
+    tracks = read_results(file, result_frame(drive), drive.frame_count)
     require_in_view(tracks, drive, str(file))
     require_detected(tracks, drive, str(file))
     return tracks
@@ -196,10 +194,6 @@ def require_detected(tracks: Tracks, drive: RecordedSequence, where: str) -> Non
             f"'{drive.name}': these are tracks of another drive, or of other detections; give "
             "their --sequence, --seed or --detections"
         )
-
-
-def _T_road_label(drive: RecordedSequence) -> Float[Array, "4 4"]:
-    return drive.T_road_label if isinstance(drive, KittiSequence) else drive.camera.T_road_cam
 
 
 def _warn_of_another_root(folder: Path, drive: RecordedSequence) -> None:

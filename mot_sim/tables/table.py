@@ -3,7 +3,7 @@
 import csv
 import io
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +19,8 @@ from tracker.errors import BadConfig, UnknownName
 
 if TYPE_CHECKING:
     import pyarrow as pa
+
+MAX_DIGITS = 15  # behind the point
 
 
 @dataclass(frozen=True)
@@ -164,13 +166,15 @@ class Table:
         """What a `result.json` holds of it; see `table_of`."""
         return {
             "name": self.name, "title": self.title, "columns": list(self.names),
-            "kinds": [column.kind for column in self.columns], "rows": self.rows,
-            "note": self.note,
+            "kinds": [column.kind for column in self.columns],
+            "titles": [column.title for column in self.columns],
+            "digits": [column.digits for column in self.columns],
+            "rows": self.rows, "note": self.note,
         }  # fmt: skip
 
 
 def table_of(content: Mapping[str, Any]) -> Table:
-    """The table that `Table.as_content` gave; the kinds may be absent.
+    """The table that `Table.as_content` gave; kinds, titles and digits may be absent.
 
     Python's own errors for what does not fit, BadConfig as `Table`.
     """
@@ -180,6 +184,17 @@ def table_of(content: Mapping[str, Any]) -> Table:
         if kind is not None and kind not in COLUMN_KINDS:
             raise ValueError(f"{kind!r:.40} is no kind of column")
     columns = [Column.named(name, kind) for name, kind in zip(names, kinds, strict=True)]
+    titles = content.get("titles") or [column.title for column in columns]
+    digits = content.get("digits") or [None] * len(names)
+    for title, digit in zip(titles, digits, strict=True):
+        if not isinstance(title, str):
+            raise TypeError(f"{title!r:.40} is no title of a column")
+        if digit is not None and (type(digit) is not int or not 0 <= digit <= MAX_DIGITS):
+            raise ValueError(f"{digit!r:.40} is no number of digits, 0 to {MAX_DIGITS}")
+    columns = [
+        replace(column, title=title, digits=digit)
+        for column, title, digit in zip(columns, titles, digits, strict=True)
+    ]
     return Table.of(content["name"], content["title"], columns, content["rows"], content["note"])
 
 

@@ -89,7 +89,8 @@ def training_row(name: str, split: str) -> int | None:
 
 def _contents(folder: Path) -> str:
     if not folder.is_dir():
-        return f"{folder} is {what_is_there(folder, '')}"
+        above = f"; {_contents(folder.parent)}" if folder.parent.is_dir() else ""
+        return f"{folder} is {what_is_there(folder, '')}{above}"
     names = sorted(path.name for path in folder.iterdir())
     shown = ", ".join(names[:8]) + (f", ... ({len(names)} in all)" if len(names) > 8 else "")
     return f"{folder} holds {shown or 'nothing'}"

@@ -253,4 +253,4 @@ def _detection_file(
     beside = beside_the_splits(root, "detections", str(detections), split)
     folder = given if detection_format is not None and given.is_dir() else beside
     path = folder / f"{name}.txt"
-    return require_file(path, "detections", "give them, or choose another detector"), form
+    return require_file(path, "detections", "give them, or choose --detections NAME"), form

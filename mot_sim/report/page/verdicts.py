@@ -175,6 +175,38 @@ def _counts(result: Result) -> Iterator[Sentence]:
         yield Sentence(f"{told}{show_value(most[whole[-1]])}.")
 
 
+def _run(result: Result) -> Iterator[Sentence]:
+    """Of results in 3D how far off cuboids are and how honest; of others, the largest counts."""
+    criteria, errors = result.table("criteria"), result.table("spatial_errors")
+    if criteria is None or errors is None or not (criteria.rows and errors.rows):
+        yield from _counts(result)
+        return
+    if criteria.has("match", "MOTA3D"):
+        said = [
+            f"{row['match']}: {_mean(criteria, row, 'MOTA3D')}" for row in criteria.as_records()
+        ]
+        yield Sentence(f"MOTA in 3D, %: {', '.join(said)}.")
+    every = errors.as_records()[0]
+
+    def told(name: str) -> str:
+        return _mean(errors, every, name) or "unknown"
+
+    if errors.has("centre_median", "within_2m", "heading_over_30", "heading_over_90"):
+        yield Sentence(
+            f"Centres: {told('centre_median')} m off in the median, {told('within_2m')} % within "
+            f"2 m. Headings: {told('heading_over_30')} % more than 30° off, "
+            f"{told('heading_over_90')} % more than 90°."
+        )
+    stated = result.table("consistency")
+    if stated is not None and stated.has("stated", "in 2 sigma", "ideal 2"):
+        said = [
+            f"{row['stated']} {_mean(stated, row, 'in 2 sigma')} (ideal "
+            f"{_mean(stated, row, 'ideal 2')})"
+            for row in stated.as_records()
+        ]
+        yield Sentence(f"Inside the stated 2 sigma, %: {', '.join(said)}.")
+
+
 def _diagnosis(result: Result) -> Iterator[Sentence]:
     """What most switches happen around, and what they hang on."""
     for name, words, value in (("events", "around", "switches"), ("causes", "hangs on", "share")):
@@ -208,6 +240,7 @@ VERDICTS: dict[str, Callable[[Result], Iterator[Sentence]]] = {
     "tables": _tables,
     "tune": _tune,
     "diagnosis": _diagnosis,
+    "run": _run,
 }
 
 

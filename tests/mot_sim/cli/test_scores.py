@@ -382,7 +382,7 @@ def test_tables_and_picture_in_3d_are_kept_for_the_report(
     assert (out / "errors.png").read_bytes()[:4] == b"\x89PNG"
     page = tmp_path / "page.html"
     assert mot_sim("report", out, "--out", page).code == 0
-    assert "Car in 3D" in page.read_text()
+    assert "Centres: 0.5 m off in the median, 100.00 % within 2 m." in page.read_text()
 
 
 def test_a_folder_without_3d_is_refused(

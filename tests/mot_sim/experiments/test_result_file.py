@@ -88,6 +88,7 @@ def test_kinds_of_columns_come_back_and_may_be_absent(tmp_path: Path) -> None:
     path.write_text(json.dumps(content))
     (older,) = read_result(tmp_path).tables
     assert older.rows == table.rows
+    assert older.columns[1].title == "part"
     assert older.shown_rows() == [("a", "0.123", "50.00", "3")]
     content["tables"][0]["kinds"] = ["name", "colour", "rate", "value"]
     path.write_text(json.dumps(content))
@@ -196,3 +197,26 @@ def test_what_made_it_names_the_command_as_it_was_typed(monkeypatch: pytest.Monk
     assert (made.finished, made.trials) == (False, (3, 4))
     assert made.versions["python"].startswith("3.")
     assert len(made.code) == 32
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("titles", ["a", 3], "3 is no title of a column"),
+        ("digits", [None, True], "True is no number of digits"),
+        ("digits", [None, 99], "99 is no number of digits"),
+        ("titles", ["a"], "zip"),
+    ],
+)
+def test_titles_and_digits_of_columns_come_back_or_are_named(
+    tmp_path: Path, key: str, value: list, told: str
+) -> None:
+    columns = (Column("cars", "name"), Column("centre, m", "value", "centre_median", digits=2))
+    table = Table.of("t", "", columns, [("all", 1.2345)])
+    path = write_result(tmp_path, replace(RESULT, tables=(table,), files=()))
+    assert read_result(tmp_path).tables == (table,)
+    content = json.loads(path.read_text())
+    content["tables"][0][key] = value
+    path.write_text(json.dumps(content))
+    with pytest.raises(BadFile, match=told):
+        read_result(tmp_path)
