@@ -15,6 +15,7 @@ from tracker.car_filter.estimates import estimate
 from tracker.car_filter.modes import forward_log_probability, switched
 from tracker.car_filter.motion import CarMotion, ego_motion_cov
 from tracker.car_filter.projection import project_boxes
+from tracker.car_filter.restarts import places_by_height, restarted
 from tracker.car_filter.road_memory import (
     MIN_SLOPE_SCORE,
     DirectionPrior,
@@ -28,6 +29,7 @@ from tracker.car_filter.states import (
     HEADING_COUNT,
     HYPOTHESIS_COUNT,
     LOG_SIZE,
+    MIN_LOG_WEIGHT,
     MOVING,
     SPEED,
     STATE_SIZE,
@@ -61,6 +63,8 @@ class FlatUpdate(NamedTuple):
     """The covariances."""
     fit: Float[Array, " h"]
     """Log-likelihoods of the boxes, but for a constant."""
+    misfit: Float[Array, " h"]
+    """Squares of the boxes' standard deviations off, summed over the edges that tell something."""
 
 
 class PredictedCars(NamedTuple):
@@ -91,7 +95,7 @@ class UpdatedCars(NamedTuple):
     memory: RoadMemory
     """What is known of the road."""
     parents: Int[Array, "n k"]
-    """The predicted hypothesis that each hypothesis was made of."""
+    """The predicted hypothesis that each hypothesis was made of; -1: it begins here."""
 
 
 @dataclass(frozen=True)
@@ -122,6 +126,13 @@ class CarFilter:
     evidence: float = 0.7
     """How much of a box's log-likelihood counts for the hypotheses, 0 to 1: errors of successive
     boxes are alike. Less: hypotheses are told apart later."""
+    tightness: float = 0.5
+    """How much it counts therein that a hypothesis expected the box in a narrow place, 0 to 1: less
+    than that the box is there, since boxes are less noisy than `edges` has it. More: parked cars
+    are recognised sooner, slow ones are taken for parked."""
+    max_misfit: float = 9.0
+    """A car of which every hypothesis is off by more (see `FlatUpdate.misfit`) begins anew beside
+    them; more: turns that nobody expected are followed later."""
     moving_share: float = 0.45
     """Probability that a new car moves, 0 < share < 1; more: parked cars are recognised later."""
     stated_covariance: float = 1.6
@@ -196,13 +207,27 @@ class CarFilter:
         if cues is not None:
             behind, seen = (np.count_nonzero(hidden, axis=1) > 0)[at[0]], cues.select(at[0])
             means, covs, told = self.cues(means, covs, seen, behind, self.cues.repetition)
-        means, covs, fit = self._update(means, covs, boxes[at[0]], variances[at[0]], camera)
+        means, covs, fit, misfit = self._update(
+            means, covs, boxes[at[0]], variances[at[0]], camera
+        )
         fit = fit + forward_log_probability(means[:, SPEED], covs[:, SPEED, SPEED])
         means[:, SPEED] = np.maximum(means[:, SPEED], 0.0)
         log_weights = np.full(states.log_weights.shape, -np.inf)
         log_weights[at] = states.log_weights[at] + self.evidence * fit + told
         weighed = _with(states, at, means, covs, normalised(log_weights))
         after, parents = switched(weighed, self.switch)
+        least = np.full(states.log_weights.shape, np.inf)
+        least[at] = misfit
+        whole = np.count_nonzero(hidden, axis=1) == 0
+        whole &= self.edges.gaps(found.boxes, camera).min(axis=1) > self.edges.border
+        whole &= after.log_weights.min(axis=1) <= MIN_LOG_WEIGHT  # there is room
+        lost = np.flatnonzero(whole & (least.min(axis=1) > self.max_misfit))
+        if len(lost):
+            seen = found.select(lost)
+            places = places_by_height(seen.boxes, self.size, camera)
+            fresh = self.start(memory, places, seen, others, camera)
+            after, is_fresh = restarted(after, lost, fresh)
+            parents[is_fresh] = -1
         return UpdatedCars(after, self.directions.update(memory, after, dt), parents)
 
     def start(
@@ -306,7 +331,7 @@ class CarFilter:
         if linear is not None:
             innovations -= (H @ (means - linear)[:, :, None])[:, :, 0]
         censored = self.edges.censored(boxes, expected, camera)
-        step, fit = np.zeros_like(means), np.zeros(len(means))
+        step, fit, misfit = np.zeros_like(means), np.zeros(len(means)), np.zeros(len(means))
         for edge in range(4):
             h, cut = H[:, edge], censored[:, edge]
             Ph = (covs @ h[:, :, None])[:, :, 0]
@@ -314,11 +339,12 @@ class CarFilter:
             off = innovations[:, edge] - (h * step).sum(axis=1)
             deviation = np.where(cut, 0.0, np.abs(off) / np.sqrt(var))
             bounded = np.minimum(deviation, MAX_DEVIATION)
-            fit -= 0.5 * (np.log(var) + bounded**2)
+            fit -= 0.5 * (self.tightness * np.log(var) + bounded**2)
+            misfit += bounded**2
             gain = Ph * (~cut / var)[:, None]
             step += gain * (off * bounded / np.maximum(deviation, 1e-12))[:, None]
             covs = covs - gain[:, :, None] * Ph[:, None, :]
-        return FlatUpdate(means + step, covs, fit)
+        return FlatUpdate(means + step, covs, fit, misfit)
 
 
 def _with(

@@ -11,7 +11,7 @@ from numpy import ndarray as Array
 from tracker.car_filter.estimates import estimate
 from tracker.car_filter.filter import CarFilter, PredictedCars
 from tracker.car_filter.road_memory import RoadMemory
-from tracker.car_filter.states import HYPOTHESIS_COUNT, STATE_SIZE, YAW, CarStates
+from tracker.car_filter.states import HYPOTHESIS_COUNT, STATE_SIZE, YAW, CarStates, normalised
 from tracker.geometry import wrap_angle
 from tracker.types import Camera, CarEstimates, Detections
 
@@ -73,7 +73,7 @@ class FilteredFrame:
     predicted: PredictedCars
     """Of the tracks of the frame before that go on, in the order of rows here."""
     parents: Int[Array, "n k"]
-    """The predicted hypothesis that each hypothesis was made of."""
+    """The predicted hypothesis that each hypothesis was made of; -1: it begins here."""
     gains: Float[Array, "h 9 9"]
     """How each of the followed hypotheses follows on the way back what comes out of it here."""
     cars: FollowedCars
@@ -184,9 +184,12 @@ def _step_back(
     going = np.flatnonzero(following.before >= 0)
     if len(going) == 0:
         return
-    now.states.log_weights[following.before[going]] = later.states.log_weights[going]
-    rows, columns = np.isfinite(later.states.log_weights[going]).nonzero()
-    parents = following.parents[rows, later.hypotheses[rows, columns]]
+    parents = np.take_along_axis(following.parents[going], later.hypotheses[going], axis=1)
+    log_weights = np.where(parents >= 0, later.states.log_weights[going], -np.inf)
+    known = log_weights.max(axis=1) > -np.inf  # else the car begins anew there
+    now.states.log_weights[following.before[going[known]]] = normalised(log_weights[known])
+    rows, columns = np.isfinite(log_weights).nonzero()
+    parents = parents[rows, columns]
     at, source, end = (following.before[rows], columns), (rows, parents), (rows, columns)
     earlier = following.before[rows], parents
     predicted = following.predicted.states
