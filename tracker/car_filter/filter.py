@@ -123,8 +123,8 @@ class CarFilter:
     """Their stds, shares of them; more: sizes are learned sooner, places are less certain."""
     start_speed: tuple[float, float] = (3.0, 5.0)
     """Mean and std of the speed of a new car that moves, m/s."""
-    evidence: float = 0.7
-    """How much of a box's log-likelihood counts for the hypotheses, 0 to 1: errors of successive
+    evidence: float = 1.5
+    """How much of a box's log-likelihood counts for the hypotheses, > 0: errors of successive
     boxes are alike. Less: hypotheses are told apart later."""
     tightness: float = 0.5
     """How much it counts therein that a hypothesis expected the box in a narrow place, 0 to 1: less
@@ -133,7 +133,7 @@ class CarFilter:
     max_misfit: float = 9.0
     """A car of which every hypothesis is off by more (see `FlatUpdate.misfit`) begins anew beside
     them; more: turns that nobody expected are followed later."""
-    moving_share: float = 0.45
+    moving_share: float = 0.35
     """Probability that a new car moves, 0 < share < 1; more: parked cars are recognised later."""
     stated_covariance: float = 1.6
     """How much larger the covariance in rows is than the filter's own, which takes the errors of
@@ -207,9 +207,7 @@ class CarFilter:
         if cues is not None:
             behind, seen = (np.count_nonzero(hidden, axis=1) > 0)[at[0]], cues.select(at[0])
             means, covs, told = self.cues(means, covs, seen, behind, self.cues.repetition)
-        means, covs, fit, misfit = self._update(
-            means, covs, boxes[at[0]], variances[at[0]], camera
-        )
+        means, covs, fit, misfit = self._update(means, covs, boxes[at[0]], variances[at[0]], camera)
         fit = fit + forward_log_probability(means[:, SPEED], covs[:, SPEED, SPEED])
         means[:, SPEED] = np.maximum(means[:, SPEED], 0.0)
         log_weights = np.full(states.log_weights.shape, -np.inf)
@@ -223,9 +221,9 @@ class CarFilter:
         whole &= after.log_weights.min(axis=1) <= MIN_LOG_WEIGHT  # there is room
         lost = np.flatnonzero(whole & (least.min(axis=1) > self.max_misfit))
         if len(lost):
-            seen = found.select(lost)
-            places = places_by_height(seen.boxes, self.size, camera)
-            fresh = self.start(memory, places, seen, others, camera)
+            again = found.select(lost)
+            places = places_by_height(again.boxes, self.size, camera)
+            fresh = self.start(memory, places, again, others, camera)
             after, is_fresh = restarted(after, lost, fresh)
             parents[is_fresh] = -1
         return UpdatedCars(after, self.directions.update(memory, after, dt), parents)

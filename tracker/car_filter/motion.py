@@ -24,7 +24,7 @@ class CarMotion:
     """Std of the acceleration, drawn anew every 0.1 s, m/s^2; more: the speed follows faster."""
     turn_std: float = 0.03
     """Std of the heading after a second of driving, rad, besides the yaw rate."""
-    yaw_rate_std: float = 0.05
+    yaw_rate_std: float = 0.07
     """Std of the yaw rate of driving cars, rad/s; more: turns are followed faster."""
     turn_time: float = 2.0
     """Seconds that a turn lasts."""

@@ -119,7 +119,8 @@ def _gains(states: CarStates, predicted: PredictedCars) -> Float[Array, "h 9 9"]
     """The smoother's gains: of the states before a prediction, hypothesis by hypothesis."""
     expected = predicted.states.covs[predicted.at] + MIN_VARIANCE * np.eye(STATE_SIZE)
     moved = predicted.transitions @ states.covs[predicted.at]
-    gains: Float[Array, "h 9 9"] = np.linalg.solve(expected, moved).transpose(0, 2, 1)
+    # contiguous, or products with what was kept and given back are rounded otherwise
+    gains: Float[Array, "h 9 9"] = np.linalg.solve(expected, moved).transpose(0, 2, 1).copy()
     return gains
 
 

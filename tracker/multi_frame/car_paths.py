@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -30,29 +31,52 @@ def no_rows(tracker: Tracker) -> Tracks:
     return replace(NO_ROWS, estimates=CarEstimates.unknown(0))
 
 
+class FilteredNodes(NamedTuple):
+    """One frame of the forward pass, and what it was made of."""
+
+    nodes: Int[Array, " k"]
+    """The nodes of the frame that belong to tracks."""
+    ids: Int[Array, " k"]
+    """The tracks that they belong to."""
+    frame: FilteredFrame
+    """The cars after them."""
+
+    def is_of(self, nodes: Int[Array, " k"], ids: Int[Array, " k"]) -> bool:
+        """Whether it was made of these."""
+        return np.array_equal(self.nodes, nodes) and np.array_equal(self.ids, ids)
+
+
 def filter_tracks(
     tracker: Tracker,
     car_filter: CarFilter,
     frames: Sequence[FrameNodes],
     paths: Mapping[int, Int[Array, " k"]],
     start: FollowedCars,
-) -> list[FilteredFrame]:
+    last: Mapping[int, int],
+    done: Sequence[FilteredNodes] = (),
+) -> list[FilteredNodes]:
     """The forward pass over the frames that were looked at.
 
     paths: from a track's id to its nodes, of which those in these frames count. A car is followed
-    from its first node, or from the start, to its last; one without a path, which may be seen
-    again later, to the end.
+    from its first node, or from the start, to the frame of the node in `last`. done: an earlier
+    pass from the same start; its first frames are taken as long as they were made of these nodes.
     """
     nodes = np.concatenate([np.zeros(0, np.int64), *paths.values()])
     ids = np.repeat(np.array(list(paths), np.int64), [len(path) for path in paths.values()])
     order = np.argsort(nodes)
     nodes, ids = nodes[order], ids[order]
-    last = {track_id: int(path[-1]) for track_id, path in paths.items()}
-    filtered, cars = [], start
+    filtered: list[FilteredNodes] = []
+    cars, is_done = start, True
     for frame in frames:
         if not frame.is_looked_at:
             continue
         here = slice(*np.searchsorted(nodes, (frame.first, frame.end)).tolist())
+        number = len(filtered)
+        is_done = is_done and number < len(done) and done[number].is_of(nodes[here], ids[here])
+        if is_done:
+            filtered.append(done[number])
+            cars = done[number].frame.cars
+            continue
         rows, boxes = nodes[here] - frame.first, frame.detections.boxes
         seen = SeenCars(
             frame.dt,
@@ -63,21 +87,24 @@ def filter_tracks(
             frame.observed.cuboids.base[rows],
             boxes,
         )
-        going = [last.get(i, frame.first) >= frame.first for i in cars.ids.tolist()]
-        kept = np.array(going, bool)
-        filtered.append(follow_cars(car_filter, cars, seen, kept, tracker.camera))
-        cars = filtered[-1].cars
+        kept = np.array([last.get(i, -1) >= frame.first for i in cars.ids.tolist()], bool)
+        followed = follow_cars(car_filter, cars, seen, kept, tracker.camera)
+        filtered.append(FilteredNodes(nodes[here], ids[here], followed))
+        cars = followed.cars
     return filtered
 
 
 def smoothed_cars(
-    car_filter: CarFilter, frames: Sequence[FrameNodes], filtered: Sequence[FilteredFrame]
+    car_filter: CarFilter, frames: Sequence[FrameNodes], filtered: Sequence[FilteredNodes]
 ) -> CarsByFrame:
     """The cars of every frame that was looked at, by all of these frames."""
     looked_at = [frame.index for frame in frames if frame.is_looked_at]
     backwards = zip(reversed(looked_at), reversed(filtered), strict=True)
-    smoothed = zip(backwards, smooth_cars(car_filter, filtered), strict=True)
-    return {index: (frame.cars.ids, cars) for (index, frame), cars in smoothed}
+    smoothed = smooth_cars(car_filter, [each.frame for each in filtered])
+    return {
+        index: (each.frame.cars.ids, cars)
+        for (index, each), cars in zip(backwards, smoothed, strict=True)
+    }
 
 
 def with_cars(rows: Tracks, cars: CarsByFrame) -> Tracks:

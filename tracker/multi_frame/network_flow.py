@@ -71,7 +71,8 @@ class NetworkFlow:
         if car_filter is None:
             return rows
         nobody = FollowedCars.none()
-        filtered = filter_tracks(self.tracker, car_filter, frames, paths, nobody)
+        last = {track_id: int(path[-1]) for track_id, path in paths.items()}
+        filtered = filter_tracks(self.tracker, car_filter, frames, paths, nobody, last)
         return with_cars(rows, smoothed_cars(car_filter, frames, filtered))
 
     @property

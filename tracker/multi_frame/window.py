@@ -1,5 +1,6 @@
 """Near-online association: the cheapest tracks through the last frames, decided with a lag."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -8,12 +9,18 @@ from jaxtyping import Int
 from numpy import ndarray as Array
 
 from tracker.association.min_cost_flow import Arcs, cheapest_flow
-from tracker.car_filter import FollowedCars
+from tracker.car_filter import CarFilter, FollowedCars, smooth_first
 from tracker.dynamics import ConstantVelocity
 from tracker.errors import BadConfig
 from tracker.lifecycle import MAX_TIME_ROUNDING
 from tracker.motion_check import Contradiction
-from tracker.multi_frame.car_paths import filter_tracks, no_rows, smoothed_cars, with_cars
+from tracker.multi_frame.car_paths import (
+    CarsByFrame,
+    FilteredNodes,
+    filter_tracks,
+    no_rows,
+    with_cars,
+)
 from tracker.multi_frame.flow_costs import MAX_SCORE_NATS, FlowCosts
 from tracker.multi_frame.interpolation import fill_gaps
 from tracker.multi_frame.linking import NO_ROWS, FrameNodes, Linker, LinkerState, arcs_of
@@ -36,10 +43,15 @@ class WindowState:
     """The last decided node of every track."""
     ids: Int[Array, " n"] = field(default_factory=lambda: np.zeros(0, np.int64))
     """The ids of those tracks."""
+    origins: Int[Array, " n"] = field(default_factory=lambda: np.zeros(0, np.int64))
+    """Their first nodes."""
     next_id: int = 0
     """The id of the next track that begins."""
     cars: FollowedCars = field(default_factory=FollowedCars.none)
-    """The cars of the tracks so far, at the last decided frame that was looked at."""
+    """The cars of the tracks so far, at the last decided frame that was looked at; ids: the first
+    nodes of their tracks, which are known before the ids are."""
+    filtered: tuple[FilteredNodes, ...] = ()
+    """The cars in the open frames that were looked at, by the cheapest tracks until now."""
 
 
 class Paths(NamedTuple):
@@ -49,6 +61,8 @@ class Paths(NamedTuple):
     """For each track its nodes, increasing; the first may be the end of a decided track."""
     ids: list[int]
     """Their ids."""
+    origins: list[int]
+    """Their first nodes, decided ones included."""
     next_id: int
     """The id of the next track that begins."""
 
@@ -125,43 +139,57 @@ class Window:
         """Solve, and decide the oldest frame of the window: its rows."""
         state, oldest = self.state, self.state.window[0]
         paths = self._solve()
-        parts, ends, ids = [NO_ROWS], [], []
-        for path, track_id in zip(paths.nodes, paths.ids, strict=True):
+        parts, ends, ids, origins = [NO_ROWS], [], [], []
+        for path, track_id, origin in zip(paths.nodes, paths.ids, paths.origins, strict=True):
             if path[0] >= oldest.end:
                 continue  # begins later: open still
             if len(path) > 1 or path[0] >= oldest.first or not oldest.is_looked_at:
                 parts.append(self._row(path, track_id, oldest))
             ends.append(path[path < oldest.end][-1])
             ids.append(track_id)
+            origins.append(origin)
         past = (*state.past, oldest)
         if oldest.is_looked_at:  # else nothing has been missed since
             horizon = oldest.time - self.tracker.lifecycle.max_gap - MAX_TIME_ROUNDING
             past = tuple(frame for frame in past if frame.time >= horizon)
-        all_ends, all_ids = np.array(ends, np.int64), np.array(ids, np.int64)
-        kept = all_ends >= past[0].first
+        decided = np.array([ends, ids, origins], np.int64)
+        decided = decided[:, decided[0] >= past[0].first]
         rows = Tracks.concatenate(parts)
-        rows, cars = self._with_cars(rows.select(np.argsort(rows.ids)), paths)
+        rows = rows.select(np.argsort(rows.ids))
+        filtered, cars = self._filter(paths), state.cars
+        if self.tracker.car_filter is not None:
+            rows = with_cars(rows, self._cars(self.tracker.car_filter, paths, filtered))
+        if filtered and oldest.is_looked_at:
+            cars, filtered = filtered[0].frame.cars, filtered[1:]
         self.state = WindowState(
-            state.linker, past, state.window[1:], all_ends[kept], all_ids[kept], paths.next_id,
-            cars.select(np.isin(cars.ids, all_ids[kept])),
+            state.linker, past, state.window[1:], decided[0], decided[1], decided[2], paths.next_id,
+            cars.select(np.isin(cars.ids, decided[2])), tuple(filtered),
         )  # fmt: skip
         return rows
 
-    def _with_cars(self, rows: Tracks, paths: Paths) -> tuple[Tracks, FollowedCars]:
-        """The oldest frame's rows with their cars, smoothed over the window; all cars there."""
-        car_filter, cars, window = self.tracker.car_filter, self.state.cars, self.state.window
+    def _filter(self, paths: Paths) -> list[FilteredNodes]:
+        """The cars of these tracks in the frames of the window; none without a `car_filter`."""
+        state, car_filter = self.state, self.tracker.car_filter
         if car_filter is None:
-            return rows, cars
-        followed = {
-            track_id: nodes
-            for track_id, nodes in zip(paths.ids, paths.nodes, strict=True)
-            if nodes[0] < window[0].end and nodes[-1] >= window[0].first
-        }  # the ids of those that begin later are not decided
-        filtered = filter_tracks(self.tracker, car_filter, window, followed, cars)
-        rows = with_cars(rows, smoothed_cars(car_filter, window, filtered))
-        if not window[0].is_looked_at:
-            return rows, cars
-        return rows, filtered[0].cars
+            return []
+        followed = dict(zip(paths.origins, paths.nodes, strict=True))
+        end = state.window[-1].end
+        last = dict.fromkeys(followed, end)  # any of them may be seen again
+        return filter_tracks(
+            self.tracker, car_filter, state.window, followed, state.cars, last, state.filtered
+        )
+
+    def _cars(
+        self, car_filter: CarFilter, paths: Paths, filtered: Sequence[FilteredNodes]
+    ) -> CarsByFrame:
+        """The cars of the oldest frame, if it was looked at, smoothed over the window."""
+        oldest = self.state.window[0]
+        if not oldest.is_looked_at:
+            return {}
+        names = dict(zip(paths.origins, paths.ids, strict=True))
+        ids = np.array([names.get(i, -1) for i in filtered[0].frame.cars.ids.tolist()], np.int64)
+        cars = smooth_first(car_filter, [each.frame for each in filtered])
+        return {oldest.index: (ids, cars)}
 
     def _solve(self) -> Paths:
         """The cheapest paths over the ends of the tracks so far and the nodes of the window."""
@@ -169,13 +197,13 @@ class Window:
         scores = np.concatenate([frame.detections.scores for frame in state.window])
         first = state.window[0].first
         order = np.argsort(state.ends)
-        end_ids, end_count = state.ids[order], len(order)
+        end_ids, end_origins, end_count = state.ids[order], state.origins[order], len(order)
         nodes = np.concatenate((state.ends[order], first + np.arange(len(scores))))
         node_costs = np.concatenate((np.zeros(end_count), self.flow_costs.of_scores(scores)))
         births = np.full(len(nodes), self.flow_costs.birth)
         births[:end_count] = 0.0
         flow = cheapest_flow(node_costs, births, arcs_between(nodes, arcs_of(state.window)))
-        paths, ids, next_id = [], [], state.next_id
+        paths, ids, origins, next_id = [], [], [], state.next_id
         for places in groups(flow.tracks):
             is_new = places[0] >= end_count
             if is_new and not flow.used[places[0]]:
@@ -183,11 +211,13 @@ class Window:
             path = nodes[places]
             if is_new:
                 ids.append(next_id)
+                origins.append(int(path[0]))
                 next_id += int(path[0] < state.window[0].end)
             else:
                 ids.append(int(end_ids[places[0]]))
+                origins.append(int(end_origins[places[0]]))
             paths.append(path)
-        return Paths(paths, ids, next_id)
+        return Paths(paths, ids, origins, next_id)
 
     def _row(self, path: Int[Array, " k"], track_id: int, oldest: FrameNodes) -> Tracks:
         """The track's row in the oldest frame of the window, or none."""
