@@ -98,6 +98,11 @@ def bounds_of(wanted: Mapping[str, float | int]) -> tuple[Bound, ...]:
     found = []
     for name, value in wanted.items():
         if name.lower() not in known:
+            if not _can_be_bounded(name):
+                raise BadConfig(
+                    f"bound {name}: neither more nor less of it is better; bound an error instead, "
+                    "for example centre_median or heading_known_brier"
+                )
             raise UnknownName.of("score", name, _titles(known))
         if isinstance(value, bool) or not isinstance(value, int | float) or isnan(value):
             raise BadConfig(f"bound {name} = {value!r}: give a number")

@@ -80,7 +80,7 @@ def test_what_is_good_in_3d_is_at_least(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["centre_nees", "speed_inside_2_sigma", "matched_rows", "PTR@0.5"])
 def test_scores_whose_ideal_lies_between_have_no_bound(name: str) -> None:
-    with pytest.raises(UnknownName):
+    with pytest.raises(BadConfig, match=f"bound {name}: neither more nor less of it is better"):
         bounds_of({name: 0.5})
 
 
