@@ -44,6 +44,8 @@ def test_each_class_keeps_its_own_ids(framework: str | None) -> None:
     assert len(rows) == 12
     assert (np.diff(rows.frames) >= 0).all()
     assert rows.kinds is not None
+    assert rows.estimates is not None
+    assert np.isfinite(rows.estimates.means).all()
     for kind, box in (("Car", CAR), ("Pedestrian", WALKER)):
         mine = rows.select(rows.kinds == kind)
         assert len(mine) == 6

@@ -86,8 +86,8 @@ class Rows:
 
     @classmethod
     def concatenate(cls: type[Table], parts: Sequence[Table]) -> Table:
-        """The rows of all parts, in order; a column stays only if every part has it."""
-        tables = [part.__dict__ for part in parts]
+        """The rows of all parts, in order; a column stays only if every part with rows has it."""
+        tables = [part.__dict__ for part in [each for each in parts if len(each)] or parts]
         columns: dict[str, Any] = {}
         for name in cls.__match_args__:
             pieces = [table[name] for table in tables]

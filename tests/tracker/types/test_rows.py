@@ -69,6 +69,10 @@ def test_a_column_stays_only_where_every_part_has_it() -> None:
     both = Detections.concatenate([with_yaw, without_yaw])
     assert both.yaw is None
     assert both.size.shape == (2, 3)
+    nobody = without_yaw.select([])
+    for parts in ([with_yaw, nobody], [nobody, with_yaw]):
+        assert Detections.concatenate(parts).yaw is not None, "no rows lack no column"
+    assert len(Detections.concatenate([nobody, nobody])) == 0
 
 
 def test_selecting_copies_so_that_the_table_cannot_be_changed_through_it() -> None:
