@@ -32,20 +32,27 @@ def likeliest(
 
 
 def estimate(states: CarStates, weights: Float[Array, "n k"]) -> CarEstimates:
-    """Mean and covariance of the hypotheses that face the likeliest direction, and how sure it is.
+    """Mean of the hypotheses that face the likeliest direction, and how sure that is.
 
-    weights: probabilities of the hypotheses, which sum up to 1 over a row.
+    The covariance is about that mean, over all hypotheses that do not face the other way: from its
+    width alone a car may be turned to the left or to the right. weights: probabilities of the
+    hypotheses, which sum up to 1 over a row.
     """
     best, alike, heading_known = likeliest(states, weights)
-    shares = weights * alike * (weights > MIN_WEIGHT)
-    shares /= shares.sum(axis=1, keepdims=True)
     centre = states.means[np.arange(len(states)), best]
     off = states.means - centre[:, None]
     off[:, :, YAW] = wrap_angle(off[:, :, YAW])
-    off *= (shares > 0.0)[:, :, None]
-    shift = (shares[:, None] @ off)[:, 0]
+    shift = (_shares(weights, alike)[:, None] @ np.where(alike[:, :, None], off, 0.0))[:, 0]
     off -= shift[:, None]
+    shares = _shares(weights, np.abs(off[:, :, YAW]) < 0.5 * np.pi)
+    off *= (shares > 0.0)[:, :, None]
     spread = (off * shares[:, :, None]).transpose(0, 2, 1) @ off
     n, k, size = states.means.shape
     within = (shares[:, None] @ states.covs.reshape(n, k, size * size)).reshape(n, size, size)
     return CarEstimates(centre + shift, within + spread, heading_known)
+
+
+def _shares(weights: Float[Array, "n k"], chosen: Bool[Array, "n k"]) -> Float[Array, "n k"]:
+    """The weights of the chosen hypotheses, which sum up to 1 over a row."""
+    shares: Float[Array, "n k"] = weights * chosen * (weights > MIN_WEIGHT)
+    return shares / shares.sum(axis=1, keepdims=True)

@@ -138,6 +138,9 @@ class CarFilter:
     stated_covariance: float = 1.6
     """How much larger the covariance in rows is than the filter's own, which takes the errors of
     successive boxes for independent; chosen so that as many errors lie within it as it says."""
+    stated_floor: tuple[float, float] = (0.045, 0.2)
+    """What headings (rad) and speeds (m/s) are off by besides: parked cars creep, and no car drives
+    exactly where it faces. More: rows state less certain ones."""
     switch: float = 0.02
     """Probability with which a mode that has died out begins again: cars stop and start."""
 
@@ -266,8 +269,14 @@ class CarFilter:
 
     def estimate(self, states: CarStates, memory: RoadMemory) -> CarEstimates:
         """One state per car: of its likeliest direction, with how likely that is."""
-        estimates = estimate(states, self.weights(states, memory))
-        return estimates.replaced(covs=self.stated_covariance * estimates.covs)
+        return self.stated(estimate(states, self.weights(states, memory)))
+
+    def stated(self, estimates: CarEstimates, factor: float = 1.0) -> CarEstimates:
+        """The estimates with the covariance that rows state. factor: on it besides."""
+        covs = factor * self.stated_covariance * estimates.covs
+        for column, std in zip((YAW, SPEED), self.stated_floor, strict=True):
+            covs[:, column, column] += std**2
+        return estimates.replaced(covs=covs)
 
     def weights(self, states: CarStates, memory: RoadMemory) -> Float[Array, "n k"]:
         """Probabilities of the hypotheses, the prior of directions included."""

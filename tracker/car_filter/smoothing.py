@@ -152,8 +152,7 @@ def smooth_first(car_filter: CarFilter, frames: Sequence[FilteredFrame]) -> CarE
 def _stated(car_filter: CarFilter, lineages: _Lineages) -> CarEstimates:
     """One state per car, with the covariance that rows state."""
     estimates = estimate(lineages.states, np.exp(lineages.states.log_weights))
-    factor = car_filter.stated_covariance * SMOOTHED_COVARIANCE
-    return estimates.replaced(covs=factor * estimates.covs)
+    return car_filter.stated(estimates, SMOOTHED_COVARIANCE)
 
 
 def _back(car_filter: CarFilter, frames: Sequence[FilteredFrame]) -> Iterable[_Lineages]:

@@ -7,6 +7,7 @@ from filterpy.kalman import KalmanFilter
 from tests.tracker.samples import LEVEL, PITCHED, outlines
 from tracker.car_filter import CarFilter, CarMotion, CarStates, EdgeModel, RoadMemory, RoadModel
 from tracker.car_filter.edges import hidden_edges
+from tracker.car_filter.estimates import estimate
 from tracker.car_filter.projection import project_boxes
 from tracker.car_filter.road_memory import SeenBases
 from tracker.car_filter.roughness import RoughnessModel
@@ -192,6 +193,19 @@ def test_the_image_border_cuts_only_cars_that_go_on_beyond_it() -> None:
     beyond, inside = boxes - [40.0, 0.0, 0.0, 0.0], boxes + [4.0, 0.0, 0.0, 0.0]
     assert edges.censored(boxes, beyond, LEVEL).tolist() == [[True, False, False, False]]
     assert not edges.censored(boxes, inside, LEVEL).any()
+
+
+def test_a_car_that_may_be_turned_to_either_side_is_stated_to_be() -> None:
+    means, weights = np.tile(MEAN, (1, 16, 1)), np.zeros((1, 16))
+    means[0, :3, 3] = 0.7, -0.7, 0.7 - np.pi  # the last one faces backwards
+    weights[0, :3] = 0.5, 0.3, 0.2
+    states = CarStates(means, np.tile(0.01 * np.eye(9), (1, 16, 1, 1)), np.zeros((1, 16)))
+    found = estimate(states, weights)
+    assert found.means[0, 3] == pytest.approx(0.7)
+    assert found.covs[0, 3, 3] == pytest.approx(0.01 + 0.3 / 0.8 * 1.4**2)
+    assert found.heading_known[0] == pytest.approx(0.8)
+    flat = CarFilter(stated_covariance=2.0, stated_floor=(0.1, 0.2))
+    assert flat.stated(found).covs[0, 4, 4] == pytest.approx(2.0 * 0.01 + 0.2**2)
 
 
 def test_the_road_falls_where_boxes_of_cars_stand_lower() -> None:
