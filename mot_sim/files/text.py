@@ -19,6 +19,7 @@ MAX_INTEGER = 2.0**53
 MAX_NUMBER = 1e18
 # 28 hours at 100 Hz; what is laid out by frames stays small.
 MAX_FRAMES = 10_000_000
+MAX_SHOWN_NAMES = 20  # of columns, in an error
 MAX_TEXT_BYTES = 2_000_000_000  # 20 million rows of labels
 
 
@@ -233,9 +234,10 @@ def _first_fault(
     words: Sequence[str],
 ) -> str | None:
     """The first bad line and what is wrong with it; None when nothing is found."""
-    layout = (
-        f"a row is {' '.join(names)}, separated by {repr(delimiter) if delimiter else 'spaces'}"
-    )
+    shown_names = " ".join(names[:MAX_SHOWN_NAMES])
+    if len(names) > MAX_SHOWN_NAMES:
+        shown_names += f" ... ({len(names)} columns)"
+    layout = f"a row is {shown_names}, separated by {repr(delimiter) if delimiter else 'spaces'}"
     for number, line in numbered_lines:
         values = line.split(delimiter)
         if len(values) != len(names):
