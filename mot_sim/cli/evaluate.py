@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 # What makes a match in 3D: AB3DMOT's three, and the distance of nuScenes.
 THRESHOLDS = ".25,.5,.7,2m"
-ERRORS_PICTURE = "errors.png"
+ERROR_PICTURES = ("errors_from_above.png", "errors_by_distance.png")
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,8 @@ class Evaluate:
         if self.out is not None:
             from mot_sim.files.writing import require_writable
 
-            require_writable(self.out / ERRORS_PICTURE)
+            for name in ERROR_PICTURES:
+                require_writable(self.out / name)
         kinds = parse_kinds(self.classes)
         split = Split.of(self.seqmap, self.frames)
         if self.spatial:
@@ -222,11 +223,16 @@ def deliver_3d(
     deliver(terminal, table, scored.as_dict(), json, csv, shown)
     if out is not None:
         from mot_sim.cli.keeping import keep
-        from mot_sim.plotting.birds_eye import birds_eye_figure
+        from mot_sim.plotting.birds_eye import birds_eye_figure, distance_figure
         from mot_sim.plotting.charts import save_figure
 
         places, found = errors.from_above()
-        figure = birds_eye_figure(places, found, errors.stated.radial_std, title)
-        picture = save_figure(figure, out / ERRORS_PICTURE)
-        keep(out, "run", title, (*shown, table), files=(picture.name,))
-        terminal.note(f"written: {picture}, and result.json for mot-sim report {out}")
+        figures = (
+            birds_eye_figure(places, found, title),
+            distance_figure(places, found, errors.stated.radial_std, title),
+        )
+        for figure, name in zip(figures, ERROR_PICTURES, strict=True):
+            save_figure(figure, out / name)
+        keep(out, "run", title, (*shown, table), files=ERROR_PICTURES)
+        names = " and ".join(ERROR_PICTURES)
+        terminal.note(f"written: {names} in {out}, and result.json for mot-sim report {out}")

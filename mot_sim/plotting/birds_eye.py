@@ -1,5 +1,6 @@
-"""Errors of cuboids from above: where cars stand and where they were believed, as a figure."""
+"""Errors of cuboids from above: where cars stand and where they were believed, as figures."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,27 +20,41 @@ COLOUR_METRES = 4.0  # the error from which on the colour is the same
 
 
 def birds_eye_figure(
+    places: Float[Array, "n 2"], found: Float[Array, "n 2"], title: str = ""
+) -> "matplotlib.figure.Figure":
+    """Every car from above, and where it was believed.
+
+    places, found: metres right of and ahead of the camera. Rows with NaN are left out.
+    """
+    known = np.isfinite(places).all(axis=1) & np.isfinite(found).all(axis=1)
+    return _figure(lambda axes: _draw_from_above(axes, places[known], found[known]), title)
+
+
+def distance_figure(
     places: Float[Array, "n 2"],
     found: Float[Array, "n 2"],
     stated_std: Float[Array, " n"] | None = None,
     title: str = "",
 ) -> "matplotlib.figure.Figure":
-    """Left: every car from above and where it was believed. Right: radial errors over distance.
+    """Radial errors over distance.
 
-    places, found: metres right of and ahead of the camera. stated_std: of each radial error, m;
-    None or NaN: not stated. Rows with NaN are left out.
+    places, found: see `birds_eye_figure`. stated_std: of each radial error, m; None or NaN: not
+    stated.
     """
+    known = np.isfinite(places).all(axis=1) & np.isfinite(found).all(axis=1)
+    std = np.full(len(places), np.nan) if stated_std is None else stated_std
+    return _figure(
+        lambda axes: _draw_over_distance(axes, places[known], found[known], std[known]), title
+    )
+
+
+def _figure(draw: Callable[[Any], None], title: str) -> "matplotlib.figure.Figure":
+    """One panel under a title."""
     from matplotlib.figure import Figure  # noqa: PLC0415, importing mot_sim waits for no plots
 
-    known = np.isfinite(places).all(axis=1) & np.isfinite(found).all(axis=1)
-    places, found = places[known], found[known]
-    std = np.full(len(places), np.nan) if stated_std is None else stated_std[known]
     with styled():
-        width, height = PANEL_INCHES
-        figure = Figure(figsize=(2.0 * width, height), layout="constrained")
-        above, over = figure.subplots(1, 2)
-        _draw_from_above(figure, above, places, found)
-        _draw_over_distance(over, places, found, std)
+        figure = Figure(figsize=PANEL_INCHES, layout="constrained")
+        draw(figure.subplots())
         if title:
             figure.suptitle(title, x=0.01, ha="left")
         figure.draw_without_rendering()
@@ -47,9 +62,7 @@ def birds_eye_figure(
     return figure
 
 
-def _draw_from_above(
-    figure: Any, axes: Any, places: Float[Array, "n 2"], found: Float[Array, "n 2"]
-) -> None:
+def _draw_from_above(axes: Any, places: Float[Array, "n 2"], found: Float[Array, "n 2"]) -> None:
     """A line from every car to where it was believed."""
     from matplotlib.collections import LineCollection  # noqa: PLC0415
 
@@ -65,10 +78,10 @@ def _draw_from_above(
     axes.set_aspect("equal", adjustable="datalim")
     axes.autoscale_view()
     every = f", one row in {step}" if step > 1 else ""
-    axes.set_title(f"From above: from the car (dot) to where it was believed{every}", loc="left")
+    axes.set_title(f"From the car (dot) to where it was believed{every}", loc="left")
     axes.set_xlabel("right of the camera, m")
     axes.set_ylabel("ahead of the camera, m")
-    figure.colorbar(drawn, ax=axes, label="off by, m", shrink=0.7, extend="max")
+    axes.figure.colorbar(drawn, ax=axes, label="off by, m", shrink=0.7, extend="max")
 
 
 def _draw_over_distance(

@@ -377,9 +377,9 @@ def test_tables_and_picture_in_3d_are_kept_for_the_report(
     outcome = mot_sim("evaluate", folder, "--root", made_tree, "--3d", "--out", out)
     assert outcome.code == 0
     kept = json.loads((out / "result.json").read_text())
-    assert kept["files"] == ["errors.png"]
+    assert kept["files"] == ["errors_from_above.png", "errors_by_distance.png"]
     assert [table["name"] for table in kept["tables"]] == ["criteria", "spatial_errors", "spatial"]
-    assert (out / "errors.png").read_bytes()[:4] == b"\x89PNG"
+    assert all((out / name).read_bytes()[:4] == b"\x89PNG" for name in kept["files"])
     page = tmp_path / "page.html"
     assert mot_sim("report", out, "--out", page).code == 0
     assert "Centres: 0.5 m off in the median, 100.00 % within 2 m." in page.read_text()

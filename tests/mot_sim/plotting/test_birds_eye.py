@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mot_sim.plotting.birds_eye import MAX_DRAWN, birds_eye_figure
+from mot_sim.plotting.birds_eye import MAX_DRAWN, birds_eye_figure, distance_figure
 from mot_sim.plotting.charts import save_figure
 
 
@@ -17,13 +17,17 @@ def cars(count: int) -> tuple[np.ndarray, np.ndarray]:
 
 def test_a_line_leads_from_every_car_to_its_belief() -> None:
     places, found = cars(240)
-    figure = birds_eye_figure(places, found, np.full(240, 2.0), "a title")
-    above, over, _ = figure.axes
+    above, _ = birds_eye_figure(places, found, "a title").axes
     (lines,) = above.collections
     segments = np.array(lines.get_segments())
     np.testing.assert_allclose(segments[:, 0], places)
     np.testing.assert_allclose(segments[:, 1], found)
     np.testing.assert_allclose(lines.get_array(), 0.1 * places[:, 1])
+
+
+def test_errors_over_distance_stand_beside_what_was_stated() -> None:
+    places, found = cars(240)
+    (over,) = distance_figure(places, found, np.full(240, 2.0), "a title").axes
     names = [each.get_text() for each in over.get_legend().get_texts()]
     assert names == ["80 % of the rows", "median", "stated: 1 sigma"]
     median = next(line for line in over.lines if line.get_label() == "median")
@@ -44,5 +48,8 @@ def test_rows_that_are_not_known_are_left_out() -> None:
 
 @pytest.mark.parametrize("count", [0, 1])
 def test_next_to_nothing_is_drawn_and_saved(tmp_path: Path, count: int) -> None:
-    path = save_figure(birds_eye_figure(*cars(count)), tmp_path / "errors.png")
-    assert path.read_bytes()[:4] == b"\x89PNG"
+    for number, figure in enumerate(
+        (birds_eye_figure(*cars(count)), distance_figure(*cars(count)))
+    ):
+        path = save_figure(figure, tmp_path / f"{number}.png")
+        assert path.read_bytes()[:4] == b"\x89PNG"
