@@ -52,6 +52,9 @@ def test_the_hungarian_policy_returns_what_evaluate_gives_the_papers_tracker(env
     np.testing.assert_array_equal(env.tracks.frames, expected.frames)
     np.testing.assert_array_equal(env.tracks.ids, expected.ids)
     np.testing.assert_array_equal(env.tracks.boxes, expected.boxes)
+    assert env.tracks.cuboids is not None
+    assert expected.cuboids is not None
+    np.testing.assert_array_equal(env.tracks.cuboids.base, expected.cuboids.base)
     whole = evaluate_sequence(drive.truth, expected, drive.frame_count)
     assert total == pytest.approx(whole["MOTA"], abs=1e-9)
     assert total > 0.5
