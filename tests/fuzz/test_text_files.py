@@ -21,6 +21,8 @@ from mot_sim.datasets import (
     read_results,
     tracks_of_boxes,
 )
+from mot_sim.datasets.estimate_files import COLUMNS as ESTIMATE_COLUMNS
+from mot_sim.datasets.estimate_files import read_estimates
 from mot_sim.datasets.kitti.calibration import Calibration
 from mot_sim.datasets.kitti.ego import read_oxts
 from mot_sim.datasets.kitti.labels import cuboids_of_rows
@@ -88,10 +90,15 @@ LENS_FILE = CAMERA_MATRIX + b"distortion = [-0.3, 0.1, 0.001, 0.0, -0.01]\n"
 TUM = b"# t\n0 0 0 0 0 0 0 1\n0.2 0 0 1.6 0 0.05 0 0.99875\n0.4 0 0 3 0 0 0 1\n"
 TIMED = b"0 1 0 0 0 0 1 0 0 0 0 1 0\n0.4,1,0,0,0,0,1,0,0,0,0,1,2\n".replace(b",", b" ")
 OWN_LABELS = b"frame,id,class,x_min,y_min,x_max,y_max\n0,7,Car,500,180,580,240\n1,7,Van,1,2,30,40\n"
+VARIANCES = ",".join("0.3" if a == b else "0" for a in range(9) for b in range(a, 9))
 MIXED = (
     b"Time;Track_ID;Class;Left;Top;Width;Height;Yaw;Conf\n1,5;2;car;5;8;80;60;;0,9\n"
     b"2;2;Tram;5;9;8;6;.1;1\n"
 )
+ESTIMATES = "\n".join([
+    ",".join(ESTIMATE_COLUMNS),
+    *(f"{frame},3,1.5,0,20,-1.57,8,4.2,1.5,1.7,0.01,0.9,{VARIANCES}" for frame in (0, 2)),
+]).encode()  # fmt: skip
 MOT_LABELS = b"1,2,100,50,30,80,1,1,0.9\n2,2,102,50,30,80,1,1,0.8\n2,4,10,5,30,80,0,8,1\n"
 
 
@@ -196,6 +203,14 @@ def guest(path: Path) -> None:
     tracks_of(read_guest_results([drive], path.parent)[path.stem])
 
 
+def estimates(path: Path) -> None:
+    frames, ids, states = read_estimates(path)
+    assert len(frames) == len(ids) == len(states)
+    assert np.isfinite(states.means).all()
+    assert (np.linalg.eigvalsh(states.covs) > -1e-3 * np.abs(states.covs).max(initial=1.0)).all()
+    assert (np.abs(states.means[:, 3]) <= np.pi).all()
+
+
 def score_map(path: Path) -> None:
     text = path.read_bytes().decode(errors="replace")
     assert ((probability := ScoreMap.parse(text)(np.array([0.0, 1.0]))) >= 0.0).all()
@@ -216,6 +231,7 @@ READERS: dict[str, tuple[bytes | list[bytes], Spoil, Callable[[Path], Any]]] = {
     "trajectory": ([TUM, TIMED, POSES], spoiled_text, trajectory),
     "seqmap": (b"0000 empty 000000 000154\n0002 empty 3 9\n", spoiled_text, read_seqmap),
     "tracks of boxes": ([OWN_LABELS, MIXED, LABELS, DETECTIONS["motchallenge"]], spoiled_text, own),
+    "estimates": (ESTIMATES, spoiled_text, estimates),
     "MOTChallenge's labels": (MOT_LABELS, spoiled_text, mot_labels),
     "camera with a lens": (LENS_FILE, spoiled_toml, read_camera),
     **{
