@@ -63,6 +63,9 @@ class CueModel:
     repetition: float = 5.0
     """How many readings of one car tell as much as one, after the first: their errors are alike.
     More: the first reading counts more against the later ones."""
+    evidence: float = 0.3
+    """How much of the log-likelihood of a later reading counts for the hypotheses, 0 to 1; less:
+    the direction of the first reading stays longer."""
 
     def __post_init__(self) -> None:
         for name in ("turned_share", "hidden_turned_share"):
@@ -77,18 +80,19 @@ class CueModel:
         covs: Float[Array, "h 9 9"],
         cues: CarCues,
         hidden: Bool[Array, " h"],
-        repetition: float,
+        is_first: bool,
     ) -> tuple[Float[Array, "h 9"], Float[Array, "h 9 9"], Float[Array, " h"]]:
-        """Hypotheses after the cues of their cars, and the log-likelihoods of the cues.
+        """Hypotheses after the cues of their cars, and what those count for each, nats.
 
-        cues, hidden: row by row the hypotheses' own. repetition: how many such readings tell as
-        much as one.
+        cues, hidden: row by row the hypotheses' own. is_first: nothing was read before.
         """
+        repetition, evidence = (1.0, 1.0) if is_first else (self.repetition, self.evidence)
         means, covs, fit = means.copy(), covs.copy(), np.zeros(len(means))
         known = np.isfinite(cues.yaw).nonzero()[0]
         if len(known):
             some = means[known], covs[known], cues.select(known), hidden[known], repetition
             means[known], covs[known], fit[known] = self._yaw(*some)
+            fit *= evidence
         known = np.isfinite(cues.log_size).all(axis=1).nonzero()[0]
         if len(known):
             mean, cov = means[known], covs[known]
@@ -107,7 +111,7 @@ class CueModel:
         hidden: Bool[Array, " h"],
         repetition: float,
     ) -> tuple[Float[Array, "h 9"], Float[Array, "h 9 9"], Float[Array, " h"]]:
-        """Hypotheses after yaws that are right, off by half a turn, or tell nothing.
+        """Hypotheses after yaws that are right, off by half a turn, or tell nothing; how likely.
 
         Each hypothesis follows the yaw in the direction that it faces itself, as far as the yaw
         tells something.
@@ -126,7 +130,7 @@ class CueModel:
         # a yaw that tells something with probability p: its variance over p
         trust = np.maximum(told / likelihood, 1e-6)
         covs = _corrected(covs, step, YAW, folded, total / trust - covs[:, YAW, YAW])
-        return means + step, covs, np.log(likelihood) / repetition
+        return means + step, covs, np.log(likelihood)
 
 
 def _corrected(

@@ -209,7 +209,7 @@ class CarFilter:
         means, covs, told = states.means[at], states.covs[at], np.zeros(len(at[0]))
         if cues is not None:
             behind, seen = (np.count_nonzero(hidden, axis=1) > 0)[at[0]], cues.select(at[0])
-            means, covs, told = self.cues(means, covs, seen, behind, self.cues.repetition)
+            means, covs, told = self.cues(means, covs, seen, behind, is_first=False)
         means, covs, fit, misfit = self._update(means, covs, boxes[at[0]], variances[at[0]], camera)
         fit = fit + forward_log_probability(means[:, SPEED], covs[:, SPEED, SPEED])
         means[:, SPEED] = np.maximum(means[:, SPEED], 0.0)
@@ -256,7 +256,7 @@ class CarFilter:
         cov, told = covs.reshape(-1, STATE_SIZE, STATE_SIZE), np.zeros(len(of))
         if cues is not None:
             behind, seen = (np.count_nonzero(hidden, axis=1) > 0)[of], cues.select(of)
-            before, cov, told = self.cues(before, cov, seen, behind, 1.0)
+            before, cov, told = self.cues(before, cov, seen, behind, is_first=True)
         for _ in range(START_ITERATIONS):
             updated = self._update(before, cov, boxes[of], variances[of], camera, linear)
             linear = updated.means

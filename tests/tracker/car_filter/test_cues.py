@@ -26,8 +26,10 @@ def test_sizes_are_measurements_of_a_linear_filter() -> None:
     kalman = KalmanFilter(dim_x=9, dim_z=3)
     kalman.x, kalman.P = STATE.copy(), root @ root.T + 0.01 * np.eye(9)
     size = (4.4, 1.6, 1.8)
-    means, covs, fit = model(STATE[None], kalman.P[None], cues_of(size=size), SEEN, 5.0)
-    kalman.update(np.log(size), R=5.0 * np.diag(np.square(model.size_std)), H=np.eye(9)[5:8])
+    means, covs, fit = model(STATE[None], kalman.P[None], cues_of(size=size), SEEN, False)
+    kalman.update(
+        np.log(size), R=model.repetition * np.diag(np.square(model.size_std)), H=np.eye(9)[5:8]
+    )
     np.testing.assert_allclose(means[0], kalman.x, atol=1e-12)
     np.testing.assert_allclose(covs[0], kalman.P, atol=1e-12)
     assert fit[0] == 0.0
@@ -41,7 +43,7 @@ def test_a_yaw_that_surely_tells_something_is_a_measurement_of_a_linear_filter()
     covs = kalman.P.copy()[None]
     kalman.update(0.4, R=model.yaw_std**2 + model.yaw_floor**2, H=np.eye(9)[3:4])
     for yaw in (0.4, 0.4 - np.pi):  # front for rear: the hypothesis stays in its own direction
-        means, after, _ = model(STATE[None], covs, cues_of(yaw), SEEN, 1.0)
+        means, after, _ = model(STATE[None], covs, cues_of(yaw), SEEN, True)
         np.testing.assert_allclose(means[0], kalman.x, atol=1e-6)
         np.testing.assert_allclose(after[0], kalman.P, atol=1e-6)
 
@@ -52,13 +54,14 @@ def test_a_direction_is_as_much_likelier_as_front_is_taken_for_front() -> None:
     means[1, 3] -= np.pi
     for hidden, odds in ((False, 9.0), (True, 1.5)):
         cues = cues_of(0.3).select(np.zeros(2, np.int64))
-        *_, fit = model(means, covs, cues, np.full(2, hidden), 2.0)
-        assert np.exp(2.0 * (fit[0] - fit[1])) == pytest.approx(odds, rel=1e-6)
+        for is_first, power in ((True, 1.0), (False, model.evidence)):
+            *_, fit = model(means, covs, cues, np.full(2, hidden), is_first)
+            assert np.exp(fit[0] - fit[1]) == pytest.approx(odds**power, rel=1e-6)
 
 
 def test_a_yaw_that_fits_no_way_at_all_changes_little() -> None:
     means, covs = STATE[None], 0.001 * np.eye(9)[None]
-    after, cov, _ = CueModel()(means, covs, cues_of(0.3 + np.pi / 2), SEEN, 1.0)
+    after, cov, _ = CueModel()(means, covs, cues_of(0.3 + np.pi / 2), SEEN, True)
     np.testing.assert_allclose(after, means, atol=1e-4)
     np.testing.assert_allclose(cov, covs, atol=1e-4)
 
