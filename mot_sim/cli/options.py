@@ -77,6 +77,10 @@ class KittiOptions:
     (12 numbers, metres) a line, one line a frame; or with times, as TUM's trajectories (time tx ty
     tz qx qy qz qw) or time and the matrix: between them is interpolated. A folder of drives may
     have a folder with NAME.txt."""
+    ego_scale: Annotated[str | None, option("NAME", "metres")] = None
+    """auto: the poses have a scale of their own, as those of one camera have (ORB-SLAM and its
+    like); metres are found while the drive is played, by the cars that the camera passes and the
+    camera's height. Until then the translation counts as unknown."""
     height: Annotated[float | None, option("METRES", f"{CAMERA_HEIGHT}")] = None
     """Of the camera above the road."""
     pitch: Annotated[float | None, option("DEGREES", "0")] = None
@@ -99,6 +103,15 @@ class KittiOptions:
         from mot_sim.datasets import ScoreMap
 
         return None if self.score_map is None else ScoreMap.parse(self.score_map)
+
+    @property
+    def metric(self) -> bool:
+        """Whether poses are in metres."""
+        from tracker.errors import UnknownName
+
+        if self.ego_scale not in (None, "auto"):
+            raise UnknownName.of("scale of the ego-motion", str(self.ego_scale), ("auto",))
+        return self.ego_scale is None
 
     def kinds(self) -> tuple[str, ...] | None:
         """The classes that were asked for; None: those of the detections."""
@@ -154,6 +167,7 @@ class KittiOptions:
                 score_map=self.parsed_score_map(),
                 every=self.every,
                 kinds=self.kinds(),
+                metric=self.metric,
             )
             for name in chosen
         ]
@@ -174,6 +188,7 @@ class KittiOptions:
             "drop_bad_boxes": self.drop_bad_boxes,
             **self.looks(),
             **({"cuboids": True} if self.cuboids else {}),
+            **({} if self.ego_scale is None else {"ego_scale": self.ego_scale}),
             **({} if self.classes is None else {"classes": self.classes}),
             **({} if self.frames is None else {"frames": self.frames}),
             **({} if self.seqmap is None else {"seqmap": str(self.seqmap.resolve())}),

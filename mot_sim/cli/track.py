@@ -1,6 +1,6 @@
 """`mot-sim track`: boxes in, identities out."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -98,6 +98,7 @@ class Track:
             self.images,
             poses,
             visual=self.kitti.ego == "visual",
+            metric=self.kitti.metric,
             bad_boxes="drop" if drop else "error",
             score_map=self.kitti.parsed_score_map(),
             every=self.kitti.every,
@@ -109,6 +110,7 @@ class Track:
         }
         settings["ego"] = settings["ego"] or self.kitti.ego
         of_boxes = {"drop_bad_boxes": drop, "score_map": self.kitti.score_map}
+        of_boxes |= {} if self.kitti.metric else {"ego_scale": self.kitti.ego_scale}
         return drives, {**settings, **of_boxes, **self.kitti.looks()}
 
     def _report(self, terminal: Terminal, run: "mot_sim.evaluation.runs.TrackingRun") -> None:
@@ -139,8 +141,18 @@ class Track:
             f"{spared}{missing}{stages_said(run)}\n"
         )
         for name, counts in run.counts.items():
+            if not self.kitti.metric:
+                terminal.write(f"{name}: {scale_said(counts.ego_scale)}\n")
             if counts.rows == 0:
                 terminal.note(f"warning: {name}: {nothing_said(counts.detections)}")
+
+
+def scale_said(scale: Mapping[str, float]) -> str:
+    """The scale that was found in a drive, in words."""
+    if not scale:
+        return "no scale of the odometry found: the camera stands, or no car was passed"
+    interval = f"{scale['low']:.3g} to {scale['high']:.3g}"
+    return f"{scale['factor']:.3g} metres a unit of the odometry (95 %: {interval})"
 
 
 def nothing_said(detections: int) -> str:

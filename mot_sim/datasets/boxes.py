@@ -24,6 +24,7 @@ from mot_sim.datasets.kitti.labels import in_order
 from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.datasets.trajectories import read_trajectory
 from mot_sim.files.text import TextTable
+from tracker.ego import EgoScale
 from tracker.errors import BadConfig, BadFile, DatasetNotFound
 from tracker.types import TRACKED_KINDS, Tracks, spelled_as_kitti
 
@@ -44,6 +45,7 @@ def box_sequence(
     score_map: ScoreMap | None = None,
     every: int | None = None,
     kinds: tuple[str, ...] | None = None,
+    metric: bool = True,
 ) -> RecordedSequence:
     """The drive in a table of boxes and a camera file.
 
@@ -56,7 +58,8 @@ def box_sequence(
     camera: a file, see `read_camera`, or what it holds; with distortion, boxes are taken to the
     pinhole's image.
     images: a folder of 000000.png, ... .
-    poses: of the camera, see `read_trajectory`; without them its motion is unknown.
+    poses: of the camera, see `read_trajectory`; without them its motion is unknown. metric: they
+    are in metres; False: their scale is found while the drive is played, see `EgoScale`.
     motion_cov: of the motion that the poses give over one frame; by default that of ORB-SLAM3 on
     KITTI. visual: the motion is seen in the images. name: the file's, unless given. score_map: from
     the scores to probabilities; None: they are ones. every: only every so many-th frame was looked
@@ -66,6 +69,8 @@ def box_sequence(
     """
     if visual and (images is None or poses is not None):
         raise BadConfig("motion seen in images needs images, and no poses: give one or the other")
+    if poses is None and not metric:
+        raise BadConfig("--ego-scale auto is for poses in a file: give --ego FILE")
     table, form = read_box_table(_require(Path(boxes), "boxes"), kinds)
     table, moments = _timed(table)
     described = camera if isinstance(camera, CameraFile) else read_camera(Path(camera))
@@ -85,7 +90,8 @@ def box_sequence(
     needed = max(last_box + 1, frame_count or 0)
     Ts_world_cam = times = None
     if poses is not None:
-        trajectory = read_trajectory(_require(Path(poses), "pose file"), described.frame_rate)
+        path = _require(Path(poses), "pose file")
+        trajectory = read_trajectory(path, described.frame_rate, metric)
         if trajectory.times is None:
             reason = f"{boxes if needed == last_box + 1 else images} reaches frame {needed - 1}"
             frame_count = trajectory.require_frames(needed, reason)
@@ -126,6 +132,7 @@ def box_sequence(
         times=times,
         kinds=form.tracked,
         distortion=lens,
+        ego_scale=None if metric else EgoScale(camera_seen),
     )
     return sequence.looked_at_every(every)
 

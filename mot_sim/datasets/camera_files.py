@@ -32,6 +32,8 @@ POSE_COLUMNS = (
     *("r21", "r22", "r23", "ty"),
     *("r31", "r32", "r33", "tz"),
 )
+# For positions in units of their own.
+SCALE_CURE = "Of a scale that is not known: --ego-scale auto"
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,7 +215,10 @@ def reject_leaps(
     if leaps.any():
         first = int(np.flatnonzero(leaps)[0])
         what = f"a leap of {metres[first]:.4g} m from the frame before, {step:.3g} s earlier"
-        cure = "are the positions in metres, one line per frame, all of one map without a jump?"
+        cure = (
+            "are the positions in metres, one line per frame, all of one map without a jump? "
+            + SCALE_CURE
+        )
         table.reject(leaps, what, columns, cure)
 
 

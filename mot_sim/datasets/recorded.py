@@ -13,6 +13,7 @@ from numpy import ndarray as Array
 
 from mot_sim.datasets.distortion import Distortion
 from mot_sim.datasets.images import ImageSource
+from tracker.ego import EgoScale
 from tracker.errors import BadConfig
 from tracker.geometry import adjoint_of, invert
 from tracker.types import Camera, Detections, Frame
@@ -117,16 +118,21 @@ class RecordedSequence:
     kinds: tuple[str, ...] = ("Car",)
     """The classes of the detections, of TRACKED_KINDS; unless it is Car alone, the detections have
     a column `kinds`."""
+    ego_scale: EgoScale | None = None
+    """Finds the scale of poses that are not in metres while the drive is played, anew each time;
+    None: they are in metres."""
 
     def __len__(self) -> int:
         return len(self.frame_indices)
 
     def __iter__(self) -> Iterator[Frame]:
         played = self._known_motions() if self.motion is None else self._seen_motions(self.motion)
+        if self.ego_scale is not None:
+            self.ego_scale.reset()
         for index, (T_now_before, motion_cov) in zip(
             self.frame_indices.tolist(), played, strict=True
         ):
-            yield Frame(
+            frame = Frame(
                 index=index,
                 time=index / self.frame_rate if self.times is None else float(self.times[index]),
                 detections=self.detections_at(index),
@@ -134,6 +140,7 @@ class RecordedSequence:
                 motion_cov=motion_cov,
                 image=None if self.images is None else self.images.load(index),
             )
+            yield frame if self.ego_scale is None else self.ego_scale.step(frame)
 
     def require_cars(self) -> None:
         """BadConfig for detections of other classes, where only cars are known."""

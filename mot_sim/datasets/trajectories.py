@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 from scipy.spatial.transform import Rotation, Slerp
 
-from mot_sim.datasets.camera_files import POSE_COLUMNS, read_poses, rigid_poses
+from mot_sim.datasets.camera_files import POSE_COLUMNS, SCALE_CURE, read_poses, rigid_poses
 from mot_sim.files.text import read_table, read_text
 from tracker.errors import BadFile
 from tracker.types import max_step
@@ -69,11 +69,12 @@ class Trajectory:
         return poses
 
 
-def read_trajectory(path: Path, frame_rate: float) -> Trajectory:
+def read_trajectory(path: Path, frame_rate: float, metric: bool = True) -> Trajectory:
     """The trajectory in a file of numbers, in one of three layouts; lines with `#` are left out.
 
     12 numbers a line: see `read_poses`, a line a frame. 8: TUM's, time and camera-to-world as
     translation and quaternion. 13: time and the 12. Times are seconds, increasing. frame_rate: Hz.
+    metric: positions are in metres, so that leaps are refused.
     Raises BadFile as `read_poses`, for times that do not increase, and for quaternions that are
     none.
     """
@@ -82,7 +83,7 @@ def read_trajectory(path: Path, frame_rate: float) -> Trajectory:
     lines = [line for line in filled if line and not line.startswith("#")]
     count = len(lines[0].replace(",", " ").split()) if lines else 0
     if count not in (len(TUM_COLUMNS), len(TIMED_COLUMNS)):
-        return Trajectory(path, read_poses(path, step=step), None, step)
+        return Trajectory(path, read_poses(path, step=step if metric else None), None, step)
     columns = TUM_COLUMNS if count == len(TUM_COLUMNS) else TIMED_COLUMNS
     delimiter = "," if "," in lines[0] else None
     table = read_table(path, columns, delimiter, comment="#")
@@ -101,8 +102,9 @@ def read_trajectory(path: Path, frame_rate: float) -> Trajectory:
         Ts_world_cam[:, :3, 3] = table.finite(TUM_COLUMNS[1:4])
     else:
         Ts_world_cam = rigid_poses(table)
-    metres = np.linalg.norm(np.diff(Ts_world_cam[:, :3, 3], axis=0), axis=1)
-    far = np.r_[False, metres > [max_step(gap) for gap in np.diff(times).tolist()]]
-    cure = "are the positions in metres, and all of one map?"
-    table.reject(far, "a leap that no camera makes", ["tx", "ty", "tz"], cure)
+    if metric:
+        metres = np.linalg.norm(np.diff(Ts_world_cam[:, :3, 3], axis=0), axis=1)
+        far = np.r_[False, metres > [max_step(gap) for gap in np.diff(times).tolist()]]
+        cure = f"are the positions in metres, and all of one map? {SCALE_CURE}"
+        table.reject(far, "a leap that no camera makes", ["tx", "ty", "tz"], cure)
     return Trajectory(path, Ts_world_cam, times, step)

@@ -43,6 +43,9 @@ class SequenceStatistics:
     """Seconds of `seconds` spent on cues in images, by the names of `tracker.front_end.STAGES`."""
     contradiction: str | None = None
     """What the boxes contradict in the given motion or calibration; None: nothing."""
+    ego_scale: Mapping[str, float] = field(default_factory=dict)
+    """`factor`, metres per unit of the odometry at the end of the drive, and `low` and `high` of
+    its 95 % interval; empty: not estimated, or not found out."""
 
 
 @dataclass(eq=False)
@@ -123,8 +126,9 @@ class RunFolder(ResumableFolder):
 
 def _counts(told: Any) -> SequenceStatistics:
     """The counts that a JSON file tells. Raises ValueError and TypeError for what are none."""
-    numbers = {**told, **told.get("stages", {})}
+    numbers = {**told, **told.get("stages", {}), **told.get("ego_scale", {})}
     numbers.pop("stages", None)
+    numbers.pop("ego_scale", None)
     words = numbers.pop("contradiction", None)
     if not isinstance(words, str | None):
         raise TypeError(f"contradiction is {words!r:.80}")

@@ -22,6 +22,7 @@ from mot_sim.files.named_objects import (
 )
 from tracker import FRAMEWORKS, Camera, Delayed, Sequence, Tracker, Tracks
 from tracker.costs import Cost, WeightedCosts
+from tracker.ego import ScaleEstimate
 from tracker.errors import BadConfig, MotionWarning
 from tracker.front_end import STAGES, FrontEnd, SequenceWithCues, parse_cues
 from tracker.per_class import PerClass, for_kind
@@ -188,10 +189,19 @@ def track_sequence(
     seconds = perf_counter() - start
     pairs = done.pairs, done.compared, done.unmeasured
     stages = {} if looked is None else looked.seconds
+    ego_scale = getattr(sequence, "ego_scale", None)
     return tracks, SequenceStatistics(
         steps, seen, len(tracks), ids, seconds, *pairs, stages,
         None if contradiction is None else contradiction.text,
+        {} if ego_scale is None else _found_scale(ego_scale.estimate),
     )  # fmt: skip
+
+
+def _found_scale(found: ScaleEstimate) -> dict[str, float]:
+    """The scale with its interval; nothing where it is not known."""
+    if not found.known:
+        return {}
+    return {"factor": found.factor, "low": found.low, "high": found.high}
 
 
 def result_frame(sequence: Sequence) -> Float[Array, "4 4"]:

@@ -9,14 +9,17 @@ from tracker.ego.features import CornerFlow, Features
 from tracker.ego.filter import Coasting, MotionMeasurement
 from tracker.ego.odometry import VisualOdometry
 from tracker.ego.road import RoadScale
+from tracker.ego.scale import EgoScale, ScaleEstimate
 from tracker.ego.visual_sequence import VisualSequence, prefetch, with_visual_motion
 
 __all__ = [
     "Coasting",
     "CornerFlow",
+    "EgoScale",
     "Features",
     "MotionMeasurement",
     "RoadScale",
+    "ScaleEstimate",
     "VisualOdometry",
     "VisualSequence",
     "prefetch",

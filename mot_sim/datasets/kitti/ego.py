@@ -126,6 +126,8 @@ class PoseFiles:
     """Name of the folder in `<root>/odometry`."""
     motion_cov: Float[Array, "6 6"]
     """Covariance of the motion over one frame, see `RecordedSequence.motion_cov`."""
+    metric: bool = True
+    """Whether positions are in metres, so that leaps are refused."""
 
     def poses(
         self, root: Path, split: str, name: str, calibration: Calibration, frame_count: int
@@ -133,7 +135,7 @@ class PoseFiles:
         """Ts_world_cam; raises DatasetNotFound without the file and BadFile for a bad one."""
         path = beside_the_splits(root, "odometry", self.folder, split) / f"{name}.txt"
         require_file(path, "pose file", "give it, or take another ego-motion: oxts, none")
-        return read_poses(path, frame_count, STEP_SECONDS)
+        return read_poses(path, frame_count, STEP_SECONDS if self.metric else None)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from mot_sim.datasets.detection_files import BadBoxes, DetectionFormat, ScoreMap
 from mot_sim.datasets.images import ImageFolder
 from mot_sim.datasets.kitti.calibration import CAMERA_HEIGHT_METRES, Calibration, read_calibration
 from mot_sim.datasets.kitti.detectors import DETECTORS
-from mot_sim.datasets.kitti.ego import EGO, ImageMotion, VisualEgo, oxts_path
+from mot_sim.datasets.kitti.ego import EGO, ImageMotion, PoseFiles, VisualEgo, oxts_path
 from mot_sim.datasets.kitti.labels import cuboids_of_rows, read_labels
 from mot_sim.datasets.kitti.places import (
     DEFAULT_SIZE,
@@ -26,6 +26,7 @@ from mot_sim.datasets.kitti.places import (
 )
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
 from mot_sim.files.text import count_rows
+from tracker.ego import EgoScale
 from tracker.errors import BadConfig, BadFile, DatasetNotFound, UnknownName
 from tracker.types import Cuboids, Detections, Tracks
 
@@ -78,6 +79,7 @@ def kitti_sequence(
     every: int | None = None,
     kinds: tuple[str, ...] | None = None,
     cuboids: bool = False,
+    metric: bool = True,
 ) -> KittiSequence:
     """A sequence of a KITTI tree, at 10 Hz.
 
@@ -91,13 +93,19 @@ def kitti_sequence(
     height, pitch: of the camera above the road, metres and radians. bad_boxes: see
     `read_detections`. score_map: in place of the format's own. every: only every so many-th frame
     was looked at; None: as the boxes say, see `RecordedSequence.looked_at_every`. cuboids: whether
-    those of a LiDAR detector are read too, see `Detections.base`.
+    those of a LiDAR detector are read too, see `Detections.base`. metric: False: the poses in
+    files have a scale of their own, which is found while the drive is played, see `EgoScale`.
     For the testing split, detections and odometry lie in a folder `testing` of their own.
     Raises DatasetNotFound, UnknownName, BadFile, BadCalibration.
     """
     root = find_root(root)
     if ego not in EGO:
         raise UnknownName.of("ego-motion", ego, EGO)
+    source = EGO[ego]
+    if not metric:
+        if not isinstance(source, PoseFiles):
+            raise BadConfig(f"--ego-scale auto: ego-motion {ego} is in metres; name orbslam3")
+        source = replace(source, metric=False)
     detected = []
     for each in _detectors(detections, detection_format):
         path, form = _detection_file(root, split, name, each, detection_format)
@@ -143,7 +151,7 @@ def kitti_sequence(
         frame_count = int(log.frames.max(initial=-1)) + 1
         if labels.is_file():
             frame_count = max(frame_count, int(read_labels(labels).frames.max(initial=-1)) + 1)
-    Ts_world_cam = EGO[ego].poses(root, split, name, calibration, frame_count)
+    Ts_world_cam = source.poses(root, split, name, calibration, frame_count)
     motion = _seen_motion(ego, found, None if number is None else known_size, frame_count)
     if images and found is not None and motion is None:
         found.warn_of_gaps(frame_count)
@@ -154,12 +162,13 @@ def kitti_sequence(
         log=log,
         frame_indices=np.arange(frame_count),
         Ts_world_cam=Ts_world_cam,
-        motion_cov=EGO[ego].motion_cov,
+        motion_cov=source.motion_cov,
         images=found if images else None,
         motion=motion,
         calibration=calibration,
         label_path=labels if split == "training" and labels.is_file() else None,
         kinds=kinds,
+        ego_scale=None if metric else EgoScale(camera),
     )
     return sequence.looked_at_every(every)
 
