@@ -2,10 +2,10 @@
 
     python -m benchmarks.ego_scale --root KITTI [--detections rrc]
 
-The labelled drives with ORB-SLAM3's poses: in metres as they are, with the translations unknown, and
-with positions times .05, .5, 2 and 20, whose scale is found while a drive is played (`mot-sim track
---ego-scale auto`). Then, of each drive: the scale at the end with its 95 % interval, how many
-metres a unit of the poses is by OXTS, and from which frame on it was known. About five minutes.
+The labelled drives with ORB-SLAM3's poses: in metres as they are, without them, and with positions
+times .05, .5, 2 and 20, whose scale is found while a drive is played (`mot-sim track --ego-scale
+auto`). Then, of each drive: the scale at the end with its 95 % interval, how many metres a unit of
+the poses is by OXTS, and from which frame on it was known. About five minutes.
 """
 
 import argparse
@@ -40,13 +40,11 @@ def rescaled(drive: KittiSequence, factor: float) -> KittiSequence:
 
 def score(name: str, drives: list[KittiSequence]) -> None:
     """A row of the table of scores."""
-    results = {
-        drive.name: track_sequence(Tracker.default(drive.camera), drive)[0] for drive in drives
-    }
     tables = {}
     for drive in drives:
         assert drive.truth is not None
-        tables[drive.name] = (drive.truth, results[drive.name], drive.frame_count)
+        tracks, _ = track_sequence(Tracker.default(drive.camera), drive)
+        tables[drive.name] = (drive.truth, tracks, drive.frame_count)
     found = evaluate(tables).combined
     rates = f"{100 * found['HOTA']:.2f} | {100 * found['MOTA']:.2f} | {found['IDSW']:.0f}"
     print(f"| {name} | {rates} |", flush=True)

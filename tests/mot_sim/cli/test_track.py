@@ -92,7 +92,7 @@ def test_the_run_file_says_how_the_results_were_made(
     summary = json.loads(outcome.out)
     assert summary["sequences"] == run["sequences"]
     sums = {"frames", "detections", "rows", "ids", "seconds", "pairs", "compared", "unmeasured"}
-    sums |= {"stages", "contradiction"}
+    sums |= {"stages", "contradiction", "ego_scale"}
     assert run["sequences"]["0031"].keys() == sums
     assert 0.0 < summary["pairs_skipped"] < 1.0
     assert summary["frames"] == 3 * FRAMES
@@ -156,6 +156,22 @@ def test_boxes_of_ones_own_need_only_a_csv_and_a_camera(
         assert (outcome.code, outcome.err) == (0, "")
         assert files(out) == run_of("drive")
         assert len(read_results(out / "drive.txt")) == 2 * FRAMES
+
+
+def test_the_scale_of_the_odometry_is_said_and_kept(mot_sim: CommandLine, tmp_path: Path) -> None:
+    boxes = write(tmp_path / "drive.csv", boxes_csv())
+    camera = write(tmp_path / "camera.toml", CAMERA)
+    poses = write(tmp_path / "poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n" * FRAMES)
+    own = ["--boxes", boxes, "--camera", camera, "--ego-scale"]
+    outcome = mot_sim("track", *own, "auto", "--ego", poses, "--out", tmp_path / "out")
+    assert outcome.code == 0
+    assert "drive: no scale of the odometry found: the camera stands" in outcome.out
+    run = json.loads((tmp_path / "out" / "run.json").read_text())
+    assert run["settings"]["ego_scale"] == "auto"
+    assert run["sequences"]["drive"]["ego_scale"] == {}
+    outcome = mot_sim("track", *own, "metres", "--ego", poses, "--out", tmp_path / "other")
+    assert (outcome.code, outcome.err.count("\n")) == (2, 1)
+    assert "unknown scale of the ego-motion 'metres'; known: auto" in outcome.err
 
 
 def test_ctrl_c_keeps_the_finished_sequences_and_resume_does_the_rest(

@@ -119,11 +119,28 @@ def test_fewer_poses_than_frames_are_refused_by_the_name_of_their_file(folder: P
         box_sequence(table, camera, folder / "images", poses)
 
 
+@pytest.mark.parametrize("row", ["1 0 0 0 0 1 0 0 0 0 1 {0}\n", "{1} 0 0 {0} 0 0 0 1\n"])
+def test_poses_of_unknown_scale_may_leap_and_count_as_unknown_at_first(
+    folder: Path, row: str
+) -> None:
+    rows = [row.format(20 * frame, frame / 20) for frame in range(3)]
+    files = folder / "boxes.csv", folder / "camera.toml", None, write(folder / "p", "".join(rows))
+    sequence = box_sequence(*files, metric=False)
+    for _ in range(2):  # each time anew
+        *_, last = sequence
+        assert last.T_now_before is not None
+        assert last.motion_cov is not None
+        assert last.T_now_before[2, 3] == 0.0
+        assert last.motion_cov[2, 2] > 0.1
+    with pytest.raises(BadConfig, match="--ego-scale auto is for poses in a file"):
+        box_sequence(*files[:2], metric=False)
+
+
 def test_a_leap_of_the_poses_depends_on_the_frame_rate(folder: Path) -> None:
     poses = write(
         folder / "poses.txt", "".join(f"1 0 0 0 0 1 0 0 0 0 1 {20 * z}\n" for z in (0, 1, 2))
     )
-    with pytest.raises(BadFile, match=r"poses.txt:2: a leap of 20 m .* 0\.05 s earlier"):
+    with pytest.raises(BadFile, match=r"poses.txt:2: a leap of 20 m .* 0\.05 s .*--ego-scale auto"):
         box_sequence(folder / "boxes.csv", folder / "camera.toml", poses=poses)
     write(folder / "camera.toml", CAMERA.replace("frame_rate = 20", "frame_rate = 10"))
     assert len(box_sequence(folder / "boxes.csv", folder / "camera.toml", poses=poses)) == 3
