@@ -172,6 +172,7 @@ ABLATION: dict[str, Callable[[Tracker], Tracker]] = {
     "predicted boxes good for 1 s": lambda t: replace(
         t, existence=ExistenceFilter(prediction_lifetime=1.0)
     ),
+    "without car filter": lambda t: replace(t, car_filter=None),
     "predicted boxes good for 4 s": lambda t: replace(
         t, existence=ExistenceFilter(prediction_lifetime=4.0)
     ),

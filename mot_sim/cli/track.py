@@ -6,7 +6,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from mot_sim.cli.options import Flag, FolderOptions, KittiOptions, TrackerOptions, Verbose, option
+from mot_sim.cli.options import (
+    EGO,
+    Flag,
+    FolderOptions,
+    KittiOptions,
+    TrackerOptions,
+    Verbose,
+    option,
+)
 from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
 
 if TYPE_CHECKING:
@@ -123,6 +131,7 @@ class Track:
                     "frames_per_second": run.frames_per_second,
                     "pairs_skipped": run.skipped_share,
                     "stages_ms": run.stage_ms,
+                    "ego_motion": self._knows_motion,
                     "resumed": list(run.resumed),
                     "sequences": {name: vars(counts) for name, counts in run.counts.items()},
                 }
@@ -140,6 +149,11 @@ class Track:
             f"{self.out}: {count} sequence{'s' * (count != 1)}{kept}, {frames:,} frames{pace}"
             f"{spared}{missing}{stages_said(run)}\n"
         )
+        if not self._knows_motion:
+            terminal.write(
+                "Without ego-motion cuboids are far less certain, and their covariances larger: "
+                "whether a car or the camera moves is not known; --ego gives the motion.\n"
+            )
         for name, counts in run.counts.items():
             if not self.kitti.metric:
                 terminal.write(f"{name}: {scale_said(counts.ego_scale)}\n")
@@ -163,6 +177,12 @@ def nothing_said(detections: int) -> str:
         f"no row of {detections:,} detections: too weak, or never twice in one place; see their "
         "scores and boxes"
     )
+
+    @property
+    def _knows_motion(self) -> bool:
+        """Whether anything tells how the camera moves."""
+        assumed = EGO if self.boxes is None else "none"
+        return (self.kitti.ego or assumed) != "none"
 
 
 def stages_said(run: "mot_sim.evaluation.runs.TrackingRun") -> str:

@@ -167,6 +167,9 @@ class CarFilter:
         memory = self.roughness.predict(memory, dt)
         memory, slope = self.road.predict(memory, T_road, dt)
         memory = self.directions.predict(memory, turn, dt)
+        if dt > 0.0:
+            R = camera.T_road_cam[:3:2, :3] / dt
+            memory = memory._replace(camera_velocity_cov=R @ motion_cov[:3, :3] @ R.T)
         at = states.followed()
         if len(states) == 0:
             return PredictedCars(states, memory, at, np.zeros((0, STATE_SIZE, STATE_SIZE)))
@@ -269,13 +272,21 @@ class CarFilter:
 
     def estimate(self, states: CarStates, memory: RoadMemory) -> CarEstimates:
         """One state per car: of its likeliest direction, with how likely that is."""
-        return self.stated(estimate(states, self.weights(states, memory)))
+        return self.stated(estimate(states, self.weights(states, memory)), memory)
 
-    def stated(self, estimates: CarEstimates, factor: float = 1.0) -> CarEstimates:
-        """The estimates with the covariance that rows state. factor: on it besides."""
+    def stated(
+        self, estimates: CarEstimates, memory: RoadMemory, factor: float = 1.0
+    ) -> CarEstimates:
+        """The estimates with the covariance that rows state. factor: on it besides.
+
+        Speeds are those over the ground, so what is unknown of the camera's own is added.
+        """
         covs = factor * self.stated_covariance * estimates.covs
         for column, std in zip((YAW, SPEED), self.stated_floor, strict=True):
             covs[:, column, column] += std**2
+        yaw = estimates.means[:, YAW]
+        ahead = np.stack((np.cos(yaw), -np.sin(yaw)), axis=1)
+        covs[:, SPEED, SPEED] += ((ahead @ memory.camera_velocity_cov) * ahead).sum(axis=1)
         return estimates.replaced(covs=covs)
 
     def weights(self, states: CarStates, memory: RoadMemory) -> Float[Array, "n k"]:

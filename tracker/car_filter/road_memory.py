@@ -41,6 +41,9 @@ class RoadMemory(NamedTuple):
     """Its variance; inf: nothing is known yet."""
     traffic: Float[Array, "5 2"] = np.zeros((5, 2))
     """Seconds of traffic seen in each strip of the road: the camera's way, and oncoming."""
+    camera_velocity_cov: Float[Array, "2 2"] = np.zeros((2, 2))
+    """Covariance of the camera's own velocity along road x and z, m^2/s^2: all cars' speeds over
+    the ground share this error."""
     flatness: float = 0.0
     """How much likelier the boxes are on a flat road, nats: see `RoughnessModel`."""
 

@@ -139,20 +139,20 @@ def smooth_cars(car_filter: CarFilter, frames: Sequence[FilteredFrame]) -> Itera
     Rauch, Tung & Striebel, AIAA Journal 1965, along every hypothesis that is likely where the
     track ends; means and covariances are over those.
     """
-    for lineages in _back(car_filter, frames):
-        yield _stated(car_filter, lineages)
+    for lineages, frame in zip(_back(car_filter, frames), reversed(frames), strict=True):
+        yield _stated(car_filter, lineages, frame)
 
 
 def smooth_first(car_filter: CarFilter, frames: Sequence[FilteredFrame]) -> CarEstimates:
     """The cars of the first of these frames by all of them."""
     *_, first = _back(car_filter, frames)
-    return _stated(car_filter, first)
+    return _stated(car_filter, first, frames[0])
 
 
-def _stated(car_filter: CarFilter, lineages: _Lineages) -> CarEstimates:
+def _stated(car_filter: CarFilter, lineages: _Lineages, frame: FilteredFrame) -> CarEstimates:
     """One state per car, with the covariance that rows state."""
     estimates = estimate(lineages.states, np.exp(lineages.states.log_weights))
-    return car_filter.stated(estimates, SMOOTHED_COVARIANCE)
+    return car_filter.stated(estimates, frame.cars.memory, SMOOTHED_COVARIANCE)
 
 
 def _back(car_filter: CarFilter, frames: Sequence[FilteredFrame]) -> Iterable[_Lineages]:

@@ -94,6 +94,29 @@ def filter_tracks(
     return filtered
 
 
+def filter_whole_tracks(
+    tracker: Tracker,
+    car_filter: CarFilter,
+    frames: Sequence[FrameNodes],
+    paths: Mapping[int, Int[Array, " k"]],
+) -> list[FilteredNodes]:
+    """The forward pass over tracks that begin and end in these frames."""
+    last = {track_id: int(path[-1]) for track_id, path in paths.items()}
+    return filter_tracks(tracker, car_filter, frames, paths, FollowedCars.none(), last)
+
+
+def filtered_cars(
+    car_filter: CarFilter, frames: Sequence[FrameNodes], filtered: Sequence[FilteredNodes]
+) -> CarsByFrame:
+    """The cars of every frame that was looked at, by the frames until then."""
+    looked_at = [frame.index for frame in frames if frame.is_looked_at]
+    cars = [each.frame.cars for each in filtered]
+    return {
+        index: (each.ids, car_filter.estimate(each.states, each.memory))
+        for index, each in zip(looked_at, cars, strict=True)
+    }
+
+
 def smoothed_cars(
     car_filter: CarFilter, frames: Sequence[FrameNodes], filtered: Sequence[FilteredNodes]
 ) -> CarsByFrame:

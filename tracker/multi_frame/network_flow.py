@@ -3,12 +3,13 @@
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from jaxtyping import Int
+from numpy import ndarray as Array
 
 from tracker.association.min_cost_flow import cheapest_flow
-from tracker.car_filter import FollowedCars
 from tracker.dynamics import ConstantVelocity
 from tracker.motion_check import Contradiction
-from tracker.multi_frame.car_paths import filter_tracks, no_rows, smoothed_cars, with_cars
+from tracker.multi_frame.car_paths import filter_whole_tracks, no_rows, smoothed_cars, with_cars
 from tracker.multi_frame.flow_costs import FlowCosts
 from tracker.multi_frame.interpolation import fill_gaps
 from tracker.multi_frame.linking import NO_ROWS, FrameNodes, Linker, LinkerState, arcs_of
@@ -53,27 +54,31 @@ class NetworkFlow:
 
     def finish(self) -> Tracks:
         """All rows of the drive, in the order of frames; the frames are forgotten."""
-        frames, camera = self.state.frames, self.tracker.camera
+        frames, camera, paths = self.state.frames, self.tracker.camera, self.paths()
         self.state = replace(self.state, frames=())
-        scores = np.concatenate([np.zeros(0), *(frame.detections.scores for frame in frames)])
-        births = np.full(len(scores), self.flow_costs.birth)
-        flow = cheapest_flow(self.flow_costs.of_scores(scores), births, arcs_of(frames))
-        used = flow.used.nonzero()[0]
-        tracks = flow.tracks[used]
-        parts, paths = [NO_ROWS], {}
-        for track_id, track in enumerate(np.unique(tracks).tolist()):
-            paths[track_id] = used[tracks == track]
-            filled = fill_gaps(frames, paths[track_id], track_id, camera, self.acceleration_std)
-            parts.append(filled)
+        parts = [NO_ROWS]
+        for track_id, path in paths.items():
+            parts.append(fill_gaps(frames, path, track_id, camera, self.acceleration_std))
         rows = Tracks.concatenate(parts)
         rows = rows.select(np.lexsort((rows.ids, rows.frames)))
         car_filter = self.tracker.car_filter
         if car_filter is None:
             return rows
-        nobody = FollowedCars.none()
-        last = {track_id: int(path[-1]) for track_id, path in paths.items()}
-        filtered = filter_tracks(self.tracker, car_filter, frames, paths, nobody, last)
+        filtered = filter_whole_tracks(self.tracker, car_filter, frames, paths)
         return with_cars(rows, smoothed_cars(car_filter, frames, filtered))
+
+    def paths(self) -> dict[int, Int[Array, " k"]]:
+        """The cheapest tracks through all frames so far: of each id its nodes, increasing."""
+        frames = self.state.frames
+        scores = np.concatenate([np.zeros(0), *(frame.detections.scores for frame in frames)])
+        births = np.full(len(scores), self.flow_costs.birth)
+        flow = cheapest_flow(self.flow_costs.of_scores(scores), births, arcs_of(frames))
+        used = flow.used.nonzero()[0]
+        tracks = flow.tracks[used]
+        return {
+            track_id: used[tracks == track]
+            for track_id, track in enumerate(np.unique(tracks).tolist())
+        }
 
     @property
     def contradiction(self) -> Contradiction | None:

@@ -57,6 +57,7 @@ def test_every_sequence_gets_a_result_file_labels_or_not(
     outcome = mot_sim("track", "--root", tree, "--out", out)
     assert (outcome.code, outcome.err) == (0, "")
     assert outcome.out.startswith(f"{out}: 3 sequences, {3 * FRAMES} frames, ")
+    assert "ego-motion" not in outcome.out
     assert files(out) == ALL_FILES
     tracks = read_results(out / "0032.txt", frame_count=FRAMES)
     assert len(tracks) == 2 * FRAMES
@@ -154,6 +155,7 @@ def test_boxes_of_ones_own_need_only_a_csv_and_a_camera(
         out = tmp_path / f"out{number}"
         outcome = mot_sim("track", *own, *more, "--out", out)
         assert (outcome.code, outcome.err) == (0, "")
+        assert ("Without ego-motion" in outcome.out) == (number < 2)
         assert files(out) == run_of("drive")
         assert len(read_results(out / "drive.txt")) == 2 * FRAMES
 
