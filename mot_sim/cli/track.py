@@ -160,6 +160,12 @@ class Track:
             if counts.rows == 0:
                 terminal.note(f"warning: {name}: {nothing_said(counts.detections)}")
 
+    @property
+    def _knows_motion(self) -> bool:
+        """Whether anything tells how the camera moves."""
+        assumed = EGO if self.boxes is None else "none"
+        return (self.kitti.ego or assumed) != "none"
+
 
 def scale_said(scale: Mapping[str, float]) -> str:
     """The scale that was found in a drive, in words."""
@@ -177,12 +183,6 @@ def nothing_said(detections: int) -> str:
         f"no row of {detections:,} detections: too weak, or never twice in one place; see their "
         "scores and boxes"
     )
-
-    @property
-    def _knows_motion(self) -> bool:
-        """Whether anything tells how the camera moves."""
-        assumed = EGO if self.boxes is None else "none"
-        return (self.kitti.ego or assumed) != "none"
 
 
 def stages_said(run: "mot_sim.evaluation.runs.TrackingRun") -> str:

@@ -205,7 +205,7 @@ def test_a_car_that_may_be_turned_to_either_side_is_stated_to_be() -> None:
     assert found.covs[0, 3, 3] == pytest.approx(0.01 + 0.3 / 0.8 * 1.4**2)
     assert found.heading_known[0] == pytest.approx(0.8)
     flat = CarFilter(stated_covariance=2.0, stated_floor=(0.1, 0.2))
-    assert flat.stated(found).covs[0, 4, 4] == pytest.approx(2.0 * 0.01 + 0.2**2)
+    assert flat.stated(found, RoadMemory()).covs[0, 4, 4] == pytest.approx(2.0 * 0.01 + 0.2**2)
 
 
 def test_the_road_falls_where_boxes_of_cars_stand_lower() -> None:
@@ -244,3 +244,22 @@ def test_shares_that_are_no_probabilities_are_refused(name: str, share: float) -
         CarFilter(**{name: share})
     with pytest.raises(BadConfig, match="flat_share"):
         RoughnessModel(flat_share=share - 0.1 if share == 0.0 else share)
+
+
+def test_without_ego_motion_a_speed_is_as_uncertain_as_the_cameras_own() -> None:
+    place = np.array([[3.0, 0.0, 25.0]])
+    car = Cuboids(place, np.array([-np.pi / 2]), np.array([[4.0, 1.5, 1.7]]))
+    box = outlines(car, LEVEL)
+    found = Detections(box, np.ones(1))
+    stds = []
+    for unknown in (0.0, 1.0):  # m in a frame
+        flat = CarFilter(road=RoadModel(slope_std=0.0))
+        states = flat.start(RoadMemory(), place, found, box, LEVEL)
+        motion_cov = np.diag([0.0, 0.0, unknown**2, 0.0, 0.0, 0.0])
+        predicted = flat.predict(states, RoadMemory(), np.eye(4), motion_cov, 0.1, LEVEL)
+        estimates = flat.estimate(predicted.states, predicted.memory)
+        stds.append(np.sqrt(np.diagonal(estimates.covs[0])))
+    assert stds[0][4] < 7.0
+    assert stds[1][4] > 9.9  # 1 m in 0.1 s, along the view
+    assert stds[1][2] > stds[0][2]
+    assert stds[1][6] == pytest.approx(stds[0][6])
