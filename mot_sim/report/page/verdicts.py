@@ -46,7 +46,8 @@ def _progress(result: Result) -> Iterator[Sentence]:
             rest = "what is there is shown" if done else "there is nothing to show yet"
             yield Sentence(f"{done:,} of {wanted:,} trials are finished; {rest}.", "bad")
             return
-        yield Sentence(f"All {wanted:,} trials are finished.", "good")
+        all_of = f"All {wanted:,} trials are" if wanted != 1 else "The one trial is"
+        yield Sentence(f"{all_of} finished.", "good")
     elif not result.made.finished:
         yield Sentence("It was not finished; what is there is shown.", "bad")
 
@@ -179,7 +180,7 @@ def _run(result: Result) -> Iterator[Sentence]:
     """Of results in 3D how far off cuboids are and how honest; of others, the largest counts."""
     criteria, errors = result.table("criteria"), result.table("spatial_errors")
     if criteria is None or errors is None or not (criteria.rows and errors.rows):
-        yield from _counts(result)
+        yield from _counts(result) if result.table("sequences") is None else _tracked(result)
         return
     if criteria.has("match", "MOTA3D"):
         said = [
@@ -205,6 +206,22 @@ def _run(result: Result) -> Iterator[Sentence]:
             for row in stated.as_records()
         ]
         yield Sentence(f"Inside the stated 2 sigma, %: {', '.join(said)}.")
+
+
+def _tracked(result: Result) -> Iterator[Sentence]:
+    """How much went through a tracker, over all drives."""
+    table = result.table("sequences")
+    if table is None or not table.has("frames", "detections", "rows", "ids"):
+        return
+    drives = len(table.rows)
+    frames, detections, rows, ids = (
+        sum(_number(value, 0.0) for value in table.column(name))
+        for name in ("frames", "detections", "rows", "ids")
+    )
+    yield Sentence(
+        f"{drives} drive{'s' * (drives != 1)}, {frames:,.0f} frames: {detections:,.0f} detections "
+        f"gave {rows:,.0f} rows of {ids:,.0f} ids."
+    )
 
 
 def _diagnosis(result: Result) -> Iterator[Sentence]:

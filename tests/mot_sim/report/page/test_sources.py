@@ -12,6 +12,7 @@ from mot_sim.experiments.result_file import write_result
 from mot_sim.experiments.sweep.running import sweep
 from mot_sim.report.page import find_sources
 from mot_sim.report.page.sources import ResultSource, load_media
+from mot_sim.report.page.verdicts import verdicts_of
 from tests.mot_sim.experiments.small import small_design, trial_files
 from tests.mot_sim.report.page.made import EVERY, stress_result, sweep_result, write_every
 from tracker import Tracks
@@ -146,6 +147,8 @@ def test_a_run_of_a_tracker_is_a_result_with_its_pictures(tmp_path: Path) -> Non
     table = source.result.table("sequences")
     assert table is not None
     assert table.rows == (("0000", 10, 20, 19, 3, 0.5),)
+    said = [each.text for each in verdicts_of(source.result)]
+    assert said[-1] == "1 drive, 10 frames: 20 detections gave 19 rows of 3 ids."
     (folder / "run.json").write_text("[]")
     with pytest.raises(BadFile, match="no run of ours"):
         find_sources([folder])
