@@ -14,7 +14,7 @@ from mot_sim.datasets.detection_files import SIZE_COLUMNS
 from mot_sim.files.text import TextTable, read_table
 from mot_sim.files.writing import is_stream, write_lines
 from tracker.errors import BadFile, BadTracks
-from tracker.geometry import wrap_angle
+from tracker.geometry import invert, transform, wrap_angle
 from tracker.types import CarEstimates, Tracks
 
 ESTIMATES_SUFFIX = ".estimates.csv"
@@ -25,6 +25,7 @@ UPPER = np.triu_indices(len(STATE_PARTS))
 COV_COLUMNS = tuple(f"cov_{STATE_PARTS[a]}_{STATE_PARTS[b]}" for a, b in zip(*UPPER, strict=True))
 COLUMNS = ("frame", "id", *MEAN_COLUMNS, "heading_known", *COV_COLUMNS)
 YAW = STATE_PARTS.index("yaw")
+PLACE = slice(0, 3)
 SIZE = slice(STATE_PARTS.index("log_length"), STATE_PARTS.index("log_width") + 1)
 # Numbers are written with nine digits: an eigenvalue of correlations may come out below 0 by this.
 MAX_BELOW = 1e-6
@@ -38,16 +39,20 @@ def estimates_path(results: Path) -> Path:
     return results.with_suffix(ESTIMATES_SUFFIX)
 
 
-def write_estimates(tracks: Tracks, results: Path) -> None:
+def write_estimates(
+    tracks: Tracks, results: Path, T_road_label: Float[Array, "4 4"] | None
+) -> None:
     """Write the states of the tracks beside their results, or remove those that lie there.
 
-    Rows without a state are left out; nine digits. Nothing is written beside a pipe. Raises
-    BadTracks for states that are finite in part.
+    Places stand in the frame of the results, camera 0, and so does their covariance; yaw is about
+    the road's normal. Rows without a state are left out; nine digits. Without T_road_label there
+    are no states, as there are no cuboids, and nothing is written beside a pipe. Raises BadTracks
+    for states that are finite in part.
     """
     if is_stream(results):
         return
     path, states = estimates_path(results), tracks.estimates
-    if states is None:
+    if states is None or T_road_label is None:
         path.unlink(missing_ok=True)
         return
     parts = [states.means, states.covs.reshape(len(states), -1), states.heading_known[:, None]]
@@ -61,7 +66,18 @@ def write_estimates(tracks: Tracks, results: Path) -> None:
         )
     rows = np.flatnonzero(known)
     rows = rows[np.argsort(tracks.frames[rows], kind="stable")]
-    write_lines(path, _lines(tracks.frames[rows], tracks.ids[rows], states.select(rows)))
+    moved = _moved(states.select(rows), invert(T_road_label))
+    write_lines(path, _lines(tracks.frames[rows], tracks.ids[rows], moved))
+
+
+def _moved(states: CarEstimates, T: Float[Array, "4 4"]) -> CarEstimates:
+    """The same states with their places in another frame; yaws are about the road's normal."""
+    means = states.means.copy()
+    means[:, PLACE] = transform(T, means[:, PLACE])
+    turn = np.eye(len(STATE_PARTS))
+    turn[PLACE, PLACE] = T[:3, :3]
+    covs = turn @ states.covs @ turn.T
+    return CarEstimates(means, 0.5 * (covs + covs.transpose(0, 2, 1)), states.heading_known)
 
 
 def _lines(frames: Int[Array, " n"], ids: Int[Array, " n"], states: CarEstimates) -> Iterator[str]:
@@ -76,7 +92,9 @@ def _lines(frames: Int[Array, " n"], ids: Int[Array, " n"], states: CarEstimates
         yield row % (frame, track_id, *values)
 
 
-def read_estimates(path: Path) -> tuple[Int[Array, " n"], Int[Array, " n"], CarEstimates]:
+def read_estimates(
+    path: Path, T_road_label: Float[Array, "4 4"]
+) -> tuple[Int[Array, " n"], Int[Array, " n"], CarEstimates]:
     """Frames, ids and states of a file that `write_estimates` wrote; yaws beyond pi are wrapped.
 
     Raises BadFile with file, line and value for missing columns, numbers that are not finite,
@@ -104,7 +122,7 @@ def read_estimates(path: Path) -> tuple[Int[Array, " n"], Int[Array, " n"], CarE
         outside, "no probability", ["heading_known"],
         "it is that of facing where yaw says and not the other way round, 0.5 to 1",
     )  # fmt: skip
-    return frames, ids, CarEstimates(means, _covariances(table), known)
+    return frames, ids, _moved(CarEstimates(means, _covariances(table), known), T_road_label)
 
 
 def _named(path: Path, fields: list[str]) -> list[str]:
@@ -143,7 +161,7 @@ def _smallest(matrices: Float[Array, "n 9 9"]) -> Float[Array, " n"]:
     return np.asarray(np.linalg.eigvalsh(matrices)[:, 0])
 
 
-def with_estimates(tracks: Tracks, results: Path) -> Tracks:
+def with_estimates(tracks: Tracks, results: Path, T_road_label: Float[Array, "4 4"]) -> Tracks:
     """The tracks of a file of results, with the states beside it; NaN where a row has none.
 
     Without such a file the tracks as they are. Raises BadFile as `read_estimates`, and for states
@@ -152,7 +170,7 @@ def with_estimates(tracks: Tracks, results: Path) -> Tracks:
     path = estimates_path(results)
     if tracks.cuboids is None or not path.is_file():
         return tracks
-    frames, ids, states = read_estimates(path)
+    frames, ids, states = read_estimates(path, T_road_label)
     row_of = {key: row for row, key in enumerate(zip(frames.tolist(), ids.tolist(), strict=True))}
     keys = zip(tracks.frames.tolist(), tracks.ids.tolist(), strict=True)
     rows = np.array([row_of.get(key, -1) for key in keys], dtype=np.int64)

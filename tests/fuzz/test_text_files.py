@@ -204,7 +204,7 @@ def guest(path: Path) -> None:
 
 
 def estimates(path: Path) -> None:
-    frames, ids, states = read_estimates(path)
+    frames, ids, states = read_estimates(path, CAMERA.T_road_cam)
     assert len(frames) == len(ids) == len(states)
     assert np.isfinite(states.means).all()
     assert (np.linalg.eigvalsh(states.covs) > -1e-3 * np.abs(states.covs).max(initial=1.0)).all()

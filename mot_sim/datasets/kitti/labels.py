@@ -264,7 +264,7 @@ def write_results(
         raise BadTracks(f"{path}: score of row {row} is not finite: {scores[row]}")
     order = np.argsort(tracks.frames, kind="stable")
     lines = label_lines(tracks, str(path), T_road_label)
-    write_estimates(tracks if T_road_label is not None else tracks.replaced(estimates=None), path)
+    write_estimates(tracks, path, T_road_label)
     write_lines(
         path,
         (f"{line} {score:.9g}" for line, score in zip(lines, scores[order].tolist(), strict=True)),
@@ -297,7 +297,7 @@ def _tracks_of_results(
     if "type" in (table.rows.dtype.names or ()):
         truncation = levels_or_shares(table, "truncated")
         tracks = tracks_of_table(table, T_road_label, frame_count, truncation)
-        return with_estimates(tracks, table.path)
+        return tracks if T_road_label is None else with_estimates(tracks, table.path, T_road_label)
     tracks = Tracks(
         table.frames(frame_count, first=1),
         table.integers("id", 0),

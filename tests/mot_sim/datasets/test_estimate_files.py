@@ -45,7 +45,9 @@ def test_states_are_read_back_as_they_were_written(
     others = [0, 1, 2, 4, 5, 6, 7, 8]
     np.testing.assert_allclose(found.means[:, others], given_states.means[:, others], rtol=1e-8,
                                atol=1e-8)  # fmt: skip
-    np.testing.assert_allclose(found.covs, given_states.covs, rtol=1e-8)
+    scale = np.sqrt(np.einsum("nii->ni", given_states.covs))
+    off = (found.covs - given_states.covs) / (scale[:, :, None] * scale[:, None, :])
+    np.testing.assert_allclose(off, 0.0, atol=1e-5)
     np.testing.assert_allclose(found.heading_known, given_states.heading_known, rtol=1e-8)
 
 
@@ -109,7 +111,7 @@ def test_bad_states_are_named_with_line_value_and_cure(
     lines[2] = ",".join(fields)
     estimates_path(path).write_text("\n".join(lines))
     with pytest.raises(BadFile, match=message):
-        read_estimates(estimates_path(path))
+        read_estimates(estimates_path(path), T_ROAD_LABEL)
 
 
 @pytest.mark.parametrize(
@@ -128,7 +130,7 @@ def test_columns_that_lack_or_are_strange_are_named(
     beside = estimates_path(path)
     beside.write_text(beside.read_text().replace(old, new, 1))
     with pytest.raises(BadFile, match=message):
-        read_estimates(beside)
+        read_estimates(beside, T_ROAD_LABEL)
 
 
 def test_yaws_beyond_pi_are_wrapped(tmp_path: Path) -> None:
@@ -136,5 +138,20 @@ def test_yaws_beyond_pi_are_wrapped(tmp_path: Path) -> None:
     assert tracks.estimates is not None
     tracks.estimates.means[:, 3] = 4.0
     write_results(tracks, tmp_path / "0000.txt", T_ROAD_LABEL)
-    _, _, states = read_estimates(tmp_path / "0000.estimates.csv")
+    _, _, states = read_estimates(tmp_path / "0000.estimates.csv", T_ROAD_LABEL)
     np.testing.assert_allclose(states.means[:, 3], 4.0 - 2.0 * np.pi)
+
+
+def test_another_pitch_moves_states_and_cuboids_alike(tmp_path: Path) -> None:
+    tracks, path = some_tracks(), tmp_path / "0000.txt"
+    write_results(tracks, path, T_ROAD_LABEL)
+    level = Camera.mounted(K, (100, 40), 1.65).T_road_cam
+    found = read_results(path, level)
+    assert found.estimates is not None
+    assert found.cuboids is not None
+    np.testing.assert_allclose(found.estimates.means[:, :3], found.cuboids.base, atol=1e-5)
+    moved = found.estimates.covs[:, :3, :3]
+    turn = (level @ np.linalg.inv(T_ROAD_LABEL))[:3, :3]
+    assert tracks.estimates is not None
+    np.testing.assert_allclose(moved, turn @ tracks.estimates.covs[:, :3, :3] @ turn.T, rtol=1e-6,
+                               atol=1e-7)  # fmt: skip
