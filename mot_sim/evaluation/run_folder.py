@@ -1,5 +1,6 @@
 """A folder of results: `SSSS.txt` a finished sequence, and `run.json`, how they were made."""
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
@@ -122,6 +123,14 @@ class RunFolder(ResumableFolder):
         """Whether all sequences are finished, and what is known of each."""
         sequences = {name: asdict(counts) for name, counts in self.finished.items()}
         return set(self.wanted) <= sequences.keys(), dict(sorted(sequences.items()))
+
+
+def root_of_run(folder: Path) -> Path | None:
+    """The tree that a folder of results was made from, as its `run.json` says; None: unknown."""
+    try:
+        return Path(json.loads((folder / RUN_FILE).read_text())["settings"]["root"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
 
 
 def _counts(told: Any) -> SequenceStatistics:

@@ -14,6 +14,7 @@ from mot_sim.datasets import (
     kitti_sequence,
     read_results,
 )
+from mot_sim.evaluation.run_folder import root_of_run
 from mot_sim.evaluation.splits import Split
 from mot_sim.files.text import what_is_there
 from mot_sim.metrics import RULES, Evaluation, evaluate
@@ -136,6 +137,12 @@ def pick_results(
     """
     files = result_files(folder)
     there = choose_sequences(root)
+    made_of, scored_on = root_of_run(folder), find_root(root).resolve()
+    if made_of is not None and made_of.is_dir() and made_of.resolve() != scored_on:
+        log.warning(
+            "%s was tracked in %s, but is compared with %s: is --root right?",
+            folder, made_of, scored_on,
+        )  # fmt: skip
     if split.ranges is not None:
         sequences = ",".join(split.sequences(there))
     names = choose_sequences(root, sequences) if sequences else [n for n in there if n in files]

@@ -1,6 +1,5 @@
 """Opens what a user names: a recorded episode, a KITTI sequence or a scene, and its tracks."""
 
-import json
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -16,7 +15,7 @@ from mot_sim.datasets import (
     kitti_sequence,
     read_results,
 )
-from mot_sim.evaluation.run_folder import RUN_FILE
+from mot_sim.evaluation.run_folder import root_of_run
 from mot_sim.evaluation.runs import Recipe, result_frame, track_sequence
 from mot_sim.files.text import what_is_there
 from mot_sim.metrics.matching import same_frame_pairs
@@ -201,9 +200,8 @@ def _warn_of_another_root(folder: Path, drive: RecordedSequence) -> None:
     image = None
     if isinstance(drive.images, ImageFolder):
         image = drive.images.paths[min(drive.images.paths)]
-    try:
-        made_of = json.loads((folder / RUN_FILE).read_text())["settings"]["root"]
-    except (OSError, ValueError, KeyError, TypeError):
+    made_of = root_of_run(folder)
+    if made_of is None or image is None:
         return
-    if image is not None and not image.resolve().is_relative_to(str(made_of)):
+    if not image.resolve().is_relative_to(made_of):
         log.warning("%s was made from %s, which is not what is shown", folder, made_of)

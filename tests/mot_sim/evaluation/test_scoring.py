@@ -1,6 +1,7 @@
 """Folders of results as people have them: other cases, other places, other contents."""
 
 import gzip
+import json
 import logging
 import re
 import zipfile
@@ -112,3 +113,14 @@ def test_packed_results_are_named(tmp_path: Path) -> None:
     (tmp_path / "r.zip").rename(tmp_path / "0030.txt")  # a zip by another name
     with pytest.raises(BadFile, match=r"not a text file \(a zip archive; unpack it"):
         read_results(tmp_path / "0030.txt")
+
+
+def test_a_run_of_another_tree_is_warned_of(
+    tree: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    folder = results(tmp_path / "r", [row(frame) for frame in range(COUNT)])
+    for made_of, is_told in ((tree, False), (tmp_path / "gone", False), (tmp_path, True)):
+        (folder / "run.json").write_text(json.dumps({"settings": {"root": str(made_of)}}))
+        caplog.clear()
+        score(folder, tree)
+        assert ("is --root right?" in caplog.text) is is_told, made_of
