@@ -53,32 +53,44 @@ class ErrorStrip:
     def draw(self, index: int) -> Image:
         """The errors of all frames up to this one: of each track in its colour, and medians."""
         image = self._axes.copy()
-        past = self.errors.select(self.errors.frames <= index)
-        for name in np.unique(past.output_ids).tolist():
-            mine = past.select(past.output_ids == name)
+        for name, (frames, metres) in self._by_track.items():
+            count = int(np.searchsorted(frames, index, side="right"))
             colour = mix(colour_of_id(name), PANEL_COLOUR, TRACK_DIMMING)
-            for line in self._lines(mine.frames.astype(float), mine.centre):
+            for line in self._lines(frames[:count], metres[:count]):
                 draw_line(image, line, colour)
         frames, medians = self._medians
-        shown = frames <= index
-        for line in self._lines(frames[shown], medians[shown]):
+        count = int(np.searchsorted(frames, index, side="right"))
+        for line in self._lines(frames[:count], medians[:count]):
             draw_line(image, line, TEXT_COLOUR, 2)
-        self._write_words(image, past, past.centre[past.frames == index])
+        self._write_words(image, index)
         return image
 
-    def _write_words(self, image: Image, past: CuboidErrors, now: Float[Array, " n"]) -> None:
+    def _write_words(self, image: Image, index: int) -> None:
         """What holds now, and so far."""
+        errors = self.errors
+        past, now = errors.centre[errors.frames <= index], errors.centre[errors.frames == index]
         words = [f"now {np.median(now):.1f} m, {len(now)} tracks" if len(now) else "now no car"]
         if len(past):
-            middle, worst = np.quantile(past.centre, (0.5, 0.9))
+            middle, worst = np.quantile(past, (0.5, 0.9))
             words.append(f"so far {middle:.1f} m, 90 %: {worst:.1f} m")
-            stated = past.stated.centre[np.isfinite(past.stated.centre)]
+            stated = errors.stated.centre[errors.frames <= index]
+            stated = stated[np.isfinite(stated)]
             if len(stated):
                 inside = 100.0 * (stated <= SIGMAS**2).mean()
                 words.append(f"inside 2 sigma: {inside:.0f} % (ideal 86)")
         for number, line in enumerate(words, 2):
             place = (self.width - RIGHT_PIXELS + 12, LINE_PIXELS * number)
             draw_text(image, line, place, TEXT_COLOUR, 13)
+
+    @cached_property
+    def _by_track(self) -> dict[int, tuple[Float[Array, "_"], Float[Array, "_"]]]:
+        """Frames, in order, and errors of each track."""
+        found = {}
+        for name in np.unique(self.errors.output_ids).tolist():
+            rows = np.flatnonzero(self.errors.output_ids == name)
+            rows = rows[np.argsort(self.errors.frames[rows], kind="stable")]
+            found[name] = self.errors.frames[rows].astype(float), self.errors.centre[rows]
+        return found
 
     @cached_property
     def _medians(self) -> tuple[Float[Array, " n"], Float[Array, " n"]]:

@@ -82,6 +82,7 @@ def following_tracker(camera: Camera, tracker: Tracker | None = None) -> Tracker
         tie_break=0.0,
         existence=None,
         box_filter=None,
+        car_filter=None,
         explain=True,
     )
 
