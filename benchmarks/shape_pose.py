@@ -7,7 +7,9 @@ the factor says; or with their boxes alone. The default tracker follows them. Of
 meets a car in the image: how far centre and heading are off, how far length, height and width,
 the shape (eq. 1; root mean square over the coefficients, in the prior's deviations: the mean car
 is off by 1), and the car's keypoints, placed by the track's cuboid and shape, in pixels and in
-percent of the box's height. Seeds begin at 3000: nothing is tuned or reported on them elsewhere.
+percent of the box's height. Boxes are those of the drawn cars, whose corners are round; KITTI's
+labels, and so detectors learned from them, have the boxes of cuboids: of these, too. Seeds begin at
+3000: nothing is tuned or reported on them elsewhere.
 """
 
 import argparse
@@ -25,6 +27,7 @@ from mot_sim.experiments.sweep.paths import Level
 from mot_sim.metrics.cuboid_errors import CuboidErrors, cuboid_errors, median
 from mot_sim.simulation.episodes.extra import Extra
 from mot_sim.simulation.sensors.sightings import Sightings
+from mot_sim.simulation.truth import boxes_in_image
 from mot_sim.simulation.truth.table import KeypointVisibility
 from mot_sim.tables import Column, Table
 from mot_sim.tables.columns import Cell, Row
@@ -35,9 +38,15 @@ from tracker.types import Camera, Cuboids
 
 SCENES = ("intersection", "roundabout", "t_junction")
 FIRST_SEED = 3000
-FACTORS = (0.0, 0.5, 1.0, 2.0)  # on the noise of the cues
+# Whose boxes cars are seen with, and the factor on the noise of the cues; None: boxes alone.
+DRAWN, CUBOIDS = "drawn cars", "cuboids"
+ROWS: tuple[tuple[str, float | None], ...] = (
+    (DRAWN, None), (DRAWN, 0.0), (DRAWN, 0.5), (DRAWN, 1.0), (DRAWN, 2.0),
+    (CUBOIDS, None), (CUBOIDS, 0.0), (CUBOIDS, 1.0),
+)  # fmt: skip
 COLUMNS = (
-    Column("scene", "name"), Column("cues", "name"), Column("rows", "count"),
+    Column("scene", "name"), Column("boxes", "name"), Column("cues", "name"),
+    Column("rows", "count"),
     Column("centre, m", "value", digits=2), Column("in 2 m", "rate"),
     Column("yaw, deg", "value", digits=1), Column("> 30°", "rate"), Column("> 90°", "rate"),
     Column("length, m", "value", digits=2), Column("height, m", "value", digits=2),
@@ -57,28 +66,30 @@ def main() -> None:
     rows: list[Row] = []
     with TemporaryDirectory() as folder:
         for scene in told.scenes:
-            for factor in (None, *FACTORS):
+            for boxes, factor in ROWS:
                 parts = [
-                    measure(scene, FIRST_SEED + seed, told.frames, factor, Path(folder))
+                    measure(scene, FIRST_SEED + seed, told.frames, boxes, factor, Path(folder))
                     for seed in range(told.seeds)
                 ]
-                rows.append(row_of(scene, factor, parts))
+                rows.append(row_of((scene, boxes), factor, parts))
     table = Table(COLUMNS, tuple(rows), "Shape and pose of tracks, medians over rows")
     print(table.as_markdown()) if told.markdown else Console(width=200).print(table)
 
 
 def measure(
-    scene: str, seed: int, frames: int, factor: float | None, folder: Path
+    scene: str, seed: int, frames: int, boxes: str, factor: float | None, folder: Path
 ) -> tuple[CuboidErrors, Array, Array, Array]:
     """The errors of one run: of cuboids; of shapes, keypoints in pixels and as shares of height.
 
-    factor: on the noise of the cues; None: boxes alone.
+    boxes, factor: see ROWS.
     """
     settings: dict[str, Level] = {
         "scene.profile": "cues", "scene.frames": frames, "detector.cues": factor or 0.0
     }  # fmt: skip
     conditions = Conditions.of(scene, settings)
     recorded = Recordings(folder).truth(conditions, seed)
+    if boxes == CUBOIDS:
+        recorded = with_boxes_of_cuboids(recorded)
     drive = drive_of(conditions, recorded, seed)
     tracker = Tracker.default(drive.sequence.camera)
     rows, shapes = [], []
@@ -90,6 +101,16 @@ def measure(
         drive.truth, output, drive.frame_count, drive.Ts_world_road, drive.frame_rate
     )
     return errors, *against_truth(errors, output, shape, recorded, drive.sequence.camera)
+
+
+def with_boxes_of_cuboids(recorded: Extra) -> Extra:
+    """The same run, whose cars are labelled with the boxes of their cuboids."""
+    annotations = recorded.annotations
+    tracks = annotations.truth.tracks
+    assert tracks.cuboids is not None
+    tracks = tracks.replaced(boxes=boxes_in_image(tracks.cuboids, recorded.camera))
+    truth = annotations.truth.replaced(tracks=tracks)
+    return replace(recorded, annotations=replace(annotations, truth=truth))
 
 
 def boxes_alone(frame: Frame) -> Frame:
@@ -151,7 +172,9 @@ def keypoints_of(cuboids: Cuboids, shape: Array, model: CarModel, camera: Camera
 
 
 def row_of(
-    scene: str, factor: float | None, parts: list[tuple[CuboidErrors, Array, Array, Array]]
+    what: tuple[str, str],
+    factor: float | None,
+    parts: list[tuple[CuboidErrors, Array, Array, Array]],
 ) -> Row:
     """The medians over the rows of several runs."""
     errors = CuboidErrors.concatenate([part[0] for part in parts])
@@ -164,7 +187,7 @@ def row_of(
         median(pixels), 100.0 * median(shares),
     )  # fmt: skip
     plain: list[Cell] = [None if np.isnan(cell) else float(cell) for cell in cells]
-    return (scene, "none" if factor is None else f"noise x {factor:g}", len(errors), *plain)
+    return (*what, "none" if factor is None else f"noise x {factor:g}", len(errors), *plain)
 
 
 if __name__ == "__main__":

@@ -23,19 +23,19 @@ class RoughnessModel:
     roads, and by noisy boxes.
     """
 
-    flat_share: float = 0.01
+    flat_share: float = 0.05
     """Probability of a flat road before any box, 0 to 1; more: contacts with the road are trusted
     sooner."""
     flat_factor: float = 0.0025
     """How much smaller the variance of heights off the road is on a flat one."""
-    flat_std: float = 0.15
+    flat_std: float = 0.17
     """How far bases seem off a flat road, since heights differ and boxes are rounded, m; more:
     rougher roads count as flat."""
     rough_std: float = 0.0065
     """How much farther off they seem on other roads, per metre of distance (KITTI: 0.0065)."""
     memory_time: float = 20.0
     """Seconds in which it is forgotten what the road was like."""
-    repetition: float = 10.0
+    repetition: float = 6.0
     """How many boxes tell as much as one, since the errors of one car's boxes are alike, and those
     of a frame; more: a flat road is found later."""
 
