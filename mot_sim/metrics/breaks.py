@@ -26,9 +26,9 @@ class Matches(Rows):
     there is no fragment."""
 
     @classmethod
-    def of(cls, truth: Tracks, output: Tracks, frame_count: int) -> "Matches":
+    def of(cls, truth: Tracks, output: Tracks, frame_count: int, kind: str = "Car") -> "Matches":
         """By TrackEval's rules, see `scored_rows`. Raises as `prepare_sequence`."""
-        prepared = prepare_sequence(truth, output, frame_count)
+        prepared = prepare_sequence(truth, output, frame_count, kind)
         overlaps = scored_rows(prepared)
         if not len(overlaps.truth) or not len(overlaps.output):
             return cls(*(np.zeros(0, np.int64) for _ in range(4)))
@@ -137,10 +137,10 @@ class Verdicts:
     """The id switches."""
 
     @classmethod
-    def of(cls, truth: Tracks, output: Tracks, frame_count: int) -> "Verdicts":
-        """Raises BadTracks for rows that cannot be scored."""
-        prepared = prepare_sequence(truth, output, frame_count)
-        matches = Matches.of(truth, output, frame_count)
+    def of(cls, truth: Tracks, output: Tracks, frame_count: int, kind: str = "Car") -> "Verdicts":
+        """kind: the class that is judged. Raises BadTracks for rows that cannot be scored."""
+        prepared = prepare_sequence(truth, output, frame_count, kind)
+        matches = Matches.of(truth, output, frame_count, kind)
         labels, rows = prepared.overlaps.truth, prepared.overlaps.output
         hit = _among(labels, matches.frames, matches.cars)
         right = _among(rows, matches.frames, matches.track_ids)

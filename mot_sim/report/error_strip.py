@@ -41,12 +41,18 @@ class ErrorStrip:
 
     @classmethod
     def of(
-        cls, truth: Tracks | None, tracks: Tracks, frame_count: int, width: int, frame_rate: float
+        cls,
+        truth: Tracks | None,
+        tracks: Tracks,
+        frame_count: int,
+        width: int,
+        frame_rate: float,
+        kind: str = "Car",
     ) -> "ErrorStrip | None":
         """The strip of a film; None where labels or tracks have no cuboids."""
         if truth is None or truth.cuboids is None or tracks.cuboids is None:
             return None
-        found = cuboid_errors(truth, tracks, frame_count)
+        found = cuboid_errors(truth, tracks, frame_count, kind=kind)
         known = found.select(np.isfinite(found.centre))
         return cls(known, frame_count, width, frame_rate) if len(known) else None
 
@@ -69,7 +75,7 @@ class ErrorStrip:
         """What holds now, and so far."""
         errors = self.errors
         past, now = errors.centre[errors.frames <= index], errors.centre[errors.frames == index]
-        words = [f"now {np.median(now):.1f} m, {len(now)} tracks" if len(now) else "now no car"]
+        words = [f"now {np.median(now):.1f} m, {len(now)} tracks" if len(now) else "now none"]
         if len(past):
             middle, worst = np.quantile(past, (0.5, 0.9))
             words.append(f"so far {middle:.1f} m, 90 %: {worst:.1f} m")
@@ -119,7 +125,7 @@ class ErrorStrip:
             draw_text(image, word, (u - text_width(word, 12) // 2, STRIP_PIXELS - 5), FAINT_COLOUR,
                       12)  # fmt: skip
         place = (self.width - RIGHT_PIXELS + 12, LINE_PIXELS)
-        draw_text(image, "metres off their cars; white: median", place, FAINT_COLOUR, 12)
+        draw_text(image, "metres off the truth; white: median", place, FAINT_COLOUR, 12)
         return image
 
     def _points(

@@ -35,7 +35,7 @@ from mot_sim.report.topview import TopView
 from mot_sim.report.wireframes import Fitting, Wireframes, draw_cuboids, draw_wireframes
 from mot_sim.simulation.episode import SimulatedDrive
 from tracker.geometry import box_iou
-from tracker.types import Detections, Frame, Tracks
+from tracker.types import TRACKED_KINDS, Detections, Frame, Tracks
 
 TITLE_PIXELS = 32
 LINE_PIXELS = 19
@@ -113,7 +113,7 @@ def marks(layers: Layers, outlines: bool) -> list[str]:
     if layers.true_wireframes:
         parts.append("white wires: true shape")
     if layers.top_view:
-        true = "white: true cars, " if outlines else ""
+        true = "white: truth, " if outlines else ""
         parts.append(
             f"from above: {true}coloured: tracks, solid tip: their nose, hollow tip: perhaps it, "
             "tinted: 2 sigma of their place, thin: their paths"
@@ -261,7 +261,9 @@ class Film:
         """The errors over time; None where they are unknown, or not to be shown."""
         truth = self.truth if self.layers.truth else None
         drive = self.drive
-        return ErrorStrip.of(truth, self.tracks, drive.frame_count, self._width, drive.frame_rate)
+        return ErrorStrip.of(
+            truth, self.tracks, drive.frame_count, self._width, drive.frame_rate, self._kind
+        )
 
     @property
     def _width(self) -> int:
@@ -296,14 +298,20 @@ class Film:
             trails.setdefault(name, deque(maxlen=length)).append((index, base))
 
     @cached_property
+    def _kind(self) -> str:
+        """The class that is judged: that of all tracks; of several, cars."""
+        there = [] if self.tracks.kinds is None else np.unique(self.tracks.kinds).tolist()
+        return str(there[0]) if len(there) == 1 and there[0] in TRACKED_KINDS else "Car"
+
+    @cached_property
     def _ground(self) -> GroundMap:
-        return GroundMap.of(self.drive, self.truth)
+        return GroundMap.of(self.drive, self.truth, self._kind)
 
     @cached_property
     def _verdicts(self) -> Verdicts | None:
         if self.truth is None or not self.layers.truth:
             return None
-        return Verdicts.of(self.truth, self.tracks, self.drive.frame_count)
+        return Verdicts.of(self.truth, self.tracks, self.drive.frame_count, self._kind)
 
     @cached_property
     def _still(self) -> TopView:

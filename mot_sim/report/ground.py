@@ -37,14 +37,16 @@ class GroundMap:
     worlds: tuple[TrafficState, ...] | None = None
     """Where every car of a scene is, one per frame; None: not a scene, or its truth is not
     shown."""
+    kind: str = "Car"
+    """The class whose labels are shown; with cars vans are."""
 
     @classmethod
-    def of(cls, drive: RecordedSequence, truth: Tracks | None) -> "GroundMap":
-        """The map of a drive. truth: what may be shown of it."""
+    def of(cls, drive: RecordedSequence, truth: Tracks | None, kind: str = "Car") -> "GroundMap":
+        """The map of a drive. truth: what may be shown of it, of a class."""
         if isinstance(drive, SimulatedDrive):
             worlds = drive.traffic_states if truth is not None else None
             return cls(drive.traffic.ego, truth, road_outlines(drive), worlds)
-        return cls(_poses_of(drive), truth, Roads())
+        return cls(_poses_of(drive), truth, Roads(), kind=kind)
 
     def pose(self, frame: int) -> Float[Array, "3"]:
         """Where the camera is in a frame."""
@@ -60,7 +62,7 @@ class GroundMap:
 
     def true_outlines(self, frame: int) -> Float[Array, "n 4 2"]:
         """The corners of the cars, the first two at the nose: in a scene all of them, else the
-        labelled ones and vans."""
+        labelled ones of the class."""
         if self.worlds is not None:
             return self.worlds[frame].footprint()
         if self._cuboid_rows is None:
@@ -78,8 +80,10 @@ class GroundMap:
         if self.truth is None or self.truth.cuboids is None:
             return None
         known = np.isfinite(self.truth.cuboids.base).all(axis=1)
-        return self.truth.select(known & (kind_is(self.truth, "Car", True)
-                                          | kind_is(self.truth, "Van", False)))  # fmt: skip
+        of_kind = kind_is(self.truth, self.kind, True)
+        if self.kind == "Car":
+            of_kind |= kind_is(self.truth, "Van", False)
+        return self.truth.select(known & of_kind)
 
     def on_map(self, points_road: Float[Array, "*n 2"], frame: int) -> Float[Array, "*n 2"]:
         """Points (x right, z forward) of the road frame of a frame, on the map."""

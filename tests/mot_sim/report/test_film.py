@@ -52,7 +52,7 @@ def test_every_layer_has_its_mark() -> None:
     for name in ("truth", "search_areas", "cuboids", "wireframes", "true_wireframes", "top_view"):
         named = Layers(**{"top_view": False, name: True})
         assert marks(named, outlines=False), name
-    assert "white: true cars" in marks(Layers(), outlines=True)[0]
+    assert "white: truth" in marks(Layers(), outlines=True)[0]
     assert np.array_equal(legend(200, ["a"]), legend(200, ["a"]))
 
 
@@ -196,3 +196,13 @@ def test_cuboids_stand_in_the_image_in_place_of_boxes() -> None:
     column = (slice(40, 60), left)
     assert (boxes[column] == colour_of_id(10)).all(axis=1).mean() > 0.9
     assert (boxes != cuboids).any(axis=2).mean() > 0.01
+
+
+def test_pedestrians_are_judged_where_pedestrians_are_tracked() -> None:
+    truth = drive().truth
+    walkers = truth.replaced(kinds=np.where(truth.ids >= 0, "Pedestrian", "DontCare"))
+    tracks = exact_tracks()
+    kinds = np.full(len(tracks), "Pedestrian")
+    tracks = tracks.replaced(kinds=kinds).select(tracks.ids != 10)
+    shown = film(replace(BARE, truth=True), tracks)
+    assert (view(replace(shown, truth=walkers), 2) == WRONG_COLOUR).all(axis=2).sum() > 30
