@@ -47,21 +47,15 @@ SETTINGS: dict[str, CarFilter] = {
     "edge_std .038": replace(DEFAULT, edges=EdgeModel(edge_std=0.038)),
     "edge_std .055": replace(DEFAULT, edges=EdgeModel(edge_std=0.055)),
     "evidence 1": replace(DEFAULT, evidence=1.0),
-    "evidence 2": replace(DEFAULT, evidence=2.0),
-    "tightness .35": replace(DEFAULT, tightness=0.35),
     "tightness .7": replace(DEFAULT, tightness=0.7),
     "max_misfit 6": replace(DEFAULT, max_misfit=6.0),
-    "max_misfit 14": replace(DEFAULT, max_misfit=14.0),
     "no restarts": replace(DEFAULT, max_misfit=inf),
-    "moving_share .25": replace(DEFAULT, moving_share=0.25),
     "moving_share .45": replace(DEFAULT, moving_share=0.45),
     "yaw_rate_std .05": replace(DEFAULT, motion=CarMotion(yaw_rate_std=0.05)),
-    "yaw_rate_std .1": replace(DEFAULT, motion=CarMotion(yaw_rate_std=0.1)),
-    "acceleration_std 4": replace(DEFAULT, motion=CarMotion(acceleration_std=4.0)),
     "size_std x .8": replace(DEFAULT, size_std=(0.08, 0.062, 0.054)),
     "size_std x 1.2": replace(DEFAULT, size_std=(0.12, 0.094, 0.082)),
-    "slope_std .01": replace(DEFAULT, road=RoadModel(slope_std=0.01)),
-    "slope_std .022": replace(DEFAULT, road=RoadModel(slope_std=0.022)),
+    "slope_std .015": replace(DEFAULT, road=RoadModel(slope_std=0.015)),
+    "slope_std .03": replace(DEFAULT, road=RoadModel(slope_std=0.03)),
 }
 
 

@@ -76,7 +76,7 @@ class SeenBases(NamedTuple):
 class RoadModel:
     """The slope that all cars of a frame share: the camera nods, and roads rise and fall."""
 
-    slope_std: float = 0.015
+    slope_std: float = 0.022
     """Std of the slope, rad; 0: the road is the plane under the camera."""
     slope_time: float = 15.0
     """Seconds in which the slope changes; more: it is averaged over a longer time."""

@@ -103,6 +103,27 @@ def test_a_window_remembers_its_frames_and_no_more() -> None:
     assert len(window.state.ends) == 1
 
 
+def test_cars_that_a_window_keeps_are_those_that_it_would_filter_anew() -> None:
+    crossing = [Car(-8.0, 45.0, yaw=0.0, velocity=(6.0, 0.0)), Car(3.0, 40.0), Car(-4.0, 25.0)]
+    seen = drive(  # the weak last car is believed in by and by
+        crossing, forward, 24, lambda frame, car: frame in (12 + car, 13 + car),
+        lambda frame, car: 0.6 if car == 2 else 0.95,
+    )  # fmt: skip
+    keeping, forgetting = (Window(Tracker.default(LEVEL), lag=6) for _ in range(2))
+    both_rows = []
+    for frame in seen.frames:
+        forgetting.state = replace(forgetting.state, filtered=())
+        both_rows.append((keeping.step(frame), forgetting.step(frame)))
+    assert len(keeping.state.filtered) == 6  # of all open frames
+    kept, anew = (Tracks.concatenate(rows) for rows in zip(*both_rows, strict=True))
+    assert len(kept) > 30
+    assert kept.estimates is not None
+    assert anew.estimates is not None
+    np.testing.assert_array_equal(kept.ids, anew.ids)
+    np.testing.assert_allclose(kept.estimates.means, anew.estimates.means, rtol=1e-6, atol=1e-8)
+    np.testing.assert_allclose(kept.estimates.covs, anew.estimates.covs, rtol=1e-5, atol=1e-8)
+
+
 def test_a_window_too_short_for_any_birth_is_refused() -> None:
     with pytest.raises(BadConfig, match="no track would begin; look further ahead"):
         Window(Tracker.default(LEVEL), lag=1)
