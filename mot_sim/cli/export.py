@@ -29,10 +29,14 @@ class Export:
 
     mot-sim export out/testing out/testing.zip --to kitti-server
 
+    mot-sim export out/mine out/tables --to csv
+
     motchallenge: OUT/SSSS/ with seqinfo.ini, det/det.txt, res/res.txt and, where there are labels,
     gt/gt.txt; frames and ids from 1. trackeval: OUT/gt is GT_FOLDER and OUT/trackers is
     TRACKERS_FOLDER of TrackEval's Kitti2DBox; only sequences with labels. kitti-server: OUT is the
-    archive of the 29 testing sequences, checked by the server's rules.
+    archive of the 29 testing sequences, checked by the server's rules. csv, coco, mot: a file of
+    boxes with ids for each sequence, of KITTI or of your own: OUT/NAME.csv; OUT/NAME.json, COCO's
+    results with a track_id; OUT/NAME.txt, MOTChallenge's rows with ids from 1.
     """
 
     results: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RESULTS")]
@@ -40,7 +44,7 @@ class Export:
     out: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="OUT")]
     """A new or empty folder; for kitti-server a file, NAME.zip."""
     to: Annotated[str, tyro.conf.arg(metavar="FORMAT")]
-    """motchallenge, trackeval or kitti-server."""
+    """motchallenge, trackeval, kitti-server, csv, coco or mot."""
     root: Root = None
     """The KITTI tree with the calibration, labels and detections."""
     sequences: Annotated[str | None, option("NAMES", "those with results")] = None
@@ -56,20 +60,37 @@ class Export:
 
     def __call__(self, terminal: Terminal) -> int:
         """Read everything, then write."""
+        from mot_sim.datasets.box_writers import BOX_WRITERS
         from mot_sim.evaluation.scoring import pick_results, read_picked
         from mot_sim.files.settings import require_empty
         from tracker.errors import UnknownName
 
         if self.to == SERVER:
             return self._for_server(terminal)
-        if self.to not in FORMATS:
-            raise UnknownName.of("export format", self.to, [*FORMATS, SERVER])
+        if self.to not in {**FORMATS, **BOX_WRITERS}:
+            raise UnknownName.of("export format", self.to, [*FORMATS, *BOX_WRITERS, SERVER])
         require_empty(self.out)
+        if self.to in BOX_WRITERS:
+            return self._as_boxes(terminal)
         files = pick_results(self.results, self.root, self.sequences)
         drives = [self._drive(name) for name in files]
         names = FORMATS[self.to](self, drives, read_picked(files, drives))
         say_unlabelled(terminal, tuple(name for name in files if name not in names))
         terminal.write(f"{self.out}: {len(names)} sequences for {self.to}\n")
+        return OK
+
+    def _as_boxes(self, terminal: Terminal) -> int:
+        """Write each result file as a table of boxes; nothing of KITTI is needed."""
+        from mot_sim.datasets import tracks_of_boxes, write_lines
+        from mot_sim.datasets.box_writers import BOX_WRITERS
+        from mot_sim.evaluation.scoring import result_files
+
+        writer = BOX_WRITERS[self.to]
+        files = result_files(self.results)
+        tables = {name: list(writer.lines(tracks_of_boxes(path))) for name, path in files.items()}
+        for name, lines in tables.items():
+            write_lines(self.out / f"{name}{writer.suffix}", lines)
+        terminal.write(f"{self.out}: {len(tables)} sequences for {self.to}\n")
         return OK
 
     def _for_server(self, terminal: Terminal) -> int:

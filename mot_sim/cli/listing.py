@@ -50,6 +50,7 @@ def registers() -> dict[str, dict[str, str]]:
     """By option: the names it takes, and the first line of what each is, or what is wrong."""
     from mot_sim.cli.export import FORMATS
     from mot_sim.datasets import DETECTORS, EGO
+    from mot_sim.datasets.box_writers import BOX_WRITERS
     from mot_sim.experiments.stress.suites import read_suites, suite_names
     from mot_sim.files.named_objects import ASSOCIATION_NAMES, COST_NAMES, TRACKER_NAMES
     from mot_sim.metrics import RULES
@@ -67,7 +68,7 @@ def registers() -> dict[str, dict[str, str]]:
         "--detections": dict(sorted(rows.items())),
         "--ego": {name: _about(type(source)) for name, source in sorted(EGO.items())},
         "--rules": {name: _about(rules) for name, rules in sorted(RULES.items())},
-        "--to": {name: _about(form) for name, form in sorted(FORMATS.items())},
+        "--to": {name: _about(form) for name, form in sorted({**FORMATS, **BOX_WRITERS}.items())},
     }
 
 

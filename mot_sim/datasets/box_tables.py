@@ -256,7 +256,8 @@ def _read_coco(path: Path) -> tuple[TextTable, DetectionFormat]:
     if not isinstance(content, list):
         entries = "[{image_id, category_id, bbox, score}, ...]"
         raise BadFile(f"{path}: no list of results as COCO has them: {entries}")
-    has_ids = any(isinstance(entry, dict) and "track_id" in entry for entry in content)
+    # an empty list may hold either
+    has_ids = not content or any(isinstance(each, dict) and "track_id" in each for each in content)
     columns = ("frame", *SIDE_COLUMNS, "score", "type", *(("id",) if has_ids else ()))
     kinds = [(name, f"U{MAX_WORD_LENGTH}" if name == "type" else "f8") for name in columns]
     rows = []

@@ -23,7 +23,7 @@ from mot_sim.datasets.kitti.ego import ORBSLAM3_MOTION_STD, ImageMotion
 from mot_sim.datasets.kitti.labels import in_order
 from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.datasets.trajectories import read_trajectory
-from mot_sim.files.text import TextTable
+from mot_sim.files.text import TextTable, read_text
 from tracker.ego import EgoScale
 from tracker.errors import BadConfig, BadFile, DatasetNotFound
 from tracker.types import TRACKED_KINDS, Tracks, spelled_as_kitti
@@ -188,9 +188,12 @@ def tracks_of_boxes(path: Path) -> Tracks:
     """The rows of a file of boxes with ids as tracks, in the order of frames; see `read_box_table`.
 
     Rows of classes that are not tracked stay, as labels need them; DontCare has id -1. Raises
-    BadFile for a file without ids and for an id twice in a frame.
+    BadFile for a file without ids and for an id twice in a frame. A file .txt without a line, as
+    drives without a row get it, has none.
     """
-    table, form = read_box_table(_require(path, "boxes"))
+    if _require(path, "boxes").suffix == ".txt" and not read_text(path).strip():
+        return Tracks.empty()
+    table, form = read_box_table(path)
     table, _ = _timed(table)
     names = table.rows.dtype.names or ()
     if "id" not in names:

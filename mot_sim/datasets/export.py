@@ -49,9 +49,8 @@ def export_motchallenge(
     classes = tables["det"][4]
     if results is not None:
         results.require_unique_ids(f"results of {sequence.name}")
-        scores = np.ones(len(results)) if results.scores is None else results.scores
-        classes = _classes(_kinds(results.kinds, len(results)))
-        tables["res"] = (results.frames, results.ids + 1, results.boxes, scores, classes)
+        tables["res"] = _result_rows(results)
+        classes = tables["res"][4]
     if truth is not None:
         tables["gt"] = _truth_rows(truth, set(classes.tolist()) or {MOT_CLASSES["Car"]})
     home = folder / sequence.name
@@ -104,6 +103,17 @@ def export_trackeval(
         folder / "gt" / "evaluate_tracking.seqmap.training",
         (f"{name} empty 000000 {length:06d}" for name, length in lengths.items()),
     )
+
+
+def motchallenge_lines(tracks: Tracks) -> Iterator[str]:
+    """The lines of a file of MOTChallenge with these rows; frames and ids count from 1."""
+    return _lines(*_result_rows(tracks))
+
+
+def _result_rows(tracks: Tracks) -> MotRows:
+    scores = np.ones(len(tracks)) if tracks.scores is None else tracks.scores
+    classes = _classes(_kinds(tracks.kinds, len(tracks)))
+    return tracks.frames, tracks.ids + 1, tracks.boxes, scores, classes
 
 
 def _detection_rows(indices: Int[Array, " k"], parts: list[Detections]) -> MotRows:

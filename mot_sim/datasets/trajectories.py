@@ -8,8 +8,15 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 from scipy.spatial.transform import Rotation, Slerp
 
-from mot_sim.datasets.camera_files import POSE_COLUMNS, SCALE_CURE, read_poses, rigid_poses
+from mot_sim.datasets.camera_files import (
+    POSE_COLUMNS,
+    SCALE_CURE,
+    read_poses,
+    rigid_poses,
+    write_poses,
+)
 from mot_sim.files.text import read_table, read_text
+from mot_sim.files.writing import write_lines
 from tracker.errors import BadFile
 from tracker.types import max_step
 
@@ -67,6 +74,21 @@ class Trajectory:
         for axis in range(3):
             poses[:, axis, 3] = np.interp(inside, self.times, self.Ts_world_cam[:, axis, 3])
         return poses
+
+
+def write_trajectory(trajectory: Trajectory, path: Path) -> None:
+    """Write poses as `read_trajectory` reads them: with times in TUM's layout, else one a frame."""
+    if trajectory.times is None:
+        write_poses(trajectory.Ts_world_cam, path)
+        return
+    poses = trajectory.Ts_world_cam
+    quaternions = Rotation.from_matrix(poses[:, :3, :3]).as_quat()
+    rows = np.column_stack([poses[:, :3, 3], quaternions]).tolist()
+    lines = [
+        f"{time!r} " + " ".join(f"{value:.9f}" for value in row)
+        for time, row in zip(trajectory.times.tolist(), rows, strict=True)
+    ]
+    write_lines(path, [f"# {' '.join(TUM_COLUMNS)}", *lines])
 
 
 def read_trajectory(path: Path, frame_rate: float, metric: bool = True) -> Trajectory:

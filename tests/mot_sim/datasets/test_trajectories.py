@@ -1,19 +1,45 @@
 """Poses a frame, or with times between which is interpolated."""
 
+import tempfile
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from mot_sim.datasets.boxes import box_sequence
-from mot_sim.datasets.trajectories import read_trajectory
+from mot_sim.datasets.trajectories import Trajectory, read_trajectory, write_trajectory
 from tests.mot_sim.datasets.conftest import write
 from tests.mot_sim.datasets.test_boxes import BOXES, CAMERA
 from tracker.errors import BadFile
 
 TUM = "# time tx ty tz qx qy qz qw\n0 0 0 0 0 0 0 1\n0.1 0 0 2 0 0.0499792 0 0.9987503\n"
 TIMED = "0 1 0 0 0 0 1 0 0 0 0 1 0\n0.1 1 0 0 0 0 1 0 0 0 0 1 2\n"
+
+
+TWISTS = st.lists(
+    st.tuples(*([st.floats(-3.0, 3.0)] * 3), *([st.floats(-5.0, 5.0)] * 3)), min_size=2, max_size=5
+)
+
+
+@settings(max_examples=30, deadline=None)
+@given(twists=TWISTS, timed=st.booleans(), start=st.floats(0.0, 1e9))
+def test_what_is_written_is_read_back(twists: list, timed: bool, start: float) -> None:
+    values = np.array(twists)
+    poses = np.tile(np.eye(4), (len(values), 1, 1))
+    poses[:, :3, :3] = Rotation.from_rotvec(values[:, :3]).as_matrix()
+    poses[:, :3, 3] = values[:, 3:]
+    times = start + 0.5 * np.arange(len(values)) if timed else None
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "poses.txt"
+        write_trajectory(Trajectory(path, poses, times, 0.1), path)
+        read = read_trajectory(path, 10.0)
+    np.testing.assert_allclose(read.Ts_world_cam, poses, atol=5e-9)
+    assert (None if read.times is None else read.times.tolist()) == (
+        None if times is None else times.tolist()
+    )
 
 
 def test_between_two_poses_of_tum_is_interpolated(tmp_path: Path) -> None:
