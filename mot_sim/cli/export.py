@@ -74,9 +74,10 @@ class Export:
             return self._as_boxes(terminal)
         files = pick_results(self.results, self.root, self.sequences)
         drives = [self._drive(name) for name in files]
-        names = FORMATS[self.to](self, drives, read_picked(files, drives))
+        names = FORMATS[self.to](self, drives, read_picked(files, drives, with_cuboids=True))
         say_unlabelled(terminal, tuple(name for name in files if name not in names))
-        terminal.write(f"{self.out}: {len(names)} sequences for {self.to}\n")
+        count = len(names)
+        terminal.write(f"{self.out}: {count} sequence{'s' * (count != 1)} for {self.to}\n")
         return OK
 
     def _as_boxes(self, terminal: Terminal) -> int:
@@ -140,7 +141,8 @@ def to_trackeval(
         raise DatasetNotFound(f"no labels for {', '.join(results)}: TrackEval needs them")
     lengths = {drive.name: drive.frame_count for drive in drives if drive.name in truths}
     tracker_name = export.name or export.results.resolve().name
-    export_trackeval(export.out, tracker_name, lengths, truths, results)
+    frames = {drive.name: drive.T_road_label for drive in drives}
+    export_trackeval(export.out, tracker_name, lengths, truths, results, frames)
     return list(truths)
 
 

@@ -80,12 +80,14 @@ def export_trackeval(
     lengths: Mapping[str, int],
     truths: Mapping[str, Tracks],
     results: Mapping[str, Tracks],
+    Ts_road_label: Mapping[str, Float[Array, "4 4"]] | None = None,
 ) -> None:
     """Write what TrackEval's Kitti2DBox reads, for the sequences that `lengths` counts.
 
     GT_FOLDER is `<folder>/gt` (evaluate_tracking.seqmap.training and label_02/SSSS.txt),
-    TRACKERS_FOLDER is `<folder>/trackers` (<tracker>/data/SSSS.txt). Cuboids are not written:
-    TrackEval reads boxes. Raises BadConfig for a sequence without truth or results, BadTracks
+    TRACKERS_FOLDER is `<folder>/trackers` (<tracker>/data/SSSS.txt). Cuboids, with the states
+    beside, are written where Ts_road_label says how, for others who read these folders: TrackEval
+    reads boxes. Raises BadConfig for a sequence without truth or results, BadTracks
     for frames outside a sequence.
     """
     for what, given in {"truth": truths, "results": results}.items():
@@ -97,8 +99,10 @@ def export_trackeval(
     for name, length in lengths.items():
         _require_frames(truths[name].frames, length, f"truth of {name}")
         _require_frames(results[name].frames, length, f"results of {name}")
-        write_labels(truths[name], folder / "gt" / "label_02" / f"{name}.txt")
-        write_results(results[name], folder / "trackers" / tracker / "data" / f"{name}.txt")
+        T_road_label = None if Ts_road_label is None else Ts_road_label[name]
+        write_labels(truths[name], folder / "gt" / "label_02" / f"{name}.txt", T_road_label)
+        place = folder / "trackers" / tracker / "data" / f"{name}.txt"
+        write_results(results[name], place, T_road_label)
     write_lines(
         folder / "gt" / "evaluate_tracking.seqmap.training",
         (f"{name} empty 000000 {length:06d}" for name, length in lengths.items()),

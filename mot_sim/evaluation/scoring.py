@@ -156,10 +156,14 @@ def pick_results(
     return {name: files[name] for name in names}
 
 
-def read_picked(files: Mapping[str, Path], drives: Sequence[KittiSequence]) -> dict[str, Tracks]:
+def read_picked(
+    files: Mapping[str, Path], drives: Sequence[KittiSequence], with_cuboids: bool = False
+) -> dict[str, Tracks]:
     """The results in the files, checked against the lengths of their drives."""
     return {
-        drive.name: read_results(files[drive.name], frame_count=drive.frame_count)
+        drive.name: read_results(
+            files[drive.name], drive.T_road_label if with_cuboids else None, drive.frame_count
+        )
         for drive in drives
     }
 

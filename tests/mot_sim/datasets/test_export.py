@@ -11,7 +11,7 @@ from mot_sim.datasets.export import export_motchallenge, export_trackeval
 from mot_sim.datasets.kitti import DETECTORS, kitti_sequence, read_labels, read_results
 from tests.mot_sim.datasets.test_recorded import drive
 from tracker.errors import BadConfig, BadTracks
-from tracker.types import Tracks
+from tracker.types import CarEstimates, Tracks
 
 RESULTS = Tracks(
     np.array([0, 2]), np.array([0, 3]), np.array([[1.0, 2, 4, 6], [2, 3, 5, 7]]), np.array([0.5, 2])
@@ -81,6 +81,25 @@ def test_trackeval_finds_its_folders(tiny_tree: Path, tmp_path: Path) -> None:
     np.testing.assert_array_equal(labels.occlusion, sequence.truth.occlusion)
     results = read_results(tmp_path / "out" / "trackers" / "mine" / "data" / "0030.txt")
     np.testing.assert_array_equal(results.boxes, RESULTS.boxes)
+
+
+def test_cuboids_and_states_are_kept_for_others(tiny_tree: Path, tmp_path: Path) -> None:
+    sequence = kitti_sequence(tiny_tree, "0030")
+    truth, T_road_label = sequence.truth, sequence.T_road_label
+    assert truth is not None
+    count = len(RESULTS)
+    means = np.tile([1.0, 0.0, 20.0, 0.1, 5.0, 1.4, 0.4, 0.5, 0.0], (count, 1))
+    states = CarEstimates(means, np.tile(np.eye(9), (count, 1, 1)), np.full(count, 0.8))
+    results = RESULTS.replaced(cuboids=states.cuboids(), estimates=states)
+    frames = {"0030": T_road_label}
+    export_trackeval(tmp_path, "mine", {"0030": 3}, {"0030": truth}, {"0030": results}, frames)
+    labels = read_labels(tmp_path / "gt" / "label_02" / "0030.txt", T_road_label)
+    assert truth.cuboids is not None
+    assert labels.cuboids is not None
+    np.testing.assert_allclose(labels.cuboids.base, truth.cuboids.base, atol=1e-5)
+    found = read_results(tmp_path / "trackers" / "mine" / "data" / "0030.txt", T_road_label)
+    assert found.estimates is not None
+    np.testing.assert_allclose(found.estimates.means, means, atol=1e-6)
 
 
 def test_exports_refuse_what_evaluators_would_choke_on(tmp_path: Path) -> None:
