@@ -157,7 +157,10 @@ def plain_bar(width: int, height: int) -> Image:
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """Frames of 1242 x 720 pixels for KITTI's camera, drawn one by one when asked for."""
+    """Frames of 1242 x 720 pixels for KITTI's camera, drawn one by one when asked for.
+
+    Where labels and tracks have cuboids, a strip of their errors makes it 812.
+    """
 
     drive: RecordedSequence
     """The drive, with its detections and its images, if it has any."""
