@@ -49,6 +49,13 @@ class ExistenceUpdate(NamedTuple):
     detector: DetectorStatistics
     """What is known of the detector after this frame."""
 
+    @classmethod
+    def certain(
+        cls, matched: int, unmatched: ActiveTracks, born: int, detector: DetectorStatistics
+    ) -> "ExistenceUpdate":
+        """Without a filter: so many detections are objects, and tracks stay as likely as before."""
+        return cls(np.ones(matched), unmatched.existence, np.ones(born), detector)
+
 
 @dataclass(frozen=True)
 class ExistenceFilter:

@@ -70,6 +70,7 @@ def for_kind(tracker: Tracker, kind: str) -> Tracker:
             size=prior.size,
             size_std=(OUTLINE_STD, prior.height_std, OUTLINE_STD),
             start_speed=(pace, pace),
+            carries_boxes=False,
         )
     return replace(
         tracker,
@@ -82,6 +83,7 @@ def for_kind(tracker: Tracker, kind: str) -> Tracker:
         strong_score=min(tracker.strong_score, prior.birth_score),
         score_scale=scale,
         car_filter=car_filter,
+        gap_rows=None,
     )
 
 

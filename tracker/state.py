@@ -14,7 +14,7 @@ from tracker.existence import DetectorStatistics
 from tracker.lifecycle import NO_TRACKS, ActiveTracks
 from tracker.motion_check import MotionCheck
 from tracker.score_scale import ScoreMemory
-from tracker.types import Frame
+from tracker.types import CarEstimates, Frame
 
 
 @dataclass(frozen=True)
@@ -114,3 +114,5 @@ class TrackerState:
     """What the boxes told of the motion and the calibration that are given."""
     road: RoadMemory = RoadMemory()
     """What `CarFilter` learned of the road and its traffic."""
+    estimates: CarEstimates | None = None
+    """The likeliest states of the cars of `tracks`; None without a `CarFilter`."""

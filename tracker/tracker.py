@@ -11,7 +11,7 @@ from tracker.association import Associate, Hungarian, Match, match_in_stages
 from tracker.beliefs import Beliefs, Lift
 from tracker.box_filter import BoxFilter, Gains
 from tracker.camera_rotation_filter import CameraRotationFilter
-from tracker.car_filter import CarFilter, CarStates, RoadMemory
+from tracker.car_filter import CarFilter, CarStates, RoadMemory, carried_boxes
 from tracker.cost_matrix import CostMatrix
 from tracker.costs import (
     GatedPairs,
@@ -26,6 +26,7 @@ from tracker.ego_motion import CameraMotion, compensate_ego_motion
 from tracker.errors import BadConfig
 from tracker.existence import ExistenceFilter, ExistenceUpdate
 from tracker.explain import Explanation
+from tracker.gap_rows import GapRows
 from tracker.lifecycle import NO_TRACKS, ActiveTracks, Lifecycle, in_view
 from tracker.motion_check import Contradiction
 from tracker.score_scale import ScoreMemory, ScoreScale
@@ -73,7 +74,10 @@ class Tracker:
     camera_rotation_filter: CameraRotationFilter | None = None
     """Corrects an uncertain rotation of the camera; None: it is taken as it is."""
     car_filter: CarFilter | None = None
-    """Follows heading, speed and size of the cars; None: cuboids are back-projected boxes."""
+    """Follows heading, speed and size of the cars, and carries their boxes along; None: cuboids are
+    back-projected boxes."""
+    gap_rows: GapRows | None = None
+    """Decides which undetected cars of a `car_filter` are put out; None: `existence` does."""
     state_assumed: bool = True
     """Whether rows state headings and sizes that `lift` only assumes; False: NaN, unknown."""
     explain: bool = False
@@ -123,6 +127,7 @@ class Tracker:
             box_filter=BoxFilter(),
             camera_rotation_filter=CameraRotationFilter(),
             car_filter=CarFilter(),
+            gap_rows=GapRows(),
         )
 
     def step(self, frame: Frame) -> Tracks:
@@ -156,6 +161,10 @@ class Tracker:
             cars = tracks.cars or CarStates.empty()
             cars, road, *_ = self.car_filter.predict(cars, road, T_now_before, cov, dt, self.camera)
             tracks = tracks.replaced(cars=cars)
+            if self.car_filter.carries_boxes and self.state.estimates is not None:
+                boxes, before = self.state.tracks.beliefs.boxes, self.state.estimates.means
+                boxes = carried_boxes(boxes, before, self.car_filter.means(cars, road), self.camera)
+                tracks = tracks.replaced(beliefs=tracks.beliefs.replaced(boxes=boxes))
         pairs = self.gate(tracks, observed, detections, dt)
         costs, unmeasured = self.pair_costs(pairs)
         matrix = np.full(pairs.shape, np.inf)
@@ -174,10 +183,11 @@ class Tracker:
         if not frame.looked_at:
             clock, statistics = self.state.clock, self.state.statistics.after_frame(0, 0, 0)
             self.state = replace(self.state, clock=clock.after(frame), statistics=statistics)
+            estimates = self.car_estimates(compared.tracks, compared.road)
             since_look = clock.seconds_since_look(frame)
-            return self._output_rows(frame.index, compared.tracks, compared.road, since_look)
+            return self._output_rows(frame.index, compared.tracks, estimates, since_look)
         self.state = self._update(frame, compared, match)
-        return self._output_rows(frame.index, self.state.tracks, self.state.road)
+        return self._output_rows(frame.index, self.state.tracks, self.state.estimates)
 
     @property
     def contradiction(self) -> Contradiction | None:
@@ -260,9 +270,13 @@ class Tracker:
         missed = match.unmatched_tracks
         unmatched = tracks.select(missed) if len(missed) else NO_TRACKS
         dt = state.clock.seconds_since_look(frame)
-        existence = self._update_existence(
-            matched, unmatched, matched_scores, born_scores, observed.boxes, dt
-        )
+        scored = matched_scores, born_scores
+        if self.existence is None:
+            existence = ExistenceUpdate.certain(len(rows), unmatched, len(born), state.detector)
+        else:
+            existence = self.existence(
+                state.detector, matched, unmatched, *scored, observed.boxes, dt, self.camera
+            )
         updated, gains = self.update_tracks(
             matched, observed.select(columns), matched_scores, existence.matched, dt, state.gains
         )
@@ -307,24 +321,7 @@ class Tracker:
                 self.lift.car_size[1],
             ),
             road,
-        )
-
-    def _update_existence(
-        self,
-        matched: ActiveTracks,
-        unmatched: ActiveTracks,
-        matched_scores: Float[Array, " k"],
-        born_scores: Float[Array, " b"],
-        boxes: Float[Array, "m 4"],
-        dt: float,
-    ) -> ExistenceUpdate:
-        """The probabilities of existence after the frame; without a filter, of detections, 1."""
-        detector = self.state.detector
-        if self.existence is None:
-            certain = np.ones(len(matched_scores)), np.ones(len(born_scores))
-            return ExistenceUpdate(certain[0], unmatched.existence, certain[1], detector)
-        return self.existence(
-            detector, matched, unmatched, matched_scores, born_scores, boxes, dt, self.camera
+            self.car_estimates(updated, road),
         )
 
     def update_tracks(
@@ -356,34 +353,39 @@ class Tracker:
         return self.car_filter.estimate(tracks.cars or CarStates.empty(), road)
 
     def _output_rows(
-        self, index: int, tracks: ActiveTracks, road: RoadMemory, since_look: float = 0.0
+        self,
+        index: int,
+        tracks: ActiveTracks,
+        estimates: CarEstimates | None,
+        since_look: float = 0.0,
     ) -> Tracks:
         """The rows of a frame: tracks detected in it, and those that should be there.
 
         since_look: seconds since a detector looked; 0: it did at this frame.
         """
-        missed = np.isnan(tracks.scores)
+        missed, scores = np.isnan(tracks.scores), tracks.scores
+        written = tracks.time_since_update <= since_look if since_look > 0.0 else ~missed
         if self.existence is not None:
+            scores = np.where(missed, tracks.existence, scores)
             written = self.existence.written(tracks, since_look)
-        else:
-            written = tracks.time_since_update <= since_look if since_look > 0.0 else ~missed
+            if estimates is not None and self.gap_rows is not None:
+                unseen = (tracks.time_since_update > since_look).nonzero()[0]
+                if len(unseen):
+                    gone = tracks.select(unseen), estimates.select(unseen)
+                    scores[unseen], written[unseen] = self.gap_rows(*gone, self.camera)
         if since_look > 0.0:
             written &= in_view(tracks.beliefs, self.camera)
-        if np.count_nonzero(written) < len(tracks):
-            tracks, missed = tracks.select(written), missed[written]
-        boxes, scores = tracks.beliefs.boxes, tracks.scores
+        boxes = tracks.beliefs.boxes
         if np.count_nonzero(missed):
             boxes = np.where(missed[:, None], self.camera.clip_boxes(boxes), boxes)
-            scores = np.where(missed, tracks.existence, scores)
-        frames = np.full(len(scores), index)
-        estimates = self.car_estimates(tracks, road)
         if estimates is not None:
             cuboids = estimates.cuboids()
         else:
             beliefs = tracks.beliefs
             cuboids = beliefs.cuboids if self.state_assumed else self.lift.measured_part(beliefs)
+        frames = np.full(len(scores), index)
         rows = Tracks(frames, tracks.ids, boxes, scores, cuboids=cuboids, estimates=estimates)
-        return rows.copied()
+        return rows.select(written.nonzero()[0]).copied()
 
 
 def _is_all(rows: Int[Array, " k"], count: int) -> bool:

@@ -1,9 +1,11 @@
 """The state of a car behind its boxes: place, heading, speed and size, with their uncertainty."""
 
+from tracker.car_filter.carried_boxes import carried_boxes
 from tracker.car_filter.cues import CarCues, CueModel
 from tracker.car_filter.edges import EdgeModel
 from tracker.car_filter.filter import CarFilter
 from tracker.car_filter.motion import CarMotion
+from tracker.car_filter.projection import project_boxes
 from tracker.car_filter.road_memory import DirectionPrior, RoadMemory, RoadModel
 from tracker.car_filter.smoothing import (
     FilteredFrame,
@@ -18,5 +20,5 @@ from tracker.car_filter.states import CarStates
 __all__ = [
     "CarCues", "CarFilter", "CarMotion", "CarStates", "CueModel", "DirectionPrior", "EdgeModel",
     "FilteredFrame", "FollowedCars", "RoadMemory", "RoadModel", "SeenCars",
-    "follow_cars", "smooth_cars", "smooth_first",
+    "carried_boxes", "follow_cars", "project_boxes", "smooth_cars", "smooth_first",
 ]  # fmt: skip

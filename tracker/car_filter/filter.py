@@ -11,7 +11,7 @@ from numpy import ndarray as Array
 
 from tracker.car_filter.cues import CarCues, CueModel
 from tracker.car_filter.edges import EdgeModel, hidden_edges
-from tracker.car_filter.estimates import estimate
+from tracker.car_filter.estimates import estimate, mixture
 from tracker.car_filter.modes import forward_log_probability, switched
 from tracker.car_filter.motion import CarMotion, ego_motion_cov
 from tracker.car_filter.projection import project_boxes
@@ -143,6 +143,9 @@ class CarFilter:
     exactly where it faces. More: rows state less certain ones."""
     switch: float = 0.02
     """Probability with which a mode that has died out begins again: cars stop and start."""
+    carries_boxes: bool = True
+    """Whether the boxes expected of tracks move and grow as their cars do; False: with the
+    tracker's `dynamics`, as suits what is no car."""
 
     def __post_init__(self) -> None:
         for name, share in (("moving_share", self.moving_share), ("switch", self.switch)):
@@ -288,6 +291,10 @@ class CarFilter:
         ahead = np.stack((np.cos(yaw), -np.sin(yaw)), axis=1)
         covs[:, SPEED, SPEED] += ((ahead @ memory.camera_velocity_cov) * ahead).sum(axis=1)
         return estimates.replaced(covs=covs)
+
+    def means(self, states: CarStates, memory: RoadMemory) -> Float[Array, "n 9"]:
+        """The means of `estimate`."""
+        return mixture(states, self.weights(states, memory)).means
 
     def weights(self, states: CarStates, memory: RoadMemory) -> Float[Array, "n k"]:
         """Probabilities of the hypotheses, the prior of directions included."""
