@@ -27,19 +27,19 @@ class GapRows:
     four detectors by `python -m benchmarks.gap_rows`, which prints the weights.
     """
 
-    intercept: float = 0.52
+    intercept: float = 0.81
     """What the others are added to."""
-    existence: float = 0.2
+    existence: float = 0.28
     """Weight of the logit of the track's existence."""
-    hits: float = 0.78
+    hits: float = 0.82
     """Weight of the logarithm of its hits."""
-    place: float = -2.66
+    place: float = -2.97
     """Weight of the logarithm of the std of its left and right edge, box widths."""
-    width: float = 1.38
+    width: float = 1.33
     """Weight of the logarithm of the std of its width, box widths."""
-    height: float = -1.12
+    height: float = -1.33
     """Weight of the logarithm of its height, px."""
-    leaving: float = -1.61
+    leaving: float = -1.34
     """Weight of whether it ends at the image's left or right border."""
     threshold: float = 0.5
     """Probability from which a row is put out, 0 < threshold < 1; more: fewer false and fewer true

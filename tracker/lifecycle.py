@@ -70,6 +70,14 @@ class ActiveTracks(Rows):
         mine = self.ids, updated, now, hits, existence, innovations, scores
         return ActiveTracks(*mine, self.cars)
 
+    def expected_at(self, boxes: Float[Array, "n 4"]) -> "ActiveTracks":
+        """These tracks with the boxes that a `CarFilter` expects, px.
+
+        Those of a single detection stay: it tells not where the car is going.
+        """
+        boxes = np.where((self.hits > 1)[:, None], boxes, self.beliefs.boxes)
+        return self.replaced(beliefs=self.beliefs.replaced(boxes=boxes))
+
 
 NO_TRACKS = ActiveTracks.empty()
 

@@ -164,7 +164,7 @@ class Tracker:
             if self.car_filter.carries_boxes and self.state.estimates is not None:
                 boxes, before = self.state.tracks.beliefs.boxes, self.state.estimates.means
                 boxes = carried_boxes(boxes, before, self.car_filter.means(cars, road), self.camera)
-                tracks = tracks.replaced(beliefs=tracks.beliefs.replaced(boxes=boxes))
+                tracks = tracks.expected_at(boxes)
         pairs = self.gate(tracks, observed, detections, dt)
         costs, unmeasured = self.pair_costs(pairs)
         matrix = np.full(pairs.shape, np.inf)
