@@ -128,7 +128,7 @@ def main() -> None:
     together = [np.concatenate(column) for column in zip(*every, strict=True)]
     weights = fit(together[0], together[1])
     code = GapRows()
-    names = "intercept existence hits place width height leaving".split()
+    names = ["intercept", "existence", "hits", "place", "width", "height", "leaving"]
     for name, weight in zip(names, weights, strict=True):
         print(f"{name:10s} {weight:6.2f}   in the code {getattr(code, name):6.2f}")
     known = np.array([getattr(code, name) for name in names])

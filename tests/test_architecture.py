@@ -32,6 +32,7 @@ ROOMS: dict[str, set[str]] = {
     "costs": {"beliefs", "shape"},
     "association": set(),
     "existence": {"lifecycle"},
+    "gap_rows": {"lifecycle", "car_filter"},
     "box_filter": {"lifecycle"},
     "score_scale": {"types"},
     "motion_check": {"types"},
@@ -48,7 +49,7 @@ ROOMS: dict[str, set[str]] = {
         "explain",
         "ego_motion",
     }
-    | {"camera_rotation_filter"},
+    | {"camera_rotation_filter", "gap_rows"},
     "cuboid_tracker": {"tracker"},
     "smoothing": set(),
     "multi_frame": {"tracker", "smoothing"},

@@ -27,17 +27,17 @@ class GapRows:
     four detectors by `python -m benchmarks.gap_rows`, which prints the weights.
     """
 
-    intercept: float = 0.81
+    intercept: float = 0.57
     """What the others are added to."""
-    existence: float = 0.28
+    existence: float = 0.29
     """Weight of the logit of the track's existence."""
-    hits: float = 0.82
+    hits: float = 0.75
     """Weight of the logarithm of its hits."""
-    place: float = -2.97
+    place: float = -2.79
     """Weight of the logarithm of the std of its left and right edge, box widths."""
-    width: float = 1.33
+    width: float = 1.08
     """Weight of the logarithm of the std of its width, box widths."""
-    height: float = -1.33
+    height: float = -1.25
     """Weight of the logarithm of its height, px."""
     leaving: float = -1.34
     """Weight of whether it ends at the image's left or right border."""
