@@ -1,11 +1,11 @@
 """Boxes of one's own from cameras of many kinds: scores of `mot-sim track --boxes` on made drives.
 
-    python -m benchmarks.cameras [--seeds 3] [--seconds 20]
+    python -m benchmarks.cameras [--seeds 2] [--seconds 15]
 
 A made street (a made intersection for the camera on a mast, which stands) is seen by each camera,
 at its frame rate, with the made detector; boxes, camera file and poses are written as files,
 tracked by the command, and the results scored against the truth. `mot-sim calibrate-camera` finds
-height and pitch from the same boxes. About three minutes.
+height and pitch from the same boxes. About ten minutes.
 """
 
 import argparse
@@ -153,8 +153,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
-    parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--seconds", type=float, default=15.0)
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.ERROR)
     print(

@@ -145,7 +145,8 @@ class Tables:
     ) -> None:
         """Table II: the files that the server wants, of every sequence of the split."""
         from mot_sim.datasets import kitti_sequence
-        from mot_sim.evaluation.run_folder import RUN_FILE, RunFolder
+        from mot_sim.datasets.boxes import RUN_FILE
+        from mot_sim.evaluation.run_folder import RunFolder
         from mot_sim.evaluation.runs import Recipe, track_sequences
         from mot_sim.evaluation.scoring import choose_sequences
 

@@ -30,6 +30,8 @@ from tracker.types import TRACKED_KINDS, Tracks, spelled_as_kitti
 
 # How files of boxes end.
 BOX_FILES = (".csv", ".json", ".txt")
+# What a folder of results holds besides.
+RUN_FILE = "run.json"
 
 
 def box_sequence(
@@ -217,11 +219,13 @@ def tracks_of_boxes(path: Path) -> Tracks:
 def box_files(folder: Path, what: str = "boxes") -> dict[str, Path]:
     """The files of boxes in a folder by their names, perhaps none.
 
+    What `mot-sim track` writes beside its results is none of them.
     what: they hold, for the error. Raises BadConfig for two files of one name.
     """
     files: dict[str, Path] = {}
     for path in sorted(folder.glob("*")):
-        if path.suffix in BOX_FILES and not path.name.endswith(ESTIMATES_SUFFIX):
+        is_beside = path.name == RUN_FILE or path.name.endswith(ESTIMATES_SUFFIX)
+        if path.suffix in BOX_FILES and not is_beside:
             if path.stem in files:
                 raise BadConfig(f"{path}: there are two files of {what} for {path.stem}; keep one")
             files[path.stem] = path

@@ -122,8 +122,8 @@ def estimate_camera(
     count = int(offsets[-1])
     if count < MIN_CARS:
         raise BadDetections(
-            f"{count} cars of which a whole box was seen; at least {MIN_CARS} are needed: give "
-            "longer drives, or several of the same camera"
+            f"{count} car{'' if count == 1 else 's'} of which a whole box was seen; at least "
+            f"{MIN_CARS} are needed: give longer drives, or several of the same camera"
         )
     boxes = np.concatenate([each.boxes for each in seen])
     boxes[:, 3] -= BOTTOM_BIAS * (boxes[:, 3] - boxes[:, 1])

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Int
 from numpy import ndarray as Array
 
 from mot_sim.datasets import DETECTORS, tracks_of_boxes
-from mot_sim.datasets.boxes import box_files
+from mot_sim.datasets.boxes import BOX_FILES, box_files
 from mot_sim.evaluation.scoring import result_files
 from mot_sim.files.text import read_table, what_is_there
 from mot_sim.metrics import Evaluation, Scores, combine, evaluate, motchallenge_scores
@@ -42,11 +42,11 @@ def score_against(results: Path, truth: Path, rules: str, kind: str) -> Evaluati
 
     truth: a file of boxes with ids or a folder of such files, NAME.csv, NAME.json or NAME.txt (see
     `read_box_table`), scored by `rules`; or a folder of MOTChallenge, NAME/gt/gt.txt with
-    NAME/seqinfo.ini, scored by its own rules. results: NAME.txt in KITTI's rows or MOTChallenge's,
-    see `result_files`. Raises DatasetNotFound for truth or results that are not there, BadFile for
-    what cannot be read.
+    NAME/seqinfo.ini, scored by its own rules. results: such files of boxes with ids as well, of
+    NAME.txt also in a folder `data`, see `result_files`. Raises DatasetNotFound for truth or
+    results that are not there, BadFile for what cannot be read.
     """
-    found = result_files(results)
+    found = _found_results(results)
     if truth.is_dir() and any(truth.glob("*/gt/gt.txt")):
         if rules not in ("trackeval", MOTCHALLENGE):
             raise BadConfig(f"--rules {rules}: a folder of MOTChallenge goes by its own rules")
@@ -64,6 +64,13 @@ def score_against(results: Path, truth: Path, rules: str, kind: str) -> Evaluati
         for doubt in doubts_of(*contest, kind):
             log.warning("%s: %s", name, doubt)
     return evaluation
+
+
+def _found_results(results: Path) -> dict[str, Path]:
+    """The files of results by name; DatasetNotFound for none."""
+    if results.is_file() and results.suffix in BOX_FILES:
+        return {results.stem: results}
+    return box_files(results, "results") or result_files(results)
 
 
 def _tables(truth: Path) -> dict[str, Path]:

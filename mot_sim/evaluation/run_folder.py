@@ -9,6 +9,7 @@ from typing import Any
 from jaxtyping import Float
 from numpy import ndarray as Array
 
+from mot_sim.datasets.boxes import RUN_FILE
 from mot_sim.datasets.estimate_files import estimates_path
 from mot_sim.datasets.kitti.labels import write_results
 from mot_sim.files.resumable_folder import ResumableFolder
@@ -16,7 +17,6 @@ from mot_sim.files.settings import Settings
 from tracker.errors import BadFile
 from tracker.types import Tracks
 
-RUN_FILE = "run.json"
 MAX_NAME_LETTERS = 100  # letters of a sequence; file systems take 255 bytes
 
 

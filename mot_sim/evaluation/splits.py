@@ -19,6 +19,8 @@ class Split:
     """Frames by sequence, counted from 0; None: all sequences that are there."""
     frames: str | None = None
     """`first-half`, `second-half` of every drive, or `100-199`, both included; None: all."""
+    seqmap: Path | None = None
+    """The file that says the ranges; None: none does."""
 
     def __post_init__(self) -> None:
         if self.frames is not None and self.frames not in HALVES:
@@ -29,7 +31,7 @@ class Split:
         """From the options `--seqmap FILE` and `--frames PART`; BadConfig for both at once."""
         if seqmap is not None and frames is not None:
             raise BadConfig("--seqmap and --frames both say which frames: give one of them")
-        return cls(None if seqmap is None else read_seqmap(seqmap), frames)
+        return cls(None if seqmap is None else read_seqmap(seqmap), frames, seqmap)
 
     def sequences(self, there: Sequence[str]) -> list[str]:
         """The names that are meant, of those that are there; UnknownName for one that is not."""
@@ -37,7 +39,7 @@ class Split:
             return list(there)
         for name in self.ranges:
             if name not in there:
-                raise UnknownName.of("sequence of the seqmap", name, there)
+                raise UnknownName(f"{self.seqmap}: {UnknownName.of('sequence', name, there)}")
         return list(self.ranges)
 
     def part(self, drive: KittiSequence) -> KittiSequence:
@@ -46,8 +48,9 @@ class Split:
         if wanted.start == 0 and wanted.stop == drive.frame_count:
             return drive
         if not (0 <= wanted.start < wanted.stop <= drive.frame_count):
+            where = "" if self.seqmap is None else f"{self.seqmap}: "
             raise BadConfig(
-                f"sequence {drive.name} has frames 0..{drive.frame_count - 1}, not "
+                f"{where}sequence {drive.name} has frames 0..{drive.frame_count - 1}, not "
                 f"{wanted.start}..{wanted.stop - 1}"
             )
         return drive.subset(wanted)

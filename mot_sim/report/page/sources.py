@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path, PurePosixPath
 
-from mot_sim.evaluation.run_folder import RUN_FILE
+from mot_sim.datasets.boxes import RUN_FILE
 from mot_sim.experiments.result_file import RESULT_FILE, Made, Result, read_result
 from mot_sim.experiments.sweep.running import read_partial
 from mot_sim.experiments.sweep.store import SWEEP_FILE

@@ -36,7 +36,10 @@ def test_the_file_that_it_writes_is_a_camera_file(tmp_path: Path) -> None:
     [
         ([], "give --camera FILE, or --focal PIXELS with --image-size WxH"),
         (["--focal", "700", "--image-size", "1280"], "--image-size 1280: write WxH"),
-        (["--focal", "700", "--image-size", "1280x720"], "1 cars .* at least 12 are needed"),
+        (
+            ["--focal", "700", "--image-size", "1280x720"],
+            "1 car of which .* 12 are needed",
+        ),
     ],
 )
 def test_what_is_missing_is_one_line(

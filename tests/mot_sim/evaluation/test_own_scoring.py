@@ -50,6 +50,15 @@ def test_results_may_be_rows_of_motchallenge(tmp_path: Path) -> None:
     assert counts(results, truth) == (4, 4, 0, 0)
 
 
+def test_results_may_be_tables_of_boxes_beside_what_a_run_leaves(tmp_path: Path) -> None:
+    truth = write(tmp_path / "labels.csv", HEADER + TRUTH)
+    table = write(tmp_path / "results" / "mine.csv", HEADER + TRUTH)
+    assert counts(table, truth) == (8, 0, 0, 0)
+    write(table.parent / "run.json", "{}")
+    write(table.parent / "mine.estimates.csv", "")
+    assert counts(table.parent, truth) == (8, 0, 0, 0)
+
+
 def test_a_folder_of_motchallenge_goes_by_its_rules(results: Path, tmp_path: Path) -> None:
     """The second car is a distractor: what answers it is no mistake."""
     gt = "".join(

@@ -100,7 +100,7 @@ def test_broken_seqmaps_are_refused(tmp_path: Path, text: str, message: str) -> 
 
 def test_a_seqmap_of_another_tree_and_two_splits_at_once_are_named(tmp_path: Path) -> None:
     seqmap = write(tmp_path / "seqmap.txt", "0031 empty 0 5\n")
-    with pytest.raises(UnknownName, match="sequence of the seqmap '0031'"):
+    with pytest.raises(UnknownName, match=r"seqmap\.txt: unknown sequence '0031'"):
         Split.of(seqmap, None).sequences(["0030"])
     with pytest.raises(BadConfig, match="give one of them"):
         Split.of(seqmap, "first-half")
