@@ -13,7 +13,7 @@ from numpy import ndarray as Array
 from mot_sim.datasets.detection_files import SIZE_COLUMNS
 from mot_sim.files.text import TextTable, read_table
 from mot_sim.files.writing import is_stream, write_lines
-from tracker.errors import BadFile, BadTracks
+from tracker.errors import BadFile, BadOutput, BadTracks
 from tracker.geometry import invert, transform, wrap_angle
 from tracker.types import CarEstimates, Tracks
 
@@ -47,13 +47,17 @@ def write_estimates(
     Places stand in the frame of the results, camera 0, and so does their covariance; yaw is about
     the road's normal. Rows without a state are left out; nine digits. Without T_road_label there
     are no states, as there are no cuboids, and nothing is written beside a pipe. Raises BadTracks
-    for states that are finite in part.
+    for states that are finite in part, BadOutput where nothing can be written or removed.
     """
     if is_stream(results):
         return
     path, states = estimates_path(results), tracks.estimates
     if states is None or T_road_label is None:
-        path.unlink(missing_ok=True)
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            what = f"cannot be removed, and is of older results: {error.strerror or error}"
+            raise BadOutput(f"{path}: {what}") from None
         return
     parts = [states.means, states.covs.reshape(len(states), -1), states.heading_known[:, None]]
     finite = np.isfinite(np.hstack(parts))

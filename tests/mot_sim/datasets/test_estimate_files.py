@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from mot_sim.datasets.boxes import box_files
 from mot_sim.datasets.estimate_files import COLUMNS, estimates_path, read_estimates
 from mot_sim.datasets.kitti.labels import read_results, write_results
-from tracker.errors import BadFile, BadTracks
+from tracker.errors import BadFile, BadOutput, BadTracks
 from tracker.types import Camera, CarEstimates, Tracks
 
 K = np.array([[100.0, 0, 50], [0, 100, 20], [0, 0, 1]])
@@ -72,6 +72,13 @@ def test_states_that_no_longer_belong_to_the_results_are_removed_or_named(tmp_pa
     write_results(tracks.replaced(estimates=None), path, T_ROAD_LABEL)
     assert not estimates_path(path).exists()
     assert read_results(path, T_ROAD_LABEL).estimates is None
+
+
+def test_a_place_that_cannot_be_written_to_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    for tracks in (some_tracks(), some_tracks().replaced(estimates=None)):
+        with pytest.raises(BadOutput, match=r"0000.estimates.csv: cannot be"):
+            write_results(tracks, tmp_path / "file" / "0000.txt", T_ROAD_LABEL)
 
 
 def test_states_that_are_known_in_part_are_refused(tmp_path: Path) -> None:
