@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.car_filter.projection import project_boxes
+from tracker.car_filter.projection import expected_boxes
 from tracker.types import Camera
 
 # A box grows or shrinks at most this many times in one step.
@@ -21,8 +21,7 @@ def carried_boxes(
 
     Where the box and the projected cuboid disagree they go on to do so, in proportion.
     """
-    old, _ = project_boxes(before, camera)
-    new, _ = project_boxes(after, camera)
+    old, new = expected_boxes(before, camera), expected_boxes(after, camera)
     growth = (new[:, 2:] - new[:, :2]) / np.maximum(old[:, 2:] - old[:, :2], 1.0)
     growth = np.minimum(np.maximum(growth, 1.0 / MAX_GROWTH), MAX_GROWTH)
     off = boxes[:, :2] + boxes[:, 2:] - old[:, :2] - old[:, 2:]

@@ -38,6 +38,18 @@ def project_boxes(
     return edges, jacobian
 
 
+def expected_boxes(states: Float[Array, "h 9"], camera: Camera) -> Float[Array, "h 4"]:
+    """The boxes of `project_boxes`, without derivatives."""
+    u, v, _ = _corners(states, camera)
+    edges = np.stack((u.min(0), v.min(0), u.max(0), v.max(0)), axis=1)
+    cut = ((edges[:, 0] < 0.0) | (edges[:, 2] > camera.far_corner[0])).nonzero()[0]
+    if len(cut):
+        inside = _levels(states[cut], camera)
+        seen = np.isfinite(inside).all(axis=1)
+        edges[cut[seen], 1::2] = inside[seen]
+    return edges
+
+
 def _levels_inside(
     states: Float[Array, "h 9"], camera: Camera
 ) -> tuple[Float[Array, "h 2"], Float[Array, "h 2 9"]]:
@@ -86,17 +98,7 @@ def _whole_boxes(
     size = np.exp(states[:, LOG_SIZE])
     c, s = np.cos(states[:, 3]), np.sin(states[:, 3])
     half_l, half_w = 0.5 * size[:, 0], 0.5 * size[:, 2]
-    # homogeneous pixels: of the base's centre, and what each half axis adds
-    centre = states[:, :3].dot(P[:, :3].T) + P[:, 3]
-    p_x, p_y, p_z = P[:, 0], P[:, 1], P[:, 2]
-    ahead = c[:, None] * p_x - s[:, None] * p_z
-    aside = s[:, None] * p_x + c[:, None] * p_z
-    forward, left = half_l[:, None] * ahead, half_w[:, None] * aside
-    down = size[:, 1, None] * p_y
-    axes = np.stack((forward, down, left))
-    corners = CORNERS.dot(axes.reshape(3, -1)).reshape(8, h, 3) + centre
-    w = np.maximum(corners[:, :, 2], MIN_CORNER_DEPTH)
-    u, v = corners[:, :, 0] / w, corners[:, :, 1] / w
+    u, v, w = _corners(states, camera)
     touched = np.stack((u.argmin(0), v.argmin(0), u.argmax(0), v.argmax(0)))  # 4, h
     rows = np.arange(h)
     edges = np.stack(
@@ -118,3 +120,21 @@ def _whole_boxes(
     jacobian[:, :, 6] = (signs[:, :, 1] * size[:, 1] * g_y).T
     jacobian[:, :, 7] = (by_w * across).T
     return edges.T, jacobian
+
+
+def _corners(
+    states: Float[Array, "h 9"], camera: Camera
+) -> tuple[Float[Array, "8 h"], Float[Array, "8 h"], Float[Array, "8 h"]]:
+    """Column, row (px) and depth (m) of the corners of whole cuboids, in the order of CORNERS."""
+    P = camera.K.dot(camera.T_cam_road[:3])
+    size = np.exp(states[:, LOG_SIZE])
+    c, s = np.cos(states[:, 3]), np.sin(states[:, 3])
+    # homogeneous pixels: of the base's centre, and what each half axis adds
+    centre = states[:, :3].dot(P[:, :3].T) + P[:, 3]
+    p_x, p_y, p_z = P[:, 0], P[:, 1], P[:, 2]
+    forward = 0.5 * size[:, 0, None] * (c[:, None] * p_x - s[:, None] * p_z)
+    left = 0.5 * size[:, 2, None] * (s[:, None] * p_x + c[:, None] * p_z)
+    axes = np.stack((forward, size[:, 1, None] * p_y, left))
+    corners = CORNERS.dot(axes.reshape(3, -1)).reshape(8, len(states), 3) + centre
+    w = np.maximum(corners[:, :, 2], MIN_CORNER_DEPTH)
+    return corners[:, :, 0] / w, corners[:, :, 1] / w, w

@@ -4,6 +4,7 @@ import numpy as np
 
 from tests.tracker.samples import LEVEL
 from tracker.car_filter import carried_boxes, project_boxes
+from tracker.car_filter.projection import expected_boxes
 
 CAR = np.array([[1.0, 0.0, 20.0, -0.5 * np.pi, 5.0, *np.log([3.9, 1.5, 1.6]), 0.0]])
 
@@ -26,3 +27,9 @@ def test_a_box_that_is_off_stays_off_in_proportion() -> None:
     np.testing.assert_allclose(
         grown[:, :2] + grown[:, 2:], there[:, :2] + there[:, 2:] + 6.0 * growth
     )
+
+
+def test_boxes_without_derivatives_are_those_with() -> None:
+    cars = np.repeat(CAR, 3, 0)
+    cars[:, 0], cars[:, 2] = [0.0, -15.0, 4.0], [20.0, 20.0, 3.0]  # the last two are cut
+    np.testing.assert_array_equal(expected_boxes(cars, LEVEL), project_boxes(cars, LEVEL)[0])
