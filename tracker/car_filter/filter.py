@@ -22,7 +22,7 @@ from tracker.car_filter.road_memory import (
     RoadMemory,
     RoadModel,
     SeenBases,
-    believed_log_heights,
+    believed_heights,
 )
 from tracker.car_filter.roughness import RoughnessModel
 from tracker.car_filter.states import (
@@ -206,10 +206,9 @@ class CarFilter:
         scores, hidden = found.scores, hidden_edges(found.boxes, others)
         boxes, cues = self.edges.unbiased(found.boxes), CarCues.of(found)
         usable = ~(hidden[:, 1] | hidden[:, 3]) & (scores > MIN_SLOPE_SCORE)
-        bases = SeenBases.of(boxes, believed_log_heights(states), camera)
-        memory = self.road.update(memory, bases, usable)
-        bases = SeenBases.of(boxes, np.log(self.size[1:2]), camera)
-        memory = self.roughness.update(memory, bases, usable)
+        bases = SeenBases.of(boxes, camera)
+        memory = self.road.update(memory, bases, believed_heights(states), usable)
+        memory = self.roughness.update(memory, bases, self.size[1], usable)
         variances = self.edges.variances(boxes, scores, hidden)
         at = states.followed()
         means, covs, told = states.means[at], states.covs[at], np.zeros(len(at[0]))

@@ -49,27 +49,36 @@ class RoadMemory(NamedTuple):
 
 
 class SeenBases(NamedTuple):
-    """Where the bases of cars seem to be by their boxes and heights."""
+    """Where the bases of cars seem to be by their boxes, per metre of their height."""
 
-    below: Float[Array, " n"]
-    """How far below the plane under the camera, m."""
-    distance: Float[Array, " n"]
-    """From the camera, seen from above, m."""
-    is_whole: Bool[Array, " n"]
-    """Which tell something: boxes away from the image's border, of cars that are not too near."""
+    fall: Float[Array, " n"]
+    """How far below the camera."""
+    reach: Float[Array, " n"]
+    """How far from the camera, seen from above."""
+    camera_height: float
+    """Of the camera above the plane under it, m."""
+    is_inside: Bool[Array, " n"]
+    """Which boxes lie away from the image's border."""
 
     @classmethod
-    def of(
-        cls, boxes: Float[Array, "n 4"], log_heights: Float[Array, "#n"], camera: Camera
-    ) -> "SeenBases":
-        """Of cars with these heights (their logarithms, m)."""
-        tall = np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
-        depth = camera.K[1, 1] * np.exp(log_heights) / tall
-        rays = camera.rays_road(boxes.dot(BOTTOM_CENTRE))
-        distance = np.hypot(rays[:, 0], rays[:, 2]) * depth
+    def of(cls, boxes: Float[Array, "n 4"], camera: Camera) -> "SeenBases":
+        """Of cars with these boxes."""
+        depth = camera.K[1, 1] / np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
+        rays = camera.rays_road(boxes.dot(BOTTOM_CENTRE)) * depth[:, None]
         gap = np.minimum(boxes.min(axis=1), (camera.far_corner - boxes).min(axis=1))
-        is_whole = (gap > MIN_BORDER_GAP) & (distance > MIN_SLOPE_DISTANCE)
-        return cls(rays[:, 1] * depth - camera.height, distance, is_whole)
+        reach = np.hypot(rays[:, 0], rays[:, 2])
+        return cls(rays[:, 1], reach, camera.height, gap > MIN_BORDER_GAP)
+
+    def at(
+        self, heights: Float[Array, "#n"]
+    ) -> tuple[Float[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
+        """How far below the plane under the camera, and how far away, m, cars of these heights are.
+
+        And which of them tell something.
+        """
+        distance = self.reach * heights
+        tells = self.is_inside & (distance > MIN_SLOPE_DISTANCE)
+        return self.fall * heights - self.camera_height, np.maximum(distance, 1e-3), tells
 
 
 @dataclass(frozen=True)
@@ -105,14 +114,15 @@ class RoadModel:
         self,
         memory: RoadMemory,
         bases: SeenBases,
+        heights: Float[Array, " n"],
         usable: Bool[Array, " n"],
     ) -> RoadMemory:
-        """The memory after boxes of cars with known heights."""
+        """The memory after boxes of cars of these heights, m."""
         if self.slope_std == 0.0 or len(usable) == 0:
             return memory
-        below, distance = bases.below, np.maximum(bases.distance, 1e-3)
+        below, distance, tells = bases.at(heights)
         var = (BASE_STD / distance) ** 2 + self.residual_std**2
-        information = (usable & bases.is_whole) / (self.repetition * var)
+        information = (usable & tells) / (self.repetition * var)
         before = 1.0 / min(memory.slope_var, self.slope_std**2)
         total = before + information.sum()
         slope = (before * memory.slope + (information * below / distance).sum()) / total
@@ -191,6 +201,9 @@ def _spread(shares: tuple[float, float, float]) -> tuple[float, float, float, fl
     return shares[0], shares[1], shares[1], shares[2]
 
 
-def believed_log_heights(states: CarStates) -> Float[Array, " n"]:
-    """The expected logarithm of each car's height, m."""
-    return (np.exp(states.log_weights) * states.means[:, :, LOG_HEIGHT]).sum(axis=1)
+def believed_heights(states: CarStates) -> Float[Array, " n"]:
+    """Each car's height by the expected logarithm, m."""
+    heights: Float[Array, " n"] = np.exp(
+        (np.exp(states.log_weights) * states.means[:, :, LOG_HEIGHT]).sum(axis=1)
+    )
+    return heights

@@ -47,12 +47,15 @@ class RoughnessModel:
         """The memory `dt` seconds later."""
         return memory._replace(flatness=math.exp(-dt / self.memory_time) * memory.flatness)
 
-    def update(self, memory: RoadMemory, bases: SeenBases, usable: Bool[Array, " n"]) -> RoadMemory:
-        """The memory after boxes of a frame. bases: by the mean car's height."""
-        usable = usable & bases.is_whole
+    def update(
+        self, memory: RoadMemory, bases: SeenBases, height: float, usable: Bool[Array, " n"]
+    ) -> RoadMemory:
+        """The memory after boxes of a frame. height: the mean car's, m."""
+        below, distance, tells = bases.at(np.array([height]))
+        usable = usable & tells
         if not np.count_nonzero(usable):
             return memory
-        square, distance = np.square(bases.below[usable]), bases.distance[usable]
+        square, distance = np.square(below[usable]), distance[usable]
         flat = self.flat_std**2
         rough = flat + (self.rough_std * distance) ** 2
         told = np.log(rough / flat) + _bounded(square / rough) - _bounded(square / flat)

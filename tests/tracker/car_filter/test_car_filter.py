@@ -216,8 +216,8 @@ def test_the_road_falls_where_boxes_of_cars_stand_lower() -> None:
     for _ in range(30):
         memory, _ = road.predict(memory, np.eye(4), 0.1)
         boxes = outlines(cuboids, LEVEL)
-        bases = SeenBases.of(boxes, np.log([1.5]), LEVEL)
-        memory = road.update(memory, bases, np.ones(3, bool))
+        bases = SeenBases.of(boxes, LEVEL)
+        memory = road.update(memory, bases, np.full(3, 1.5), np.ones(3, bool))
     assert memory.slope == pytest.approx(slope, abs=0.002)
     turned, before = road.predict(memory, np.eye(4), 0.0)
     assert turned.slope == pytest.approx(memory.slope) == before
@@ -231,8 +231,8 @@ def test_exact_boxes_far_away_tell_a_flat_road(off: float, is_flat: bool) -> Non
     for index in range(40):
         base = np.stack([z - 45.0, off * z * (-1) ** (index + np.arange(4)), z], axis=1)
         cuboids = Cuboids(base, np.full(4, -np.pi / 2), np.tile([0.1, 1.6, 1.6], (4, 1)))
-        bases = SeenBases.of(outlines(cuboids, LEVEL), np.log([1.5]), LEVEL)
-        memory = model.update(model.predict(memory, 0.1), bases, np.ones(4, bool))
+        bases = SeenBases.of(outlines(cuboids, LEVEL), LEVEL)
+        memory = model.update(model.predict(memory, 0.1), bases, 1.5, np.ones(4, bool))
     assert model(memory) < 0.05 if is_flat else model(memory) > 0.95
     later = model.predict(memory, 1000.0)
     assert model(later) == pytest.approx(model(RoadMemory()))  # forgotten
