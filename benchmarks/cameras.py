@@ -1,11 +1,11 @@
 """Boxes of one's own from cameras of many kinds: scores of `mot-sim track --boxes` on made drives.
 
-    python -m benchmarks.cameras [--seeds 2] [--seconds 15]
+    python -m benchmarks.cameras [--seeds 1] [--seconds 15]
 
 A made street (a made intersection for the camera on a mast, which stands) is seen by each camera,
 at its frame rate, with the made detector; boxes, camera file and poses are written as files,
 tracked by the command, and the results scored against the truth. `mot-sim calibrate-camera` finds
-height and pitch from the same boxes. About ten minutes.
+height and pitch from the same boxes. About five minutes.
 """
 
 import argparse
@@ -153,13 +153,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
-    parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--seconds", type=float, default=15.0)
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.ERROR)
-    print(
-        "| camera | HOTA | MOTA | IDSW | HOTA without poses | IDSW | height found | pitch found |"
-    )
+    print("| camera | HOTA | MOTA | IDSW | without poses: HOTA | IDSW | height, m | pitch, deg |")
     print("|---|---:|---:|---:|---:|---:|---:|---:|")
     for name, kind in KINDS.items():
         parts: dict[bool, dict[str, tuple[Tracks, Tracks, int]]] = {True: {}, False: {}}

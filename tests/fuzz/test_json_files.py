@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mot_sim.datasets.boxes import tracks_of_boxes
+from mot_sim.datasets.boxes import RUN_FILE, tracks_of_boxes
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
-from mot_sim.evaluation.run_folder import RUN_FILE, RunFolder, SequenceStatistics
+from mot_sim.evaluation.run_folder import RunFolder, SequenceStatistics
 from mot_sim.experiments.guests.exchange import read_seconds
 from mot_sim.experiments.result_file import Made, Result, read_result, write_result
 from mot_sim.experiments.sweep.store import SWEEP_FILE, SweepFolder, TrialOutcome

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from mot_sim.evaluation.run_folder import RUN_FILE, RunFolder
+from mot_sim.datasets.boxes import RUN_FILE
+from mot_sim.evaluation.run_folder import RunFolder
 from mot_sim.experiments.stress.suites import read_suites
 from mot_sim.experiments.sweep.design import read_design
 from mot_sim.simulation.episodes import EpisodeFiles, EpisodeFolder, record_episode, verify_episode
