@@ -19,6 +19,7 @@ from mot_sim.metrics import Scores, evaluate
 from tracker import Camera, Detections, Tracker, Tracks
 from tracker.association import Greedy
 from tracker.box_filter import BoxFilter
+from tracker.car_filter import CarFilter
 from tracker.costs import ImageOverlap, Reprojection, Volume
 from tracker.dynamics import ConstantPosition
 from tracker.existence import ExistenceFilter
@@ -169,12 +170,14 @@ ABLATION: dict[str, Callable[[Tracker], Tracker]] = {
     "gain of the boxes fixed": lambda t: replace(t, box_filter=BoxFilter(prior=1e9)),
     "cars live 1.5 s": lambda t: replace(t, existence=ExistenceFilter(mean_lifetime=1.5)),
     "cars live 6 s": lambda t: replace(t, existence=ExistenceFilter(mean_lifetime=6.0)),
-    "predicted boxes good for 1 s": lambda t: replace(
-        t, existence=ExistenceFilter(prediction_lifetime=1.0)
-    ),
     "without car filter": lambda t: replace(t, car_filter=None),
-    "predicted boxes good for 4 s": lambda t: replace(
-        t, existence=ExistenceFilter(prediction_lifetime=4.0)
+    "boxes moved as windows": lambda t: replace(t, car_filter=CarFilter(carries_boxes=False)),
+    "rows in gaps by existence alone": lambda t: replace(t, gap_rows=None),
+    "same, predicted boxes good for 1 s": lambda t: replace(
+        t, gap_rows=None, existence=ExistenceFilter(prediction_lifetime=1.0)
+    ),
+    "same, predicted boxes good for 4 s": lambda t: replace(
+        t, gap_rows=None, existence=ExistenceFilter(prediction_lifetime=4.0)
     ),
 }  # fmt: skip
 
