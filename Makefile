@@ -30,7 +30,7 @@ $(STAMP): pyproject.toml
 demo: $(STAMP)
 	$(BIN)/mot-sim demo --out out/demo --overwrite
 
-PYTEST := $(BIN)/python -m pytest -n auto --dist loadfile
+PYTEST := $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 UNCHECKED := -o addopts=--strict-markers
 
 # Checking the shape of every array doubles the time: here for the tracker and the contracts, with

@@ -39,9 +39,9 @@ for index in range(7):
 
 # Printed:
 # frame 0: car 0: x 0.5 m, z 35.6 m; car 1: x -4.2 m, z 27.6 m
-# frame 1: car 0: x 0.5 m, z 35.4 m; car 1: x -4.2 m, z 26.8 m
-# frame 2: car 0: x 0.5 m, z 35.1 m; car 1: x -4.2 m, z 26.0 m
-# frame 3: car 0: x 0.4 m, z 34.4 m; car 1: x -4.2 m, z 25.2 m
-# frame 4: car 1: x -4.2 m, z 24.4 m
-# frame 5: car 0: x 0.4 m, z 33.9 m; car 1: x -4.3 m, z 23.6 m
-# frame 6: car 0: x 0.4 m, z 33.8 m; car 1: x -4.3 m, z 22.8 m
+# frame 1: car 0: x 0.5 m, z 35.3 m; car 1: x -4.2 m, z 26.8 m
+# frame 2: car 0: x 0.5 m, z 35.0 m; car 1: x -4.2 m, z 26.0 m
+# frame 3: car 0: x 0.4 m, z 34.3 m; car 1: x -4.2 m, z 25.2 m
+# frame 4: car 0: x 0.4 m, z 33.6 m; car 1: x -4.2 m, z 24.4 m
+# frame 5: car 0: x 0.4 m, z 33.9 m; car 1: x -4.2 m, z 23.5 m
+# frame 6: car 0: x 0.4 m, z 33.8 m; car 1: x -4.3 m, z 22.7 m

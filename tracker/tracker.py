@@ -77,7 +77,8 @@ class Tracker:
     """Follows heading, speed and size of the cars, and carries their boxes along; None: cuboids are
     back-projected boxes."""
     gap_rows: GapRows | None = None
-    """Decides which undetected cars of a `car_filter` are put out; None: `existence` does."""
+    """Decides which undetected cars are put out if a `car_filter` and the motion of the camera are
+    there; else, or with None, `existence` does."""
     state_assumed: bool = True
     """Whether rows state headings and sizes that `lift` only assumes; False: NaN, unknown."""
     explain: bool = False
@@ -161,7 +162,8 @@ class Tracker:
             cars = tracks.cars or CarStates.empty()
             cars, road, *_ = self.car_filter.predict(cars, road, T_now_before, cov, dt, self.camera)
             tracks = tracks.replaced(cars=cars)
-            if self.car_filter.carries_boxes and self.state.estimates is not None:
+            carries = self.car_filter.carries_boxes and motion.is_known
+            if carries and self.state.estimates is not None:
                 boxes, before = self.state.tracks.beliefs.boxes, self.state.estimates.means
                 boxes = carried_boxes(boxes, before, self.car_filter.means(cars, road), self.camera)
                 tracks = tracks.expected_at(boxes)
@@ -185,9 +187,9 @@ class Tracker:
             self.state = replace(self.state, clock=clock.after(frame), statistics=statistics)
             estimates = self.car_estimates(compared.tracks, compared.road)
             since_look = clock.seconds_since_look(frame)
-            return self._output_rows(frame.index, compared.tracks, estimates, since_look)
+            return self._output_rows(frame, compared.tracks, estimates, since_look)
         self.state = self._update(frame, compared, match)
-        return self._output_rows(frame.index, self.state.tracks, self.state.estimates)
+        return self._output_rows(frame, self.state.tracks, self.state.estimates, 0.0)
 
     @property
     def contradiction(self) -> Contradiction | None:
@@ -353,11 +355,7 @@ class Tracker:
         return self.car_filter.estimate(tracks.cars or CarStates.empty(), road)
 
     def _output_rows(
-        self,
-        index: int,
-        tracks: ActiveTracks,
-        estimates: CarEstimates | None,
-        since_look: float = 0.0,
+        self, frame: Frame, tracks: ActiveTracks, estimates: CarEstimates | None, since_look: float
     ) -> Tracks:
         """The rows of a frame: tracks detected in it, and those that should be there.
 
@@ -368,11 +366,11 @@ class Tracker:
         if self.existence is not None:
             scores = np.where(missed, tracks.existence, scores)
             written = self.existence.written(tracks, since_look)
-            if estimates is not None and self.gap_rows is not None:
-                unseen = (tracks.time_since_update > since_look).nonzero()[0]
-                if len(unseen):
-                    gone = tracks.select(unseen), estimates.select(unseen)
-                    scores[unseen], written[unseen] = self.gap_rows(*gone, self.camera)
+            gap_rows = None if frame.T_now_before is None else self.gap_rows
+            unseen = (tracks.time_since_update > since_look).nonzero()[0]
+            if estimates is not None and gap_rows is not None and len(unseen):
+                gone = tracks.select(unseen), estimates.select(unseen)
+                scores[unseen], written[unseen] = gap_rows(*gone, self.camera)
         if since_look > 0.0:
             written &= in_view(tracks.beliefs, self.camera)
         boxes = tracks.beliefs.boxes
@@ -383,7 +381,7 @@ class Tracker:
         else:
             beliefs = tracks.beliefs
             cuboids = beliefs.cuboids if self.state_assumed else self.lift.measured_part(beliefs)
-        frames = np.full(len(scores), index)
+        frames = np.full(len(scores), frame.index)
         rows = Tracks(frames, tracks.ids, boxes, scores, cuboids=cuboids, estimates=estimates)
         return rows.select(written.nonzero()[0]).copied()
 

@@ -144,8 +144,8 @@ class CarFilter:
     switch: float = 0.02
     """Probability with which a mode that has died out begins again: cars stop and start."""
     carries_boxes: bool = True
-    """Whether the boxes expected of tracks move and grow as their cars do; False: with the
-    tracker's `dynamics`, as suits what is no car."""
+    """Whether the boxes expected of tracks move and grow as their cars do; False, or where the
+    camera's motion is unknown: with the tracker's `dynamics`, as suits what is no car."""
 
     def __post_init__(self) -> None:
         for name, share in (("moving_share", self.moving_share), ("switch", self.switch)):

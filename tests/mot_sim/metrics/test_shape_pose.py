@@ -27,6 +27,6 @@ def test_true_cuboids_and_shapes_put_the_keypoints_where_they_are(tmp_path: Path
     nothing = against_truth(errors, output, np.full_like(true, np.nan), recorded, camera)
     assert np.isnan(nothing[0]).all()
     assert np.median(nothing[1]) > np.median(pixels)  # the mean car's keypoints
-    cells = row_of("crossing", 1.0, [(errors, shape, pixels, shares)])
-    assert cells[:3] == ("crossing", "noise x 1", len(output))
-    assert cells[3] == pytest.approx(0.0, abs=1e-9)
+    cells = row_of(("crossing", "drawn"), 1.0, [(errors, shape, pixels, shares)])
+    assert cells[:4] == ("crossing", "drawn", "noise x 1", len(output))
+    assert cells[4] == pytest.approx(0.0, abs=1e-9)

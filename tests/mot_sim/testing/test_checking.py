@@ -69,7 +69,7 @@ def test_only_boxes_that_lie_badly_are_said_to(episode: SeededEpisode) -> None:
         ({"moda_": 1.0}, UnknownName, "unknown score 'moda_'"),
         ({"mota": 85.0}, BadConfig, "fractions, 0.85"),
         ({"mota": float("nan")}, BadConfig, "give a number"),
-        ({"PT": 3}, UnknownName, "unknown score 'PT'"),
+        ({"PT": 3}, BadConfig, "bound PT: neither more nor less of it is better"),
     ],
 )
 def test_bounds_that_cannot_be_are_refused_before_anything_is_tracked(
