@@ -15,8 +15,9 @@ import numpy as np
 from numpy import ndarray as Array
 from scipy.optimize import least_squares
 
-from mot_sim.datasets import KittiSequence, available_sequences, kitti_sequence
+from mot_sim.datasets import KittiSequence, kitti_sequence
 from mot_sim.datasets.camera_estimate import estimate_camera
+from mot_sim.evaluation.scoring import choose_sequences
 from tracker.errors import BadDetections
 from tracker.geometry import transform
 
@@ -65,9 +66,10 @@ def main() -> None:
     parser.add_argument("--root", type=Path, required=True, help="the KITTI tree")
     parser.add_argument("--detections", default="rrc")
     arguments = parser.parse_args()
-    names = available_sequences(arguments.root)
-    drives = [kitti_sequence(arguments.root, name, arguments.detections, "none") for name in names]
-    drives = [drive for drive in drives if drive.label_path is not None]
+    drives = [
+        kitti_sequence(arguments.root, name, arguments.detections, "none")
+        for name in choose_sequences(arguments.root, "labelled")
+    ]
     print(
         "| drive | cars | height, m | by labels | pitch, deg | by labels | roll, deg | by labels |"
     )

@@ -23,19 +23,25 @@ from mot_sim.metrics.preprocessing import ignored_if_unmatched, match_cars, prep
 from tracker import Tracks
 
 
-def judged(sequence: KittiSequence) -> tuple[Array, Array]:
-    """The raw scores of the boxes that take part, and whether each is right."""
-    log = sequence.log
-    rows = np.arange(len(log.frames))
-    output = Tracks(log.frames, rows, log.detections.boxes, log.detections.scores)
+def right_rows(sequence: KittiSequence, output: Tracks) -> tuple[Array, Array]:
+    """Which rows are right, and which do not take part."""
     assert sequence.truth is not None
     contest = prepare_sequence(sequence.truth, output, sequence.frame_count)
     matched = match_cars(contest.overlaps)
     columns = contest.overlaps.columns[matched]
     aside = ignored_if_unmatched(contest, EPSILON)
     aside[columns] = contest.neutral[contest.overlaps.rows[matched]]
-    right = np.zeros(len(rows), bool)
+    right = np.zeros(len(output), bool)
     right[columns] = True
+    return right, aside
+
+
+def judged(sequence: KittiSequence) -> tuple[Array, Array]:
+    """The raw scores of the boxes that take part, and whether each is right."""
+    log = sequence.log
+    rows = np.arange(len(log.frames))
+    output = Tracks(log.frames, rows, log.detections.boxes, log.detections.scores)
+    right, aside = right_rows(sequence, output)
     return log.detections.scores[~aside], right[~aside]
 
 

@@ -17,8 +17,9 @@ from pathlib import Path
 import numpy as np
 from numpy import ndarray as Array
 
-from mot_sim.datasets import KittiSequence, available_sequences, kitti_sequence
+from mot_sim.datasets import KittiSequence, kitti_sequence
 from mot_sim.evaluation.runs import track_sequence
+from mot_sim.evaluation.scoring import choose_sequences
 from mot_sim.metrics import evaluate
 from tracker import Tracker
 from tracker.ego import EgoScale
@@ -83,10 +84,8 @@ def main() -> None:
     logging.basicConfig(level=logging.ERROR)
     warnings.simplefilter("ignore", MotionWarning)
     drives = [
-        drive
-        for name in available_sequences(arguments.root)
-        for drive in [kitti_sequence(arguments.root, name, arguments.detections, "orbslam3")]
-        if drive.label_path is not None
+        kitti_sequence(arguments.root, name, arguments.detections, "orbslam3")
+        for name in choose_sequences(arguments.root, "labelled")
     ]
     print("| positions | HOTA | MOTA | IDSW |\n|---|---:|---:|---:|")
     score("in metres", drives)

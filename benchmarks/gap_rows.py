@@ -11,7 +11,7 @@ of `ExistenceFilter`, by weights fitted on the other drives, and by those of the
 
 import argparse
 import logging
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,10 +19,9 @@ import numpy as np
 from numpy import ndarray as Array
 from scipy.optimize import minimize
 
+from benchmarks.calibrate_scores import right_rows
 from benchmarks.kitti_tables import GIVEN
 from mot_sim.datasets import KittiSequence, kitti_sequence
-from mot_sim.metrics.matching import EPSILON
-from mot_sim.metrics.preprocessing import ignored_if_unmatched, match_cars, prepare_sequence
 from tracker import Camera, Tracker, Tracks
 from tracker.gap_rows import GapRows, gap_features
 from tracker.lifecycle import ActiveTracks
@@ -79,14 +78,7 @@ def judged(drive: KittiSequence) -> Judged:
         written = tracks.ids[tracker.existence.written(tracks)]
         old.append(np.isin(steps[-1].ids, written))
     rows, which = Tracks.concatenate(steps), np.concatenate(gone)
-    assert drive.truth is not None
-    contest = prepare_sequence(drive.truth, rows, drive.frame_count)
-    matched = match_cars(contest.overlaps)
-    columns = contest.overlaps.columns[matched]
-    aside = ignored_if_unmatched(contest, EPSILON)
-    aside[columns] = contest.neutral[contest.overlaps.rows[matched]]
-    right = np.zeros(len(rows), bool)
-    right[columns] = True
+    right, aside = right_rows(drive, rows)
     part = ~aside[which]
     table = np.array(features).reshape(-1, 6)[part]
     return Judged(
@@ -128,14 +120,12 @@ def main() -> None:
     together = [np.concatenate(column) for column in zip(*every, strict=True)]
     weights = fit(together[0], together[1])
     code = GapRows()
-    names = ["intercept", "existence", "hits", "place", "width", "height", "leaving"]
-    for name, weight in zip(names, weights, strict=True):
-        print(f"{name:10s} {weight:6.2f}   in the code {getattr(code, name):6.2f}")
-    known = np.array([getattr(code, name) for name in names])
+    for part, weight, known in zip(fields(GapRows), weights, code.weights, strict=False):
+        print(f"{part.name:10s} {weight:6.2f}   in the code {known:6.2f}")
     print("detector     rows  right   by existence  left-out drives  in the code")
     for detector, drives in tables.items():
         old = sum(gain(rows, rows.by_existence) for rows in drives.values())
-        now = sum(gain(rows, rows.features.dot(known) > 0.0) for rows in drives.values())
+        now = sum(gain(rows, rows.features.dot(code.weights) > 0.0) for rows in drives.values())
         left_out = 0
         for drive, rows in drives.items():
             others = [t for table in tables.values() for n, t in table.items() if n != drive]

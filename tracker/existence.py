@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
 from tracker.errors import BadConfig
-from tracker.geometry import box_area, box_intersection
+from tracker.geometry import covered_share
 from tracker.lifecycle import MAX_CONSECUTIVE_STEPS, ActiveTracks
 from tracker.types import Camera
 
@@ -222,12 +222,3 @@ class ExistenceFilter:
 def _count(which: Bool[Array, " n"]) -> int:
     """How many are true."""
     return int(np.count_nonzero(which))
-
-
-def covered_share(boxes: Float[Array, "n 4"], others: Float[Array, "m 4"]) -> Float[Array, " n"]:
-    """The largest share of each box that one of the others, ending lower (nearer), covers."""
-    if len(boxes) == 0 or len(others) == 0:
-        return np.zeros(len(boxes))
-    shared = box_intersection(boxes[:, None], others[None])
-    shares = shared / np.maximum(box_area(boxes), 1e-6)[:, None]
-    return np.where(others[None, :, 3] > boxes[:, None, 3], shares, 0.0).max(axis=1).clip(0.0, 1.0)

@@ -6,7 +6,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
-from tracker.car_filter import project_boxes
+from tracker.car_filter import border_gaps, project_boxes
+from tracker.errors import BadConfig
 from tracker.lifecycle import ActiveTracks
 from tracker.types import Camera, CarEstimates
 
@@ -45,6 +46,16 @@ class GapRows:
     """Probability from which a row is put out, 0 < threshold < 1; more: fewer false and fewer true
     rows."""
 
+    def __post_init__(self) -> None:
+        if not 0.0 < self.threshold < 1.0:
+            raise BadConfig(f"threshold {self.threshold:g}: give a probability between 0 and 1")
+
+    @property
+    def weights(self) -> tuple[float, ...]:
+        """The intercept, then those of `gap_features` in their order."""
+        others = self.existence, self.hits, self.place, self.width, self.height, self.leaving
+        return (self.intercept, *others)
+
     def __call__(
         self, tracks: ActiveTracks, estimates: CarEstimates, camera: Camera
     ) -> tuple[Float[Array, " n"], Bool[Array, " n"]]:
@@ -52,8 +63,8 @@ class GapRows:
 
         estimates: of the cars behind them. What was detected only once is not put out.
         """
-        weights = self.existence, self.hits, self.place, self.width, self.height, self.leaving
-        logits = self.intercept + gap_features(tracks, estimates, camera).dot(np.array(weights))
+        intercept, *weights = self.weights
+        logits = intercept + gap_features(tracks, estimates, camera).dot(weights)
         probabilities: Float[Array, " n"] = 1.0 / (1.0 + np.exp(-logits))
         return probabilities, (probabilities >= self.threshold) & (tracks.hits > 1)
 
@@ -71,7 +82,7 @@ def gap_features(
     place = 0.5 * (np.sqrt(left) + np.sqrt(right)) / sides[:, 0]
     width = np.sqrt(np.maximum(left + right - 2.0 * cov[:, 0, 1], 0.0)) / sides[:, 0]
     existence = np.log(tracks.existence / (1.0 - tracks.existence))
-    gap = np.minimum(boxes[:, 0], camera.far_corner[0] - boxes[:, 2])
+    gap = border_gaps(boxes, camera)[:, ::2].min(axis=1)
     return np.stack(
         (
             existence.clip(*LOGITS),

@@ -136,9 +136,9 @@ class Tracker:
 
         The arrays of the rows are the caller's, and the tracker keeps none of the frame's.
         With `existence` also the predicted boxes of tracks that should be there but were not
-        detected; the score of such a row is the probability that the object exists. Where
-        nothing looked (`detections` None) all rows are predicted and no track is the worse for
-        it: later rows are those of a run without that frame.
+        detected; the score of such a row is the probability that it is right (see `gap_rows`), or
+        that the object exists. Where nothing looked (`detections` None) all rows are predicted and
+        no track is the worse for it: later rows are those of a run without that frame.
         """
         compared = self.cost_matrix(frame)  # suppress, lift, predict, gate, cost
         strong = compared.detections.scores >= self.strong_score
@@ -383,7 +383,7 @@ class Tracker:
             cuboids = beliefs.cuboids if self.state_assumed else self.lift.measured_part(beliefs)
         frames = np.full(len(scores), frame.index)
         rows = Tracks(frames, tracks.ids, boxes, scores, cuboids=cuboids, estimates=estimates)
-        return rows.select(written.nonzero()[0]).copied()
+        return rows.select(written)  # arrays of their own
 
 
 def _is_all(rows: Int[Array, " k"], count: int) -> bool:

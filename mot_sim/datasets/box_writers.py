@@ -5,11 +5,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Shaped
-from numpy import ndarray as Array
 
 from mot_sim.datasets.box_tables import COCO_KINDS, COCO_NUMBERS
-from mot_sim.datasets.export import motchallenge_lines
+from mot_sim.datasets.export import kinds_or_cars, motchallenge_lines, scores_or_ones
 from tracker.errors import BadTracks
 from tracker.types import Tracks
 
@@ -32,7 +30,7 @@ class BoxWriter:
 def csv_lines(tracks: Tracks) -> Iterator[str]:
     """CSV_HEADER and a line per row, all digits kept; frames and ids as they are."""
     yield CSV_HEADER
-    kinds, scores = _kinds(tracks), _scores(tracks)
+    kinds, scores = kinds_or_cars(tracks.kinds, len(tracks)), scores_or_ones(tracks).tolist()
     for row in _in_order(tracks):
         box = ",".join(map(repr, tracks.boxes[row].tolist()))
         yield f"{tracks.frames[row]},{tracks.ids[row]},{kinds[row]},{box},{scores[row]!r}"
@@ -43,7 +41,8 @@ def coco_lines(tracks: Tracks) -> Iterator[str]:
 
     image_id is the frame. Raises BadTracks for classes that COCO does not have.
     """
-    kinds, scores, lines = _kinds(tracks), _scores(tracks), []
+    kinds, scores = kinds_or_cars(tracks.kinds, len(tracks)), scores_or_ones(tracks).tolist()
+    lines = []
     for row in _in_order(tracks):
         if kinds[row] not in COCO_BY_KIND:
             raise BadTracks(f"COCO has no class {kinds[row]}: leave its rows out, or write csv")
@@ -66,19 +65,6 @@ def _in_order(tracks: Tracks) -> list[int]:
     """The rows in the order of frames."""
     order: list[int] = np.argsort(tracks.frames, kind="stable").tolist()
     return order
-
-
-def _kinds(tracks: Tracks) -> Shaped[Array, " n"]:
-    """The class of each row, cars where they do not say."""
-    return np.full(len(tracks), "Car") if tracks.kinds is None else np.asarray(tracks.kinds)
-
-
-def _scores(tracks: Tracks) -> list[float]:
-    """The score of each row, 1 where they do not say."""
-    scores: list[float] = (
-        np.ones(len(tracks)) if tracks.scores is None else tracks.scores
-    ).tolist()
-    return scores
 
 
 # By the names that `mot-sim export --to` takes.

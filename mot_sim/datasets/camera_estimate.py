@@ -16,13 +16,9 @@ from scipy.stats import t as student_t
 
 from mot_sim.datasets.recorded import DetectionLog
 from tracker.errors import BadDetections
-from tracker.geometry import box_intersection, box_iou, rotation_x, rotation_z
-from tracker.types import Camera, Cuboids
+from tracker.geometry import box_iou, covered_share, rotation_x, rotation_z
+from tracker.types import CAR_SIZE, CAR_SIZE_STD, Camera, Cuboids
 
-# Length, height and width of the mean car among KITTI's labels (ten sequences), m, and the stds of
-# sizes, shares of them.
-CAR_SIZE = np.array([3.89, 1.506, 1.606])
-CAR_SIZE_STD = np.array([0.1, 0.078, 0.068])
 # Std of the mean height of the cars of one place, share of it: 1.45 to 1.61 m in KITTI's drives.
 PLACE_STD = 0.03
 # Boxes with lower scores (or the lower half of all, if that leaves more), nearer to the border
@@ -192,11 +188,7 @@ def _whole(boxes: Float[Array, "n 4"], image_size: tuple[int, int]) -> Bool[Arra
     border = np.array(image_size) - 1.0
     inside = (boxes[:, :2] > MIN_GAP).all(axis=1) & (boxes[:, 2:] < border - MIN_GAP).all(axis=1)
     high = boxes[:, 3] - boxes[:, 1] >= MIN_BOX_HEIGHT
-    shared = box_intersection(boxes[:, None], boxes[None])
-    nearer = boxes[None, :, 3] > boxes[:, None, 3]
-    area = np.maximum((boxes[:, 2:] - boxes[:, :2]).prod(axis=1), 1e-9)
-    hidden = (np.where(nearer, shared, 0.0) / area[:, None]).max(axis=1, initial=0.0)
-    return np.asarray(inside & high & (hidden <= MAX_HIDDEN))
+    return np.asarray(inside & high & (covered_share(boxes, boxes) <= MAX_HIDDEN))
 
 
 def _spread(rows: Int[Array, " n"], boxes: Float[Array, "m 4"]) -> Int[Array, " k"]:

@@ -107,10 +107,7 @@ def read_estimates(
     """
     table = read_table(path, lambda fields: _named(path, fields), ",", header=True)
     frames, ids = table.frames(), table.integers("id", 0)
-    order = np.lexsort((ids, frames))
-    twice = np.zeros(len(frames), dtype=bool)
-    twice[order[1:]] = (np.diff(frames[order]) == 0) & (np.diff(ids[order]) == 0)
-    table.reject(twice, "an id twice in a frame", ["frame", "id"], "an id names one object a frame")
+    table.reject_repeated(frames, ids)
     means = table.finite(MEAN_COLUMNS)
     sizes = means[:, SIZE]
     flat = np.asarray((sizes <= 0.0).any(axis=1))

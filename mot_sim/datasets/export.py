@@ -43,7 +43,9 @@ def export_motchallenge(
         indices.append(frame.index)
         times.append(frame.time)
         found = frame.found
-        parts.append(Detections(found.boxes, found.scores, kinds=_kinds(found.kinds, len(found))))
+        parts.append(
+            Detections(found.boxes, found.scores, kinds=kinds_or_cars(found.kinds, len(found)))
+        )
     length = indices[-1] + 1 if indices else 0
     tables = {"det": _detection_rows(np.array(indices, dtype=np.int64), parts)}
     classes = tables["det"][4]
@@ -115,28 +117,32 @@ def motchallenge_lines(tracks: Tracks) -> Iterator[str]:
 
 
 def _result_rows(tracks: Tracks) -> MotRows:
-    scores = np.ones(len(tracks)) if tracks.scores is None else tracks.scores
-    classes = _classes(_kinds(tracks.kinds, len(tracks)))
-    return tracks.frames, tracks.ids + 1, tracks.boxes, scores, classes
+    classes = _classes(kinds_or_cars(tracks.kinds, len(tracks)))
+    return tracks.frames, tracks.ids + 1, tracks.boxes, scores_or_ones(tracks), classes
 
 
 def _detection_rows(indices: Int[Array, " k"], parts: list[Detections]) -> MotRows:
     detections = Detections.concatenate(parts) if parts else Detections.empty()
     frames = np.repeat(indices, [len(part) for part in parts])
-    classes = _classes(_kinds(detections.kinds, len(detections)))
+    classes = _classes(kinds_or_cars(detections.kinds, len(detections)))
     return frames, np.full(len(frames), -1), detections.boxes, detections.scores, classes
 
 
 def _truth_rows(truth: Tracks, scored: set[int]) -> MotRows:
     named = truth.select(truth.ids >= 0)
-    classes = _classes(_kinds(named.kinds, len(named)))
+    classes = _classes(kinds_or_cars(named.kinds, len(named)))
     counted = np.where(np.isin(classes, list(scored)), 1.0, 0.0)
     return named.frames, named.ids + 1, named.boxes, counted, classes
 
 
-def _kinds(kinds: Shaped[Array, " n"] | None, count: int) -> Shaped[Array, " n"]:
+def kinds_or_cars(kinds: Shaped[Array, " n"] | None, count: int) -> Shaped[Array, " n"]:
     """The classes of rows, cars where they do not say."""
     return np.full(count, "Car") if kinds is None else spelled_as_kitti(kinds)
+
+
+def scores_or_ones(tracks: Tracks) -> Float[Array, " n"]:
+    """The scores of rows, 1 where they do not say."""
+    return np.ones(len(tracks)) if tracks.scores is None else tracks.scores
 
 
 def _classes(kinds: Shaped[Array, " n"]) -> Int[Array, " n"]:

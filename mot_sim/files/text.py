@@ -100,6 +100,18 @@ class TextTable:
         ending = f"; {cure}" if cure else ""
         raise BadFile(f"{self.place(row)}: {what}: {values}{ending}")
 
+    def reject_repeated(self, frames: Int[Array, " n"], ids: Int[Array, " n"]) -> None:
+        """Raise BadFile at an id, >= 0, that stands twice in a frame."""
+        order = np.lexsort((ids, frames))
+        frame, number = frames[order], ids[order]
+        twice = np.zeros(len(frames), bool)
+        twice[order[1:]] = (
+            (frame[1:] == frame[:-1]) & (number[1:] == number[:-1]) & (number[1:] >= 0)
+        )
+        self.reject(
+            twice, "an id twice in a frame", ["frame", "id"], "an id names one object a frame"
+        )
+
     def place(self, row: int) -> str:
         """Where a row stands, as errors name it: file:line."""
         return f"{self.path}:{self.line(row)}"

@@ -5,6 +5,7 @@ import pytest
 
 from tests.tracker.samples import LEVEL, beliefs_at
 from tracker.car_filter import project_boxes
+from tracker.errors import BadConfig
 from tracker.gap_rows import GapRows
 from tracker.lifecycle import ActiveTracks
 from tracker.types import CarEstimates
@@ -48,3 +49,9 @@ def test_the_threshold_decides(threshold: float) -> None:
     likely, put_out = GapRows(threshold=threshold)(*gone(), LEVEL)
     assert put_out.tolist() == [likely[0] >= threshold]
     assert 0.2 < likely[0] < 0.99
+
+
+@pytest.mark.parametrize("threshold", [0.0, 1.0, float("nan")])
+def test_a_threshold_that_is_no_probability_is_refused(threshold: float) -> None:
+    with pytest.raises(BadConfig, match="threshold"):
+        GapRows(threshold=threshold)

@@ -2,7 +2,7 @@
 
 from tracker.car_filter.carried_boxes import carried_boxes
 from tracker.car_filter.cues import CarCues, CueModel
-from tracker.car_filter.edges import EdgeModel
+from tracker.car_filter.edges import EdgeModel, border_gaps
 from tracker.car_filter.filter import CarFilter
 from tracker.car_filter.motion import CarMotion
 from tracker.car_filter.projection import project_boxes
@@ -20,5 +20,5 @@ from tracker.car_filter.states import CarStates
 __all__ = [
     "CarCues", "CarFilter", "CarMotion", "CarStates", "CueModel", "DirectionPrior", "EdgeModel",
     "FilteredFrame", "FollowedCars", "RoadMemory", "RoadModel", "SeenCars",
-    "carried_boxes", "follow_cars", "project_boxes", "smooth_cars", "smooth_first",
+    "border_gaps", "carried_boxes", "follow_cars", "project_boxes", "smooth_cars", "smooth_first",
 ]  # fmt: skip

@@ -52,12 +52,13 @@ class EdgeModel:
         self, boxes: Float[Array, "h 4"], expected: Float[Array, "h 4"], camera: Camera
     ) -> Bool[Array, "h 4"]:
         """Which edges the image's border may have cut: the car is expected to go on beyond."""
-        return (self.gaps(boxes, camera) < self.border) & ((expected - boxes) * OUTWARD > 0.0)
+        return (border_gaps(boxes, camera) < self.border) & ((expected - boxes) * OUTWARD > 0.0)
 
-    def gaps(self, boxes: Float[Array, "n 4"], camera: Camera) -> Float[Array, "n 4"]:
-        """How far each edge lies inside the image's border, px."""
-        gaps: Float[Array, "n 4"] = np.where(OUTWARD < 0.0, boxes, camera.far_corner - boxes)
-        return gaps
+
+def border_gaps(boxes: Float[Array, "n 4"], camera: Camera) -> Float[Array, "n 4"]:
+    """How far each edge lies inside the image's border, px."""
+    gaps: Float[Array, "n 4"] = np.where(OUTWARD < 0.0, boxes, camera.far_corner - boxes)
+    return gaps
 
 
 def hidden_edges(boxes: Float[Array, "n 4"], others: Float[Array, "m 4"]) -> Bool[Array, "n 4"]:

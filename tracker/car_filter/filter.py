@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from tracker.car_filter.cues import CarCues, CueModel
-from tracker.car_filter.edges import EdgeModel, hidden_edges
+from tracker.car_filter.edges import EdgeModel, border_gaps, hidden_edges
 from tracker.car_filter.estimates import estimate, mixture
 from tracker.car_filter.modes import forward_log_probability, switched
 from tracker.car_filter.motion import CarMotion, ego_motion_cov
@@ -39,7 +39,7 @@ from tracker.car_filter.states import (
     normalised,
 )
 from tracker.errors import BadConfig
-from tracker.types import Camera, CarEstimates, Detections
+from tracker.types import CAR_SIZE, CAR_SIZE_STD, Camera, CarEstimates, Detections
 
 # How lengths, heights and widths of KITTI's labelled cars go together (ten sequences).
 LOG_SIZE_CORRELATION = np.array([[1.0, 0.1, 0.28], [0.1, 1.0, 0.33], [0.28, 0.33, 1.0]])
@@ -117,9 +117,9 @@ class CarFilter:
     """How far cars stand off that road."""
     directions: DirectionPrior = DirectionPrior()
     """Which way cars face before their motion tells it."""
-    size: tuple[float, float, float] = (3.89, 1.506, 1.606)
+    size: tuple[float, float, float] = CAR_SIZE
     """Length, height and width of the mean car among KITTI's labels (ten sequences), m."""
-    size_std: tuple[float, float, float] = (0.1, 0.078, 0.068)
+    size_std: tuple[float, float, float] = CAR_SIZE_STD
     """Their stds, shares of them; more: sizes are learned sooner, places are less certain."""
     start_speed: tuple[float, float] = (3.0, 5.0)
     """Mean and std of the speed of a new car that moves, m/s."""
@@ -212,9 +212,10 @@ class CarFilter:
         variances = self.edges.variances(boxes, scores, hidden)
         at = states.followed()
         means, covs, told = states.means[at], states.covs[at], np.zeros(len(at[0]))
+        behind = np.count_nonzero(hidden, axis=1) > 0
         if cues is not None:
-            behind, seen = (np.count_nonzero(hidden, axis=1) > 0)[at[0]], cues.select(at[0])
-            means, covs, told = self.cues(means, covs, seen, behind, is_first=False)
+            seen, by_car = cues.select(at[0]), behind[at[0]]
+            means, covs, told = self.cues(means, covs, seen, by_car, is_first=False)
         means, covs, fit, misfit = self._update(means, covs, boxes[at[0]], variances[at[0]], camera)
         fit = fit + forward_log_probability(means[:, SPEED], covs[:, SPEED, SPEED])
         means[:, SPEED] = np.maximum(means[:, SPEED], 0.0)
@@ -224,8 +225,7 @@ class CarFilter:
         after, parents = switched(weighed, self.switch)
         least = np.full(states.log_weights.shape, np.inf)
         least[at] = misfit
-        whole = np.count_nonzero(hidden, axis=1) == 0
-        whole &= self.edges.gaps(found.boxes, camera).min(axis=1) > self.edges.border
+        whole = ~behind & (border_gaps(found.boxes, camera).min(axis=1) > self.edges.border)
         whole &= after.log_weights.min(axis=1) <= MIN_LOG_WEIGHT  # there is room
         lost = np.flatnonzero(whole & (least.min(axis=1) > self.max_misfit))
         if len(lost):

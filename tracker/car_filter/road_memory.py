@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
 from tracker.beliefs import BOTTOM_CENTRE
+from tracker.car_filter.edges import border_gaps
 from tracker.car_filter.states import LOG_HEIGHT, MOVING, PARKED, SPEED, YAW, CarStates
 from tracker.types import Camera
 
@@ -65,7 +66,7 @@ class SeenBases(NamedTuple):
         """Of cars with these boxes."""
         depth = camera.K[1, 1] / np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
         rays = camera.rays_road(boxes.dot(BOTTOM_CENTRE)) * depth[:, None]
-        gap = np.minimum(boxes.min(axis=1), (camera.far_corner - boxes).min(axis=1))
+        gap = border_gaps(boxes, camera).min(axis=1)
         reach = np.hypot(rays[:, 0], rays[:, 2])
         return cls(rays[:, 1], reach, camera.height, gap > MIN_BORDER_GAP)
 

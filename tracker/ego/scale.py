@@ -14,14 +14,12 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from tracker.geometry import box_iou
-from tracker.types import Camera, Frame
+from tracker.types import CAR_SIZE, CAR_SIZE_STD, Camera, Frame
 
 # Natural logarithms of the scales that are told apart: metres per unit of the odometry.
 LOG_SCALES = np.arange(-7.0, 7.0, 0.02)
-# Mean and std (a share) of the heights of cars among KITTI's labels (ten sequences), m.
-CAR_HEIGHT, CAR_HEIGHT_STD = 1.506, 0.078
 # How much higher than the mean a car is taken to be, and how likely.
-HEIGHT_BIASES = np.array([-1.5, -0.75, 0.0, 0.75, 1.5]) * CAR_HEIGHT_STD
+HEIGHT_BIASES = np.array([-1.5, -0.75, 0.0, 0.75, 1.5]) * CAR_SIZE_STD[1]
 HEIGHT_SHARES = np.array([0.11, 0.24, 0.3, 0.24, 0.11])
 # Std of the ratio of a car's height to that by where it touches the road: of the box's edges, and
 # of the camera's pitch, rad.
@@ -205,7 +203,7 @@ class EgoScale:
         The former is multiplied by the weight.
         """
         foot = np.array([[0.5 * (box[0] + box[2]), box[3]]])
-        depth = float(self.camera.K[1, 1]) * CAR_HEIGHT / float(box[3] - box[1])
+        depth = float(self.camera.K[1, 1]) * CAR_SIZE[1] / float(box[3] - box[1])
         place = depth * self.camera.rays(foot)[0]
         on_road = float(self.camera.touch_road(foot)[0, 2])
         if not on_road > 0.0:

@@ -6,6 +6,7 @@ from tracker.geometry.overlap import (
     box_intersection,
     box_iou,
     convex_intersection,
+    covered_share,
     polygon_area,
 )
 from tracker.geometry.transforms import (
@@ -29,6 +30,7 @@ __all__ = [
     "box_iou",
     "convex_intersection",
     "covariance_fault",
+    "covered_share",
     "cross_matrix",
     "homogeneous",
     "intrinsics_fault",

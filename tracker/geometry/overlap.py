@@ -32,6 +32,15 @@ def box_iou(a: Float[Array, "*#n 4"], b: Float[Array, "*#n 4"]) -> Float[Array, 
     return shared / union
 
 
+def covered_share(boxes: Float[Array, "n 4"], others: Float[Array, "m 4"]) -> Float[Array, " n"]:
+    """The largest share of each box that one of the others, ending lower (nearer), covers."""
+    if len(boxes) == 0 or len(others) == 0:
+        return np.zeros(len(boxes))
+    shared = box_intersection(boxes[:, None], others[None])
+    shares = shared / np.maximum(box_area(boxes), 1e-6)[:, None]
+    return np.where(others[None, :, 3] > boxes[:, None, 3], shares, 0.0).max(axis=1).clip(0.0, 1.0)
+
+
 def polygon_area(polygons: Float[Array, "n k 2"]) -> Float[Array, " n"]:
     """Areas of simple polygons (the shoelace formula), whichever way they turn."""
     x, y = polygons[..., 0], polygons[..., 1]

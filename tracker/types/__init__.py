@@ -5,6 +5,8 @@ from tracker.types.cuboids import Cuboids
 from tracker.types.detections import Detections
 from tracker.types.estimates import CarEstimates
 from tracker.types.kinds import (
+    CAR_SIZE,
+    CAR_SIZE_STD,
     KITTI_KINDS,
     MOT_CLASSES,
     MOT_DISTRACTOR,
@@ -19,6 +21,8 @@ from tracker.types.sequence import Frame, Sequence, SequenceWrapper, max_step
 from tracker.types.tracks import Tracks
 
 __all__ = [
+    "CAR_SIZE",
+    "CAR_SIZE_STD",
     "KITTI_KINDS",
     "MOT_CLASSES",
     "MOT_DISTRACTOR",

@@ -19,6 +19,9 @@ TRACKED_KINDS = {"Car": ("Van",), "Pedestrian": ("Person", "Person_sitting"), "C
 # distractor, which is neither rewarded nor punished.
 MOT_CLASSES = {"Pedestrian": 1, "Cyclist": 2, "Car": 3, "Person": 7, "Person_sitting": 7}
 MOT_DISTRACTOR = 8
+# Length, height and width of the mean car among KITTI's labels (ten sequences), m, and the stds of
+# sizes, shares of them.
+CAR_SIZE, CAR_SIZE_STD = (3.89, 1.506, 1.606), (0.1, 0.078, 0.068)
 _BY_LOWER_CASE = {kind.lower(): kind for kind in KITTI_KINDS}
 
 

@@ -172,11 +172,7 @@ def require_boxes(table: TextTable) -> Float[Array, "n 4"]:
 
 def in_order(tracks: Tracks, table: TextTable) -> Tracks:
     """The tracks in the order of frames; BadFile with the line of an id twice in a frame."""
-    order = np.lexsort((tracks.ids, tracks.frames))
-    frames, ids = tracks.frames[order], tracks.ids[order]
-    twice = np.zeros(len(tracks), dtype=bool)
-    twice[order[1:]] = (frames[1:] == frames[:-1]) & (ids[1:] == ids[:-1]) & (ids[1:] >= 0)
-    table.reject(twice, "an id twice in a frame", ["frame", "id"], "an id names one object a frame")
+    table.reject_repeated(tracks.frames, tracks.ids)
     return tracks.select(np.argsort(tracks.frames, kind="stable"))
 
 

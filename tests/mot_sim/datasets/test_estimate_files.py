@@ -29,6 +29,13 @@ def some_tracks(seed: int = 0, count: int = 3, size: float = 0.1) -> Tracks:
     return Tracks(frames, np.arange(count), boxes, cuboids=states.cuboids(), estimates=states)
 
 
+def written_states(folder: Path) -> Path:
+    """The file of states beside results of some tracks."""
+    path = folder / "0000.txt"
+    write_results(some_tracks(), path, T_ROAD_LABEL)
+    return estimates_path(path)
+
+
 @settings(max_examples=25)
 @given(st.integers(0, 1000), st.floats(0.0, 1.0))
 def test_states_are_read_back_as_they_were_written(
@@ -110,15 +117,14 @@ def test_a_folder_of_results_is_no_folder_of_twice_as_many_boxes(tmp_path: Path)
 def test_bad_states_are_named_with_line_value_and_cure(
     tmp_path: Path, column: str, value: str, message: str
 ) -> None:
-    path = tmp_path / "0000.txt"
-    write_results(some_tracks(), path, T_ROAD_LABEL)
-    lines = estimates_path(path).read_text().splitlines()
+    beside = written_states(tmp_path)
+    lines = beside.read_text().splitlines()
     fields = lines[2].split(",")
     fields[COLUMNS.index(column)] = value
     lines[2] = ",".join(fields)
-    estimates_path(path).write_text("\n".join(lines))
+    beside.write_text("\n".join(lines))
     with pytest.raises(BadFile, match=message):
-        read_estimates(estimates_path(path), T_ROAD_LABEL)
+        read_estimates(beside, T_ROAD_LABEL)
 
 
 @pytest.mark.parametrize(
@@ -132,9 +138,7 @@ def test_bad_states_are_named_with_line_value_and_cure(
 def test_columns_that_lack_or_are_strange_are_named(
     tmp_path: Path, old: str, new: str, message: str
 ) -> None:
-    path = tmp_path / "0000.txt"
-    write_results(some_tracks(), path, T_ROAD_LABEL)
-    beside = estimates_path(path)
+    beside = written_states(tmp_path)
     beside.write_text(beside.read_text().replace(old, new, 1))
     with pytest.raises(BadFile, match=message):
         read_estimates(beside, T_ROAD_LABEL)
