@@ -144,10 +144,10 @@ def synthetic(drives: Sequence[Reenacted], profile: Profile, seed: int) -> list[
     detector, made = Detector(profile), []
     for number, each in enumerate(drives):
         drive = each.drive
-        sensed = detector.sense(
-            each.sightings, 1000 * seed + number, drive.camera,
-            1.0 / drive.frame_rate, np.arange(drive.frame_count),
-        )  # fmt: skip
+        own, step, sightings = 1000 * seed + number, 1.0 / drive.frame_rate, each.sightings
+        if profile.lives is not None:
+            sightings = profile.lives(sightings, own, drive.camera, drive.frame_count, step)
+        sensed = detector.sense(sightings, own, drive.camera, step, np.arange(drive.frame_count))
         made.append(replace(drive, log=sensed.log))
     return made
 

@@ -12,6 +12,7 @@ from mot_sim.files.named_objects import NameRegister
 from mot_sim.simulation.sensors.boxes import Border, Jitter, VisiblePart
 from mot_sim.simulation.sensors.clutter import Clutter
 from mot_sim.simulation.sensors.cues import AppearanceNoise, Keypoints, Pose, Shape
+from mot_sim.simulation.sensors.lives import Lives
 from mot_sim.simulation.sensors.misses import Confusion, Misses
 from mot_sim.simulation.sensors.multiplicity import Duplicates, Merges, Splits
 from mot_sim.simulation.sensors.scores import ScoreNoise
@@ -60,6 +61,9 @@ class Profile:
     """Vehicles in two boxes."""
     clutter: Clutter | None = None
     """Boxes where no car is."""
+    lives: Lives | None = None
+    """How long labelled cars are seen before and after their labels, where a drive is made from
+    labels; None: they begin and end with them. Scenes know all lives: there it does nothing."""
     pose: Pose | None = None
     """Measured yaw and size; None: not measured."""
     keypoints: Keypoints | None = None
@@ -70,10 +74,12 @@ class Profile:
     """Descriptors of looks; None: not measured."""
 
 
-# The effects by name, in their order.
-EFFECTS: dict[str, type] = {
+# The tables of a profile's file by name, in their order.
+TABLES: dict[str, type] = {
     name: get_args(hint)[0] for name, hint in get_type_hints(Profile).items() if get_args(hint)
 }
+# Those that are noise of a detector.
+EFFECTS: dict[str, type] = {name: kind for name, kind in TABLES.items() if kind is not Lives}
 
 
 def find_profile(name: str) -> Profile:
@@ -105,9 +111,9 @@ def read_profile(path: Path) -> Profile:
         if not isinstance(word, str):
             raise BadConfig(f"{path}: {key} = {word!r}: give a word")
     for key, table in content.items():
-        if key not in EFFECTS:
-            raise UnknownName.of(f"effect in {path.name}:", key, EFFECTS)
-        given[key] = dataclass_from_table(EFFECTS[key], table, f"{path}: [{key}]")
+        if key not in TABLES:
+            raise UnknownName.of(f"effect in {path.name}:", key, TABLES)
+        given[key] = dataclass_from_table(TABLES[key], table, f"{path}: [{key}]")
     return Profile(**given)
 
 
@@ -160,7 +166,7 @@ def _number(value: Any, where: str) -> float:
 def profile_lines(profile: Profile) -> list[str]:
     """The TOML of a profile; `read_profile` gives the same back."""
     lines = [f"version = {VERSION}", f'name = "{profile.name}"', f'source = "{profile.source}"']
-    for name in EFFECTS:
+    for name in TABLES:
         effect = getattr(profile, name)
         if effect is not None:
             lines += ["", *_table_lines(name, effect)]

@@ -14,6 +14,12 @@ from mot_sim.simulation.sensors.fitting.fit_false import (
     fit_clutter,
     fit_duplicates,
 )
+from mot_sim.simulation.sensors.fitting.fit_lives import (
+    ALL_LIVES,
+    fit_lives,
+    of_lives,
+    seen_lives,
+)
 from mot_sim.simulation.sensors.fitting.fit_misses import fit_confusion, fit_misses
 from mot_sim.simulation.sensors.fitting.measure import (
     DetectorMeasurements,
@@ -59,17 +65,20 @@ def fit_profile(
     tell("scores")
     scores = fit_scores(measured.found, misses, step)
     tell("false positives")
+    own = of_lives(measured.false, drives, step)
+    elsewhere = replace(measured, false=measured.false.select(~own))
     profile = Profile(
         name=name,
         source=f"{matches} matches in {measured.frame_count} labelled frames",
-        confusion=fit_confusion(measured.found, measured.false, misses, step),
+        confusion=fit_confusion(measured.found, elsewhere.false, misses, step),
         misses=misses,
         jitter=jitter,
         border=Border(),
         scores=scores,
-        duplicates=fit_duplicates(measured, step),
-        clutter=fit_clutter(measured, step),
+        duplicates=fit_duplicates(elsewhere, step),
+        clutter=fit_clutter(elsewhere, step),
     )
+    profile = with_lives(profile, drives, step)
     profile = allow_for_jitter(profile, drives, measured, step)
     for number in range(SIMULATION_ROUNDS):
         tell(f"simulating, round {number + 1} of {SIMULATION_ROUNDS}")
@@ -101,15 +110,19 @@ def simulate(
     detector = Detector(profile)
     made = []
     for number, drive in enumerate(drives):
-        sensed = detector.sense(
-            Sightings.from_labels(drive.labels),
-            seed * 1000 + number,
-            drive.camera,
-            step,
-            np.arange(drive.frame_count),
-        )
+        own, sightings = seed * 1000 + number, Sightings.from_labels(drive.labels)
+        if profile.lives is not None:
+            sightings = profile.lives(sightings, own, drive.camera, drive.frame_count, step)
+        sensed = detector.sense(sightings, own, drive.camera, step, np.arange(drive.frame_count))
         made.append(replace(drive, log=sensed.log))
     return made
+
+
+def with_lives(profile: Profile, drives: Sequence[LabelledDetections], step: float) -> Profile:
+    """The profile with the lives of cars before and after their labels."""
+    always = replace(profile, lives=ALL_LIVES)
+    made = [each for k in range(SEEDS_PER_ROUND) for each in simulate(always, drives, 7 + k, step)]
+    return replace(profile, lives=fit_lives(seen_lives(drives, step), seen_lives(made, step), step))
 
 
 def correct_by_simulation(
