@@ -28,11 +28,29 @@ from mot_sim.experiments.guests import (
 from tracker.types import Tracks
 
 SCORES = (0.2, 0.3, 0.5, 0.7)
+BIRTHS = ("minimum_consecutive_frames=1", "minimum_consecutive_frames=3")
+MEMORY = ("lost_track_buffer=30", "lost_track_buffer=90")
 SETTINGS = {
-    "sort": ("minimum_consecutive_frames=1", "minimum_consecutive_frames=3"),
-    "bytetrack": ("lost_track_buffer=30", "lost_track_buffer=90"),
-    "oc-sort": ("minimum_consecutive_frames=1", "minimum_consecutive_frames=3"),
-    "c-biou": ("lost_track_buffer=30", "lost_track_buffer=90"),
+    "sort": BIRTHS,
+    "sort-3": MEMORY,
+    "bytetrack": MEMORY,
+    "oc-sort": BIRTHS,
+    "oc-sort-3": MEMORY,
+    "c-biou": MEMORY,
+    "bot-sort": (*MEMORY, "minimum_consecutive_frames=1", "track_activation_threshold=0.5"),
+    "norfair": (
+        *(f"distance_threshold={value}" for value in (0.5, 0.7, 0.8, 0.9)),
+        *(f"hit_counter_max={value}" for value in (5, 15, 30)),
+        *(f"initialization_delay={value}" for value in (0, 1, 2)),
+        *(f"pointwise_hit_counter_max={value}" for value in (1, 2, 4)),
+    ),
+    "motpy": (
+        *(f'active_tracks_kwargs={{"max_staleness": {value}}}' for value in (1, 2, 999)),
+        *(f'tracker_kwargs={{"max_staleness": {value}}}' for value in (12, 30)),
+        *(f'matching_fn_kwargs={{"min_iou": {value}}}' for value in (0.01, 0.1, 0.2)),
+        'model_spec="constant_velocity_and_static_box_size_2d"',
+        'model_spec="constant_acceleration_and_static_box_size_2d"',
+    ),
 }
 RATES = ("MOTA", "HOTA", "AssA", "IDF1")
 COUNTS = ("CLR_FP", "CLR_FN", "IDSW", "Frag")

@@ -17,7 +17,7 @@ from mot_sim.cli.options import (
     option,
     parse_knobs,
 )
-from mot_sim.cli.terminal import BROKEN, OK, Terminal
+from mot_sim.cli.terminal import BROKEN, OK, WRONG, Terminal
 
 if TYPE_CHECKING:
     import mot_sim.datasets
@@ -64,7 +64,8 @@ class Compare:
 
     trackers: Annotated[str, option("NAMES", DEFAULT_TRACKERS)] = DEFAULT_TRACKERS
     """Ours and yours as for mot-sim sweep: default, paper, mine=MODULE:CALLABLE. Baselines over two
-    frames: iou, iou-greedy. Guests: sort, bytetrack, oc-sort, c-biou, and those of --guest."""
+    frames: iou, iou-greedy. Guests: sort, sort-3, bytetrack, oc-sort, oc-sort-3, c-biou, bot-sort,
+    norfair, motpy, and those of --guest."""
     setup: Annotated[str | None, option("NAMES")] = None
     """Only create the environments of these guests (or: all), once; this needs a package index.
     They are put into $MOT_SIM_GUESTS, else into your cache folder."""
@@ -117,23 +118,29 @@ class Compare:
 
     def _set_up(self, terminal: Terminal) -> int:
         """Make the environments that were asked for."""
-        from mot_sim.experiments.guests import GUESTS, ExternalTrackerFailed
+        from mot_sim.experiments.guests import GUESTS, Environment, ExternalTrackerFailed
         from tracker.errors import UnknownName
 
         names = list(GUESTS) if self.setup == "all" else _names(str(self.setup))
         for name in names:
             if name not in GUESTS:
                 raise UnknownName.of("guest", name, ["all", *GUESTS])
+        by_environment: dict[Environment, list[str]] = {}
         for name in names:
             environment = GUESTS[name].environment
             if environment is not None:
-                try:
-                    environment.set_up(name)
-                except ExternalTrackerFailed as failed:
-                    say_stderr(terminal, name, failed.stderr)
-                    raise
-                terminal.write(f"{name}: ready in {environment.path}\n")
-        return OK
+                by_environment.setdefault(environment, []).append(name)
+        failed = False
+        for environment, guests in by_environment.items():
+            try:
+                environment.set_up(", ".join(guests))
+            except ExternalTrackerFailed as failure:
+                failed = True
+                terminal.error(str(failure))
+                say_stderr(terminal, guests[0], failure.stderr)
+            else:
+                terminal.write(f"{', '.join(guests)}: ready in {environment.path}\n")
+        return WRONG if failed else OK
 
     def _named_trackers(self) -> "list[mot_sim.experiments.guests.SequenceTracker]":
         """The trackers that were named, the guests among them as the options say."""

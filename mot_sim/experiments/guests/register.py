@@ -1,5 +1,6 @@
 """The guests by name: a command, the environment it runs in, and which boxes it is shown."""
 
+import json
 import shlex
 import sys
 from collections.abc import Mapping
@@ -12,7 +13,7 @@ from tracker.errors import BadConfig, UnknownName
 
 DETECTIONS, RESULTS = "{detections}", "{results}"
 PYTHON = "{python}"
-ADAPTER = str(Path(__file__).with_name("adapter.py"))
+ADAPTER = str(Path(__file__).with_name("adapters") / "run.py")
 
 
 @dataclass(frozen=True)
@@ -88,26 +89,51 @@ class ExternalTracker:
         return filled
 
 
-TRACKERS_PACKAGE = Environment("trackers", ("trackers==2.6.1",))
+# By package: a guest runs in the environment of the package that has its tracker.
+ENVIRONMENTS = {
+    "trackers": Environment("trackers", ("trackers==2.6.1",)),
+    "norfair": Environment("norfair", ("norfair==2.3.0", "filterpy==1.4.5")),
+    "motpy": Environment("motpy", ("motpy==0.0.10", "filterpy==2.0.0")),
+}
 
 
-def _of_the_package(name: str, *settings: str) -> ExternalTracker:
-    """A tracker of the package `trackers`; settings: what is not as its authors have it."""
-    command = (PYTHON, "-I", ADAPTER, name, DETECTIONS, RESULTS, *settings)
-    live = (PYTHON, "-I", ADAPTER, name, "live", *settings)
-    return ExternalTracker(name, command, TRACKERS_PACKAGE, live=live)
+def _packaged(name: str, tracker: str, *settings: str) -> ExternalTracker:
+    """A guest from the class PACKAGE:CLASS; settings: what is not as its authors have it."""
+    environment = ENVIRONMENTS[tracker.partition(":")[0]]
+    start = (PYTHON, "-I", ADAPTER, tracker)
+    command = (*start, DETECTIONS, RESULTS, *settings)
+    return ExternalTracker(name, command, environment, live=(*start, "live", *settings))
 
+
+# norfair counts frames. motpy's noise (pixels, seconds) is that of its manual. Both would go on
+# writing rows while nothing is detected: `pointwise_hit_counter_max` and `max_staleness` of 1
+# keep them from it.
+NORFAIR_SETTINGS = (
+    "distance_threshold=0.8", "hit_counter_max=30", "initialization_delay=0",
+    "pointwise_hit_counter_max=1",
+)  # fmt: skip
+MOTPY_NOISE = {"q_var_pos": 1000.0, "r_var_pos": 0.1}
+MOTPY_MODEL = {"order_pos": 1, "dim_pos": 2, "order_size": 0, "dim_size": 2, **MOTPY_NOISE}
+MOTPY_SETTINGS = (
+    f"model_spec={json.dumps(MOTPY_MODEL)}", 'active_tracks_kwargs={"max_staleness": 1}'
+)  # fmt: skip
 
 # Memory, births and `min_score` were chosen by MOTA on KITTI's ten given sequences, RRC boxes
 # (`python -m benchmarks.peers`): the best that each can do there, not its authors' defaults.
+# `sort-3` and `oc-sort-3` confirm a track after three frames, as their authors have it.
 # lost_track_buffer counts frames at 30 Hz: 90 are 3 seconds.
 GUESTS: dict[str, ExternalTracker] = {
     guest.name: guest
     for guest in (
-        _of_the_package("sort", "minimum_consecutive_frames=1"),
-        _of_the_package("bytetrack", "lost_track_buffer=90"),
-        _of_the_package("oc-sort", "minimum_consecutive_frames=1"),
-        _of_the_package("c-biou"),
+        _packaged("sort", "trackers:SORTTracker", "minimum_consecutive_frames=1"),
+        _packaged("sort-3", "trackers:SORTTracker", "minimum_consecutive_frames=3"),
+        _packaged("bytetrack", "trackers:ByteTrackTracker", "lost_track_buffer=90"),
+        _packaged("oc-sort", "trackers:OCSORTTracker", "minimum_consecutive_frames=1"),
+        _packaged("oc-sort-3", "trackers:OCSORTTracker", "minimum_consecutive_frames=3"),
+        _packaged("c-biou", "trackers:CBIoUTracker"),
+        _packaged("bot-sort", "trackers:BoTSORTTracker", "enable_cmc=false"),
+        _packaged("norfair", "norfair:Tracker", *NORFAIR_SETTINGS),
+        _packaged("motpy", "motpy:MultiObjectTracker", *MOTPY_SETTINGS),
     )
 }
 

@@ -64,11 +64,27 @@ def test_an_environment_is_made_once_and_holds_nothing_of_ours(offline: Path) ->
 def test_offline_the_set_up_says_what_is_missing_and_leaves_nothing(
     offline: Path, mot_sim: CommandLine
 ) -> None:
-    outcome = mot_sim("compare", "--setup", "sort")
+    outcome = mot_sim("compare", "--setup", "sort,motpy")
     assert outcome.code == 2
     assert "error: guest sort: trackers==2.6.1 cannot be installed; that needs" in outcome.err
     assert "  sort: ERROR: No matching distribution found for trackers==2.6.1" in outcome.err
+    assert "error: guest motpy: motpy==0.0.10, filterpy==2.0.0 cannot be" in outcome.err
     assert list((offline / "guests").iterdir()) == []
+
+
+def test_guests_of_one_environment_are_set_up_together_and_the_others_go_on(
+    offline: Path, mot_sim: CommandLine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def set_up(environment: Environment, guest: str) -> Path:
+        if "trackers" in environment.name:
+            raise ExternalTrackerFailed(guest, "no index", "refused")
+        return environment.python
+
+    monkeypatch.setattr(Environment, "set_up", set_up)
+    outcome = mot_sim("compare", "--setup", "sort,norfair,bot-sort")
+    assert outcome.code == 2
+    assert outcome.err == "error: guest sort, bot-sort: no index\n  sort: refused\n"
+    assert outcome.out.startswith("norfair: ready in ")
 
 
 def test_a_half_made_environment_is_not_taken_for_one(offline: Path) -> None:

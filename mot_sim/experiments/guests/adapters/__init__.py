@@ -1,0 +1,1 @@
+"""Programs that run guests in their own environments: `run.py`, and a file for each package."""
