@@ -14,8 +14,9 @@ from itertools import product
 from pathlib import Path
 
 from benchmarks.kitti_tables import GIVEN
+from benchmarks.left_out import print_choice
 from mot_sim.datasets import KittiSequence, kitti_sequence
-from mot_sim.metrics import Scores, combine, evaluate_sequence
+from mot_sim.metrics import Scores, evaluate_sequence
 from tracker import Tracker, Tracks
 from tracker.per_class import for_kind
 
@@ -35,11 +36,6 @@ def scores_of(drive: KittiSequence, setting: Setting) -> Scores:
     return evaluate_sequence(drive.truth, rows, len(drive), kind="Pedestrian")
 
 
-def told(scores: Scores) -> str:
-    """HOTA and MOTA in percent, and switches."""
-    return f"{100 * scores['HOTA']:5.2f} {100 * scores['MOTA']:5.2f} {scores['IDSW']:3.0f}"
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--root", type=Path, required=True, help="the KITTI tree")
@@ -55,34 +51,13 @@ def main() -> None:
         if drive.truth is not None and (drive.truth.kinds == "Pedestrian").any()
     }
     found = {
-        (detector, setting): {
-            name: scores_of(drive, setting) for name, drive in drives[detector].items()
+        setting: {
+            detector: {name: scores_of(each[name], setting) for name in GIVEN}
+            for detector, each in drives.items()
         }
-        for detector in DETECTORS
         for setting in product(BIRTHS, GAPS)
     }
-
-    def merit(setting: Setting, names: set[str]) -> float:
-        return sum(
-            combine([found[detector, setting][name] for name in sorted(names)])["HOTA"]
-            for detector in DETECTORS
-        )
-
-    print(f"HOTA, MOTA, switches      {DETECTORS[0]:20s} {DETECTORS[1]}")
-    for setting in product(BIRTHS, GAPS):
-        cells = [told(combine(list(found[detector, setting].values()))) for detector in DETECTORS]
-        print(f"births {setting[0]:.2f}, gaps {setting[1]:.2f} s   {cells[0]:20s} {cells[1]}")
-    chosen = {
-        name: max(product(BIRTHS, GAPS), key=lambda each, name=name: merit(each, people - {name}))
-        for name in GIVEN
-    }
-    for name in sorted(people):
-        print(f"{name} left out: births {chosen[name][0]:.2f}, gaps {chosen[name][1]:.2f} s")
-    cells = [
-        told(combine([found[detector, chosen[name]][name] for name in GIVEN]))
-        for detector in DETECTORS
-    ]
-    print(f"each as the others choose {cells[0]:20s} {cells[1]}")
+    print_choice(found, people, lambda each: f"births {each[0]:.2f}, gaps {each[1]:.2f} s")
 
 
 if __name__ == "__main__":

@@ -4,19 +4,40 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tracker.errors import BadConfig
 from tracker.geometry import box_area, box_intersection
 from tracker.types import Camera, Detections
 
 
 @dataclass(frozen=True)
 class Suppression:
-    """Drops weak boxes, boxes without area in the image, and the weaker one of two that overlap."""
+    """Drops weak boxes, boxes without area in the image, and the weaker one of two that overlap.
+
+    Detectors that find cars behind cars are sure of both boxes, of duplicates they are not:
+    where both scores reach `sure_score`, the limit is `max_iou_of_sure`.
+    """
 
     min_score: float = 0.0
     """Boxes with a lower score are dropped; more: fewer false alarms and more misses."""
     max_iou: float = 0.7
     """Of two boxes whose IoU is larger, the one with the lower score is dropped (at equal scores
     the later one), 0 to 1; more: more boxes stay."""
+    sure_score: float = np.inf
+    """Score from which on a box is sure; infinite: none is. More: fewer boxes stay."""
+    max_iou_of_sure: float = 1.0
+    """In place of `max_iou` where both boxes are sure, `max_iou` to 1; more: more boxes stay, cars
+    in rows as well as duplicates."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.max_iou <= self.max_iou_of_sure <= 1.0:
+            raise BadConfig(
+                f"max_iou {self.max_iou:g}, max_iou_of_sure {self.max_iou_of_sure:g}: give limits "
+                "in 0..1, that of sure boxes not the smaller one"
+            )
+        if np.isnan(self.min_score) or np.isnan(self.sure_score):
+            raise BadConfig(
+                f"min_score {self.min_score:g}, sure_score {self.sure_score:g}: give numbers"
+            )
 
     def __call__(self, detections: Detections, camera: Camera) -> Detections:
         """What is left, in the given order, in arrays of its own."""
@@ -27,8 +48,10 @@ class Suppression:
         if len(boxes) > 1:
             area = box_area(boxes)
             shared = box_intersection(boxes[:, None], boxes[None])
+            # The weaker one decides; rows suppress columns.
+            limit = np.where(scores >= self.sure_score, self.max_iou_of_sure, self.max_iou)
             # IoU > t, that is shared > t (both - shared)
-            close = (1.0 + self.max_iou) * shared > self.max_iou * (area[:, None] + area)
+            close = (1.0 + limit) * shared > limit * (area[:, None] + area)
             close.ravel()[:: len(boxes) + 1] = False  # each box with itself
             if np.count_nonzero(close):
                 for row in np.argsort(-scores, kind="stable"):

@@ -1,11 +1,14 @@
 """Which detections reach the tracker."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.tracker.samples import LEVEL, locked
+from tracker.errors import BadConfig
 from tracker.suppression import Suppression
 from tracker.types import Detections
 
@@ -84,3 +87,33 @@ def test_boxes_far_apart_are_handed_on_in_arrays_of_their_own(n: int) -> None:
     np.testing.assert_array_equal(kept.boxes, boxes)
     assert not np.shares_memory(kept.boxes, boxes)
     assert not np.shares_memory(kept.scores, detections.scores)
+
+
+def test_two_sure_boxes_stay_unless_they_overlap_more() -> None:
+    iou = 96 / 104
+    sure = replace(Suppression(max_iou=0.5), sure_score=0.9)
+    above, below = (replace(sure, max_iou_of_sure=iou + each) for each in (0.01, -0.01))
+    assert kept([A, NEARLY_A], [0.95, 0.9], above) == [0, 1]
+    assert kept([A, NEARLY_A], [0.95, 0.9], below) == [0]
+
+
+def test_a_sure_box_suppresses_one_that_is_not() -> None:
+    suppress = Suppression(max_iou=0.5, sure_score=0.9)
+    assert kept([A, NEARLY_A], [0.89, 0.95], suppress) == [1]
+    assert kept([A, NEARLY_A], [0.89, 0.89], suppress) == [0]
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"max_iou": -0.1}, "max_iou -0.1"),
+        ({"max_iou": 0.7, "max_iou_of_sure": 0.6}, "not the smaller one"),
+        ({"max_iou_of_sure": 1.1}, "in 0..1"),
+        ({"max_iou": float("nan")}, "max_iou nan"),
+        ({"sure_score": float("nan")}, "sure_score nan"),
+        ({"min_score": float("nan")}, "min_score nan"),
+    ],
+)
+def test_limits_that_cannot_be_are_refused(given: dict[str, float], words: str) -> None:
+    with pytest.raises(BadConfig, match=words):
+        Suppression(**given)
