@@ -118,7 +118,7 @@ class Tracker:
             ((1.0, ImageOverlap(0.1, drift=0.6)),) if costs is None else costs,
             lift=Lift(use_box_height=True),
             dynamics=ConstantVelocity(),
-            suppress=Suppression(min_score=0.3, max_iou=0.5),
+            suppress=Suppression(0.3, max_iou=0.5, sure_score=0.9, max_iou_of_sure=0.7),
             associate=Hungarian(max_cost=0.7),
             lifecycle=Lifecycle(birth_score=0.8, max_gap=3.0),
             strong_score=0.8,
@@ -159,13 +159,14 @@ class Tracker:
         if len(tracks):
             tracks, T_now_before = self.predict_tracks(tracks, motion, dt, detections)
         if self.car_filter is not None:
-            cars = tracks.cars or CarStates.empty()
-            cars, road, *_ = self.car_filter.predict(cars, road, T_now_before, cov, dt, self.camera)
-            tracks = tracks.replaced(cars=cars)
-            carries = self.car_filter.carries_boxes and motion.is_known
-            if carries and self.state.estimates is not None:
-                boxes, before = self.state.tracks.beliefs.boxes, self.state.estimates.means
-                boxes = carried_boxes(boxes, before, self.car_filter.means(cars, road), self.camera)
+            cars, motion_now = tracks.cars or CarStates.empty(), (T_now_before, cov, dt)
+            predicted = self.car_filter.predict(cars, road, *motion_now, self.camera)
+            road, tracks = predicted.memory, tracks.replaced(cars=predicted.states)
+            carries, estimates = self.car_filter.carries_boxes, self.state.estimates
+            if carries and motion.is_known and estimates is not None:
+                later = self.car_filter.motion.moved(estimates.means, predicted.step)
+                boxes = self.state.tracks.beliefs.boxes
+                boxes = carried_boxes(boxes, estimates.means, later, self.camera)
                 tracks = tracks.expected_at(boxes)
         pairs = self.gate(tracks, observed, detections, dt)
         costs, unmeasured = self.pair_costs(pairs)

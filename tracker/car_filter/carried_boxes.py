@@ -21,7 +21,7 @@ def carried_boxes(
 
     Where the box and the projected cuboid disagree they go on to do so, in proportion.
     """
-    old, new = expected_boxes(before, camera), expected_boxes(after, camera)
+    old, new = np.split(expected_boxes(np.concatenate((before, after)), camera), 2)
     growth = (new[:, 2:] - new[:, :2]) / np.maximum(old[:, 2:] - old[:, :2], 1.0)
     growth = np.minimum(np.maximum(growth, 1.0 / MAX_GROWTH), MAX_GROWTH)
     off = boxes[:, :2] + boxes[:, 2:] - old[:, :2] - old[:, 2:]

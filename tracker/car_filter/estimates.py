@@ -1,7 +1,5 @@
 """One state per car out of its hypotheses: that of the likeliest direction."""
 
-from typing import NamedTuple
-
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
@@ -33,21 +31,12 @@ def likeliest(
     return best, alike[rows, best], heading_known
 
 
-class Mixture(NamedTuple):
-    """Of each car the likeliest direction, and how far its hypotheses are off it."""
-
-    means: Float[Array, "n 9"]
-    """Mean states of the hypotheses that face there."""
-    off: Float[Array, "n k 9"]
-    """Every hypothesis less that mean."""
-    heading_known: Float[Array, " n"]
-    """As in `CarEstimates`."""
-
-
-def mixture(states: CarStates, weights: Float[Array, "n k"]) -> Mixture:
+def estimate(states: CarStates, weights: Float[Array, "n k"]) -> CarEstimates:
     """Mean of the hypotheses that face the likeliest direction, and how sure that is.
 
-    weights: probabilities of the hypotheses, which sum up to 1 over a row.
+    The covariance is about that mean, over all hypotheses that do not face the other way: from its
+    width alone a car may be turned to the left or to the right. weights: probabilities of the
+    hypotheses, which sum up to 1 over a row.
     """
     best, alike, heading_known = likeliest(states, weights)
     centre = states.means[np.arange(len(states)), best]
@@ -55,22 +44,12 @@ def mixture(states: CarStates, weights: Float[Array, "n k"]) -> Mixture:
     off[:, :, YAW] = wrap_angle(off[:, :, YAW])
     shift = (_shares(weights, alike)[:, None] @ np.where(alike[:, :, None], off, 0.0))[:, 0]
     off -= shift[:, None]
-    return Mixture(centre + shift, off, heading_known)
-
-
-def estimate(states: CarStates, weights: Float[Array, "n k"]) -> CarEstimates:
-    """The mean of `mixture` with its covariance.
-
-    The covariance is about that mean, over all hypotheses that do not face the other way: from its
-    width alone a car may be turned to the left or to the right. weights: as in `mixture`.
-    """
-    means, off, heading_known = mixture(states, weights)
     shares = _shares(weights, np.abs(off[:, :, YAW]) < 0.5 * np.pi)
     off *= (shares > 0.0)[:, :, None]
     spread = (off * shares[:, :, None]).transpose(0, 2, 1) @ off
     n, k, size = states.means.shape
     within = (shares[:, None] @ states.covs.reshape(n, k, size * size)).reshape(n, size, size)
-    return CarEstimates(means, within + spread, heading_known)
+    return CarEstimates(centre + shift, within + spread, heading_known)
 
 
 def _shares(weights: Float[Array, "n k"], chosen: Bool[Array, "n k"]) -> Float[Array, "n k"]:

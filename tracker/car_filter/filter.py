@@ -11,9 +11,9 @@ from numpy import ndarray as Array
 
 from tracker.car_filter.cues import CarCues, CueModel
 from tracker.car_filter.edges import EdgeModel, border_gaps, hidden_edges
-from tracker.car_filter.estimates import estimate, mixture
+from tracker.car_filter.estimates import estimate
 from tracker.car_filter.modes import forward_log_probability, switched
-from tracker.car_filter.motion import CarMotion, ego_motion_cov
+from tracker.car_filter.motion import CarMotion, RoadStep, ego_motion_cov
 from tracker.car_filter.projection import project_boxes
 from tracker.car_filter.restarts import places_by_height, restarted
 from tracker.car_filter.road_memory import (
@@ -78,6 +78,8 @@ class PredictedCars(NamedTuple):
     """Rows and columns of the hypotheses that are followed."""
     transitions: Float[Array, "h 9 9"]
     """How each of those changes with its state before: the Jacobian."""
+    step: RoadStep
+    """What happened to all of them."""
 
     def places_of(self, rows: Int[Array, " k"], columns: Int[Array, " k"]) -> Int[Array, " k"]:
         """Where these hypotheses, which are followed, stand in `at` and `transitions`."""
@@ -173,19 +175,18 @@ class CarFilter:
         if dt > 0.0:
             R = camera.T_road_cam[:3:2, :3] / dt
             memory = memory._replace(camera_velocity_cov=R @ motion_cov[:3, :3] @ R.T)
-        at = states.followed()
-        if len(states) == 0:
-            return PredictedCars(states, memory, at, np.zeros((0, STATE_SIZE, STATE_SIZE)))
-        means, covs = states.means[at], states.covs[at]
-        moving = at[1] >= HEADING_COUNT
-        roughness = self.roughness(memory)
-        road = (roughness * slope, roughness * memory.slope), roughness
+        at, roughness = states.followed(), self.roughness(memory)
+        slopes = roughness * slope, roughness * memory.slope
         sizes = np.log(self.size), self._size_cov
-        means, covs, F = self.motion(means, covs, moving, T_road, turn, dt, *road, sizes)
+        step = RoadStep(T_road, turn, dt, slopes, roughness, *sizes)
+        if len(states) == 0:
+            return PredictedCars(states, memory, at, np.zeros((0, STATE_SIZE, STATE_SIZE)), step)
+        means, covs, moving = states.means[at], states.covs[at], at[1] >= HEADING_COUNT
+        means, covs, F = self.motion(means, covs, moving, step)
         covs[:, :3, :3] += ego_motion_cov(means[:, :3], motion_cov, camera)
         covs[:, YAW, YAW] += motion_cov[4, 4]
         later = _with(states, at, means, covs, states.log_weights)
-        return PredictedCars(later, memory, at, F)
+        return PredictedCars(later, memory, at, F, step)
 
     def update(
         self,
@@ -291,10 +292,6 @@ class CarFilter:
         covs[:, SPEED, SPEED] += ((ahead @ memory.camera_velocity_cov) * ahead).sum(axis=1)
         return estimates.replaced(covs=covs)
 
-    def means(self, states: CarStates, memory: RoadMemory) -> Float[Array, "n 9"]:
-        """The means of `estimate`."""
-        return mixture(states, self.weights(states, memory)).means
-
     def weights(self, states: CarStates, memory: RoadMemory) -> Float[Array, "n k"]:
         """Probabilities of the hypotheses, the prior of directions included."""
         weights = np.exp(states.log_weights) * self.directions(memory, states)
@@ -351,24 +348,33 @@ class CarFilter:
         linear: the states at which the projection is linearised; None: at the means.
         """
         expected, H = project_boxes(means if linear is None else linear, camera)
-        innovations = boxes - expected
+        off = boxes - expected
         if linear is not None:
-            innovations -= (H @ (means - linear)[:, :, None])[:, :, 0]
-        censored = self.edges.censored(boxes, expected, camera)
-        step, fit, misfit = np.zeros_like(means), np.zeros(len(means)), np.zeros(len(means))
+            off -= (H @ (means - linear)[:, :, None])[:, :, 0]
+        told = ~self.edges.censored(boxes, expected, camera)
+        # of each edge with the states, and with the edges: both without the noise
+        by_state = covs @ H.transpose(0, 2, 1)
+        by_edge = H @ by_state
+        var, bounded, share = np.empty_like(off), np.empty_like(off), np.empty_like(off)
         for edge in range(4):
-            h, cut = H[:, edge], censored[:, edge]
-            Ph = (covs @ h[:, :, None])[:, :, 0]
-            var = (h * Ph).sum(axis=1) + variances[:, edge]
-            off = innovations[:, edge] - (h * step).sum(axis=1)
-            deviation = np.where(cut, 0.0, np.abs(off) / np.sqrt(var))
-            bounded = np.minimum(deviation, MAX_DEVIATION)
-            fit -= 0.5 * (self.tightness * np.log(var) + bounded**2)
-            misfit += bounded**2
-            gain = Ph * (~cut / var)[:, None]
-            step += gain * (off * bounded / np.maximum(deviation, 1e-12))[:, None]
-            covs = covs - gain[:, :, None] * Ph[:, None, :]
-        return FlatUpdate(means + step, covs, fit, misfit)
+            later = slice(edge + 1, 4)
+            var[:, edge] = by_edge[:, edge, edge] + variances[:, edge]
+            std = np.sqrt(var[:, edge])
+            limit = MAX_DEVIATION * std
+            innovation = np.minimum(np.maximum(off[:, edge], -limit), limit)
+            bounded[:, edge] = innovation / std
+            share[:, edge] = innovation / var[:, edge]
+            weight = told[:, edge] / var[:, edge]
+            others = by_edge[:, edge, later]
+            gain = others * weight[:, None]
+            off[:, later] -= gain * innovation[:, None]
+            by_state[:, :, later] -= by_state[:, :, edge, None] * gain[:, None]
+            by_edge[:, later, later] -= gain[:, :, None] * others[:, None]
+        squares = told * bounded**2
+        fit = -0.5 * (self.tightness * np.log(var) + squares).sum(axis=1)
+        step = (by_state @ (told * share)[:, :, None])[:, :, 0]
+        covs = covs - (by_state * (told / var)[:, None]) @ by_state.transpose(0, 2, 1)
+        return FlatUpdate(means + step, covs, fit, squares.sum(axis=1))
 
 
 def _with(

@@ -1,6 +1,7 @@
 """How cars move between two frames: parked ones not at all, others as far as they face."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -14,6 +15,25 @@ TURNING_SPEED, STANDING_TURN = 3.0, 0.05
 # Std of what a parked car seems to turn in a second, rad.
 PARKED_TURN_STD = 0.003
 DIAGONAL = np.arange(STATE_SIZE)
+
+
+class RoadStep(NamedTuple):
+    """What all cars of a scene share between two frames."""
+
+    T_road: Float[Array, "4 4"]
+    """Moves points of the road frame of before into that of now."""
+    turn: float
+    """Its yaw, rad."""
+    dt: float
+    """Its duration, s."""
+    slopes: tuple[float, float]
+    """Of the road in the frame of now: as before the step, and as it is then."""
+    roughness: float
+    """Factor on the variance of how far bases lie off the road."""
+    log_size: Float[Array, "3"]
+    """Mean logarithms of all cars' lengths, heights and widths."""
+    log_size_cov: Float[Array, "3 3"]
+    """Their covariance."""
 
 
 @dataclass(frozen=True)
@@ -40,62 +60,64 @@ class CarMotion:
     off_road_time: float = 0.67
     """Seconds in which that changes."""
 
+    def moved(self, states: Float[Array, "h 9"], step: RoadStep) -> Float[Array, "h 9"]:
+        """States after a step, in the road frame of then."""
+        way = states[:, YAW] + 0.5 * step.dt * states[:, YAW_RATE]  # halfway
+        distance = step.dt * states[:, SPEED]
+        later = states.copy()
+        later[:, 0] += distance * np.cos(way)
+        later[:, 2] -= distance * np.sin(way)
+        later[:, :3] = later[:, :3].dot(step.T_road[:3, :3].T) + step.T_road[:3, 3]
+        later[:, YAW] += step.turn + step.dt * states[:, YAW_RATE]
+        later[:, YAW_RATE] *= np.exp(-step.dt / self.turn_time)
+        before, now = step.slopes
+        distance = np.sqrt(later[:, 0] ** 2 + later[:, 2] ** 2)
+        keep = np.exp(-step.dt / self.off_road_time)
+        later[:, 1] = now * distance + keep * (later[:, 1] - before * distance)
+        mean, keep_size = step.log_size, np.exp(-step.dt / self.size_time)
+        later[:, LOG_SIZE] = mean + keep_size * (states[:, LOG_SIZE] - mean)
+        return later
+
     def __call__(
         self,
         states: Float[Array, "h 9"],
         covs: Float[Array, "h 9 9"],
         moving: Bool[Array, " h"],
-        T_road: Float[Array, "4 4"],
-        turn: float,
-        dt: float,
-        slopes: tuple[float, float],
-        roughness: float,
-        sizes: tuple[Float[Array, "3"], Float[Array, "3 3"]],
+        step: RoadStep,
     ) -> tuple[Float[Array, "h 9"], Float[Array, "h 9 9"], Float[Array, "h 9 9"]]:
-        """States, covariances and transitions `dt` seconds later, in the road frame of then.
-
-        T_road: moves points of the road frame of before into that of now; turn: its yaw, rad.
-        slopes: the road's, before in the frame of now, and now. roughness: factor on the variance
-        of how far bases lie off it. sizes: mean and covariance of the
-        logarithms of all cars' sizes.
-        """
-        h, R = len(states), T_road[:3, :3]
-        way = states[:, YAW] + 0.5 * dt * states[:, YAW_RATE]  # halfway
+        """States, covariances and transitions after a step, in the road frame of then."""
+        h, R, dt = len(states), step.T_road[:3, :3], step.dt
+        later = self.moved(states, step)
+        way = states[:, YAW] + 0.5 * dt * states[:, YAW_RATE]
         c, s = np.cos(way), np.sin(way)
         facing, turned = np.zeros((h, 3)), np.zeros((h, 3))
-        facing[:, 0], facing[:, 2] = c, -s
-        turned[:, 0], turned[:, 2] = -s, -c
-        step = (dt * states[:, SPEED])[:, None]
+        facing[:, 0], facing[:, 2] = dt * c, -dt * s
+        pace = dt * states[:, SPEED]
+        turned[:, 0], turned[:, 2] = -s * pace, -c * pace
+        keep_rate = np.exp(-dt / self.turn_time)
+        keep = np.exp(-dt / self.off_road_time)
+        keep_size = np.exp(-dt / self.size_time)
         F = np.zeros((h, STATE_SIZE, STATE_SIZE))
         F[:, DIAGONAL, DIAGONAL] = 1.0
         F[:, :3, :3] = R
-        F[:, :3, YAW] = (turned * step).dot(R.T)
-        F[:, :3, SPEED] = (facing * dt).dot(R.T)
+        F[:, :3, YAW] = turned.dot(R.T)
+        F[:, :3, SPEED] = facing.dot(R.T)
         F[:, :3, YAW_RATE] = 0.5 * dt * F[:, :3, YAW]
-        keep_rate = np.exp(-dt / self.turn_time)
         F[:, YAW, YAW_RATE] = dt
         F[:, YAW_RATE, YAW_RATE] = keep_rate
-        later = states.copy()
-        later[:, :3] = (states[:, :3] + facing * step).dot(R.T) + T_road[:3, 3]
-        later[:, YAW] += turn + dt * states[:, YAW_RATE]
-        later[:, YAW_RATE] *= keep_rate
-        distance = np.sqrt(later[:, 0] ** 2 + later[:, 2] ** 2)
-        keep = np.exp(-dt / self.off_road_time)
-        later[:, 1] = slopes[1] * distance + keep * (later[:, 1] - slopes[0] * distance)
         F[:, 1] *= keep
-        keep_size = np.exp(-dt / self.size_time)
-        later[:, LOG_SIZE] = sizes[0] + keep_size * (states[:, LOG_SIZE] - sizes[0])
         F[:, LOG_SIZE] *= keep_size
         covs = F @ covs @ F.transpose(0, 2, 1)
+        distance = np.sqrt(later[:, 0] ** 2 + later[:, 2] ** 2)
         noise = np.zeros((h, STATE_SIZE))
         noise[:, 0] = noise[:, 2] = self.drift_std**2 * dt
-        noise[:, 1] = (1.0 - keep**2) * roughness * self.off_road_var(distance)
+        noise[:, 1] = (1.0 - keep**2) * step.roughness * self.off_road_var(distance)
         pace = np.minimum(1.0, states[:, SPEED] / TURNING_SPEED + STANDING_TURN)
         noise[:, YAW] = np.where(moving, self.turn_std**2 * dt * pace, PARKED_TURN_STD**2 * dt)
         noise[:, YAW_RATE] = moving * ((1.0 - keep_rate**2) * pace * self.yaw_rate_std**2)
         noise[:, SPEED] = moving * (self.acceleration_std**2 * 0.1 * dt)
         covs[:, DIAGONAL, DIAGONAL] += noise
-        covs[:, LOG_SIZE, LOG_SIZE] += (1.0 - keep_size**2) * sizes[1]
+        covs[:, LOG_SIZE, LOG_SIZE] += (1.0 - keep_size**2) * step.log_size_cov
         return later, covs, F
 
     def off_road_var(self, distance: Float[Array, "*n"]) -> Float[Array, "*n"]:

@@ -97,6 +97,12 @@ class Camera:
         return np.linalg.inv(self.K)
 
     @cached_property
+    def P_road(self) -> Float[Array, "3 4"]:
+        """Projects homogeneous points of the road frame: K [R | t]."""
+        P: Float[Array, "3 4"] = self.K.dot(self.T_cam_road[:3])
+        return P
+
+    @cached_property
     def P_road_centred(self) -> Float[Array, "3 4"]:
         """Projects homogeneous points of the road frame, pixels counted from the principal point.
 

@@ -8,6 +8,7 @@ from tests.tracker.samples import LEVEL, PITCHED, outlines
 from tracker.car_filter import CarFilter, CarMotion, CarStates, EdgeModel, RoadMemory, RoadModel
 from tracker.car_filter.edges import hidden_edges
 from tracker.car_filter.estimates import estimate
+from tracker.car_filter.motion import RoadStep
 from tracker.car_filter.projection import project_boxes
 from tracker.car_filter.road_memory import SeenBases
 from tracker.car_filter.roughness import RoughnessModel
@@ -59,22 +60,35 @@ def test_a_projected_car_fills_the_outline_of_its_cuboid(camera: Camera) -> None
 def test_of_a_car_beyond_the_image_border_the_part_inside_is_expected() -> None:
     """A long side that crosses the left border: its lower edge there, by similar triangles."""
     states = np.array([[-4.0, 0.0, 4.5, -np.pi / 2, 0.0, *np.log([4.0, 1.5, 1.6]), 0.0]])
-    boxes, jacobian = project_boxes(states, LEVEL)
+    boxes, _ = project_boxes(states, LEVEL)
     K = LEVEL.K
     at_border = 3.2 * K[0, 0] / K[0, 2]  # depth where the near side, x = -3.2, is seen at u = 0
     assert 2.5 < at_border < 6.5
     assert boxes[0, 3] == pytest.approx(K[1, 2] + K[1, 1] * LEVEL.height / at_border)
     assert boxes[0, 0] < 0.0
-    np.testing.assert_allclose(jacobian, box_jacobian(states, LEVEL), rtol=1e-4, atol=1e-3)
     nearer = states - [0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]  # no part inside: still finite
     assert np.isfinite(project_boxes(nearer, LEVEL)[0]).all()
 
 
+@pytest.mark.parametrize("camera", [LEVEL, PITCHED])
+def test_of_cars_beyond_the_image_border_the_derivatives_are_those_of_the_parts(
+    camera: Camera,
+) -> None:
+    states = random_states(300) - 12.0 * np.eye(9)[2]
+    states = states[states[:, 2] > 4.0]  # no corner is behind the camera
+    boxes, jacobian = project_boxes(states, camera)
+    cut = (boxes[:, 0] < 0.0) | (boxes[:, 2] > camera.far_corner[0])
+    assert cut.sum() > 30
+    expected = box_jacobian(states[cut], camera)
+    np.testing.assert_allclose(jacobian[cut], expected, rtol=1e-4, atol=1e-2)
+
+
 def test_the_covariance_follows_the_derivatives_of_the_motion() -> None:
     motion = CarMotion(acceleration_std=0.0, turn_std=0.0, drift_std=0.0, yaw_rate_std=0.0)
-    sizes = np.log([4.0, 1.5, 1.6]), 0.01 * np.eye(3)
+    size_cov = 0.01 * np.eye(3)
     T_road = homogeneous(np.array([[0.995, 0.0, 0.0998], [0.0, 1.0, 0.0], [-0.0998, 0.0, 0.995]]))
     T_road[:3, 3] = 0.3, 0.01, -1.2
+    shared = RoadStep(T_road, 0.1, 0.1, (0.0, 0.0), 1.0, np.log([4.0, 1.5, 1.6]), size_cov)
     states = random_states(30)
     states[:, 4] = np.abs(states[:, 4])
     rng = np.random.default_rng(1)
@@ -82,18 +96,18 @@ def test_the_covariance_follows_the_derivatives_of_the_motion() -> None:
     covs = root @ root.transpose(0, 2, 1)
 
     def go(at: np.ndarray) -> np.ndarray:
-        return motion(at, covs, np.ones(30, bool), T_road, 0.1, 0.1, (0.0, 0.0), 1.0, sizes)[0]
+        return motion(at, covs, np.ones(30, bool), shared)[0]
 
     F = np.empty((30, 9, 9))
     for column in range(9):
         step = np.zeros(9)
         step[column] = 1e-5
         F[:, :, column] = (go(states + step) - go(states - step)) / 2e-5
-    later = motion(states, covs, np.ones(30, bool), T_road, 0.1, 0.1, (0.0, 0.0), 1.0, sizes)[1]
+    later = motion(states, covs, np.ones(30, bool), shared)[1]
     expected = F @ covs @ F.transpose(0, 2, 1)
     distance = np.hypot(*go(states)[:, :3:2].T)
     expected[:, 1, 1] += (1.0 - np.exp(-0.2 / motion.off_road_time)) * motion.off_road_var(distance)
-    expected[:, 5:8, 5:8] += (1.0 - np.exp(-0.2 / motion.size_time)) * sizes[1]
+    expected[:, 5:8, 5:8] += (1.0 - np.exp(-0.2 / motion.size_time)) * size_cov
     np.testing.assert_allclose(later, expected, rtol=1e-5, atol=1e-7)
 
 
