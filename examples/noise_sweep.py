@@ -37,6 +37,6 @@ figure.savefig("noise_sweep.png", dpi=150)
 print("written: noise_sweep.png")
 
 # Printed:
-# default: 91.3 ±17.0, 82.8 ±12.6, 54.5 ±4.8
+# default: 91.3 ±17.0, 82.7 ±12.5, 55.3 ±3.7
 # paper: 87.5 ±15.4, 79.2 ±11.0, 54.1 ±4.4
 # written: noise_sweep.png
