@@ -1,7 +1,7 @@
 """`mot-sim scenes`: the scenes, what a camera sees of them, and their knobs."""
 
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -30,7 +30,10 @@ class Scenes:
     --measure runs every scene without images (a minute or two of CPU time) and shows: cars that a
     KITTI camera sees in a frame (25 pixels high, within 80 m, a fifth visible), share of those in
     sight that are more than half occluded, share heading more than 30 degrees off our heading,
-    different cars a minute, our fastest turn in degrees a second.
+    different cars a minute, our fastest turn in degrees a second. A second table is about the
+    labels by which trackers are scored, beside those of KITTI's given drives: shares of occlusion
+    levels 2 and 3, of boxes under 25 pixels and of those with level 2, and how many pixels of a car
+    a scored label shows, at the quantiles 1, 5, 10 and 50 %.
     """
 
     scene: Annotated[str | None, tyro.conf.Positional, option("SCENE", "all")] = None
@@ -102,9 +105,10 @@ class Scenes:
                 for name, scene in scenes.items()
             }
         if self.json:
-            terminal.write_json({name: asdict(one) for name, one in measured.items()})
+            terminal.write_json({name: without_nan(asdict(one)) for name, one in measured.items()})
         else:
             terminal.show(figure_table(measured))
+            terminal.show(label_table(measured))
 
     def _usable(self, terminal: Terminal) -> list[str]:
         """The scenes that can be made; what is wrong with the others is told."""
@@ -155,3 +159,30 @@ def figure_table(
         for name, one in measured.items()
     )
     return Table(columns, rows)
+
+
+def label_table(
+    measured: "dict[str, mot_sim.simulation.scene_figures.Figures]",
+) -> "mot_sim.tables.Table":
+    """The figures of the labels as a table, KITTI's first."""
+    from mot_sim.simulation.scene_figures import KITTI_LABELS
+    from mot_sim.tables import Column, Table
+
+    columns = (
+        Column("labels of", "name"), Column("level 2, %", "rate", digits=1),
+        Column("level 3, %", "rate", digits=1), Column("under 25 px, %", "rate", digits=1),
+        Column("and level 2, %", "rate", digits=1), Column("pixels: 1 %", "value", digits=0),
+        Column("5 %", "value", digits=0), Column("10 %", "value", digits=0),
+        Column("50 %", "value", digits=0),
+    )  # fmt: skip
+    found = {"KITTI": KITTI_LABELS, **{name: one.labels for name, one in measured.items()}}
+    rows = [(name, *without_nan(asdict(one)).values()) for name, one in found.items()]
+    return Table(columns, tuple(rows), "Labels by which trackers are scored")
+
+
+def without_nan(numbers: dict[str, Any]) -> dict[str, Any]:
+    """The same numbers, None for NaN, as JSON and tables take them."""
+    return {
+        name: without_nan(one) if isinstance(one, dict) else None if one != one else one
+        for name, one in numbers.items()
+    }

@@ -44,7 +44,8 @@ class FrameTruth:
     occlusions: Occlusions
     """Which car hides which."""
     labels: Tracks
-    """The labels as KITTI writes them, which are what is scored."""
+    """The labels as KITTI's annotators write them who see this frame alone: a hidden car has
+    none, though the labels of the whole run keep it where it comes back soon."""
     traffic_state: TrafficState
     """Where every car is."""
 

@@ -26,6 +26,7 @@ from mot_sim.metrics import evaluate_sequence
 from mot_sim.metrics.clear import CONTINUING_BONUS
 from mot_sim.metrics.matching import EPSILON, Overlaps, solve_frame
 from mot_sim.metrics.preprocessing import MIN_OVERLAP, counted_output, prepare_sequence
+from mot_sim.simulation.truth import Truth, labels
 from tracker import Camera, Frame, Tracker, Tracks
 from tracker.errors import BadConfig
 
@@ -86,8 +87,9 @@ class Scored(gym.Wrapper[Observation, Any, Observation, Any], RecordConstructorA
     """Adds to the info the scores of the tracks of a wrapped `TrackObservation`.
 
     `scores`: CLR_TP, CLR_FP, CLR_FN, IDSW and MOTA of the episode so far, counted frame by
-    frame. `final_scores`: at the end of an episode all of `mot_sim.metrics` (HOTA, CLEAR,
-    Identity) as a `ScoreNoise`; None before.
+    frame by the labels of each frame. `final_scores`: at the end of an episode all of
+    `mot_sim.metrics` (HOTA, CLEAR, Identity) as a `ScoreNoise`, by the labels of the whole run
+    (those keep cars that hide for a moment); None before.
     """
 
     def __init__(self, env: gym.Env[Observation, Any]) -> None:
@@ -96,14 +98,15 @@ class Scored(gym.Wrapper[Observation, Any, Observation, Any], RecordConstructorA
         if not env.has_wrapper_attr(TRACKS_KEY):
             raise BadConfig("there are no tracks to score: wrap in TrackObservation before")
         self.clear = RunningClear()
-        self.rows: list[tuple[Tracks, Tracks]] = []
+        self.exact: list[Truth] = []
+        self.rows: list[Tracks] = []
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """The first frame of a new episode, counted from nothing."""
         observation, info = self.env.reset(seed=seed, options=options)
-        self.clear, self.rows = RunningClear(), []
+        self.clear, self.exact, self.rows = RunningClear(), [], []
         return observation, self._score(info, False)
 
     def step(self, action: Any) -> Step:
@@ -115,13 +118,14 @@ class Scored(gym.Wrapper[Observation, Any, Observation, Any], RecordConstructorA
     def _score(self, info: dict[str, Any], is_last: bool) -> dict[str, Any]:
         truth: FrameTruth = info["truth"]
         tracks: Tracks = self.env.get_wrapper_attr(TRACKS_KEY)
-        self.rows.append((truth.labels, tracks))
+        self.exact.append(truth.exact)
+        self.rows.append(tracks)
         self.clear.add(truth.labels, tracks, len(self.rows) - 1)
         scores = {**vars(self.clear.total), "MOTA": self.clear.total.MOTA}
         final = None
         if is_last:
-            labels, output = (Tracks.concatenate(part) for part in zip(*self.rows, strict=True))
-            final = evaluate_sequence(labels, output, len(self.rows))
+            labelled = labels(Truth.concatenate(self.exact))
+            final = evaluate_sequence(labelled, Tracks.concatenate(self.rows), len(self.rows))
         return {**info, "scores": scores, "final_scores": final}
 
 

@@ -8,11 +8,11 @@ from mot_sim.simulation.truth.cuboid_boxes import (
     truncation_of,
 )
 from mot_sim.simulation.truth.events import EVENTS, Events, find_events
+from mot_sim.simulation.truth.labels import labels
 from mot_sim.simulation.truth.table import (
     KeypointVisibility,
     Occlusions,
     Truth,
-    labels,
     occlusion_level,
 )
 

@@ -130,5 +130,6 @@ def test_a_scene_is_measured_when_it_is_asked_for(mot_sim: CommandLine, place: P
     figures = json.loads(measured.out)["mine:my_scene"]
     assert figures["cars"] > 0.5
     assert figures["yaw_rate"] == 0.0
+    assert figures["labels"]["pixels_1"] >= 200
     require_one_line(mot_sim("scenes", "--seeds", "3"), "--seeds 3 is for --measure")
     require_one_line(mot_sim("scenes", "--measure", "--seeds", "0"), "--seeds 0: give 1 or more")

@@ -5,7 +5,7 @@ import pytest
 
 from mot_sim.simulation.cars import Models
 from mot_sim.simulation.scene import Rollout, Scene
-from mot_sim.simulation.scene_figures import figures_of, figures_of_rollout
+from mot_sim.simulation.scene_figures import LabelFigures, figures_of, figures_of_rollout
 from mot_sim.simulation.traffic import Route, Script, Scripted
 
 FRAMES = 10
@@ -53,3 +53,15 @@ def test_figures_are_means_over_seeds_and_progress_is_told_by_frame() -> None:
     figures = figures_of(scene_of(parked(15.0, 0.0)), (0, 1), lambda: told.append(1))
     assert figures.cars == 1.0
     assert len(told) == 2 * FRAMES
+
+
+def test_figures_of_labels_are_of_those_that_are_scored() -> None:
+    levels = np.array([0, 2, 2, 3, 0])
+    truncated = np.array([False, False, False, False, True])
+    heights, pixels = np.array([40.0, 20.0, 40.0, 9.0, 9.0]), np.array([900, 300, 600, 0, 5])
+    found = LabelFigures.of(levels, truncated, heights, pixels)
+    assert (found.level_2, found.level_3) == (0.4, 0.2)
+    assert found.low == found.low_and_hidden == pytest.approx(1 / 3)
+    assert (found.pixels_1, found.pixels_50) == (306.0, 600.0)
+    none = LabelFigures.of(*(each[:0] for each in (levels, truncated, heights, pixels)))
+    assert (none.low, np.isnan(none.pixels_50)) == (0.0, True)

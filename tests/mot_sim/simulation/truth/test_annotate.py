@@ -104,7 +104,8 @@ def test_scenery_hides_cars_and_has_no_row() -> None:
 
 
 @pytest.mark.parametrize(
-    ("visible", "level"), [(1.0, 0), (0.8, 0), (0.79, 1), (0.5, 1), (0.49, 2), (0.2, 2), (0.1, 3)]
+    ("visible", "level"),
+    [(1.0, 0), (0.99, 0), (0.98, 1), (0.6, 1), (0.59, 2), (0.02, 2), (0.01, 3)],
 )
 def test_visible_fractions_have_kittis_levels(visible, level) -> None:
     assert occlusion_level(np.array([visible])).tolist() == [level]
