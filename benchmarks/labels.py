@@ -110,7 +110,7 @@ def least_area(cars: Measured) -> float:
 
 
 def hidden_times(cars: Measured) -> np.ndarray:
-    """Frames of each time that a labelled car shows too few pixels, between two when it does not."""
+    """Frames of each time that a car shows too few pixels, between two when it shows enough."""
     order = np.lexsort((cars.frames, cars.tracks))
     order = order[cars.pixels[order] >= MIN_VISIBLE_PIXELS]
     apart = np.diff(cars.frames[order])[np.diff(cars.tracks[order]) == 0] - 1

@@ -182,7 +182,9 @@ def label_table(
 
 def without_nan(numbers: dict[str, Any]) -> dict[str, Any]:
     """The same numbers, None for NaN, as JSON and tables take them."""
+    from math import isnan
+
     return {
-        name: without_nan(one) if isinstance(one, dict) else None if one != one else one
+        name: without_nan(one) if isinstance(one, dict) else None if isnan(one) else one
         for name, one in numbers.items()
     }
