@@ -37,6 +37,6 @@ figure.savefig("noise_sweep.png", dpi=150)
 print("written: noise_sweep.png")
 
 # Printed:
-# default: 91.3 ±17.0, 82.7 ±12.5, 55.3 ±3.7
-# paper: 87.5 ±15.4, 79.2 ±11.0, 54.1 ±4.4
+# default: 84.9 ±12.2, 76.5 ±9.6, 51.9 ±1.3
+# paper: 81.6 ±15.0, 73.5 ±11.3, 50.9 ±3.5
 # written: noise_sweep.png
