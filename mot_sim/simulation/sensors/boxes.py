@@ -4,13 +4,15 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
+from mot_sim.metrics.matching import same_frame_pairs
 from mot_sim.simulation.sensors.checks import require_finite, require_rates, require_sigmas
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlated_normal_columns
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.errors import BadConfig
+from tracker.geometry import box_iou
 from tracker.types import Camera
 
 MAX_ERROR_SPREADS = 8.0  # typical errors, so that no box turns inside out
@@ -177,3 +179,20 @@ class Border:
 def has_area(boxes: Float[Array, "n 4"]) -> Bool[Array, " n"]:
     """Boxes with an inside; others (wholly outside the image) no detector reports."""
     return np.asarray((boxes[:, 2:] > boxes[:, :2]).all(axis=1))
+
+
+def overlapping_pairs(
+    frames: Int[Array, " n"], boxes: Float[Array, "n 4"], min_iou: float
+) -> tuple[Int[Array, " p"], Int[Array, " p"], Float[Array, " p"]]:
+    """Each pair of rows of a frame with at least this IoU, once, and the IoU; frames ascend."""
+    first, second = same_frame_pairs(frames, frames)
+    once = first < second
+    first, second = first[once], second[once]
+    iou = box_iou(boxes[first], boxes[second])
+    near = iou >= min_iou
+    return first[near], second[near], iou[near]
+
+
+def pair_ids(one: Int[Array, " p"], other: Int[Array, " p"]) -> Int[Array, " p"]:
+    """One number for two objects, whichever comes first."""
+    return np.minimum(one, other) * 1_000_003 + np.maximum(one, other)

@@ -93,7 +93,7 @@ class Detector:
     too."""
     misses: float = 1.0
     """Factor on the rates at which cars go unseen, >= 0; more: more gaps; 0 turns off `confusion`
-    too."""
+    and `suppression` too."""
     score_noise: float = 1.0
     """Factor on how far scores are below 1, >= 0; more: lower, more varied scores."""
     clutter: float = 1.0
@@ -147,6 +147,7 @@ class Detector:
             frames = np.arange(int(sightings.frames.max(initial=-1)) + 1)
         prefetch_draws(seed, sightings.ids, sightings.frames, self._noise_request, step)
         responses = self._responses(sightings, seed, step)
+        responses = self._suppressed(responses, seed, camera, step)
         reported = responses if responses.reported.all() else responses.select(responses.reported)
         merged = self._merged(reported, seed, step)
         parts = self._with_splits(merged, seed, step)
@@ -188,6 +189,22 @@ class Detector:
             scores = effects.scores(sightings, ease, seed, step, self.score_noise)
         provenance = Provenance.of("object", sightings.ids)
         return Responses(sightings, boxes, scores, taken_for_cars & ~missed, provenance)
+
+    def _suppressed(
+        self, responses: Responses, seed: int, camera: Camera, step: float
+    ) -> Responses:
+        """The responses without those that lose against a stronger one close by."""
+        rows = np.flatnonzero(responses.reported)
+        if self.effects.suppression is None or self.misses <= 0.0 or not len(rows):
+            return responses
+        sightings, scores = responses.sightings, responses.scores.copy()
+        lost, scores[rows] = self.effects.suppression(
+            sightings.frames[rows], sightings.ids[rows], camera.clip_boxes(responses.boxes[rows]),
+            scores[rows], seed, step, self.misses, self.score_noise,
+        )  # fmt: skip
+        reported = responses.reported.copy()
+        reported[rows[lost]] = False
+        return responses.replaced(scores=scores, reported=reported)
 
     def _merged(self, responses: Responses, seed: int, step: float) -> Responses:
         """The responses, of which some take in another one that hides behind them."""

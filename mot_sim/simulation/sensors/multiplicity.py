@@ -7,15 +7,13 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 from scipy.special import expit
 
-from mot_sim.metrics.matching import same_frame_pairs
 from mot_sim.simulation import random_numbers
-from mot_sim.simulation.sensors.boxes import move_boxes
+from mot_sim.simulation.sensors.boxes import move_boxes, overlapping_pairs, pair_ids
 from mot_sim.simulation.sensors.checks import require_rates, require_sigmas, require_table
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, bursts, correlated_normals
 from mot_sim.simulation.sensors.misses import VISIBLE_KNOTS
 from mot_sim.simulation.sensors.quantiles import Quantiles
 from mot_sim.simulation.sensors.sightings import Sightings
-from tracker.geometry import box_iou
 
 NO_CHANGE = Quantiles((0.0, 0.0))
 
@@ -134,15 +132,11 @@ class Merges:
         if self.rate == 0.0 or not len(sightings):
             return none, none, np.zeros((0, 4))
         frames = sightings.frames
-        first, second = same_frame_pairs(frames, frames)
-        pairs = first < second
-        first, second = first[pairs], second[pairs]
-        iou = box_iou(boxes[first], boxes[second])
-        near = np.flatnonzero(iou >= self.min_iou)
-        near = near[np.argsort(-iou[near], kind="stable")]
-        first, second = first[near], second[near]
-        keys = sightings.ids[first] * 1_000_003 + sightings.ids[second]  # one number a pair
-        rates = np.full(len(near), self.rate)
+        first, second, iou = overlapping_pairs(frames, boxes, self.min_iou)
+        order = np.argsort(-iou, kind="stable")
+        first, second = first[order], second[order]
+        keys = pair_ids(sightings.ids[first], sightings.ids[second])
+        rates = np.full(len(order), self.rate)
         joined = np.flatnonzero(
             bursts(rates, seed, "merge", keys, frames[first], self.autocorrelation, step)
         )

@@ -1,5 +1,6 @@
 """A profile: the effects of one detector with their numbers, in a versioned TOML file; weather."""
 
+import logging
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from math import isfinite
@@ -16,9 +17,11 @@ from mot_sim.simulation.sensors.lives import Lives
 from mot_sim.simulation.sensors.misses import Confusion, Misses
 from mot_sim.simulation.sensors.multiplicity import Duplicates, Merges, Splits
 from mot_sim.simulation.sensors.scores import ScoreNoise
+from mot_sim.simulation.sensors.suppression import Suppression
 from tracker.errors import BadConfig, BadFile, UnknownName
 
-VERSION = 1  # of the files; a newer one may mean what this code does not know
+VERSION = 2  # of the files; a newer one may mean what this code does not know
+EXACT = ("log_odds",)  # written with all digits: detectors tie many boxes at a few scores
 FOLDER = Path(__file__).parent / "profiles"
 PROFILES = ("cues", "perfect", "permatrack", "pointrcnn", "rrc", "subcnn")
 
@@ -31,6 +34,7 @@ FORMER_PARAMETERS = {
     "cut_by_height": "truncation_by_height",
 }
 PROFILE_NAMES = NameRegister("profile", {})
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,8 @@ class Profile:
     """What happens to boxes at the image's border; None: they are clipped."""
     scores: ScoreNoise | None = None
     """Confidence of boxes; None: all are 1."""
+    suppression: Suppression | None = None
+    """Which of two objects' boxes are lost or weakened; None: none."""
     duplicates: Duplicates | None = None
     """Second boxes about one car."""
     merges: Merges | None = None
@@ -114,6 +120,11 @@ def read_profile(path: Path) -> Profile:
         if key not in TABLES:
             raise UnknownName.of(f"effect in {path.name}:", key, TABLES)
         given[key] = dataclass_from_table(TABLES[key], table, f"{path}: [{key}]")
+    if version < VERSION and "misses" in given and "suppression" not in given:
+        log.warning(
+            "%s: a profile of version %d, without [suppression]: cars close behind others are "
+            "found too often; fit it again with `mot-sim calibrate`", path, version,
+        )  # fmt: skip
     return Profile(**given)
 
 
@@ -181,7 +192,9 @@ def _table_lines(name: str, effect: Any) -> list[str]:
         if is_dataclass(value):
             inner += _table_lines(f"{name}.{each.name}", value)
         elif isinstance(value, tuple):
-            lines.append(f"{each.name} = [{', '.join(f'{number:.8g}' for number in value)}]")
+            digits = 17 if each.name in EXACT else 8
+            numbers = ", ".join(f"{number:.{digits}g}" for number in value)
+            lines.append(f"{each.name} = [{numbers}]")
         else:
             lines.append(f"{each.name} = {value:.6g}")
     return lines + inner

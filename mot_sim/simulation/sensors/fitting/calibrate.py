@@ -10,7 +10,7 @@ from mot_sim.simulation.sensors.boxes import Border
 from mot_sim.simulation.sensors.detector import Detector
 from mot_sim.simulation.sensors.fitting.fit_boxes import fit_jitter, fit_scores
 from mot_sim.simulation.sensors.fitting.fit_false import (
-    MIN_DUPLICATE_IOU,
+    false_counts,
     fit_clutter,
     fit_duplicates,
 )
@@ -21,6 +21,11 @@ from mot_sim.simulation.sensors.fitting.fit_lives import (
     seen_lives,
 )
 from mot_sim.simulation.sensors.fitting.fit_misses import fit_confusion, fit_misses
+from mot_sim.simulation.sensors.fitting.fit_suppression import (
+    correct_suppression,
+    crowded,
+    fit_suppression,
+)
 from mot_sim.simulation.sensors.fitting.measure import (
     DetectorMeasurements,
     LabelledDetections,
@@ -32,8 +37,10 @@ from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.errors import BadConfig, BadDetections
 
 MIN_MATCHES = 500  # below, the tables by size and occlusion are guesses
-SIMULATION_ROUNDS = 2  # of correcting pooled figures by simulation
-SEEDS_PER_ROUND = 8
+SIMULATION_ROUNDS = 3  # of correcting pooled figures by simulation
+SEEDS_PER_ROUND = 6
+DENSE_CLUTTER, DENSE_SEEDS = 2.0, 2  # false alarms a frame, to see how many of them count
+MAX_CLUTTER = 8.0  # false alarms a frame
 KITTI_STEP_SECONDS = 0.1  # seconds between KITTI's frames
 
 Progress = Callable[[str], None]
@@ -61,9 +68,10 @@ def fit_profile(
             "together"
         )
     tell("misses and box errors")
-    misses, jitter = fit_misses(measured.found, step), fit_jitter(measured.found, step)
+    alone = measured.found.select(~crowded(measured.found))  # what suppression takes counts once
+    misses, jitter = fit_misses(alone, step), fit_jitter(measured.found, step)
     tell("scores")
-    scores = fit_scores(measured.found, misses, step)
+    scores = fit_scores(alone, misses, step)
     tell("false positives")
     own = of_lives(measured.false, drives, step)
     elsewhere = replace(measured, false=measured.false.select(~own))
@@ -128,41 +136,82 @@ def with_lives(profile: Profile, drives: Sequence[LabelledDetections], step: flo
 def correct_by_simulation(
     profile: Profile, drives: Sequence[LabelledDetections], real: DetectorMeasurements, step: float
 ) -> Profile:
-    """Shift rates of false boxes and times of misses by what a simulation has too many or few of.
+    """Shift what is suppressed, rates of misses and false boxes, and times of misses by what a
+    simulation has too many or few of.
 
     False alarms may lie where they do not count, and gaps end where a car's rate changes: the
     effects' own figures do not show that.
     """
-    made = [measure(simulate(profile, drives, 7 + k, step)) for k in range(SEEDS_PER_ROUND)]
-    near, far = (
-        (real.false.iou >= MIN_DUPLICATE_IOU).sum(),
-        (real.false.iou < MIN_DUPLICATE_IOU).sum(),
-    )
-    made_near, made_far = _false(made)
+    if profile.suppression is None:
+        without = measured_of(replace(profile, clutter=None), drives, step)
+        profile = replace(profile, suppression=fit_suppression(real, without, step))
+    quiet = measured_of(replace(profile, clutter=None), drives, step)
+    bare = quiet
+    if profile.duplicates is not None:
+        bare = measured_of(replace(profile, clutter=None, duplicates=None), drives, step)
     misses = profile.misses
     assert misses is not None
-    gaps = float(np.mean([len(gap_lengths(each.found)) for each in made]))
+    gaps = float(np.mean([len(gap_lengths(each.found)) for each in quiet]))
     factor = _factor(gaps, float(len(gap_lengths(real.found))))
+    recall = float(np.mean([each.recall for each in quiet]))
     misses = replace(
         misses,
+        base=misses.base + _odds(real.recall) - _odds(recall),
         autocorrelation=misses.autocorrelation.slower(factor),
         flutter_autocorrelation=misses.flutter_autocorrelation.slower(factor),
     )
-    duplicates, clutter = profile.duplicates, profile.clutter
+    suppression = profile.suppression
+    if suppression is not None:
+        suppression = correct_suppression(suppression, real, quiet)
+    profile = replace(profile, misses=misses, suppression=suppression)
+    return _correct_false(profile, drives, real, quiet, bare, step)
+
+
+def _correct_false(
+    profile: Profile,
+    drives: Sequence[LabelledDetections],
+    real: DetectorMeasurements,
+    quiet: Sequence[DetectorMeasurements],
+    bare: Sequence[DetectorMeasurements],
+    step: float,
+) -> Profile:
+    """The rates of second boxes and of false alarms.
+
+    quiet: simulations without false alarms; bare: without second boxes too.
+    """
+    near, far = false_counts([real])
+    quiet_near, quiet_far = false_counts(quiet)
+    bare_near, bare_far = false_counts(bare)
+    clutter_near = clutter_far = 0.0
+    if profile.clutter is not None:
+        alone = Profile(clutter=replace(profile.clutter, rate=DENSE_CLUTTER))
+        counted = false_counts(measured_of(alone, drives, step, DENSE_SEEDS))
+        clutter_near, clutter_far = (each / DENSE_CLUTTER for each in counted)  # per rate of 1
+    rate = 0.0 if profile.clutter is None else profile.clutter.rate
+    duplicates, factor = profile.duplicates, 1.0
     if duplicates is not None:
-        single = replace(profile, duplicates=None)
-        by_chance, _ = _false(
-            [measure(simulate(single, drives, 7 + k, step)) for k in range(SEEDS_PER_ROUND)]
-        )
-        factor = _factor(near - by_chance, made_near - by_chance)
+        factor = _factor(near - bare_near - rate * clutter_near, quiet_near - bare_near)
         duplicates = replace(
             duplicates,
-            seen=tuple(min(factor * rate, 1.0) for rate in duplicates.seen),
-            missed=tuple(min(factor * rate, 1.0) for rate in duplicates.missed),
+            seen=tuple(min(factor * each, 1.0) for each in duplicates.seen),
+            missed=tuple(min(factor * each, 1.0) for each in duplicates.missed),
         )
+    clutter = profile.clutter
     if clutter is not None:
-        clutter = replace(clutter, rate=min(clutter.rate * _factor(far, made_far), 8.0))
-    return replace(profile, misses=misses, duplicates=duplicates, clutter=clutter)
+        others = bare_far + factor * (quiet_far - bare_far)
+        rate = max(far - others, 0.0) / max(clutter_far, 1e-9)
+        clutter = replace(clutter, rate=min(rate, MAX_CLUTTER))
+    return replace(profile, duplicates=duplicates, clutter=clutter)
+
+
+def measured_of(
+    profile: Profile,
+    drives: Sequence[LabelledDetections],
+    step: float,
+    seeds: int = SEEDS_PER_ROUND,
+) -> list[DetectorMeasurements]:
+    """What is measured of the profile on the drives, a simulation each."""
+    return [measure(simulate(profile, drives, 7 + k, step)) for k in range(seeds)]
 
 
 def allow_for_jitter(
@@ -191,14 +240,6 @@ def _recall(drives: Sequence[LabelledDetections]) -> float:
 def _odds(rate: float) -> float:
     rate = min(max(rate, 1e-4), 1.0 - 1e-4)
     return log(rate / (1.0 - rate))
-
-
-def _false(made: Sequence[DetectorMeasurements]) -> tuple[float, float]:
-    """How many false boxes a simulation has about cars, and elsewhere."""
-    every = np.concatenate([each.false.iou for each in made])
-    return float((every >= MIN_DUPLICATE_IOU).sum()) / len(made), float(
-        (every < MIN_DUPLICATE_IOU).sum()
-    ) / len(made)
 
 
 def _factor(wanted: float, made: float) -> float:

@@ -26,6 +26,7 @@ PROBABILITIES = np.linspace(0.02, 0.98, 49)
 KNOT_PROBABILITIES = np.concatenate(
     ([0.002, 0.01, 0.03], np.linspace(0.06, 0.94, 23), [0.97, 0.99, 0.998])
 )
+MIN_TIED_SHARE = 0.003  # of all scores that are equal, from which a value is kept as it is
 MAX_COUPLING = 0.7  # beyond, scores would foretell every miss
 IMPUTATION_ROUNDS = 8  # of imputing tied scores
 LOW_SCORE_SHARE = 0.05  # whose flickering is matched: near trackers' thresholds
@@ -94,14 +95,32 @@ def fit_scores(found: Found, misses: Misses, step: float) -> ScoreNoise:
     half, partly, *by_height = beta.tolist()
     coupling, autocorrelation = fit_flicker(found, hits, mean, misses, step)
     latent = mean + _noise("fit/scores", len(mean), IMPUTATION_ROUNDS)
+    probabilities, log_odds = quantiles_with_ties(hits.log_odds)
     return ScoreNoise(
-        y_knots=tuple(np.quantile(latent, KNOT_PROBABILITIES).tolist()),
-        log_odds=tuple(np.quantile(hits.log_odds, KNOT_PROBABILITIES).tolist()),
+        y_knots=tuple(np.quantile(latent, probabilities).tolist()),
+        log_odds=tuple(log_odds.tolist()),
         by_visible=(half, half, partly, 0.0),
         by_height=tuple(by_height),
         coupling=coupling,
         autocorrelation=autocorrelation,
     )
+
+
+def quantiles_with_ties(
+    values: Float[Array, " n"],
+) -> tuple[Float[Array, " k"], Float[Array, " k"]]:
+    """Probabilities and quantiles at them: a straight line between, level where many are tied."""
+    single, counts = np.unique(values, return_counts=True)
+    rank = np.cumsum(counts)
+    below, above = (rank - counts) / len(values), rank / len(values)
+    many = counts >= MIN_TIED_SHARE * len(values)
+    single, below, above = single[many], below[many], above[many]
+    p = KNOT_PROBABILITIES[:, None]
+    free = KNOT_PROBABILITIES[~((below <= p) & (p <= above)).any(axis=1)]
+    probabilities = np.concatenate((free, below, above))
+    quantiles = np.concatenate((np.quantile(values, free), single, single))
+    order = np.lexsort((quantiles, probabilities))
+    return probabilities[order], quantiles[order]
 
 
 def ordered_probit(design: Float[Array, "n k"], values: Float[Array, " n"]) -> Float[Array, " k"]:

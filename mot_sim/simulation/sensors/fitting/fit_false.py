@@ -1,5 +1,7 @@
 """Fits false positives: second boxes about cars, and false alarms."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Bool
 from numpy import ndarray as Array
@@ -20,6 +22,13 @@ MAX_DUPLICATE_RATE = 0.5  # no rate of second boxes is higher
 MIN_SAMPLE = 8  # boxes from which a distribution is taken; fewer give the plain default
 LIFETIME_LAGS = (1, 2, 3, 5, 8)
 MAX_LIFETIME_SECONDS = 1.2  # seconds on average: what is seen for longer moves through the image
+
+
+def false_counts(measured: Sequence[DetectorMeasurements]) -> tuple[float, float]:
+    """How many false boxes there are about cars, and elsewhere; the mean of some simulations."""
+    iou = np.concatenate([each.false.iou for each in measured])
+    near = float((iou >= MIN_DUPLICATE_IOU).sum())
+    return near / len(measured), (len(iou) - near) / len(measured)
 
 
 def fit_duplicates(measured: DetectorMeasurements, step: float) -> Duplicates | None:

@@ -8,6 +8,10 @@ from jaxtyping import Float, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.plotting.canvas import draw_line, draw_text
+from mot_sim.simulation.sensors.fitting.fit_suppression import (
+    overlapping_boxes,
+    recall_behind,
+)
 from mot_sim.simulation.sensors.fitting.measure import DetectorMeasurements
 from mot_sim.simulation.sensors.fitting.statistics import (
     DEPTH_BINS,
@@ -22,6 +26,9 @@ from mot_sim.simulation.sensors.fitting.statistics import (
 REPORTED_LAGS = (1, 2, 5, 10)
 REPORTED_GAPS = (1, 2, 3, 5, 10)
 REPORTED_SCORES = (0.1, 0.25, 0.5, 0.75)
+PAIR_BINS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 1.0)  # of the IoU of two labels
+MIN_PAIR_IOU = 0.5
+SURE_SCORE = 0.9
 EDGE_NAMES = ("left", "upper", "right", "lower")
 PANEL_PIXELS = (420, 300)  # width, height in pixels
 MARGIN_PIXELS = 44
@@ -65,13 +72,32 @@ def fit_lines(real: DetectorMeasurements, made: DetectorMeasurements) -> list[Fi
             for low, high, a, b in zip(edges[:-1], edges[1:], *pairs, strict=True)
             if not np.isnan(a)
         ]
-    return lines + _gap_lines(real, made) + _box_lines(real, made) + _life_lines(real, made)
+    lines += _pair_lines(real, made) + _gap_lines(real, made)
+    return lines + _box_lines(real, made) + _life_lines(real, made)
 
 
 def _recalls(measured: DetectorMeasurements, value: str, edges: tuple[float, ...]) -> list[float]:
     found = measured.found.select(measured.found.counted)
     values = getattr(found.sightings, value)
     return [rate for _, rate in rates_in_bins(values, found.hit, edges)]
+
+
+def _pair_lines(real: DetectorMeasurements, made: DetectorMeasurements) -> list[FitComparison]:
+    """What the detector's own suppression leaves of cars close behind others."""
+    both = real, made
+    pairs = [overlapping_boxes(m.found) for m in both]
+    near = [each.select(each.iou > MIN_PAIR_IOU) for each in pairs]
+    per = [1000.0 * len(n) / max(m.detection_count, 1) for n, m in zip(near, both, strict=True)]
+    sure = [float((n.weaker > SURE_SCORE).mean()) if len(n) else float("nan") for n in near]
+    lines = [
+        FitComparison(f"pairs of cars with IoU > {MIN_PAIR_IOU:g} in 1000 detections", *per),
+        FitComparison(f"of these both scores above {SURE_SCORE:g}", *sure),
+    ]
+    behind = [recall_behind(m.found, PAIR_BINS) for m in both]
+    for low, high, (count, a), (_, b) in zip(PAIR_BINS, PAIR_BINS[1:], *behind, strict=False):
+        if count:
+            lines.append(FitComparison(f"recall, {low:g}-{high:g} IoU with a nearer one", a, b))
+    return lines
 
 
 def _gap_lines(real: DetectorMeasurements, made: DetectorMeasurements) -> list[FitComparison]:
@@ -126,6 +152,9 @@ def curves(
     ):
         middle = 0.5 * (np.array(edges[1:]) + np.array(edges[:-1]))
         found[title] = middle, np.array([_recalls(each, value, edges) for each in both])
+    middle = 0.5 * (np.array(PAIR_BINS[1:]) + np.array(PAIR_BINS[:-1]))
+    behind = [[rate for _, rate in recall_behind(m.found, PAIR_BINS)] for m in both]
+    found["recall by IoU with a nearer one"] = middle, np.array(behind)
     gaps = np.arange(1, 16)
     found["gap lengths, cumulative"] = gaps, _shares([gap_lengths(m.found) for m in both], gaps)
     hits = [m.found.select(m.found.hit) for m in both]

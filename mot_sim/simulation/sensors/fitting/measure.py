@@ -96,6 +96,8 @@ class DetectorMeasurements:
     """The false positives."""
     frame_count: int
     """Frames of all drives."""
+    detection_count: int
+    """Detections of all drives."""
 
     @property
     def recall(self) -> float:
@@ -118,7 +120,7 @@ def measure(drives: Iterable[LabelledDetections]) -> DetectorMeasurements:
     """The detections of all drives against their labels, by TrackEval's rules for cars."""
     found: list[Found] = []
     false: list[FalseBoxes] = []
-    frames, rows = 0, 0
+    frames, rows, detections = 0, 0, 0
     for number, drive in enumerate(drives):
         mine, wrong = _measure_drive(drive, number)
         nearest = np.where(wrong.nearest >= 0, wrong.nearest + rows, -1)
@@ -127,7 +129,10 @@ def measure(drives: Iterable[LabelledDetections]) -> DetectorMeasurements:
         found.append(mine)
         false.append(FalseBoxes(*columns))
         frames, rows = frames + drive.frame_count, rows + len(mine)
-    return DetectorMeasurements(Found.concatenate(found), FalseBoxes.concatenate(false), frames)
+        detections += len(drive.log.frames)
+    return DetectorMeasurements(
+        Found.concatenate(found), FalseBoxes.concatenate(false), frames, detections
+    )
 
 
 def _measure_drive(drive: LabelledDetections, number: int) -> tuple[Found, FalseBoxes]:

@@ -7,10 +7,12 @@ import pytest
 from mot_sim.simulation.sensors.profile import (
     EFFECTS,
     PROFILES,
+    Profile,
     find_profile,
     profile_lines,
     read_profile,
 )
+from mot_sim.simulation.sensors.scores import ScoreNoise
 from tracker.errors import BadConfig, BadFile, UnknownName
 
 
@@ -32,7 +34,7 @@ def test_perfect_has_no_effect() -> None:
 @pytest.mark.parametrize(
     ("text", "error", "told"),
     [
-        ("version = 2", BadFile, "version 2; this mot-sim reads up to 1"),
+        ("version = 3", BadFile, "version 3; this mot-sim reads up to 2"),
         ("name = 'x'", BadFile, "version None"),
         ("version = 1\n[mises]\nbase = 1", UnknownName, "Did you mean 'misses'"),
         ("version = 1\n[misses]\nbasis = 1", UnknownName, "Did you mean 'base'"),
@@ -56,6 +58,25 @@ def test_what_is_wrong_in_a_file_is_told(text, error, told, tmp_path: Path) -> N
     path.write_text(text)
     with pytest.raises(error, match=told):
         read_profile(path)
+
+
+def test_an_older_profile_is_read_and_what_it_lacks_is_said(tmp_path: Path, caplog) -> None:
+    path = tmp_path / "old.toml"
+    path.write_text("version = 1\n[misses]\nbase = 3")
+    assert read_profile(path).misses.base == 3.0
+    assert [each.getMessage() for each in caplog.records] == [
+        f"{path}: a profile of version 1, without [suppression]: cars close behind others are "
+        "found too often; fit it again with `mot-sim calibrate`"
+    ]
+    path.write_text("version = 2\n[misses]\nbase = 3")
+    assert read_profile(path).misses.base == 3.0
+    assert len(caplog.records) == 1
+
+
+def test_scores_keep_all_digits(tmp_path: Path) -> None:
+    path, tied = tmp_path / "tied.toml", 5.8208955223880705
+    path.write_text("\n".join(profile_lines(Profile(scores=ScoreNoise((0.0, 1.0), (0.1, tied))))))
+    assert read_profile(path).scores.log_odds[1] == tied
 
 
 def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
