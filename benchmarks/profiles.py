@@ -39,7 +39,9 @@ def as_subcnn(rrc: Profile, drives: Sequence[LabelledDetections], seeds: int) ->
     for _ in range(ROUNDS):
         made = pooled(profile, drives, seeds)
         misses, second, clutter = profile.misses, profile.duplicates, profile.clutter
-        assert misses is not None and second is not None and clutter is not None
+        assert misses is not None
+        assert second is not None
+        assert clutter is not None
         shift = float(logit(SUBCNN_RECALL) - logit(made.recall))
         factor = SUBCNN_FALSE / made.false_per_frame
         profile = replace(

@@ -17,7 +17,7 @@ from mot_sim.simulation.sensors.lives import Lives
 from mot_sim.simulation.sensors.misses import Confusion, Misses
 from mot_sim.simulation.sensors.multiplicity import Duplicates, Merges, Splits
 from mot_sim.simulation.sensors.scores import ScoreNoise
-from mot_sim.simulation.sensors.suppression import Suppression
+from mot_sim.simulation.sensors.suppression import OverlapSuppression
 from tracker.errors import BadConfig, BadFile, UnknownName
 
 VERSION = 2  # of the files; a newer one may mean what this code does not know
@@ -57,7 +57,7 @@ class Profile:
     """What happens to boxes at the image's border; None: they are clipped."""
     scores: ScoreNoise | None = None
     """Confidence of boxes; None: all are 1."""
-    suppression: Suppression | None = None
+    suppression: OverlapSuppression | None = None
     """Which of two objects' boxes are lost or weakened; None: none."""
     duplicates: Duplicates | None = None
     """Second boxes about one car."""

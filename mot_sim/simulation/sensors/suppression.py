@@ -25,7 +25,7 @@ NO_LIMIT = Quantiles((30.0, 30.0))
 
 
 @dataclass(frozen=True)
-class Suppression:
+class OverlapSuppression:
     """Of two objects' boxes the weaker is dropped, or its score is limited.
 
     The weaker is the one of the lower score; of equal scores the one whose lower edge is higher in

@@ -19,7 +19,12 @@ from mot_sim.simulation.sensors.fitting.measure import (
 from mot_sim.simulation.sensors.fitting.statistics import FRAME_STRIDE, rates_in_bins
 from mot_sim.simulation.sensors.fitting.tetrachoric import RatedEvents
 from mot_sim.simulation.sensors.quantiles import Quantiles
-from mot_sim.simulation.sensors.suppression import IOU_BINS, NO_LIMIT, SCORE_BINS, Suppression
+from mot_sim.simulation.sensors.suppression import (
+    IOU_BINS,
+    NO_LIMIT,
+    SCORE_BINS,
+    OverlapSuppression,
+)
 from tracker.types import Rows
 
 MIN_PAIRS = 20  # that would be there without suppression, to tell of it at all
@@ -82,7 +87,7 @@ def crowded(found: Found, min_iou: float = IOU_BINS[0]) -> Bool[Array, " n"]:
 
 def fit_suppression(
     real: DetectorMeasurements, without: Sequence[DetectorMeasurements], step: float
-) -> Suppression | None:
+) -> OverlapSuppression | None:
     """The suppression that leaves as many pairs as the real detector did; None: too few to tell.
 
     without: simulations of the same drives by the profile without suppression.
@@ -99,7 +104,7 @@ def fit_suppression(
     dropped[weakened > 0.0] = by_iou[weakened > 0.0, None]  # who was of which score, is unknown
     limits = there.weaker[np.isin(np.digitize(there.iou, IOU_BINS) - 1, np.flatnonzero(weakened))]
     limits = limits[limits < SCORE_BINS[-1]]
-    return Suppression(
+    return OverlapSuppression(
         dropped=tuple(np.round(dropped, 4).ravel().tolist()),
         weakened=tuple(np.round(weakened, 4).tolist()) if len(limits) else (0.0,) * len(IOU_BINS),
         log_odds=Quantiles.of(logit(limits.clip(1e-6, 1.0 - 1e-6))) if len(limits) else NO_LIMIT,
@@ -108,8 +113,10 @@ def fit_suppression(
 
 
 def correct_suppression(
-    suppression: Suppression, real: DetectorMeasurements, made: Sequence[DetectorMeasurements]
-) -> Suppression:
+    suppression: OverlapSuppression,
+    real: DetectorMeasurements,
+    made: Sequence[DetectorMeasurements],
+) -> OverlapSuppression:
     """The same with what is left scaled so that as many pairs of each IoU are left as there were.
 
     made: simulations with it.

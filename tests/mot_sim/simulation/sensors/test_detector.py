@@ -15,6 +15,7 @@ from tracker.errors import BadConfig, UnknownName
 from tracker.types import Tracks
 
 LOUD = find_profile("pointrcnn")
+ALONE = replace(LOUD, suppression=None)  # a car's detections depend on no other car
 
 
 def rows(sensed: Sensed, source: str = "object") -> dict[tuple[int, int], tuple[float, ...]]:
@@ -57,7 +58,7 @@ def test_one_more_car_changes_no_other_detection() -> None:
     alone = crowd(20, 50)
     everyone = Sightings.concatenate([alone, sightings_of([999] * 50, np.arange(50))])
     everyone = everyone.select(np.argsort(everyone.frames, kind="stable"))
-    detector = Detector(replace(LOUD, merges=None))
+    detector = Detector(replace(ALONE, merges=None))
     few, many = (detector.sense(each, 9, CAMERA, STEP) for each in (alone, everyone))
     for source in ("object", "duplicate"):
         found = {key: row for key, row in rows(many, source).items() if key[1] != 999}
@@ -77,7 +78,7 @@ def test_switching_one_effect_off_leaves_all_others_as_they_are(name) -> None:
     sightings = crowd(20, 50)
     full, less = (
         Detector(profile).sense(sightings, 3, CAMERA, STEP)
-        for profile in (LOUD, replace(LOUD, **{name: None}))
+        for profile in (ALONE, replace(ALONE, **{name: None}))
     )
     box, score = slice(0, 4), 4
     for source in ("object", "duplicate", "clutter"):

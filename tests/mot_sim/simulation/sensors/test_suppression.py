@@ -1,4 +1,4 @@
-"""Suppression: who is the weaker, what level 0 leaves, one frame at a time, how long it lasts."""
+"""OverlapSuppression: who is the weaker, what level 0 leaves, one frame at a time, how long it lasts."""
 
 from dataclasses import replace
 
@@ -7,11 +7,11 @@ import pytest
 
 from mot_sim.simulation.sensors import Autocorrelation, Detector, Profile
 from mot_sim.simulation.sensors.quantiles import Quantiles
-from mot_sim.simulation.sensors.suppression import IOU_BINS, SCORE_BINS, Suppression
+from mot_sim.simulation.sensors.suppression import IOU_BINS, SCORE_BINS, OverlapSuppression
 from tests.mot_sim.simulation.sensors.sights import CAMERA, STEP, sightings_of
 from tracker.errors import BadConfig
 
-ALL = Suppression((1.0,) * (len(IOU_BINS) * len(SCORE_BINS)))
+ALL = OverlapSuppression((1.0,) * (len(IOU_BINS) * len(SCORE_BINS)))
 HALF = replace(
     ALL,
     dropped=(0.5,) * len(ALL.dropped),
@@ -59,7 +59,7 @@ def test_level_0_and_distance_leave_all() -> None:
 
 
 def test_a_weaker_one_that_is_left_loses_score() -> None:
-    weak = Suppression(weakened=(1.0,) * len(IOU_BINS), log_odds=Quantiles((0.0, 0.0)))
+    weak = OverlapSuppression(weakened=(1.0,) * len(IOU_BINS), log_odds=Quantiles((0.0, 0.0)))
     frames, ids, scores = np.zeros(2, int), np.arange(2), np.array([0.9, 0.8])
     gone, made = weak(frames, ids, BOXES[:2], scores, 0, STEP)
     assert not gone.any()
@@ -84,6 +84,6 @@ def test_one_frame_at_a_time_gives_the_bits_of_the_whole_drive_and_lasts() -> No
 
 def test_rates_outside_are_refused() -> None:
     with pytest.raises(BadConfig, match="give 15, one for each"):
-        Suppression((0.5,))
+        OverlapSuppression((0.5,))
     with pytest.raises(BadConfig, match=r"rates lie in \[0, 1\]"):
-        Suppression(weakened=(1.5,) * len(IOU_BINS))
+        OverlapSuppression(weakened=(1.5,) * len(IOU_BINS))
