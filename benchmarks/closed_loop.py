@@ -146,7 +146,9 @@ def synthetic(drives: Sequence[Reenacted], profile: Profile, seed: int) -> list[
         drive = each.drive
         own, step, sightings = 1000 * seed + number, 1.0 / drive.frame_rate, each.sightings
         if profile.lives is not None:
-            sightings = profile.lives(sightings, own, drive.camera, drive.frame_count, step)
+            sightings = profile.lives(
+                sightings, own, drive.camera, drive.frame_count, step, each.truth
+            )
         sensed = detector.sense(sightings, own, drive.camera, step, np.arange(drive.frame_count))
         made.append(replace(drive, log=sensed.log))
     return made

@@ -8,7 +8,7 @@ part. Cyclist, which KITTI does not score, goes by the same rules.
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from mot_sim.metrics.matching import (
@@ -131,15 +131,26 @@ def ignored_if_unmatched(prepared: PreparedSequence, slack: float) -> Bool[Array
 
     They are too low, or lie in a DontCare region by more than the allowed part plus `slack`.
     """
-    boxes = prepared.overlaps.output.boxes
-    ignored = boxes[:, 3] - boxes[:, 1] <= MIN_HEIGHT_PIXELS
-    rows, regions = same_frame_pairs(prepared.overlaps.output.frames, prepared.dont_care.frames)
-    shared = box_intersection(boxes[rows], prepared.dont_care.boxes[regions])
+    output = prepared.overlaps.output
+    low = output.boxes[:, 3] - output.boxes[:, 1] <= MIN_HEIGHT_PIXELS
+    return low | in_dont_care(output.frames, output.boxes, prepared.dont_care, slack)
+
+
+def in_dont_care(
+    frames: Int[Array, " m"], boxes: Float[Array, "m 4"], regions: Tracks, slack: float
+) -> Bool[Array, " m"]:
+    """Boxes of which more than the allowed part plus `slack` lies in a region of their frame.
+
+    The regions are in the order of frames.
+    """
+    inside = np.zeros(len(boxes), bool)
+    rows, columns = same_frame_pairs(frames, regions.frames)
+    shared = box_intersection(boxes[rows], regions.boxes[columns])
     area = box_area(boxes[rows])
     covered = (area > EPSILON) & (shared > 0.0)
-    inside = shared[covered] / area[covered] > MAX_DONT_CARE_SHARE + slack
-    ignored[rows[covered][inside]] = True
-    return ignored
+    much = shared[covered] / area[covered] > MAX_DONT_CARE_SHARE + slack
+    inside[rows[covered][much]] = True
+    return inside
 
 
 def scored_rows(prepared: PreparedSequence) -> Overlaps:

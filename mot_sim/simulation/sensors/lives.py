@@ -13,11 +13,13 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
+from mot_sim.metrics.matching import EPSILON
+from mot_sim.metrics.preprocessing import in_dont_care
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.sensors.checks import require_rates, require_table
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.errors import BadConfig
-from tracker.types import Camera
+from tracker.types import Camera, Tracks
 
 LIFE_SECONDS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.3, 1.6)  # from the label
 TREND_ROWS = 4  # of labels, from which a car's path goes on
@@ -34,9 +36,13 @@ class Lives:
     never rising; more: cars are seen earlier than they are labelled."""
     after: tuple[float, ...] = NONE
     """The same after their last label."""
+    before_dont_care: tuple[float, ...] = NONE
+    """Of `before`, where the box lies in a DontCare region: annotators saw something there."""
+    after_dont_care: tuple[float, ...] = NONE
+    """Of `after`, where the box lies in a DontCare region."""
 
     def __post_init__(self) -> None:
-        for name in ("before", "after"):
+        for name in ("before", "after", "before_dont_care", "after_dont_care"):
             shares = getattr(self, name)
             require_table(f"lives {name}", LIFE_SECONDS, shares)
             require_rates(f"lives {name}", *shares)
@@ -44,17 +50,27 @@ class Lives:
                 raise BadConfig(f"lives {name} {shares}: who is there was there before: falling")
 
     def __call__(
-        self, sightings: Sightings, seed: int, camera: Camera, frame_count: int, step: float
+        self,
+        sightings: Sightings,
+        seed: int,
+        camera: Camera,
+        frame_count: int,
+        step: float,
+        labels: Tracks | None = None,
     ) -> Sightings:
-        """The sightings with the rows of those lives; step: seconds between frames."""
+        """The sightings with the rows of those lives; step: seconds between frames.
+
+        labels: with the DontCare regions; None: there are none.
+        """
         lags, more = extrapolated(sightings, camera, frame_count, step)
         if not len(more):
             return sightings
+        inside = in_regions(more, labels)
         chance = random_numbers.uniform(seed, "lives", more.ids, np.zeros_like(more.ids), 2)
         there = np.where(
             lags < 0,
-            chance[:, 0] < share_at(self.before, -lags * step),
-            chance[:, 1] < share_at(self.after, lags * step),
+            chance[:, 0] < _share(self.before, self.before_dont_care, inside, -lags * step),
+            chance[:, 1] < _share(self.after, self.after_dont_care, inside, lags * step),
         )
         both = Sightings.concatenate([sightings, more.select(there)])
         return both.select(np.lexsort((both.ids, both.frames)))
@@ -63,6 +79,24 @@ class Lives:
 def share_at(shares: tuple[float, ...], seconds: Float[Array, " n"]) -> Float[Array, " n"]:
     """The share that is there so long before or after the label; none beyond LIFE_SECONDS."""
     return np.interp(seconds, LIFE_SECONDS, shares, right=0.0)
+
+
+def _share(
+    outside: tuple[float, ...],
+    inside: tuple[float, ...],
+    is_inside: Bool[Array, " n"],
+    seconds: Float[Array, " n"],
+) -> Float[Array, " n"]:
+    return np.where(is_inside, share_at(inside, seconds), share_at(outside, seconds))
+
+
+def in_regions(rows: Sightings, labels: Tracks | None) -> Bool[Array, " n"]:
+    """Whose box lies in a DontCare region of the labels."""
+    if labels is None or labels.kinds is None:
+        return np.zeros(len(rows), bool)
+    regions = labels.select(labels.kinds == "DontCare")
+    regions = regions.select(np.argsort(regions.frames, kind="stable"))
+    return in_dont_care(rows.frames, rows.boxes, regions, EPSILON)
 
 
 def extrapolated(

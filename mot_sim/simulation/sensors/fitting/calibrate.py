@@ -120,7 +120,9 @@ def simulate(
     for number, drive in enumerate(drives):
         own, sightings = seed * 1000 + number, Sightings.from_labels(drive.labels)
         if profile.lives is not None:
-            sightings = profile.lives(sightings, own, drive.camera, drive.frame_count, step)
+            sightings = profile.lives(
+                sightings, own, drive.camera, drive.frame_count, step, drive.labels
+            )
         sensed = detector.sense(sightings, own, drive.camera, step, np.arange(drive.frame_count))
         made.append(replace(drive, log=sensed.log))
     return made

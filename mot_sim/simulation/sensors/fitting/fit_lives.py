@@ -9,15 +9,15 @@ from numpy import ndarray as Array
 
 from mot_sim.metrics.matching import same_frame_pairs
 from mot_sim.simulation.sensors.fitting.measure import FalseBoxes, LabelledDetections
-from mot_sim.simulation.sensors.lives import LIFE_SECONDS, Lives, extrapolated
+from mot_sim.simulation.sensors.lives import LIFE_SECONDS, Lives, extrapolated, in_regions
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.geometry import box_iou
 from tracker.types import Rows
 
 MIN_LIFE_IOU = 0.35  # with the extrapolated box, from which a detection is of that car
-MIN_CARS = 20  # at a time from the label; with fewer, cars live no longer than that
+MIN_CARS = 10  # at a time from the label; with fewer, cars live no longer than that
 ALL = (1.0,) * len(LIFE_SECONDS)
-ALL_LIVES = Lives(ALL, ALL)
+ALL_LIVES = Lives(ALL, ALL, ALL, ALL)
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,11 +28,13 @@ class SeenLives(Rows):
     """Frames from the label, < 0 before the first one."""
     seen: Bool[Array, " n"]
     """Whether a detection lies there that overlaps no other label more."""
+    inside: Bool[Array, " n"]
+    """Whether the place lies in a DontCare region."""
 
 
 def seen_lives(drives: Sequence[LabelledDetections], step: float) -> SeenLives:
     """Of all cars of all drives, for all of LIFE_SECONDS inside the drives."""
-    parts = [SeenLives(np.zeros(0, np.int64), np.zeros(0, bool))]
+    parts = [SeenLives(np.zeros(0, np.int64), np.zeros(0, bool), np.zeros(0, bool))]
     for drive in drives:
         sightings = Sightings.from_labels(drive.labels)
         lags, rows = extrapolated(sightings, drive.camera, drive.frame_count, step)
@@ -40,7 +42,7 @@ def seen_lives(drives: Sequence[LabelledDetections], step: float) -> SeenLives:
         frames, boxes = drive.log.frames, drive.log.detections.boxes
         mine, _ = life_pairs(frames, boxes, sightings, rows)
         seen[mine] = True
-        parts.append(SeenLives(lags, seen))
+        parts.append(SeenLives(lags, seen, in_regions(rows, drive.labels)))
     return SeenLives.concatenate(parts)
 
 
@@ -84,7 +86,11 @@ def fit_lives(real: SeenLives, made: SeenLives, step: float) -> Lives:
 
     made: what the detector's model sees of ALL_LIVES: of those who are there it finds a part.
     """
-    return Lives(_shares(real, made, -1, step), _shares(real, made, 1, step))
+    tables = []
+    for inside in (False, True):
+        there = [each.select(each.inside == inside) for each in (real, made)]
+        tables += [_shares(*there, side, step) for side in (-1, 1)]
+    return Lives(*tables)
 
 
 def _shares(real: SeenLives, made: SeenLives, side: int, step: float) -> tuple[float, ...]:

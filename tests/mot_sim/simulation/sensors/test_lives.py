@@ -61,6 +61,23 @@ def test_as_many_live_as_the_shares_say() -> None:
     assert (again.ids == with_lives.ids).all()
 
 
+def test_who_is_in_a_dont_care_region_has_shares_of_its_own() -> None:
+    cars = labels(40)
+    region = Tracks(
+        np.array([FIRST - 1]), np.array([-1]), np.array([[0.0, 0.0, 2000.0, 150.0]]),
+        kinds=np.array(["DontCare"]), scores=None,
+    )  # fmt: skip
+    both = Tracks.concatenate([cars, region])
+    ones = (1.0,) * len(LIFE_SECONDS)
+    rows = Lives(before_dont_care=ones)(Sightings.from_labels(cars), 3, CAMERA, FRAMES, STEP, both)
+    early = rows.select(rows.frames < FIRST)
+    assert set(early.frames.tolist()) == {FIRST - 1}
+    assert (early.boxes[:, 3] <= 200.0).all()  # the upper row of cars
+    assert len(early) == 10
+    alone = Lives(before_dont_care=ones)(Sightings.from_labels(cars), 3, CAMERA, FRAMES, STEP)
+    assert len(alone) == len(cars)
+
+
 def test_planted_lives_come_back() -> None:
     drive = LabelledDetections(
         labels(30), DetectionLog(np.zeros(0, np.int64), Detections.empty()), FRAMES, CAMERA

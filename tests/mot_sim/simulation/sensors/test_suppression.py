@@ -1,4 +1,4 @@
-"""OverlapSuppression: who is the weaker, what level 0 leaves, one frame at a time, how long it lasts."""
+"""A detector's suppression: who is the weaker, what level 0 leaves, live steps, how long it lasts."""
 
 from dataclasses import replace
 
