@@ -75,6 +75,14 @@ class Lives:
         both = Sightings.concatenate([sightings, more.select(there)])
         return both.select(np.lexsort((both.ids, both.frames)))
 
+    def scaled(self, factor: float) -> "Lives":
+        """The same with shares outside DontCare regions times a factor, at most 1."""
+        before, after = (
+            tuple(round(min(factor * share, 1.0), 4) for share in shares)
+            for shares in (self.before, self.after)
+        )
+        return replace(self, before=before, after=after)
+
 
 def share_at(shares: tuple[float, ...], seconds: Float[Array, " n"]) -> Float[Array, " n"]:
     """The share that is there so long before or after the label; none beyond LIFE_SECONDS."""

@@ -10,6 +10,7 @@ from mot_sim.simulation.sensors.boxes import Border
 from mot_sim.simulation.sensors.detector import Detector
 from mot_sim.simulation.sensors.fitting.fit_boxes import fit_jitter, fit_scores
 from mot_sim.simulation.sensors.fitting.fit_false import (
+    FalseCounts,
     false_counts,
     fit_clutter,
     fit_duplicates,
@@ -177,22 +178,25 @@ def _correct_false(
     bare: Sequence[DetectorMeasurements],
     step: float,
 ) -> Profile:
-    """The rates of second boxes and of false alarms.
+    """The rates of second boxes and of false alarms, and who lives beside its labels.
 
     quiet: simulations without false alarms; bare: without second boxes too.
     """
-    near, far = false_counts([real])
-    quiet_near, quiet_far = false_counts(quiet)
-    bare_near, bare_far = false_counts(bare)
-    clutter_near = clutter_far = 0.0
+    wanted, with_second, without = (
+        false_counts(each, drives, step) for each in ([real], quiet, bare)
+    )
+    lives = profile.lives
+    if lives is not None:
+        lives = lives.scaled(_factor(wanted.own, with_second.own))
+    share = FalseCounts(0.0, 0.0, 0.0)
     if profile.clutter is not None:
         alone = Profile(clutter=replace(profile.clutter, rate=DENSE_CLUTTER))
-        counted = false_counts(measured_of(alone, drives, step, DENSE_SEEDS))
-        clutter_near, clutter_far = (each / DENSE_CLUTTER for each in counted)  # per rate of 1
+        share = false_counts(measured_of(alone, drives, step, DENSE_SEEDS), drives, step)
     rate = 0.0 if profile.clutter is None else profile.clutter.rate
     duplicates, factor = profile.duplicates, 1.0
     if duplicates is not None:
-        factor = _factor(near - bare_near - rate * clutter_near, quiet_near - bare_near)
+        by_chance = without.near + share.near * rate / DENSE_CLUTTER
+        factor = _factor(wanted.near - by_chance, with_second.near - without.near)
         duplicates = replace(
             duplicates,
             seen=tuple(min(factor * each, 1.0) for each in duplicates.seen),
@@ -200,10 +204,10 @@ def _correct_false(
         )
     clutter = profile.clutter
     if clutter is not None:
-        others = bare_far + factor * (quiet_far - bare_far)
-        rate = max(far - others, 0.0) / max(clutter_far, 1e-9)
+        others = without.far + factor * (with_second.far - without.far)
+        rate = max(wanted.far - others, 0.0) / max(share.far, 1e-9) * DENSE_CLUTTER
         clutter = replace(clutter, rate=min(rate, MAX_CLUTTER))
-    return replace(profile, duplicates=duplicates, clutter=clutter)
+    return replace(profile, duplicates=duplicates, clutter=clutter, lives=lives)
 
 
 def measured_of(

@@ -1,6 +1,7 @@
 """Fits false positives: second boxes about cars, and false alarms."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool
@@ -9,8 +10,13 @@ from numpy import ndarray as Array
 from mot_sim.simulation.sensors.boxes import box_errors
 from mot_sim.simulation.sensors.clutter import Clutter
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
+from mot_sim.simulation.sensors.fitting.fit_lives import of_lives
 from mot_sim.simulation.sensors.fitting.fit_misses import latent_autocorrelation
-from mot_sim.simulation.sensors.fitting.measure import DetectorMeasurements, FalseBoxes
+from mot_sim.simulation.sensors.fitting.measure import (
+    DetectorMeasurements,
+    FalseBoxes,
+    LabelledDetections,
+)
 from mot_sim.simulation.sensors.fitting.statistics import linked
 from mot_sim.simulation.sensors.fitting.tetrachoric import RatedEvents, nearest_autocorrelation
 from mot_sim.simulation.sensors.misses import VISIBLE_KNOTS
@@ -24,11 +30,29 @@ LIFETIME_LAGS = (1, 2, 3, 5, 8)
 MAX_LIFETIME_SECONDS = 1.2  # seconds on average: what is seen for longer moves through the image
 
 
-def false_counts(measured: Sequence[DetectorMeasurements]) -> tuple[float, float]:
-    """How many false boxes there are about cars, and elsewhere; the mean of some simulations."""
-    iou = np.concatenate([each.false.iou for each in measured])
-    near = float((iou >= MIN_DUPLICATE_IOU).sum())
-    return near / len(measured), (len(iou) - near) / len(measured)
+class FalseCounts(NamedTuple):
+    """How many false boxes there are, on average over some simulations."""
+
+    own: float
+    """Of labelled cars before and after their labels."""
+    near: float
+    """Of the others, about labelled cars."""
+    far: float
+    """The rest."""
+
+
+def false_counts(
+    measured: Sequence[DetectorMeasurements], drives: Sequence[LabelledDetections], step: float
+) -> FalseCounts:
+    """Of what was measured of the drives, real or made."""
+    own = near = total = 0
+    for each in measured:
+        mine = of_lives(each.false, drives, step)
+        own += int(mine.sum())
+        near += int(((each.false.iou >= MIN_DUPLICATE_IOU) & ~mine).sum())
+        total += len(mine)
+    count = len(measured)
+    return FalseCounts(own / count, near / count, (total - own - near) / count)
 
 
 def fit_duplicates(measured: DetectorMeasurements, step: float) -> Duplicates | None:

@@ -1,4 +1,4 @@
-"""A detector's suppression: who is the weaker, what level 0 leaves, live steps, how long it lasts."""
+"""A detector's suppression: who is weaker, what level 0 leaves, live steps, how long it lasts."""
 
 from dataclasses import replace
 
