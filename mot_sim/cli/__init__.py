@@ -82,6 +82,7 @@ COMMANDS = CommandRegister(
         "verify": "verify:Verify",
         "calibrate": "calibrate:Calibrate",
         "calibrate-camera": "calibrate_camera:CalibrateCamera",
+        "validate-sim": "validate_sim:ValidateSim",
         "sweep": "sweep:Sweep",
         "stress": "stress:Stress",
         "breaking-point": "breaking_point:BreakingPointCommand",

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from mot_sim.evaluation.runs import track_sequence
 from mot_sim.experiments.executor import Executor
+from mot_sim.experiments.score_cache import ScoreCache
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.tuning.labelled import LabelledSequence
-from mot_sim.experiments.tuning.score_cache import ScoreCache
 from mot_sim.files.fingerprint import code_digest, digest
 from mot_sim.metrics import RULES, Scores, combine, evaluate_sequence
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from mot_sim.evaluation.runs import track_sequence
 from mot_sim.experiments.executor import Executor
+from mot_sim.experiments.score_cache import ScoreCache
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.tuning.labelled import LabelledSequence
 from mot_sim.experiments.tuning.pair_costs import Checked, PairCosts
-from mot_sim.experiments.tuning.score_cache import ScoreCache
 from mot_sim.files.fingerprint import code_digest, digest
 from mot_sim.files.named_objects import COST_NAMES
 from mot_sim.metrics import Scores, evaluate_sequence

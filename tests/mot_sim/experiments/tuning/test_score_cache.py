@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mot_sim.experiments.tuning.score_cache import ScoreCache, as_plain, of_plain
+from mot_sim.experiments.score_cache import ScoreCache, as_plain, of_plain
 from mot_sim.metrics import RULES, Scores, combine, evaluate_sequence
 from tracker.types import Tracks
 
