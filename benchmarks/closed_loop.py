@@ -20,7 +20,7 @@ from rich.console import Console
 
 from benchmarks.kitti_tables import GIVEN
 from mot_sim.datasets import kitti_sequence
-from mot_sim.experiments.validation import LIMITS, METRICS, Agreement, find_contestants
+from mot_sim.experiments.validation import METRICS, TOLERANCES, Agreement, find_contestants
 from mot_sim.experiments.validation.agreement_tables import validation_tables
 from mot_sim.experiments.validation.validate import HALVES, Plan, validate
 
@@ -34,7 +34,7 @@ def verdict(agreement: Agreement) -> None:
     rows = len(agreement.names)
     for metric in METRICS:
         near, far = agreement.within(metric).sum(), agreement.within(metric, far=True).sum()
-        limits, least = LIMITS[metric], rows - ROWS_THAT_MAY_BE_FAR
+        limits, least = TOLERANCES[metric], rows - ROWS_THAT_MAY_BE_FAR
         said(
             f"{metric} within {limits.near:g}: {near:.0f} rows of {rows}", f"{least}", near >= least
         )

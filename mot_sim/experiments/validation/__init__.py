@@ -1,6 +1,6 @@
 """Does the testbed tell the truth? The same trackers on real drives and on made ones."""
 
-from mot_sim.experiments.validation.agreement import LIMITS, METRICS, Agreement, Lead, Limits
+from mot_sim.experiments.validation.agreement import METRICS, TOLERANCES, Agreement, Lead, Tolerance
 from mot_sim.experiments.validation.contestants import (
     OURS,
     VARIANTS,
@@ -13,16 +13,16 @@ from mot_sim.experiments.validation.running import Outcome, run_contestants
 from mot_sim.experiments.validation.worlds import World, made_world, real_world, scene_worlds
 
 __all__ = [
-    "LIMITS",
     "METRICS",
     "OURS",
+    "TOLERANCES",
     "VARIANTS",
     "Agreement",
     "Contestant",
     "Lead",
-    "Limits",
     "Outcome",
     "Reenacted",
+    "Tolerance",
     "World",
     "find_contestant",
     "find_contestants",

@@ -23,7 +23,7 @@ CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True)
-class Limits:
+class Tolerance:
     """How far made scores may be from real ones."""
 
     near: float
@@ -34,11 +34,11 @@ class Limits:
     """Differences up to this are within every limit."""
 
 
-LIMITS: dict[str, Limits] = {
-    "MOTA": Limits(0.010, 0.015),
-    "HOTA": Limits(0.015, 0.020),
-    "IDF1": Limits(0.015, 0.020),
-    "IDSW": Limits(0.25, 0.35, 5.0),
+TOLERANCES: dict[str, Tolerance] = {
+    "MOTA": Tolerance(0.010, 0.015),
+    "HOTA": Tolerance(0.015, 0.020),
+    "IDF1": Tolerance(0.015, 0.020),
+    "IDSW": Tolerance(0.25, 0.35, 5.0),
 }
 
 
@@ -97,7 +97,7 @@ class Agreement:
 
     def within(self, metric: str, far: bool = False) -> Float[Array, " n"]:
         """By tracker, whether the made scores (mean) are within the limit: 1 or 0."""
-        limits, real = LIMITS[metric], self.real_scores(metric)
+        limits, real = TOLERANCES[metric], self.real_scores(metric)
         apart = np.abs(self.made_scores(metric).mean(axis=1) - real)
         share = limits.far if far else limits.near
         allowed = np.maximum(share * real, limits.slack) if metric == COUNTED else share

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from mot_sim.experiments.validation.agreement import COUNTED, LIMITS, METRICS, Agreement, Lead
+from mot_sim.experiments.validation.agreement import COUNTED, METRICS, TOLERANCES, Agreement, Lead
 from mot_sim.experiments.validation.validate import Validation
 from mot_sim.tables import Column, Interval, Row, Table
 from mot_sim.tables.columns import Kind
@@ -53,7 +53,7 @@ def agreement_table(agreement: Agreement) -> Table:
     )
     rows: list[Row] = []
     for metric in METRICS:
-        limits, farthest = LIMITS[metric], _farthest(agreement, metric)
+        limits, farthest = TOLERANCES[metric], _farthest(agreement, metric)
         rows.append(
             (
                 metric,
