@@ -1,6 +1,6 @@
 """Does the testbed tell the truth? The same trackers on real drives and on made ones."""
 
-from mot_sim.experiments.validation.agreement import METRICS, TOLERANCES, Agreement, Lead, Tolerance
+from mot_sim.experiments.validation.agreement import TOLERANCES, Agreement, Lead, Tolerance
 from mot_sim.experiments.validation.contestants import (
     OURS,
     VARIANTS,
@@ -10,6 +10,7 @@ from mot_sim.experiments.validation.contestants import (
 )
 from mot_sim.experiments.validation.reenactment import Reenacted, reenact
 from mot_sim.experiments.validation.running import Outcome, run_contestants
+from mot_sim.experiments.validation.sums import METRICS
 from mot_sim.experiments.validation.worlds import World, made_world, real_world, scene_worlds
 
 __all__ = [

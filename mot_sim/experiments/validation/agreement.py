@@ -6,15 +6,14 @@ from functools import cached_property
 from itertools import combinations
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from numpy import ndarray as Array
 from scipy.stats import kendalltau, spearmanr
 
+from mot_sim.experiments.validation.sums import addends, score_of_sums
 from mot_sim.metrics import Scores
-from mot_sim.metrics.evaluation import combine
 from mot_sim.tables import Interval
 
-METRICS = ("MOTA", "HOTA", "IDF1", "IDSW")
 COUNTED = "IDSW"  # a count, where less is better; the others are rates
 RESAMPLES = 300  # of the drives, for the intervals of the ranks
 MIN_BOOTSTRAP_DRIVES = 5  # with fewer, resampled drives say little
@@ -81,14 +80,23 @@ class Agreement:
         """Number of real drives."""
         return len(self.real[self.names[0]])
 
+    @cached_property
+    def _real_addends(self) -> Float[Array, "n d q"]:
+        return np.array([addends(self.real[name]) for name in self.names])
+
+    @cached_property
+    def _made_addends(self) -> Float[Array, "n s e q"]:
+        return np.array(
+            [[addends(self.made[name][world]) for world in self.worlds] for name in self.names]
+        )
+
     def real_scores(self, metric: str) -> Float[Array, " n"]:
         """All real drives together, a value a tracker."""
-        return self._real(metric, np.arange(self.drive_count))
+        return score_of_sums(self._real_addends.sum(axis=1), metric)
 
     def made_scores(self, metric: str) -> Float[Array, "n s"]:
         """All drives of each made world together, a column a world."""
-        drives = np.arange(len(self.made[self.names[0]][self.worlds[0]]))
-        return self._made(metric, drives)
+        return score_of_sums(self._made_addends.sum(axis=2), metric)
 
     def differences(self, metric: str) -> list[Interval]:
         """Made less real, the mean over the worlds with its interval, a tracker after the other."""
@@ -115,16 +123,17 @@ class Agreement:
         value = self.rank_correlation(metric)
         if self.drive_count < MIN_BOOTSTRAP_DRIVES:
             return Interval(value, None, None, self.drive_count)
-        random = np.random.default_rng(0)
-        found = []
-        for _ in range(RESAMPLES):
-            drives = random.integers(0, self.drive_count, self.drive_count)
-            if self.same_drives:
-                made = self._made(metric, drives)
-            else:
-                worlds = random.integers(0, len(self.worlds), len(self.worlds))
-                made = self.made_scores(metric)[:, worlds]
-            found.append(correlation(self._real(metric, drives), made.mean(axis=1)))
+        random, count = np.random.default_rng(0), self.drive_count
+        times = random.multinomial(count, [1.0 / count] * count, RESAMPLES).astype(float)
+        real = score_of_sums(np.einsum("rd,ndq->rnq", times, self._real_addends), metric)
+        if self.same_drives:
+            sums = np.einsum("rd,nsdq->rnsq", times, self._made_addends)
+            made = score_of_sums(sums, metric).mean(axis=2)
+        else:
+            worlds = len(self.worlds)
+            often = random.multinomial(worlds, [1.0 / worlds] * worlds, RESAMPLES) / worlds
+            made = often @ self.made_scores(metric).T
+        found = [correlation(one, other) for one, other in zip(real, made, strict=True)]
         low, high = np.nanquantile(found, [0.5 - CONFIDENCE / 2, 0.5 + CONFIDENCE / 2])
         return Interval(value, min(float(low), value), max(float(high), value), RESAMPLES)
 
@@ -136,16 +145,16 @@ class Agreement:
         count = self.drive_count
         if count < MIN_BOOTSTRAP_DRIVES:
             return None
-        everyone = set(range(count))
         splits = [half for half in combinations(range(count), count // 2) if 0 in half or count % 2]
         chosen = np.linspace(0, len(splits) - 1, min(len(splits), MAX_SPLITS)).astype(int)
-        found = [
-            correlation(
-                self._real(metric, np.array(splits[place])),
-                self._real(metric, np.array(sorted(everyone - set(splits[place])))),
-            )
-            for place in chosen.tolist()
-        ]
+        inside = np.zeros((len(chosen), count))
+        for row, place in enumerate(chosen.tolist()):
+            inside[row, list(splits[place])] = 1.0
+        one, other = (
+            score_of_sums(np.einsum("rd,ndq->rnq", half, self._real_addends), metric)
+            for half in (inside, 1.0 - inside)
+        )
+        found = [correlation(*pair) for pair in zip(one, other, strict=True)]
         return float(np.median(found))
 
     def leads(self, metric: str) -> tuple[Lead, Lead] | None:
@@ -164,22 +173,6 @@ class Agreement:
         return Lead(
             leader, self.names[ours], self.names[guest], float(better[ours] - better[guest])
         )
-
-    def _real(self, metric: str, drives: Int[Array, " k"]) -> Float[Array, " n"]:
-        return np.array([_score(self.real[name], drives, metric) for name in self.names])
-
-    def _made(self, metric: str, drives: Int[Array, " k"]) -> Float[Array, "n s"]:
-        return np.array(
-            [
-                [_score(self.made[name][world], drives, metric) for world in self.worlds]
-                for name in self.names
-            ]
-        )
-
-
-def _score(scores: Sequence[Scores], drives: Int[Array, " k"], metric: str) -> float:
-    """One score of several drives together."""
-    return float(combine([scores[place] for place in drives.tolist()])[metric])
 
 
 def correlation(

@@ -3,7 +3,14 @@
 from collections.abc import Mapping
 from typing import Any
 
-from mot_sim.experiments.validation.agreement import COUNTED, METRICS, TOLERANCES, Agreement, Lead
+from mot_sim.experiments.validation.agreement import (
+    COUNTED,
+    MIN_BOOTSTRAP_DRIVES,
+    TOLERANCES,
+    Agreement,
+    Lead,
+)
+from mot_sim.experiments.validation.sums import METRICS
 from mot_sim.experiments.validation.validate import Validation
 from mot_sim.tables import Column, Interval, Row, Table
 from mot_sim.tables.columns import Kind
@@ -68,9 +75,14 @@ def agreement_table(agreement: Agreement) -> Table:
                 agreement.ceiling(metric),
             )
         )
+    few = f"{agreement.drive_count} drives: too few to resample; {MIN_BOOTSTRAP_DRIVES} or more"
     note = (
-        "Spearman: of real scores with made ones, in brackets the middle 95 % over resampled "
-        "drives; real halves: of one half of the real drives with the other, the median."
+        few
+        if agreement.drive_count < MIN_BOOTSTRAP_DRIVES
+        else (
+            "Spearman: of real scores with made ones, in brackets the middle 95 % over resampled "
+            "drives; real halves: of one half of the real drives with the other, the median."
+        )
     )
     return Table(columns, tuple(rows), "How near, and how alike the ranks are", name="agreement",
                  note=note)  # fmt: skip
