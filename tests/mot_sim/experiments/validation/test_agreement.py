@@ -131,8 +131,8 @@ def test_tables_and_plain_numbers_say_the_same() -> None:
 
 def test_sums_give_what_combining_gives() -> None:
     parts = [scores(50, 3), scores(120, 9), scores(0, 1)]
-    whole, sums = combine(parts), addends(parts).sum(axis=0)
+    whole, sums = combine(parts), addends(parts).sum(axis=0)[None]
     for metric in METRICS:
-        assert score_of_sums(sums, metric) == pytest.approx(whole[metric], abs=1e-12)
+        assert score_of_sums(sums, metric)[0] == pytest.approx(whole[metric], abs=1e-12)
     with pytest.raises(UnknownName, match="Did you mean 'MOTA'"):
         score_of_sums(sums, "MOTP")
