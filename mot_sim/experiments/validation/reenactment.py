@@ -48,7 +48,9 @@ class Reenacted:
         """The drive with made detections in place of the real ones."""
         drive, step, sightings = self.drive, 1.0 / self.drive.frame_rate, self.sightings
         if profile.lives is not None:
-            sightings = profile.lives(sightings, seed, drive.camera, drive.frame_count, step)
+            sightings = profile.lives(
+                sightings, seed, drive.camera, drive.frame_count, step, self.truth
+            )
         frames = np.arange(drive.frame_count)
         sensed = Detector(profile).sense(sightings, seed, drive.camera, step, frames)
         return replace(drive, log=sensed.log)
