@@ -26,11 +26,14 @@ from mot_sim.simulation.sensors import (
 from mot_sim.simulation.sensors.boxes import Border, VisiblePart
 from mot_sim.simulation.sensors.misses import Confusion
 from mot_sim.simulation.sensors.multiplicity import Merges, Splits
+from mot_sim.simulation.sensors.quantiles import Quantiles
+from mot_sim.simulation.sensors.suppression import IOU_BINS, OverlapSuppression
 from tests.mot_sim.diagnosis.conftest import Crossing
 from tracker.errors import UnknownName
 
 FIRST, LAST = 8, 13
-RARE = ("confusion", "merges")  # nothing of theirs may be near
+LOW = Quantiles((-3.0, 0.0))  # log-odds
+RARE = ("confusion", "merges", "suppression")  # nothing of theirs may be near
 AT_FULL_RATE = tuple(source for source in SOURCES if source != "frame rate")
 
 
@@ -46,6 +49,7 @@ def strong_profile() -> Profile:
         misses=replace(rrc.misses, base=1.0),
         visible_part=VisiblePart(0.5),
         border=Border(300.0),
+        suppression=OverlapSuppression(weakened=(1.0,) * len(IOU_BINS), log_odds=LOW),
         duplicates=replace(rrc.duplicates, seen=(0.3,) * 4),
         clutter=replace(rrc.clutter, rate=1.0),
         merges=Merges(1.0, 0.05),
@@ -156,7 +160,7 @@ LEVELS = {
     "misses": "misses", "jitter": "jitter", "visible_part": "jitter", "scores": "score_noise",
     "duplicates": "clutter", "clutter": "clutter", "merges": "clutter", "splits": "clutter",
     "pose": "cues", "keypoints": "cues", "shape": "cues", "appearance": "cues",
-    "confusion": "misses",
+    "confusion": "misses", "suppression": "misses",
 }  # fmt: skip
 
 

@@ -88,8 +88,8 @@ def fit_lives(real: SeenLives, made: SeenLives, step: float) -> Lives:
     """
     tables = []
     for inside in (False, True):
-        there = [each.select(each.inside == inside) for each in (real, made)]
-        tables += [_shares(*there, side, step) for side in (-1, 1)]
+        one, other = (each.select(each.inside == inside) for each in (real, made))
+        tables += [_shares(one, other, side, step) for side in (-1, 1)]
     return Lives(*tables)
 
 
