@@ -19,9 +19,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.closed_loop import VEHICLES, common
 from benchmarks.kitti_tables import GIVEN
 from mot_sim.datasets import KittiSequence, kitti_sequence
+from mot_sim.experiments.validation.reenactment import VEHICLES, common
 from mot_sim.simulation.cars import VehicleSampler
 from mot_sim.simulation.registry import SCENES, find_scene
 from mot_sim.simulation.rig import Rig
