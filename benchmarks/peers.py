@@ -4,9 +4,9 @@
     python -m benchmarks.peers --root KITTI [--detections rrc] [--trackers sort ...] [--scores ...]
 
 The ten given sequences, TrackEval's rules. Each row is a tracker that is shown boxes from that
-score on (a probability); its best MOTA is marked with *. `--settings` prints the choices of
-memory and births instead, which the guests' commands in
-`mot_sim/experiments/guests/register.py` follow.
+score on (a probability); its best MOTA is marked with *. `--settings` varies one parameter of
+each guest at a time instead: memory, births, and what else its package has. The guests' commands
+in `mot_sim/experiments/guests/register.py` follow.
 """
 
 import argparse

@@ -37,11 +37,14 @@ class Environment:
     follows."""
     requirements: tuple[str, ...]
     """Packages as pip takes them; exact versions keep later comparisons the same."""
+    bare: tuple[str, ...] = ()
+    """Packages whose own demands are not heeded, as no newer Python could meet them: what they
+    import stands in `requirements`."""
 
     @property
     def path(self) -> Path:
         """Where it lies, or will."""
-        described = json.dumps([sys.version_info[:2], *self.requirements])
+        described = json.dumps([sys.version_info[:2], *self.requirements, *self.bare])
         digest = hashlib.sha256(described.encode()).hexdigest()[:12]
         return environments_folder() / f"{self.name}-{digest}"
 
@@ -81,16 +84,20 @@ class Environment:
         options = ("--disable-pip-version-check", "--quiet", "install")
         try:
             self._run(guest, [*pip, *options, *self.requirements])
+            if self.bare:
+                self._run(guest, [*pip, *options, "--no-deps", *self.bare])
         except ExternalTrackerFailed as failed:
             self._clear()
             raise ExternalTrackerFailed(
                 guest,
-                f"{', '.join(self.requirements)} cannot be installed; that needs a package index "
-                "once: go online, or name a mirror or a folder of wheels (PIP_INDEX_URL, "
+                f"{', '.join((*self.bare, *self.requirements))} cannot be installed; that "
+                "needs a package index once: go online, or name a mirror or a folder of wheels (PIP_INDEX_URL, "
                 "PIP_FIND_LINKS)",
                 failed.stderr,
             ) from None
-        write_lines(self.path / READY, [json.dumps({"requirements": self.requirements})])
+        write_lines(
+            self.path / READY, [json.dumps({"requirements": self.requirements, "bare": self.bare})]
+        )
         return self.python
 
     def _run(self, guest: str, command: list[str]) -> None:

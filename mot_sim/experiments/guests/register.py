@@ -92,7 +92,10 @@ class ExternalTracker:
 # By package: a guest runs in the environment of the package that has its tracker.
 ENVIRONMENTS = {
     "trackers": Environment("trackers", ("trackers==2.6.1",)),
-    "norfair": Environment("norfair", ("norfair==2.3.0", "filterpy==1.4.5")),
+    # norfair asks for NumPy 1, which Python 3.13 has not; its rows are the same with NumPy 2.
+    "norfair": Environment(
+        "norfair", ("filterpy==1.4.5", "numpy", "scipy", "rich<15"), bare=("norfair==2.3.0",)
+    ),
     "motpy": Environment("motpy", ("motpy==0.0.10", "filterpy==2.0.0")),
 }
 

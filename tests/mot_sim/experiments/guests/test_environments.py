@@ -24,37 +24,39 @@ def offline(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def wheel(folder: Path) -> Path:
-    """A wheel with one module that says hello."""
-    path = folder / f"{NAME}-1.0-py3-none-any.whl"
-    about = f"{NAME}-1.0.dist-info"
+def wheel(folder: Path, name: str = NAME, word: str = "hello", demand: str = "") -> Path:
+    """A wheel with one module that says a word."""
+    path = folder / f"{name}-1.0-py3-none-any.whl"
+    about = f"{name}-1.0.dist-info"
+    needs = f"Requires-Dist: {demand}\n" if demand else ""
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr(f"{NAME}.py", "word = 'hello'\n")
+        archive.writestr(f"{name}.py", f"word = {word!r}\n")
         archive.writestr(
-            f"{about}/METADATA", f"Metadata-Version: 2.1\nName: {NAME}\nVersion: 1.0\n"
+            f"{about}/METADATA", f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n{needs}"
         )
         archive.writestr(
             f"{about}/WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n"
         )
-        archive.writestr(f"{about}/RECORD", f"{NAME}.py,,\n")
+        archive.writestr(f"{about}/RECORD", f"{name}.py,,\n")
     return path
 
 
 @pytest.mark.slow
 def test_an_environment_is_made_once_and_holds_nothing_of_ours(offline: Path) -> None:
-    environment = Environment("greeting", (str(wheel(offline)),))
+    demanding = wheel(offline, "mot_sim_name", ", you", demand="nobody-has-this>1")
+    environment = Environment("greeting", (str(wheel(offline)),), bare=(str(demanding),))
     assert not environment.is_ready
     python = environment.set_up("greeting")
     made = environment.python.stat().st_mtime_ns
     assert environment.set_up("greeting") == python
     assert environment.python.stat().st_mtime_ns == made
-    code = f"import sys, {NAME}; sys.stderr.write({NAME}.word)"
+    code = f"import sys, {NAME} as a, mot_sim_name as b; sys.stderr.write(a.word + b.word)"
     guest = ExternalTracker(
         "greeting", ("{python}", "-c", code, "{detections}", "{results}"), environment
     )
     words = guest.words(offline, offline)
     assert words[0] == str(environment.python) != sys.executable
-    assert run_process("greeting", words, 60.0) == "hello"
+    assert run_process("greeting", words, 60.0) == "hello, you"
     with pytest.raises(ExternalTrackerFailed) as caught:
         run_process("greeting", [words[0], "-c", "import numpy"], 60.0)
     assert "No module named 'numpy'" in caught.value.stderr
