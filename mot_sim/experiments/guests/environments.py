@@ -91,8 +91,8 @@ class Environment:
             raise ExternalTrackerFailed(
                 guest,
                 f"{', '.join((*self.bare, *self.requirements))} cannot be installed; that "
-                "needs a package index once: go online, or name a mirror or a folder of wheels (PIP_INDEX_URL, "
-                "PIP_FIND_LINKS)",
+                "needs a package index once: go online, or name a mirror or a folder of wheels "
+                "(PIP_INDEX_URL, PIP_FIND_LINKS)",
                 failed.stderr,
             ) from None
         write_lines(
