@@ -50,8 +50,8 @@ class Environment:
 
     @property
     def is_ready(self) -> bool:
-        """Whether it was set up to the end."""
-        return (self.path / READY).is_file()
+        """Whether it was set up to the end, and the Python that it was made from is still there."""
+        return (self.path / READY).is_file() and self.python.exists()
 
     @property
     def python(self) -> Path:

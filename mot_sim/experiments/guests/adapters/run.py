@@ -44,7 +44,13 @@ def maker(tracker: str, settings: list[str]) -> Callable[[float], PackageAdapter
     """What makes the tracker for a frame rate; its parameters are given as `name=value`."""
     package, _, name = tracker.partition(":")
     adapter = runpy.run_path(str(Path(__file__).with_name(f"{package}_package.py")))["ADAPTER"]
-    kind = getattr(import_module(package), name)
+    try:
+        kind = getattr(import_module(package), name)
+    except ImportError as error:
+        raise SystemExit(
+            f"{error}; the environment of {sys.executable} is damaged: without its folder, "
+            "`mot-sim compare --setup` makes it anew"
+        ) from None
     chosen = dict(setting.split("=", 1) for setting in settings)
     known = inspect.signature(kind).parameters
     unknown = sorted(set(chosen) - set(known))

@@ -91,6 +91,7 @@ def adapt(package: Path, *arguments: str) -> "subprocess.CompletedProcess[str]":
     return subprocess.run(
         [sys.executable, "-P", ADAPTER, *arguments],
         env={"PYTHONPATH": str(package)},
+        input="10.0\n",
         capture_output=True, text=True, check=False, timeout=60,
     )  # fmt: skip
 
@@ -125,6 +126,15 @@ def test_parameters_reach_the_tracker_and_wrong_ones_are_named(
     wrong = adapt(package, "trackers:SORTTracker", str(tmp_path), str(package), "frist=5")
     assert wrong.returncode == 1
     assert "SORTTracker has no parameter 'frist'; it has frame_rate, first" in wrong.stderr
+
+
+def test_a_package_that_is_missing_is_told_with_the_cure(package: Path) -> None:
+    (package / "norfair.py").write_text("import mot_sim_nowhere\n")
+    done = adapt(package, "norfair:Tracker", "live")
+    assert done.returncode == 1
+    told = f"No module named 'mot_sim_nowhere'; the environment of {sys.executable} is damaged"
+    assert done.stderr.startswith(told)
+    assert done.stderr.count("\n") == 1
 
 
 def test_they_import_nothing_of_ours() -> None:

@@ -98,6 +98,17 @@ def test_a_half_made_environment_is_not_taken_for_one(offline: Path) -> None:
         environment.require("half")
 
 
+def test_an_environment_whose_python_is_gone_is_made_anew(offline: Path) -> None:
+    environment = Environment("old", ("nothing==1",))
+    environment.python.parent.mkdir(parents=True)
+    (environment.path / "ready.json").write_text("{}")
+    environment.python.symlink_to(sys.executable)
+    assert environment.is_ready
+    environment.python.unlink()
+    environment.python.symlink_to(offline / "gone")
+    assert not environment.is_ready
+
+
 def test_no_place_for_environments_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("MOT_SIM_GUESTS", str(tmp_path / "file"))
