@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy import ndarray as Array
 
 from tracker.errors import BadConfig
 from tracker.geometry import box_area, box_intersection
@@ -13,8 +14,8 @@ from tracker.types import Camera, Detections
 class Suppression:
     """Drops weak boxes, boxes without area in the image, and the weaker one of two that overlap.
 
-    Detectors that find cars behind cars are sure of both boxes, of duplicates they are not:
-    where both scores reach `sure_score`, the limit is `max_iou_of_sure`.
+    Of duplicates a detector is sure of one; of a car behind a car it may be sure as well. Where
+    both scores reach `sure_score`, or none is the weaker one, the limit is `max_iou_of_sure`.
     """
 
     min_score: float = 0.0
@@ -22,17 +23,18 @@ class Suppression:
     max_iou: float = 0.7
     """Of two boxes whose IoU is larger, the one with the lower score is dropped (at equal scores
     the later one), 0 to 1; more: more boxes stay."""
-    sure_score: float = np.inf
-    """Score from which on a box is sure; infinite: none is. More: fewer boxes stay."""
-    max_iou_of_sure: float = 1.0
+    max_iou_of_sure: float | None = None
     """In place of `max_iou` where both boxes are sure, `max_iou` to 1; more: more boxes stay, cars
-    in rows as well as duplicates."""
+    in rows as well as duplicates. None: sure boxes are suppressed as others are."""
+    sure_score: float = 0.9
+    """Score from which on a box is sure; more: fewer boxes stay."""
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.max_iou <= self.max_iou_of_sure <= 1.0:
+        least = self.max_iou if self.max_iou_of_sure is None else self.max_iou_of_sure
+        if not 0.0 <= self.max_iou <= least <= 1.0:
             raise BadConfig(
-                f"max_iou {self.max_iou:g}, max_iou_of_sure {self.max_iou_of_sure:g}: give limits "
-                "in 0..1, that of sure boxes not the smaller one"
+                f"max_iou {self.max_iou:g}, max_iou_of_sure {least:g}: give limits in 0..1, that "
+                "of sure boxes not the smaller one"
             )
         if np.isnan(self.min_score) or np.isnan(self.sure_score):
             raise BadConfig(
@@ -48,8 +50,10 @@ class Suppression:
         if len(boxes) > 1:
             area = box_area(boxes)
             shared = box_intersection(boxes[:, None], boxes[None])
-            # The weaker one decides; rows suppress columns.
-            limit = np.where(scores >= self.sure_score, self.max_iou_of_sure, self.max_iou)
+            limit: float | Array = self.max_iou
+            if self.max_iou_of_sure is not None:
+                sure = (scores >= self.sure_score) | (scores[:, None] == scores)  # the weaker one
+                limit = np.where(sure, self.max_iou_of_sure, self.max_iou)
             # IoU > t, that is shared > t (both - shared)
             close = (1.0 + limit) * shared > limit * (area[:, None] + area)
             close.ravel()[:: len(boxes) + 1] = False  # each box with itself

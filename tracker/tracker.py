@@ -118,7 +118,7 @@ class Tracker:
             ((1.0, ImageOverlap(0.1, drift=0.6)),) if costs is None else costs,
             lift=Lift(use_box_height=True),
             dynamics=ConstantVelocity(),
-            suppress=Suppression(0.3, max_iou=0.5, sure_score=0.9, max_iou_of_sure=0.7),
+            suppress=Suppression(min_score=0.3, max_iou=0.5, max_iou_of_sure=0.7),
             associate=Hungarian(max_cost=0.7),
             lifecycle=Lifecycle(birth_score=0.8, max_gap=3.0),
             strong_score=0.8,

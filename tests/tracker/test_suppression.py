@@ -91,16 +91,19 @@ def test_boxes_far_apart_are_handed_on_in_arrays_of_their_own(n: int) -> None:
 
 def test_two_sure_boxes_stay_unless_they_overlap_more() -> None:
     iou = 96 / 104
-    sure = replace(Suppression(max_iou=0.5), sure_score=0.9)
-    above, below = (replace(sure, max_iou_of_sure=iou + each) for each in (0.01, -0.01))
+    above, below = (Suppression(max_iou_of_sure=iou + each) for each in (0.01, -0.01))
     assert kept([A, NEARLY_A], [0.95, 0.9], above) == [0, 1]
     assert kept([A, NEARLY_A], [0.95, 0.9], below) == [0]
+    assert kept([A, NEARLY_A], [0.95, 0.9], replace(above, sure_score=0.94)) == [0]
 
 
 def test_a_sure_box_suppresses_one_that_is_not() -> None:
-    suppress = Suppression(max_iou=0.5, sure_score=0.9)
-    assert kept([A, NEARLY_A], [0.89, 0.95], suppress) == [1]
-    assert kept([A, NEARLY_A], [0.89, 0.89], suppress) == [0]
+    assert kept([A, NEARLY_A], [0.89, 0.95], Suppression(max_iou_of_sure=1.0)) == [1]
+
+
+def test_boxes_that_score_alike_are_as_sure_of_one_as_of_the_other() -> None:
+    assert kept([A, NEARLY_A], [0.5, 0.5], Suppression(max_iou_of_sure=1.0)) == [0, 1]
+    assert kept([A, NEARLY_A], [0.5, 0.5], Suppression(max_iou_of_sure=0.9)) == [0]
 
 
 @pytest.mark.parametrize(
