@@ -370,7 +370,7 @@ class Tracker:
             gap_rows = None if frame.T_now_before is None else self.gap_rows
             unseen = (tracks.time_since_update > since_look).nonzero()[0]
             if estimates is not None and gap_rows is not None and len(unseen):
-                gone = tracks.select(unseen), estimates.select(unseen)
+                gone = tracks.replaced(cars=None).select(unseen), estimates.select(unseen)
                 scores[unseen], written[unseen] = gap_rows(*gone, self.camera)
         if since_look > 0.0:
             written &= in_view(tracks.beliefs, self.camera)

@@ -8,8 +8,8 @@ from tracker.car_filter.states import YAW, CarStates
 from tracker.geometry import wrap_angle
 from tracker.types import CarEstimates
 
-# Headings that differ by less count as one direction, rad.
-SAME_DIRECTION = np.pi / 4
+# Headings that differ by less than pi / 4 count as one direction.
+COS_SAME_DIRECTION = np.cos(np.pi / 4)
 # Hypotheses with less weight are left out.
 MIN_WEIGHT = 1e-4
 
@@ -22,9 +22,11 @@ def likeliest(
     And the probability that the car faces there rather than the other way round.
     """
     yaw = states.means[:, :, YAW]
-    cosine = np.cos(yaw[:, :, None] - yaw[:, None, :])
-    alike = cosine > np.cos(SAME_DIRECTION)
-    votes = (alike * weights[:, None, :]).sum(axis=2) + 1e-3 * weights
+    ways = np.empty((*yaw.shape, 2))
+    ways[:, :, 0], ways[:, :, 1] = np.cos(yaw), np.sin(yaw)
+    cosine = ways @ ways.transpose(0, 2, 1)  # of the angles between them
+    alike = cosine > COS_SAME_DIRECTION
+    votes = (alike @ weights[:, :, None])[:, :, 0] + 1e-3 * weights
     best = np.where(weights > MIN_WEIGHT, votes, 0.0).argmax(axis=1)
     rows = np.arange(len(states))
     heading_known = (weights * (cosine[rows, best] > 0.0)).sum(axis=1)

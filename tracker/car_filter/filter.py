@@ -52,6 +52,8 @@ START_RADIAL_STD, START_LATERAL_STD = (0.18, 1.0), (0.03, 0.5)
 START_ITERATIONS = 3
 # An innovation counts as no more standard deviations than this.
 MAX_DEVIATION = 4.0
+# Of each edge of a box those that are taken into account after it.
+LATER_EDGES = [slice(edge + 1, 4) for edge in range(4)]
 
 
 class FlatUpdate(NamedTuple):
@@ -76,15 +78,13 @@ class PredictedCars(NamedTuple):
     """What is known of the road."""
     at: tuple[Int[Array, " h"], Int[Array, " h"]]
     """Rows and columns of the hypotheses that are followed."""
-    transitions: Float[Array, "h 9 9"]
-    """How each of those changes with its state before: the Jacobian."""
     step: RoadStep
     """What happened to all of them."""
 
     def places_of(self, rows: Int[Array, " k"], columns: Int[Array, " k"]) -> Int[Array, " k"]:
-        """Where these hypotheses, which are followed, stand in `at` and `transitions`."""
+        """Where these hypotheses, which are followed, stand in `at`."""
         places = np.zeros(self.states.log_weights.shape, np.int64)
-        places[self.at] = np.arange(len(self.transitions))
+        places[self.at] = np.arange(len(self.at[0]))
         chosen: Int[Array, " k"] = places[rows, columns]
         return chosen
 
@@ -180,13 +180,13 @@ class CarFilter:
         sizes = np.log(self.size), self._size_cov
         step = RoadStep(T_road, turn, dt, slopes, roughness, *sizes)
         if len(states) == 0:
-            return PredictedCars(states, memory, at, np.zeros((0, STATE_SIZE, STATE_SIZE)), step)
+            return PredictedCars(states, memory, at, step)
         means, covs, moving = states.means[at], states.covs[at], at[1] >= HEADING_COUNT
-        means, covs, F = self.motion(means, covs, moving, step)
+        means, covs = self.motion(means, covs, moving, step)
         covs[:, :3, :3] += ego_motion_cov(means[:, :3], motion_cov, camera)
         covs[:, YAW, YAW] += motion_cov[4, 4]
         later = _with(states, at, means, covs, states.log_weights)
-        return PredictedCars(later, memory, at, F, step)
+        return PredictedCars(later, memory, at, step)
 
     def update(
         self,
@@ -352,28 +352,24 @@ class CarFilter:
         if linear is not None:
             off -= (H @ (means - linear)[:, :, None])[:, :, 0]
         told = ~self.edges.censored(boxes, expected, camera)
-        # of each edge with the states, and with the edges: both without the noise
-        by_state = covs @ H.transpose(0, 2, 1)
-        by_edge = H @ by_state
-        var, bounded, share = np.empty_like(off), np.empty_like(off), np.empty_like(off)
-        for edge in range(4):
-            later = slice(edge + 1, 4)
+        # covariances of each edge with the states, and with the edges: both without the noise
+        by_state = H @ covs
+        by_edge = by_state @ H.transpose(0, 2, 1)
+        var, bounded = np.empty_like(off), np.empty_like(off)
+        for edge, later in enumerate(LATER_EDGES):
             var[:, edge] = by_edge[:, edge, edge] + variances[:, edge]
-            std = np.sqrt(var[:, edge])
-            limit = MAX_DEVIATION * std
-            innovation = np.minimum(np.maximum(off[:, edge], -limit), limit)
-            bounded[:, edge] = innovation / std
-            share[:, edge] = innovation / var[:, edge]
-            weight = told[:, edge] / var[:, edge]
+            limit = MAX_DEVIATION * np.sqrt(var[:, edge])
+            bounded[:, edge] = np.minimum(np.maximum(off[:, edge], -limit), limit)
             others = by_edge[:, edge, later]
-            gain = others * weight[:, None]
-            off[:, later] -= gain * innovation[:, None]
-            by_state[:, :, later] -= by_state[:, :, edge, None] * gain[:, None]
+            gain = others * (told[:, edge] / var[:, edge])[:, None]
+            off[:, later] -= gain * bounded[:, edge, None]
+            by_state[:, later] -= gain[:, :, None] * by_state[:, edge, None]
             by_edge[:, later, later] -= gain[:, :, None] * others[:, None]
-        squares = told * bounded**2
+        weights = told / var
+        squares = weights * bounded**2
         fit = -0.5 * (self.tightness * np.log(var) + squares).sum(axis=1)
-        step = (by_state @ (told * share)[:, :, None])[:, :, 0]
-        covs = covs - (by_state * (told / var)[:, None]) @ by_state.transpose(0, 2, 1)
+        step = ((weights * bounded)[:, None] @ by_state)[:, 0]
+        covs = covs - by_state.transpose(0, 2, 1) @ (weights[:, :, None] * by_state)
         return FlatUpdate(means + step, covs, fit, squares.sum(axis=1))
 
 

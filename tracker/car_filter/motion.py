@@ -1,5 +1,6 @@
 """How cars move between two frames: parked ones not at all, others as far as they face."""
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -15,6 +16,8 @@ TURNING_SPEED, STANDING_TURN = 3.0, 0.05
 # Std of what a parked car seems to turn in a second, rad.
 PARKED_TURN_STD = 0.003
 DIAGONAL = np.arange(STATE_SIZE)
+# Columns of a state that driving changes, and those that it depends on.
+GROUND, DRIVING = [0, 2], [YAW, SPEED, YAW_RATE]
 
 
 class RoadStep(NamedTuple):
@@ -62,20 +65,22 @@ class CarMotion:
 
     def moved(self, states: Float[Array, "h 9"], step: RoadStep) -> Float[Array, "h 9"]:
         """States after a step, in the road frame of then."""
-        way = states[:, YAW] + 0.5 * step.dt * states[:, YAW_RATE]  # halfway
-        distance = step.dt * states[:, SPEED]
+        dt, (before, now) = step.dt, step.slopes
+        way = states[:, YAW] + 0.5 * dt * states[:, YAW_RATE]  # halfway
+        distance = dt * states[:, SPEED]
         later = states.copy()
         later[:, 0] += distance * np.cos(way)
         later[:, 2] -= distance * np.sin(way)
         later[:, :3] = later[:, :3].dot(step.T_road[:3, :3].T) + step.T_road[:3, 3]
-        later[:, YAW] += step.turn + step.dt * states[:, YAW_RATE]
-        later[:, YAW_RATE] *= np.exp(-step.dt / self.turn_time)
-        before, now = step.slopes
-        distance = np.sqrt(later[:, 0] ** 2 + later[:, 2] ** 2)
-        keep = np.exp(-step.dt / self.off_road_time)
-        later[:, 1] = now * distance + keep * (later[:, 1] - before * distance)
-        mean, keep_size = step.log_size, np.exp(-step.dt / self.size_time)
-        later[:, LOG_SIZE] = mean + keep_size * (states[:, LOG_SIZE] - mean)
+        later[:, YAW] += step.turn + dt * states[:, YAW_RATE]
+        later[:, YAW_RATE] *= math.exp(-dt / self.turn_time)
+        reach = np.sqrt(later[:, 0] ** 2 + later[:, 2] ** 2)
+        later[:, 1] -= before * reach
+        later[:, 1] *= math.exp(-dt / self.off_road_time)
+        later[:, 1] += now * reach
+        later[:, LOG_SIZE] -= step.log_size
+        later[:, LOG_SIZE] *= math.exp(-dt / self.size_time)
+        later[:, LOG_SIZE] += step.log_size
         return later
 
     def __call__(
@@ -84,47 +89,64 @@ class CarMotion:
         covs: Float[Array, "h 9 9"],
         moving: Bool[Array, " h"],
         step: RoadStep,
-    ) -> tuple[Float[Array, "h 9"], Float[Array, "h 9 9"], Float[Array, "h 9 9"]]:
-        """States, covariances and transitions after a step, in the road frame of then."""
-        h, R, dt = len(states), step.T_road[:3, :3], step.dt
-        later = self.moved(states, step)
-        way = states[:, YAW] + 0.5 * dt * states[:, YAW_RATE]
-        c, s = np.cos(way), np.sin(way)
-        facing, turned = np.zeros((h, 3)), np.zeros((h, 3))
-        facing[:, 0], facing[:, 2] = dt * c, -dt * s
-        pace = dt * states[:, SPEED]
-        turned[:, 0], turned[:, 2] = -s * pace, -c * pace
-        keep_rate = np.exp(-dt / self.turn_time)
-        keep = np.exp(-dt / self.off_road_time)
-        keep_size = np.exp(-dt / self.size_time)
-        F = np.zeros((h, STATE_SIZE, STATE_SIZE))
-        F[:, DIAGONAL, DIAGONAL] = 1.0
-        F[:, :3, :3] = R
-        F[:, :3, YAW] = turned.dot(R.T)
-        F[:, :3, SPEED] = facing.dot(R.T)
-        F[:, :3, YAW_RATE] = 0.5 * dt * F[:, :3, YAW]
-        F[:, YAW, YAW_RATE] = dt
-        F[:, YAW_RATE, YAW_RATE] = keep_rate
-        F[:, 1] *= keep
-        F[:, LOG_SIZE] *= keep_size
-        covs = F @ covs @ F.transpose(0, 2, 1)
+    ) -> tuple[Float[Array, "h 9"], Float[Array, "h 9 9"]]:
+        """States and covariances after a step, in the road frame of then."""
+        dt, later = step.dt, self.moved(states, step)
+        driven, shared = _by_motion(states, dt), self._shared(step)
+        # F P F' in two parts: what differs from car to car, then what is the same for all
+        covs = covs.copy()
+        covs[:, GROUND] += driven @ covs[:, DRIVING]
+        covs[:, :, GROUND] += covs[:, :, DRIVING] @ driven.transpose(0, 2, 1)
+        for _ in range(2):
+            covs = covs.reshape(-1, STATE_SIZE).dot(shared.T).reshape(covs.shape)
+            covs = covs.transpose(0, 2, 1)
         distance = np.sqrt(later[:, 0] ** 2 + later[:, 2] ** 2)
-        noise = np.zeros((h, STATE_SIZE))
+        noise = np.zeros(states.shape)
         noise[:, 0] = noise[:, 2] = self.drift_std**2 * dt
-        noise[:, 1] = (1.0 - keep**2) * step.roughness * self.off_road_var(distance)
+        kept = math.exp(-2.0 * dt / self.off_road_time)
+        noise[:, 1] = (1.0 - kept) * step.roughness * self.off_road_var(distance)
         pace = np.minimum(1.0, states[:, SPEED] / TURNING_SPEED + STANDING_TURN)
         noise[:, YAW] = np.where(moving, self.turn_std**2 * dt * pace, PARKED_TURN_STD**2 * dt)
-        noise[:, YAW_RATE] = moving * ((1.0 - keep_rate**2) * pace * self.yaw_rate_std**2)
+        kept = math.exp(-2.0 * dt / self.turn_time)
+        noise[:, YAW_RATE] = moving * ((1.0 - kept) * self.yaw_rate_std**2 * pace)
         noise[:, SPEED] = moving * (self.acceleration_std**2 * 0.1 * dt)
         covs[:, DIAGONAL, DIAGONAL] += noise
-        covs[:, LOG_SIZE, LOG_SIZE] += (1.0 - keep_size**2) * step.log_size_cov
-        return later, covs, F
+        kept = math.exp(-2.0 * dt / self.size_time)
+        covs[:, LOG_SIZE, LOG_SIZE] += (1.0 - kept) * step.log_size_cov
+        return later, covs
+
+    def transitions(self, states: Float[Array, "h 9"], step: RoadStep) -> Float[Array, "h 9 9"]:
+        """How the states after a step change with these before it: the Jacobians."""
+        driven = np.tile(np.eye(STATE_SIZE), (len(states), 1, 1))
+        driven[:, np.array(GROUND)[:, None], DRIVING] = _by_motion(states, step.dt)
+        return self._shared(step) @ driven
+
+    def _shared(self, step: RoadStep) -> Float[Array, "9 9"]:
+        """The part of the transitions that is the same for all cars."""
+        F = np.eye(STATE_SIZE)
+        F[:3, :3] = step.T_road[:3, :3]
+        F[1] *= math.exp(-step.dt / self.off_road_time)
+        F[YAW, YAW_RATE] = step.dt
+        F[YAW_RATE, YAW_RATE] = math.exp(-step.dt / self.turn_time)
+        F[LOG_SIZE] *= math.exp(-step.dt / self.size_time)
+        return F
 
     def off_road_var(self, distance: Float[Array, "*n"]) -> Float[Array, "*n"]:
         """Variance of how far bases lie off the road at these distances, m^2."""
         at_camera, per_metre = self.off_road_std
         variance: Float[Array, "*n"] = (at_camera + per_metre * distance) ** 2
         return variance
+
+
+def _by_motion(states: Float[Array, "h 9"], dt: float) -> Float[Array, "h 2 3"]:
+    """Derivatives of where cars drive to, on the ground, by yaw, speed and yaw rate."""
+    way = states[:, YAW] + 0.5 * dt * states[:, YAW_RATE]
+    c, s, distance = np.cos(way), np.sin(way), dt * states[:, SPEED]
+    driven = np.empty((len(states), 2, 3))
+    driven[:, 0, 0], driven[:, 1, 0] = -s * distance, -c * distance
+    driven[:, 0, 1], driven[:, 1, 1] = dt * c, -dt * s
+    driven[:, :, 2] = 0.5 * dt * driven[:, :, 0]
+    return driven
 
 
 def ego_motion_cov(
@@ -134,11 +156,7 @@ def ego_motion_cov(
 
     motion_cov: as in `Frame`. A point X of the camera's frame shifts by rho + phi x X.
     """
-    X = places.dot(camera.T_cam_road[:3, :3].T) + camera.T_cam_road[:3, 3]
-    shift = np.zeros((len(X), 3, 6))
-    shift[:, 0, 0] = shift[:, 1, 1] = shift[:, 2, 2] = 1.0
-    shift[:, 0, 4], shift[:, 0, 5] = X[:, 2], -X[:, 1]
-    shift[:, 1, 3], shift[:, 1, 5] = -X[:, 2], X[:, 0]
-    shift[:, 2, 3], shift[:, 2, 4] = X[:, 1], -X[:, 0]
-    J = (camera.T_road_cam[:3, :3].dot(shift)).transpose(1, 0, 2)
-    return J @ motion_cov @ J.transpose(0, 2, 1)
+    shift = places.dot(camera.place_shift[:3]) + camera.place_shift[3]
+    from_motion = shift.reshape(-1, 6).dot(motion_cov).reshape(-1, 3, 6)
+    cov: Float[Array, "h 3 3"] = from_motion @ shift.reshape(-1, 3, 6).transpose(0, 2, 1)
+    return cov

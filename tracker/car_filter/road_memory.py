@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -10,14 +11,14 @@ from numpy import ndarray as Array
 
 from tracker.beliefs import BOTTOM_CENTRE
 from tracker.car_filter.edges import border_gaps
-from tracker.car_filter.states import LOG_HEIGHT, MOVING, PARKED, SPEED, YAW, CarStates
+from tracker.car_filter.states import HEADING_COUNT, LOG_HEIGHT, MOVING, SPEED, YAW, CarStates
 from tracker.types import Camera
 
 # Borders between the strips of the road of which traffic is remembered, road x, m.
 STRIP_BORDERS = np.array([-6.0, -1.5, 1.5, 6.0])
-# Where the shares of `DirectionPrior` hold: left of the first, between the middle two, right of
-# the last.
-SHARE_PLACES = np.array([-4.0, -1.0, 1.0, 4.0])
+# As far as the first aside (road x, m) the shares of `DirectionPrior` before the camera hold, from
+# the second on those left or right of it.
+MIDDLE = (1.0, 4.0)
 # The road's slope is told by whole boxes, farther than this from the image's border, px ...
 MIN_BORDER_GAP = 5.0
 # ... of cars farther away than this, m, ...
@@ -178,28 +179,29 @@ class DirectionPrior:
     def __call__(self, memory: RoadMemory, states: CarStates) -> Float[Array, "n k"]:
         """How much likelier each hypothesis is by its heading than if cars faced any way alike."""
         x, ahead = states.means[:, :, 0], -np.sin(states.means[:, :, YAW])
-        known = memory.traffic[np.searchsorted(STRIP_BORDERS, x)]
-        peak = np.sqrt(2.0 * np.pi * self.concentration)  # of its density, over the uniform one
-        same_way = peak * np.exp(self.concentration * (ahead - 1.0))
-        opposite = peak * np.exp(self.concentration * (-ahead - 1.0))
-        ratio = np.empty(x.shape)
-        for mode, same, oncoming in (
-            (PARKED, self.parked_same, self.parked_oncoming),
-            (MOVING, self.moving_same, self.moving_oncoming),
-        ):
-            same_share = np.interp(x[:, mode], SHARE_PLACES, _spread(same))
-            both = same_share + np.interp(x[:, mode], SHARE_PLACES, _spread(oncoming))
-            seconds = known[:, mode]
-            there = self.traffic_seconds * same_share / both + seconds[:, :, 0]
-            there /= self.traffic_seconds + seconds.sum(axis=2)
-            directed = there * same_way[:, mode] + (1.0 - there) * opposite[:, mode]
-            ratio[:, mode] = both * directed + (1.0 - both)
-        return ratio
+        side = np.abs(x) - MIDDLE[0]
+        side = np.minimum(np.maximum(side / (MIDDLE[1] - MIDDLE[0]), 0.0), 1.0)
+        before, left, right = self._shares
+        aside = np.where(x[:, :, None] < 0.0, left, right)
+        shares = before + side[:, :, None] * (aside - before)
+        both = shares.sum(axis=2)
+        strips = np.searchsorted(STRIP_BORDERS, x)
+        seconds, all_seconds = memory.traffic[:, 0], memory.traffic.sum(axis=1)
+        there = self.traffic_seconds * shares[:, :, 0] / both + seconds.take(strips)
+        there /= self.traffic_seconds + all_seconds.take(strips)
+        # densities of its directions, over the uniform one
+        peak = math.sqrt(2.0 * math.pi * self.concentration) * both
+        same_way = np.exp(self.concentration * (ahead - 1.0))
+        opposite = np.exp(self.concentration * (-ahead - 1.0))
+        return peak * (there * same_way + (1.0 - there) * opposite) + (1.0 - both)
 
-
-def _spread(shares: tuple[float, float, float]) -> tuple[float, float, float, float]:
-    """Shares at `SHARE_PLACES`."""
-    return shares[0], shares[1], shares[1], shares[2]
+    @cached_property
+    def _shares(self) -> Float[Array, "3 k 2"]:
+        """Of each hypothesis the shares before the camera, left and right of it: both ways."""
+        parked = self.parked_same, self.parked_oncoming
+        moving = self.moving_same, self.moving_oncoming
+        by_mode = np.array([parked, moving]).repeat(HEADING_COUNT, axis=0)  # k, 2, 3
+        return by_mode[:, :, [1, 0, 2]].transpose(2, 0, 1)
 
 
 def believed_heights(states: CarStates) -> Float[Array, " n"]:

@@ -10,6 +10,7 @@ from numpy import ndarray as Array
 
 from tracker.car_filter.estimates import estimate
 from tracker.car_filter.filter import CarFilter, PredictedCars
+from tracker.car_filter.motion import CarMotion
 from tracker.car_filter.road_memory import RoadMemory
 from tracker.car_filter.states import HYPOTHESIS_COUNT, STATE_SIZE, YAW, CarStates, normalised
 from tracker.geometry import wrap_angle
@@ -111,14 +112,15 @@ def follow_cars(
     before = np.concatenate((np.flatnonzero(kept), np.full(len(born), -1)))
     ids = np.concatenate((going.ids, seen.ids[~is_known]))
     after = FollowedCars(ids, states, updated.memory)
-    gains = _gains(going.states, predicted)
+    gains = _gains(car_filter.motion, going.states, predicted)
     return FilteredFrame(before, predicted, parents, gains, after)
 
 
-def _gains(states: CarStates, predicted: PredictedCars) -> Float[Array, "h 9 9"]:
+def _gains(motion: CarMotion, states: CarStates, predicted: PredictedCars) -> Float[Array, "h 9 9"]:
     """The smoother's gains: of the states before a prediction, hypothesis by hypothesis."""
     expected = predicted.states.covs[predicted.at] + MIN_VARIANCE * np.eye(STATE_SIZE)
-    moved = predicted.transitions @ states.covs[predicted.at]
+    transitions = motion.transitions(states.means[predicted.at], predicted.step)
+    moved = transitions @ states.covs[predicted.at]
     # contiguous, or products with what was kept and given back are rounded otherwise
     gains: Float[Array, "h 9 9"] = np.linalg.solve(expected, moved).transpose(0, 2, 1).copy()
     return gains

@@ -132,18 +132,23 @@ class Camera:
         return self.A_road_pixel[:, :2].T.copy(), self.A_road_pixel[:, 2].copy()
 
     @cached_property
-    def road_shift(self) -> Float[Array, "4 12"]:
-        """How a small motion of the camera shifts points of the road frame along road x and z.
+    def place_shift(self) -> Float[Array, "4 18"]:
+        """How a small motion of the camera shifts points of the road frame.
 
         For a point X in the camera's frame and a motion (rho, phi) the shift is rho + phi x X.
-        [X_road, 1] times this matrix, reshaped to (2, 6), is its Jacobian by (rho, phi).
+        [X_road, 1] times this matrix, reshaped to (3, 6), is its Jacobian by (rho, phi).
         """
         X_cam = self.T_cam_road[:3].T  # [X_road, 1] @ X_cam is the point in the camera's frame
-        jacobian = np.zeros((4, 2, 6))
-        for row, axis in enumerate(self.T_road_cam[:3:2, :3]):
+        jacobian = np.zeros((4, 3, 6))
+        for row, axis in enumerate(self.T_road_cam[:3, :3]):
             jacobian[3, row, :3] = axis
             jacobian[:, row, 3:] = np.cross(X_cam, axis)  # axis . (phi x X) = phi . (X x axis)
-        return jacobian.reshape(4, 12)
+        return jacobian.reshape(4, 18)
+
+    @cached_property
+    def road_shift(self) -> Float[Array, "4 12"]:
+        """The same along road x and z alone: reshaped to (2, 6)."""
+        return self.place_shift.reshape(4, 3, 6)[:, ::2].reshape(4, 12)
 
     @cached_property
     def far_corner(self) -> Float[Array, "4"]:

@@ -104,6 +104,7 @@ def test_the_covariance_follows_the_derivatives_of_the_motion() -> None:
         step[column] = 1e-5
         F[:, :, column] = (go(states + step) - go(states - step)) / 2e-5
     later = motion(states, covs, np.ones(30, bool), shared)[1]
+    np.testing.assert_allclose(motion.transitions(states, shared), F, rtol=1e-5, atol=1e-7)
     expected = F @ covs @ F.transpose(0, 2, 1)
     distance = np.hypot(*go(states)[:, :3:2].T)
     expected[:, 1, 1] += (1.0 - np.exp(-0.2 / motion.off_road_time)) * motion.off_road_var(distance)

@@ -88,10 +88,9 @@ def test_the_way_back_is_filterpys_smoother() -> None:
     means = np.array([frame.cars.states.means[0, slot] for frame in filtered])
     covs = np.array([frame.cars.states.covs[0, slot] for frame in filtered])
     kalman = KalmanFilter(dim_x=9, dim_z=1)
-    one, at = np.array([0]), np.array([slot])
     for k in range(8, -1, -1):  # a step at a time: the motion is no linear one
         predicted = filtered[k + 1].predicted
-        F = predicted.transitions[predicted.places_of(one, at)[0]]
+        F = FLAT.motion.transitions(means[k][None], predicted.step)[0]
         x = predicted.states.means[0, slot]
         Q = predicted.states.covs[0, slot] - F @ covs[k] @ F.T + 1e-9 * np.eye(9)
         shifted = np.array([means[k], means[k + 1] - x + F @ means[k]])
