@@ -140,8 +140,8 @@ class LevelsInside(NamedTuple):
         share = a / np.where(crosses, a - b, 1.0)
         first, second = pixels[:, CUBOID_EDGES[:, 0]], pixels[:, CUBOID_EDGES[:, 1]]
         change = second - first
-        points = [first + share[:, :, side, None] * change for side in (0, 1)]
-        points = np.concatenate((pixels, *points), axis=1)
+        crossings = [first + share[:, :, side, None] * change for side in (0, 1)]
+        points = np.concatenate((pixels, *crossings), axis=1)
         crosses = crosses.transpose(0, 2, 1).reshape(len(pixels), -1)
         seen = np.concatenate(((inward > 0.0).all(axis=2), crosses), axis=1)
         seen &= points[:, :, 2] > MIN_CORNER_DEPTH
