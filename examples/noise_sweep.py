@@ -37,6 +37,6 @@ figure.savefig("noise_sweep.png", dpi=150)
 print("written: noise_sweep.png")
 
 # Printed:
-# default: 84.9 ±12.2, 76.5 ±9.6, 51.9 ±1.3
-# paper: 81.6 ±15.0, 73.5 ±11.3, 50.9 ±3.5
+# default: 91.0 ±11.0, 81.2 ±8.0, 52.3 ±0.6
+# paper: 87.8 ±9.7, 76.8 ±3.0, 51.6 ±1.7
 # written: noise_sweep.png
