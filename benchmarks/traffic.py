@@ -1,6 +1,12 @@
-"""How fast live and recorded traffic are, and whether 10,000 steps grow the memory.
+"""How fast live and recorded traffic are, whether it moves for ever, and whether memory grows.
 
     python -m benchmarks.traffic [--steps 10000]
+    python -m benchmarks.traffic --continuous 20000 [--scenes intersection,street] [--seeds 3]
+
+--continuous: every scene of live traffic is driven for so many steps, our car on one new way after
+the other. Printed for the last 1,000 steps: cars on the road, those that move, cars that came in;
+over all steps: ways that our car began, cars that crashed, states that show cars in one another
+that are not marked as crashed, MB of memory gained after the first tenth, steps a second.
 
 CPU seconds of one thread. Machines differ and are shared: beside every figure stands its ratio
 to a yardstick of the same run, highway-env's own `highway-v0` road with the same number of cars
@@ -23,10 +29,21 @@ import numpy as np  # noqa: E402
 from highway_env.road.road import Road, RoadNetwork  # noqa: E402
 from highway_env.vehicle.behavior import IDMVehicle  # noqa: E402
 
-from mot_sim.simulation.traffic import RecordedTraffic, Replay, Traffic, record_traffic  # noqa: E402
+from mot_sim.simulation.cars import VehicleSampler  # noqa: E402
+from mot_sim.simulation.random_numbers import named_stream  # noqa: E402
+from mot_sim.simulation.registry import SCENES, find_scene  # noqa: E402
+from mot_sim.simulation.traffic import (  # noqa: E402
+    RecordedTraffic,
+    Replay,
+    Traffic,
+    collisions,
+    record_traffic,
+)
 from mot_sim.simulation.traffic.highway import ROADS, HighwayTraffic  # noqa: E402
 
 CARS, FRAMES = 30, 100
+LAST_STEPS = 1000  # of a long run, over which traffic must still move
+CHECKED_EACH = 10  # steps; who has crashed stands for 20 s
 
 
 def highway_env_itself(cars: int) -> float:
@@ -86,11 +103,70 @@ def growth_table(steps: int) -> None:
             print(f"{step:6d}{memory():7.1f}{int((world.speed > 0.0).sum()):8d}", flush=True)
 
 
+def live_scenes() -> list[str]:
+    """The scenes whose traffic is driven live."""
+    return [
+        name for name in SCENES
+        if isinstance(find_scene(name).make_traffic(VehicleSampler().models_of(0)), HighwayTraffic)
+    ]  # fmt: skip
+
+
+def continuous_table(names: list[str], seeds: int, steps: int) -> None:
+    """Long runs: whether traffic moves at their ends."""
+    titles = ("driving", "moving", "came", "ways", "crashed", "unmarked", "MB", "steps/s")
+    print(f"{'scene':14}{'seed':>5}" + "".join(f"{title:>9}" for title in titles), flush=True)
+    for name in names:
+        for seed in range(seeds):
+            values = continuous_run(name, seed, steps)
+            print(f"{name:14}{seed:5d}" + "".join(f"{each:9.1f}" for each in values), flush=True)
+
+
+def continuous_run(name: str, seed: int, steps: int) -> tuple[float, ...]:
+    """The figures of one long run, in the order of the table."""
+    scene = find_scene(name)
+    traffic = scene.make_traffic(scene.vehicle_sampler.models_of(seed))
+    assert isinstance(traffic, HighwayTraffic)
+    traffic.continuous = True
+    parked = int((traffic.reset_live(named_stream(seed, "traffic")).speed == 0.0).sum())
+    last, early = min(LAST_STEPS, steps), max(steps // 10, 1)
+    driving, moving, newest, before, unmarked, base = [], [], 0, 0, 0, 0.0
+    crashed: set[int] = set()
+    start = process_time()
+    for step in range(1, steps + 1):
+        state = traffic.step()
+        newest = max(newest, int(state.ids.max(initial=0)))
+        assert state.crashed is not None
+        crashed |= set(state.ids[state.crashed].tolist())
+        if step % CHECKED_EACH == 0:
+            touching = np.setdiff1d(collisions(state), state.ids[state.crashed])
+            unmarked += bool(len(touching[touching >= 0]))
+        if step == early:
+            base = memory()
+        if step == steps - last:
+            before = newest
+        if step > steps - last:
+            driving.append(len(state) - parked)
+            moving.append(int((state.speed > 0.5).sum()))
+    speed = steps / (process_time() - start)
+    return (
+        float(np.mean(driving)), float(np.mean(moving)), newest - before, traffic.ego_ways,
+        len(crashed), unmarked, memory() - base, speed,
+    )  # fmt: skip
+
+
 def main() -> None:
-    """Print both tables."""
+    """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--steps", type=int, default=10_000, help="of the memory table; 0: none")
-    steps = parser.parse_args().steps
+    parser.add_argument("--continuous", type=int, help="steps of long runs; nothing else is run")
+    parser.add_argument("--scenes", help="of the long runs; all of live traffic")
+    parser.add_argument("--seeds", type=int, default=3, help="of the long runs")
+    arguments = parser.parse_args()
+    if arguments.continuous:
+        names = arguments.scenes.split(",") if arguments.scenes else live_scenes()
+        continuous_table(names, arguments.seeds, arguments.continuous)
+        return
+    steps = arguments.steps
     base = highway_env_itself(CARS)
     print(f"{CARS} cars              frames/s   driving   x yardstick")
     print(f"{'highway-env itself':22s}{base:8.0f}{CARS:10.1f}{1.0:14.2f}", flush=True)

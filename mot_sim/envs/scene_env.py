@@ -43,8 +43,9 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
     odometry (T_now_before; at first the identity), time. Action: of COMMANDS; recorded traffic
     cannot answer and knows `autopilot` (0) alone. Reward: `driving_reward`, of recorded traffic
     0. An episode is terminated when the ego car of live traffic crashes, and truncated at the
-    last frame of the scene. info: `truth` (a FrameTruth), which is never observed, `frame`,
-    `episode_seed`, from which all of the episode follows, and `crashed`.
+    last frame of the scene or where the road of the ego car ends. info: `truth` (a FrameTruth),
+    which is never observed, `frame`, `episode_seed`, from which all of the episode follows, and
+    `crashed`.
 
     scale: of the image's sides. kept_runs: how many episodes of recorded traffic are kept with
     their labels, in case their seed comes again. knobs: of the scene. A pickled environment goes
@@ -116,7 +117,7 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
 
     @property
     def frame_count(self) -> int:
-        """How many frames an episode has, the one after reset included."""
+        """How many frames an episode has at most, the one after reset included."""
         return self.scene.frame_count
 
     def reset(
@@ -141,7 +142,7 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         self._advance(int(action))
         reward = driving_reward(self._rollout.driver.driving()) if self.is_live else 0.0
         observation, info = self._observe()
-        return observation, reward, self._crashed, self._index + 1 >= self.frame_count, info
+        return observation, reward, self._crashed, self._is_at_end, info
 
     def render(self) -> UInt8[Array, "h w 3"] | None:
         """The camera's image; None without the render mode, or where it goes to a window."""
@@ -164,7 +165,14 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
 
     @property
     def _is_over(self) -> bool:
-        return self._crashed or self._index + 1 >= self.frame_count
+        return self._crashed or self._is_at_end
+
+    @property
+    def _is_at_end(self) -> bool:
+        """Whether this is the last frame, or the ego car's road has ended."""
+        if self.is_live and self._rollout.driver.has_ended:
+            return True
+        return self._index + 1 >= (self.frame_count if self.is_live else len(self._rollout))
 
     @property
     def _rollout(self) -> Any:

@@ -1,5 +1,6 @@
 """What can be run (a scene), and who drives where when it is run (a rollout)."""
 
+import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,9 +15,10 @@ from mot_sim.simulation.scenery import Neighbourhood, Scenery, Weather, find_wea
 from mot_sim.simulation.sensors import Detector
 from mot_sim.simulation.traffic.recording import RecordedTraffic
 from mot_sim.simulation.traffic.roads import Roads
-from mot_sim.simulation.traffic.traffic_state import Traffic, TrafficState
+from mot_sim.simulation.traffic.traffic_state import Finite, Traffic, TrafficState
 from tracker.errors import BadConfig
 
+LOGGER = logging.getLogger(__name__)
 Knob = int | float | str | bool  # the value of a knob
 
 
@@ -112,8 +114,20 @@ class Rollout:
 
 
 def record_scene_traffic(scene: Scene, seed: int) -> RecordedTraffic:
-    """Who is where in a run of a scene; to be recorded once and used many times."""
+    """Who is where in a run of a scene; to be recorded once and used many times.
+
+    The run is shorter than the scene where the road of the ego car ends before; a warning is
+    logged.
+    """
     traffic = scene.make_traffic(scene.vehicle_sampler.models_of(seed))
     states = [traffic.reset(random_numbers.named_stream(seed, "traffic"))]
-    states += [traffic.step() for _ in range(scene.frame_count - 1)]
+    while len(states) < scene.frame_count:
+        state = traffic.step()
+        if isinstance(traffic, Finite) and traffic.has_ended:
+            LOGGER.warning(
+                "scene %s, seed %d: the road of our car ends after %d frames; %d were asked for",
+                scene.name, seed, len(states), scene.frame_count,
+            )  # fmt: skip
+            break
+        states.append(state)
     return RecordedTraffic.of(states)

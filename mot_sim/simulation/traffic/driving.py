@@ -30,7 +30,7 @@ class Driving:
     lanes: int
     """How many lanes lie side by side there, its own included."""
     on_road: bool
-    """Whether its centre is on its lane."""
+    """Whether its centre is on its lane, and its road has not ended."""
     crashed: bool
     """Whether its footprint overlaps another car's."""
 
@@ -38,6 +38,9 @@ class Driving:
 @runtime_checkable
 class Driven(Protocol):
     """Live traffic whose ego car can be told what to do; see `Traffic`."""
+
+    continuous: bool
+    """Whether the ego car begins a new way where its road ends."""
 
     def reset_live(self, rng: np.random.Generator) -> TrafficState:
         """A new run of which nothing is driven ahead; the first state."""
@@ -49,6 +52,11 @@ class Driven(Protocol):
 
     def step(self) -> TrafficState:
         """The state 0.1 s later."""
+        ...
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether the ego car is behind the end of its road."""
         ...
 
     def driving(self) -> Driving:

@@ -76,6 +76,16 @@ class Traffic(Protocol):
         ...
 
 
+@runtime_checkable
+class Finite(Traffic, Protocol):
+    """Traffic whose ego car comes to the end of its road."""
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether the ego car was behind the end of its road in the last state that was given."""
+        ...
+
+
 def colliding_pairs(poses: Float[Array, "n 3"], size: Float[Array, "n 3"]) -> Int[Array, "p 2"]:
     """Rows i < j of cars at poses x, y, heading whose footprints share some area."""
     reach = 0.5 * np.hypot(size[:, 0], size[:, 2])

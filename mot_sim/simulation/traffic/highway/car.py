@@ -90,6 +90,11 @@ class Car(IDMVehicle):
         return bool(is_last and self.along > self.lane.length + 0.5 * self.LENGTH)
 
     @property
+    def is_past_end(self) -> bool:
+        """Whether its centre is behind the end of its way."""
+        return bool(self.leg == len(self.path) - 1 and self.along > self.lane.length)
+
+    @property
     def to_line(self) -> float:
         """Metres from the front bumper to the end of this lane."""
         return float(self.lane.length) - self.along - 0.5 * self.LENGTH
@@ -282,6 +287,7 @@ class EgoCar(Car):
             limit=float(self.lane.speed_limit),
             lane=int(self.lane_index[2]),
             lanes=len(self.road.beside(self.lane_index)),
-            on_road=abs(self.aside) <= MAX_ASIDE_SHARE * float(self.lane.width_at(self.along)),
+            on_road=not self.is_past_end
+            and abs(self.aside) <= MAX_ASIDE_SHARE * float(self.lane.width_at(self.along)),
             crashed=bool(self.crashed) or touches,
         )

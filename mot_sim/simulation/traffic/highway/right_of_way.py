@@ -1,15 +1,18 @@
 """Who waits at which line: first come, first served at a crossing; give way at a merge."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
-from mot_sim.simulation.traffic.highway.car import Car
-from mot_sim.simulation.traffic.highway.layout import Layout, Segment
+from mot_sim.simulation.traffic.highway.car import STANDING_GAP_METRES, Car
+from mot_sim.simulation.traffic.highway.layout import Layout, Path, Segment
 
 ASKING_METRES = 28.0  # metres before the line from which a driver asks to cross
 PATIENCE_TICKS = 100  # ticks that one who waits lets others go first: 5 s
 DECISION_METRES = 18.0  # metres before a give-way line from which a driver may decide to go
 SPARE_SECONDS = 1.5  # seconds between us and the next car where we merge
 PULL_AWAY_ACCELERATION = 1.5  # m/s2 of a car that pulls away
+MAX_RING_SHARE = 0.5  # of a ring and its entries that cars take up; when it is more, nobody enters
 
 
 class RightOfWay:
@@ -20,6 +23,9 @@ class RightOfWay:
         self.waiting: list[Car] = []
         self.going: list[Car] = []
         self.waits: dict[Car, int] = {}  # ticks
+        self.ring = frozenset(circulating(layout.paths)) | layout.merges
+        lanes = [layout.network.get_lane((*segment, 0)) for segment in self.ring]
+        self.ring_metres = sum(float(lane.length) for lane in lanes)
 
     def update(self, cars: list[Car]) -> None:
         """Let cars go, in the order of their coming."""
@@ -60,9 +66,10 @@ class RightOfWay:
     def _may_go(self, car: Car, earlier: list[Car], cars: list[Car]) -> bool:
         after = self._behind_line(car)
         assert after is not None
+        if any(other.path[other.leg] == car.path[car.leg] for other in earlier):
+            return False  # the right would be of no use behind one who stands, and block others
         if after in self.layout.merges:
-            first = all(other.path[other.leg + 1] != after for other in earlier)
-            return first and self._has_gap(car, after, cars)
+            return self._has_room(cars) and self._has_gap(car, after, cars)
         blocked = self.layout.crossings[after]
         impatient = [other for other in earlier if self.waits.get(other, 0) > PATIENCE_TICKS]
         return not any(self._crossing_of(other) in blocked for other in [*self.going, *impatient])
@@ -93,6 +100,12 @@ class RightOfWay:
             if second.before is None or gap < second.before[0]:
                 second.before = gap, first.speed
 
+    def _has_room(self, cars: list[Car]) -> bool:
+        """Whether another car may enter the ring: a full one would wait for itself for ever."""
+        inside = [car for car in cars if car.path[car.leg] in self.ring or car in self.going]
+        taken = sum(car.LENGTH + STANDING_GAP_METRES for car in inside)
+        return taken < MAX_RING_SHARE * self.ring_metres
+
     def _has_gap(self, car: Car, after: Segment, cars: list[Car]) -> bool:
         """Whether nobody on the ring reaches the merging point soon after us, or before us."""
         lane = car.road.network.get_lane((*after, 0))
@@ -116,6 +129,20 @@ class RightOfWay:
                 return None
             apart += float(car.road.network.get_lane((*segment, 0)).length)
         return None
+
+
+def circulating(paths: Iterable[Path]) -> set[Segment]:
+    """The segments of a ring: from the end of each of them a way leads back to its beginning."""
+    segments = {segment for path in paths for segment in path}
+    found = set()
+    for first in segments:
+        reached, new = {first[1]}, {first[1]}
+        while new:
+            new = {end for start, end in segments if start in new} - reached
+            reached |= new
+        if first[0] in reached:
+            found.add(first)
+    return found
 
 
 def _time_to_pass(distance: float, speed: float, limit: float) -> float:

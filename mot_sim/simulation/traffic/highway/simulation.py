@@ -158,6 +158,9 @@ class Demand:
     """Length, height, width of the parked vans, metres; within the same limits."""
     ego_size: tuple[float, float, float] = SEDAN_SIZE
     """Length, height, width of our car, metres; within the same limits."""
+    continuous: bool = False
+    """Whether our car begins a new way, at an entry, where its road ends; without, the run ends
+    there."""
 
 
 class Simulation:
@@ -169,6 +172,7 @@ class Simulation:
         self.rules = RightOfWay(layout)
         self.parked = park(layout, demand.parked, demand.vans, demand.sizes, demand.van_size, seed)
         self.count = len(self.parked.poses)  # of the numbers that are taken
+        self.ego_ways = 0  # new ways that our car has begun
         self.steps = 0
         self.queue: list[tuple[int, int]] = []  # number and way of those who wait to come in
         self.arrived = 0
@@ -242,7 +246,37 @@ class Simulation:
         self.road.vehicles = [
             car for car in self.road.vehicles if car is self.ego or self._stays(car)
         ]
+        if self.demand.continuous and (self.ego.is_past_end or not self._stays(self.ego)):
+            self._renew_ego()
         self._arrive()
+
+    def _renew_ego(self) -> None:
+        """Let our car begin a new way, at the first entry with room; without one, later."""
+        paths, told_speed = self.layout.paths, self.ego.told_speed
+        drawn = random_numbers.uniform(
+            self.seed, "new ego way", np.zeros(1, np.int64), np.array([self.ego_ways])
+        )
+        first = int(float(drawn[0, 0]) * len(paths))
+        self.road.vehicles.remove(self.ego)
+        for way in (*range(first, len(paths)), *range(first)):
+            for index in self.road.beside((*paths[way][0], 0)):
+                place = (index[2], 0.0)
+                car = EgoCar(
+                    self.road, EGO_NUMBER, self.demand.ego_size, (way, 0), place, 0.0, 0.95
+                )
+                car.speed = self._entry_speed(car)
+                if car.speed > MIN_ENTRY_SPEED:
+                    car.told_speed = told_speed
+                    self.ego_ways += 1
+                    self.ego = car
+                    self.road.vehicles.append(car)
+                    return
+        self.road.vehicles.append(self.ego)
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether our car is behind the end of its road, and stays there."""
+        return self.ego.is_past_end and not self.demand.continuous
 
     def _stays(self, car: Car) -> bool:
         """Whether a car is still on its way, and not a wreck that is towed away by now."""
@@ -270,17 +304,21 @@ class Simulation:
         first = int(self._draw("lane", number) * len(lanes))
         for index in lanes[first:] + lanes[:first]:
             car = self._new_car(number, (way, 0), (index[2], 0.0))
-            limit = car.speed_limit()
-            for other in self.road.vehicles:
-                if index in (other.lane_index, other.target_lane_index):
-                    gap = other.along - 0.5 * (car.LENGTH + other.LENGTH) - STANDING_GAP_METRES
-                    safe = np.sqrt(other.speed**2 + 2.0 * ENTRY_BRAKING * max(gap, 0.0))
-                    limit = min(limit, float(safe), max(gap, 0.0) / HEADWAY_SECONDS)
-            if limit > MIN_ENTRY_SPEED:
-                car.speed = limit
+            car.speed = self._entry_speed(car)
+            if car.speed > MIN_ENTRY_SPEED:
                 self.road.vehicles.append(car)
                 return True
         return False
+
+    def _entry_speed(self, car: Car) -> float:
+        """How fast a car may come in at the beginning of its lane, behind who is on it."""
+        limit = car.speed_limit()
+        for other in self.road.vehicles:
+            if car.lane_index in (other.lane_index, other.target_lane_index):
+                gap = other.along - 0.5 * (car.LENGTH + other.LENGTH) - STANDING_GAP_METRES
+                safe = np.sqrt(other.speed**2 + 2.0 * ENTRY_BRAKING * max(gap, 0.0))
+                limit = min(limit, float(safe), max(gap, 0.0) / HEADWAY_SECONDS)
+        return limit
 
     @property
     def has_crashed(self) -> bool:

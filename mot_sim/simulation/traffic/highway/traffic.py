@@ -40,7 +40,8 @@ MAX_ATTEMPTS = 20
 class HighwayTraffic(Demand):
     """Cars on a road of ROADS, by the Intelligent Driver Model, with an ego car among them.
 
-    The ego car drives straight on behind the end of its way. The other fields: see `Demand`.
+    The run ends where the road of the ego car does (`has_ended`); steps behind that let it drive
+    straight on. The other fields: see `Demand`.
     """
 
     crashes: str = "reject"
@@ -71,7 +72,18 @@ class HighwayTraffic(Demand):
                 f"most {MAX_LENGTH_METRES:g} m long and {MAX_WIDTH_METRES:g} m wide"
             )
         self._simulation: Simulation | None = None
-        self._ahead: deque[TrafficState] = deque()
+        self._ahead: deque[tuple[TrafficState, bool]] = deque()
+        self._has_ended = False
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether the ego car was behind the end of its road in the last state that was given."""
+        return self._has_ended
+
+    @property
+    def ego_ways(self) -> int:
+        """How many new ways the ego car has begun; 0 unless `continuous`."""
+        return 0 if self._simulation is None else self._simulation.ego_ways
 
     def reset(self, rng: np.random.Generator) -> TrafficState:
         """A new run; the generator gives one number, everything else follows from it.
@@ -80,7 +92,7 @@ class HighwayTraffic(Demand):
         """
         for attempt in attempts(rng):
             if self._try(attempt):
-                return self._ahead.popleft()
+                return self.step()
         raise BadConfig(
             f"{self.cars} cars on the {self.road}: somebody crashed within "
             f"{self.clean_seconds:g} s in all of {MAX_ATTEMPTS} attempts; ask for fewer cars or "
@@ -94,7 +106,7 @@ class HighwayTraffic(Demand):
         BadConfig for more cars than the road holds.
         """
         self._simulation = Simulation(ROADS[self.road](), self, attempts(rng)[0])
-        self._ahead = deque()
+        self._ahead, self._has_ended = deque(), False
         return self._simulation.state()
 
     def command(self, name: str) -> None:
@@ -119,14 +131,16 @@ class HighwayTraffic(Demand):
         """Begin a run and drive it ahead; whether that was clean."""
         simulation = Simulation(ROADS[self.road](), self, seed)
         self._simulation = simulation
-        self._ahead = deque([simulation.state()])
+        self._ahead = deque([(simulation.state(), False)])
         if self.crashes == "label":
             return True
         for _ in range(round(self.clean_seconds / STEP_SECONDS)):
             simulation.step()
             if simulation.has_crashed:
                 return False
-            self._ahead.append(simulation.state())
+            self._ahead.append((simulation.state(), simulation.has_ended))
+            if simulation.has_ended:
+                break
         return True
 
     def step(self) -> TrafficState:
@@ -134,8 +148,10 @@ class HighwayTraffic(Demand):
         if self._simulation is None:
             raise BadConfig("traffic makes its first step: call reset(rng) before")
         if self._ahead:
-            return self._ahead.popleft()
+            state, self._has_ended = self._ahead.popleft()
+            return state
         self._simulation.step()
+        self._has_ended = self._simulation.has_ended
         return self._simulation.state()
 
 

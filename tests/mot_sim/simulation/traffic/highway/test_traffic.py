@@ -10,6 +10,7 @@ from highway_env.vehicle.behavior import IDMVehicle
 from highway_env.vehicle.controller import ControlledVehicle
 from highway_env.vehicle.kinematics import Vehicle
 
+from mot_sim.simulation.scene import Scene, record_scene_traffic
 from mot_sim.simulation.traffic import (
     RecordedTraffic,
     Replay,
@@ -115,6 +116,35 @@ def test_a_replay_equals_the_live_traffic() -> None:
     again += [replay.step() for _ in range(10)]
     assert RecordedTraffic.of(live).checksum == RecordedTraffic.of(again).checksum
     assert [state.time for state in live] == [state.time for state in again]
+
+
+def test_a_run_ends_where_our_cars_road_does_and_a_longer_scene_is_told(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    traffic = HighwayTraffic("street", 0, 0.0, 0.0, clean_seconds=0.0)
+    scene = Scene("street", lambda models: traffic, 600)
+    states = record_scene_traffic(scene, 0).states
+    assert 300 < len(states) < 600
+    assert states[-1].ego[0] <= 500.0 < states[-1].ego[0] + 1.2
+    assert f"ends after {len(states)} frames; 600 were asked for" in caplog.text
+
+
+def test_our_car_leaves_the_road_at_its_end_or_begins_a_new_way() -> None:
+    ends, goes_on = (
+        HighwayTraffic("street", 0, 0.0, 0.0, continuous=continuous) for continuous in (False, True)
+    )
+    for traffic in (ends, goes_on):
+        traffic.reset_live(rng())
+        for _ in range(160):
+            traffic.command("faster")
+            state = traffic.step()
+            if traffic.has_ended:
+                break
+    assert ends.has_ended
+    assert not ends.driving().on_road
+    assert (goes_on.has_ended, goes_on.ego_ways) == (False, 1)
+    assert goes_on.driving().on_road
+    assert abs(state.ego[1]) == 1.75
 
 
 def test_parked_vans_stand_nearest_to_the_junction() -> None:
