@@ -22,7 +22,9 @@ from benchmarks.kitti_tables import GIVEN
 from mot_sim.datasets import kitti_sequence
 from mot_sim.experiments.validation import METRICS, TOLERANCES, Agreement, find_contestants
 from mot_sim.experiments.validation.agreement_tables import validation_tables
+from mot_sim.experiments.validation.scene_ranks import write_ranks
 from mot_sim.experiments.validation.validate import HALVES, Plan, validate
+from mot_sim.simulation.registry import SCENES
 
 LEAST_RANK = 0.9
 MOST_OVERSTATED = 0.006  # of the lead over the best guest, MOTA and HOTA
@@ -67,7 +69,8 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--trackers", help="names, separated by commas; all without")
     parser.add_argument("--profile", default=HALVES, help="halves, all, a name or a file")
-    parser.add_argument("--scenes", help="names, separated by commas; none without")
+    parser.add_argument("--scenes", help="names, separated by commas, or all; none without")
+    parser.add_argument("--keep-ranks", action="store_true", help="keep them with the package")
     parser.add_argument("--frames", type=int, help="of a scene's run")
     parser.add_argument("--out", type=Path, help="folder that keeps what is done")
     parser.add_argument("--jobs", type=int, default=1)
@@ -77,6 +80,8 @@ def main() -> None:
         [] if given is None else given.split(",")
         for given in (arguments.trackers, arguments.scenes)
     )
+    if scenes == ["all"]:
+        scenes = list(SCENES)
     plan = Plan(
         find_contestants(names), arguments.seeds, arguments.profile, scenes, arguments.frames,
         arguments.out, arguments.jobs,
@@ -89,6 +94,8 @@ def main() -> None:
         console.print(table)
     if found.reenacted is not None:
         verdict(found.reenacted)
+    if arguments.keep_ranks:
+        write_ranks(found.scenes)
 
 
 if __name__ == "__main__":

@@ -122,12 +122,17 @@ class Scenes:
 
     def _show_knobs(self, name: str, terminal: Terminal) -> None:
         """The knobs of a scene, and what it says of them."""
+        from mot_sim.experiments.validation.scene_ranks import rank_line
         from mot_sim.simulation.registry import knob_descriptions, knobs_of, scene_about
         from mot_sim.tables import Column, Table
 
         knobs, texts, about = knobs_of(name), knob_descriptions(name), scene_about(name)
+        ranks = rank_line(name)
         if self.json:
-            content = {"scene": name, "about": about, "knobs": knobs, "descriptions": texts}
+            content = {
+                "scene": name, "about": about, "knobs": knobs, "descriptions": texts,
+                "ranks": ranks,
+            }  # fmt: skip
             terminal.write_json(content)
             return
         terminal.write(f"{about}\n\n")
@@ -136,6 +141,7 @@ class Scenes:
         )
         names = ("type", "default", "what it is")
         terminal.show(Table((Column("knob", "name"), *map(Column, names)), rows))
+        terminal.write(f"{ranks}\n")
 
 
 def knob_text(knobs: "Mapping[str, object]") -> str:

@@ -69,7 +69,15 @@ class Stress:
             kept = "" if self.out is None else f"; finished trials stand in {self.out}"
             terminal.note(f"interrupted{kept}")
             return INTERRUPTED
+        self._tell_ranks(terminal, suites)
         return self._conclude(terminal, verdicts)
+
+    def _tell_ranks(self, terminal: Terminal, suites: "Sequence[Suite]") -> None:
+        """Whether the scenes of the suites rank trackers as KITTI does."""
+        from mot_sim.experiments.validation.scene_ranks import rank_line
+
+        for scene in dict.fromkeys(suite.scene for suite in suites):
+            terminal.note(rank_line(scene))
 
     def _run(self, terminal: Terminal, suites: "Sequence[Suite]") -> "list[Verdict]":
         """Run them one after the other; lines come as suites are finished."""
