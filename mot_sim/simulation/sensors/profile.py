@@ -10,9 +10,10 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from mot_sim.files.documents import read_toml
 from mot_sim.files.named_objects import NameRegister
-from mot_sim.simulation.sensors.boxes import Border, Jitter, VisiblePart
+from mot_sim.simulation.sensors.boxes import Border, VisiblePart
 from mot_sim.simulation.sensors.clutter import Clutter
 from mot_sim.simulation.sensors.cues import AppearanceNoise, Keypoints, Pose, Shape
+from mot_sim.simulation.sensors.jitter import EDGES, EdgeNoise, Jitter, edges_of_centre
 from mot_sim.simulation.sensors.lives import Lives
 from mot_sim.simulation.sensors.misses import Confusion, Misses
 from mot_sim.simulation.sensors.multiplicity import Duplicates, Merges, Splits
@@ -33,6 +34,7 @@ FORMER_PARAMETERS = {
     "by_cut": "by_truncation",
     "cut_by_height": "truncation_by_height",
 }
+CENTRE_AND_SIZE = ("x", "y", "width", "height")  # of version 1's jitter
 PROFILE_NAMES = NameRegister("profile", {})
 log = logging.getLogger(__name__)
 
@@ -119,13 +121,33 @@ def read_profile(path: Path) -> Profile:
     for key, table in content.items():
         if key not in TABLES:
             raise UnknownName.of(f"effect in {path.name}:", key, TABLES)
-        given[key] = dataclass_from_table(TABLES[key], table, f"{path}: [{key}]")
+        where = f"{path}: [{key}]"
+        if version == 1 and key == "jitter":
+            given[key] = former_jitter(table, where)
+        else:
+            given[key] = dataclass_from_table(TABLES[key], table, where)
     if version < VERSION and "misses" in given and "suppression" not in given:
         log.warning(
             "%s: a profile of version %d, without [suppression]: cars close behind others are "
             "found too often; fit it again with `mot-sim calibrate`", path, version,
         )  # fmt: skip
     return Profile(**given)
+
+
+def former_jitter(table: Any, where: str) -> Jitter:
+    """Jitter of edges from version 1's errors of centre and size. Raises BadConfig."""
+    if not isinstance(table, Mapping):
+        raise BadConfig(f"{where}: {table!r} is no table of parameters")
+    for key in table:
+        if key not in CENTRE_AND_SIZE:
+            raise UnknownName.of(f"parameter of {where}", key, CENTRE_AND_SIZE)
+    x, y, width, height = (
+        dataclass_from_table(EdgeNoise, table.get(key, {}), f"{where} {key}")
+        for key in CENTRE_AND_SIZE
+    )
+    left, right, horizontal = edges_of_centre(x, width)
+    upper, lower, vertical = edges_of_centre(y, height)
+    return Jitter(left, upper, right, lower, horizontal, vertical)
 
 
 def dataclass_from_table(kind: type, table: Any, where: str) -> Any:
@@ -235,9 +257,10 @@ class SensorWeather:
                 shared_seconds=0.5 if self.glare > misses.shared else misses.shared_seconds,
             )
         if jitter is not None:
-            parts = {name: getattr(jitter, name) for name in ("x", "y", "width", "height")}
+            parts = {name: getattr(jitter, name) for name in EDGES}
             jitter = replace(
-                jitter, **{n: replace(p, spread=p.spread * self.jitter) for n, p in parts.items()}
+                jitter,
+                **{n: replace(p, spread=p.spread * self.jitter) for n, p in parts.items()},
             )
         if scores is not None:
             scores = replace(

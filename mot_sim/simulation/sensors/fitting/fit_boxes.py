@@ -1,5 +1,7 @@
 """Fits how boxes are off, and the scores of boxes that are right."""
 
+from dataclasses import replace
+
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
@@ -8,7 +10,6 @@ from scipy.special import ndtr, ndtri
 from scipy.stats import rankdata
 
 from mot_sim.simulation import random_numbers
-from mot_sim.simulation.sensors.boxes import Component, Jitter
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.fitting.fit_misses import LAGS
 from mot_sim.simulation.sensors.fitting.measure import Found
@@ -19,6 +20,14 @@ from mot_sim.simulation.sensors.fitting.tetrachoric import (
     correlation_of,
     nearest_autocorrelation,
 )
+from mot_sim.simulation.sensors.jitter import (
+    HEIGHT_RANGE,
+    MIN_SIDE_PIXELS,
+    USUAL_HEIGHT,
+    USUAL_VISIBLE,
+    EdgeNoise,
+    Jitter,
+)
 from mot_sim.simulation.sensors.misses import HEIGHT_KNOTS, VISIBLE_KNOTS, Misses, hat_functions
 from mot_sim.simulation.sensors.scores import ScoreNoise
 
@@ -27,34 +36,73 @@ KNOT_PROBABILITIES = np.concatenate(
     ([0.002, 0.01, 0.03], np.linspace(0.06, 0.94, 23), [0.97, 0.99, 0.998])
 )
 MIN_TIED_SHARE = 0.003  # of all scores that are equal, from which a value is kept as it is
+MIN_EDGE_ERROR = 1e-3  # parts of a side; smaller errors tell no more
+ABSOLUTE_ROUNDS = 30
 MAX_COUPLING = 0.7  # beyond, scores would foretell every miss
 IMPUTATION_ROUNDS = 8  # of imputing tied scores
 LOW_SCORE_SHARE = 0.05  # whose flickering is matched: near trackers' thresholds
 
 
 def fit_jitter(found: Found, step: float) -> Jitter:
-    """The four errors of the boxes that were matched."""
+    """The errors of the four edges of the boxes that were matched, and how they go together."""
     hits = found.select(found.hit)
-    parts = [fit_component(hits, hits.errors[:, column], step) for column in range(4)]
-    return Jitter(*parts)
+    left, upper, right, lower = (_fit_edge(hits, place) for place in range(4))
+    pairs = [_fit_shared(one, other, hits, step) for one, other in ((left, right), (upper, lower))]
+    (first, third, horizontal), (second, fourth, vertical) = pairs
+    return Jitter(first, second, third, fourth, horizontal, vertical)
 
 
-def fit_component(hits: Found, errors: Float[Array, " n"], step: float) -> Component:
-    """Growth by least squares on the logarithm, tails by quantiles, then the autocorrelation."""
-    sightings, middle = hits.sightings, float(np.median(errors))
-    visible, height = sightings.visible, np.maximum(sightings.height, 5.0)
-    logs = np.log(np.abs(errors - middle) + 1e-3)
-    design = np.stack((np.ones(len(logs)), 0.95 - visible, np.log(height / 50.0)), axis=1)
-    _, hidden, by_height = np.linalg.lstsq(design, logs, rcond=None)[0]
-    growth = np.exp(hidden * (0.95 - visible)) * (height / 50.0) ** by_height
-    rest = (errors - middle) / growth
+def _fit_edge(hits: Found, place: int) -> tuple[EdgeNoise, Float[Array, " n"]]:
+    """The noise of an edge without its autocorrelation, and its normal number in every row.
+
+    The mean by least absolute errors, growth by least squares on the logarithm, tails by quantiles.
+    """
+    sightings, errors = hits.sightings, hits.edges[:, place]
+    sides = sightings.boxes[:, 2:] - sightings.boxes[:, :2]
+    side = np.maximum(sides[:, place % 2], MIN_SIDE_PIXELS)
+    hidden = USUAL_VISIBLE - sightings.visible
+    tall = np.log(sightings.height.clip(*HEIGHT_RANGE) / USUAL_HEIGHT)
+    one = np.ones(len(errors))
+    means = np.stack((one, 1.0 / side, hidden), axis=1)
+    mean = least_absolute(means, errors)
+    rest = errors - means @ mean
+    design = np.stack((one, hidden, tall, tall**2), axis=1)
+    grows = np.linalg.lstsq(design, np.log(np.abs(rest) + MIN_EDGE_ERROR), rcond=None)[0]
+    growth = np.exp(design[:, 1:] @ grows[1:])
+    rest = rest / growth
+    spread, tail, skew, shift = _fit_shape(rest)
+    edge = EdgeNoise(
+        spread=spread,
+        bias=float(mean[0]) + shift * float(np.mean(growth)),
+        bias_pixels=float(mean[1]),
+        bias_hidden=float(mean[2]),
+        tail=tail,
+        skew=skew,
+        hidden=float(grows[1]),
+        by_height=float(grows[2]),
+        by_extremes=float(grows[3]),
+    )
+    return edge, ndtri((rankdata(rest) - 0.5) / len(rest))
+
+
+def least_absolute(design: Float[Array, "n k"], values: Float[Array, " n"]) -> Float[Array, " k"]:
+    """The coefficients of least absolute errors, by weighted least squares again and again."""
+    found = np.linalg.lstsq(design, values, rcond=None)[0]
+    for _ in range(ABSOLUTE_ROUNDS):
+        weights = 1.0 / (np.abs(values - design @ found) + MIN_EDGE_ERROR)
+        found = np.linalg.solve((design.T * weights) @ design, (design.T * weights) @ values)
+    return found
+
+
+def _fit_shape(rest: Float[Array, " n"]) -> tuple[float, float, float, float]:
+    """Spread, tail, skew and shift whose quantiles are those of the values."""
     quantiles, normal = np.quantile(rest, PROBABILITIES), ndtri(PROBABILITIES)
     start = np.array([0.0, np.log(np.std(quantiles) + 1e-6), 0.7, 0.0])
     weight = np.sqrt(np.exp(-0.5 * normal**2))  # of the density: what moves the distribution most
 
-    def made(parameters: Float[Array, "4"]) -> Component:
+    def made(parameters: Float[Array, "4"]) -> EdgeNoise:
         _, spread, tail, skew = parameters.tolist()
-        return Component(float(np.exp(spread)), tail=abs(tail), skew=skew)
+        return EdgeNoise(float(np.exp(spread)), tail=abs(tail), skew=skew)
 
     def loss(parameters: Float[Array, "4"]) -> float:
         part = made(parameters)
@@ -63,15 +111,23 @@ def fit_component(hits: Found, errors: Float[Array, " n"], step: float) -> Compo
 
     best = minimize(loss, start, method="Nelder-Mead", options={"maxiter": 2000}).x
     part = made(best)
-    ranks = ndtri((rankdata(rest) - 0.5) / len(rest))
-    return Component(
-        spread=part.spread,
-        bias=middle + float(best[0] * np.mean(growth)),
-        tail=part.tail,
-        skew=part.skew,
-        hidden=float(hidden),
-        by_height=float(by_height),
-        autocorrelation=value_autocorrelation(ranks, hits, step),
+    return part.spread, part.tail, part.skew, float(best[0])
+
+
+def _fit_shared(
+    one: tuple[EdgeNoise, Float[Array, " n"]],
+    other: tuple[EdgeNoise, Float[Array, " n"]],
+    hits: Found,
+    step: float,
+) -> tuple[EdgeNoise, EdgeNoise, float]:
+    """Two edges with their autocorrelations, and the correlation of their normal numbers."""
+    (first, x), (second, y) = one, other
+    shared = float(np.corrcoef(x, y)[0, 1])
+    own = (y - shared * x) / np.sqrt(1.0 - shared**2)
+    return (
+        replace(first, autocorrelation=value_autocorrelation(x, hits, step)),
+        replace(second, autocorrelation=value_autocorrelation(own, hits, step)),
+        round(shared, 4),
     )
 
 

@@ -16,7 +16,7 @@ from mot_sim.metrics.preprocessing import (
     match_cars,
     prepare_sequence,
 )
-from mot_sim.simulation.sensors.boxes import box_errors
+from mot_sim.simulation.sensors.jitter import edge_errors
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.geometry import box_iou
 from tracker.types import Camera, Rows, Tracks
@@ -53,8 +53,6 @@ class Found(Rows):
     """Whether it must be found."""
     hit: Bool[Array, " n"]
     """Whether it was matched (IoU >= 0.5, one to one)."""
-    errors: Float[Array, "n 4"]
-    """dx, dy, dw, dh of `box_errors`; NaN where not hit."""
     edges: Float[Array, "n 4"]
     """Errors of the left, upper, right and lower edge, in parts of the sides; NaN where not hit."""
     log_odds: Float[Array, " n"]
@@ -169,13 +167,12 @@ def _found(
     counted, hit = np.zeros(count, bool), np.zeros(count, bool)
     counted[np.flatnonzero(scored)] = ~contest.neutral
     hit[rows] = True
-    errors, edges = np.full((count, 4), np.nan), np.full((count, 4), np.nan)
-    true, odds = sightings.boxes[rows], np.full(count, np.nan)
-    errors[rows] = box_errors(boxes, true)
-    edges[rows] = (boxes - true) / np.tile(true[:, 2:] - true[:, :2], (1, 2))
+    edges = np.full((count, 4), np.nan)
+    odds = np.full(count, np.nan)
+    edges[rows] = edge_errors(boxes, sightings.boxes[rows])
     odds[rows] = log_odds
     ids = sightings.ids + DRIVE_ID_STRIDE * number
-    return Found(sightings, ids, scored, counted, hit, errors, edges, odds)
+    return Found(sightings, ids, scored, counted, hit, edges, odds)
 
 
 def _nearest(

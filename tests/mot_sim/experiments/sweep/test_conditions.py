@@ -27,7 +27,7 @@ def test_every_number_among_the_axes_can_be_set_to_the_value_that_it_has() -> No
 @pytest.mark.parametrize(
     "axis",
     ["scene.frames", "rig.height", "rig.height_error", "detector.clutter", "odometry.drift",
-     "timing.drops", "miscalibration.pitch", "misses.by_height.3", "jitter.x.spread"],
+     "timing.drops", "miscalibration.pitch", "misses.by_height.3", "jitter.left.spread"],
 )  # fmt: skip
 def test_an_axis_changes_itself_alone_and_the_name_of_the_trial(axis: str) -> None:
     before = Conditions.of("crossing", {})
@@ -72,7 +72,7 @@ def test_a_frame_rate_delivers_every_so_many_frames(rate: float, every: int) -> 
     [
         ("scene.carz", 1, UnknownName, "known: scene."),
         ("detector.jiter", 1, UnknownName, "Did you mean 'detector.jitter'"),
-        ("jitter.x.spred", 1, UnknownName, "Did you mean 'jitter.x.spread'"),
+        ("jitter.left.spred", 1, UnknownName, "Did you mean 'jitter.left.spread'"),
         ("detector.jitter", "much", BadConfig, "give a number"),
         ("detector.jitter", -1, BadConfig, "level of noise"),
         ("detector.weather", "hail", UnknownName, "unknown weather 'hail'"),
@@ -95,9 +95,9 @@ def test_an_axis_or_level_that_cannot_be_is_named(
 
 def test_an_effect_that_the_profile_lacks_is_made_or_asked_for() -> None:
     perfect = {"scene.profile": "perfect"}
-    made = Conditions.of("crossing", {"jitter.x.spread": 0.1, **perfect})
+    made = Conditions.of("crossing", {"jitter.left.spread": 0.1, **perfect})
     assert made.effects.jitter is not None
-    assert made.effects.jitter.x.spread == 0.1
-    assert made.effects.jitter.y.spread == 0.0
+    assert made.effects.jitter.left.spread == 0.1
+    assert made.effects.jitter.upper.spread == 0.0
     with pytest.raises(BadConfig, match="profile perfect has no misses"):
         Conditions.of("crossing", {"misses.base": 1.0, **perfect})

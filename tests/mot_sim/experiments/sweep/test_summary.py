@@ -80,8 +80,8 @@ def test_tables_show_percent_and_half_the_interval() -> None:
 
 def test_axes_are_called_by_the_last_part_of_their_names_where_that_is_enough() -> None:
     assert words({"detector.jitter": 0.5, "rig.height": None}) == "jitter=0.5"
-    assert words({"jitter.x.spread": 0.5, "jitter.y.spread": 1}) == (
-        "jitter.x.spread=0.5, jitter.y.spread=1"
+    assert words({"jitter.left.spread": 0.5, "jitter.upper.spread": 1}) == (
+        "jitter.left.spread=0.5, jitter.upper.spread=1"
     )
 
 

@@ -2,13 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from mot_sim.simulation.sensors.boxes import (
     Border,
-    Component,
-    Jitter,
     VisiblePart,
     box_errors,
     move_boxes,
@@ -19,58 +15,13 @@ from mot_sim.simulation.sensors.quantiles import Quantiles
 from tests.mot_sim.simulation.sensors.sights import (
     CAMERA,
     STEP,
-    by_object,
     crowd,
-    lag_one,
     sightings_of,
 )
 from tracker.errors import BadConfig
 from tracker.geometry import box_iou
 
 SLOW = Autocorrelation((1.0,), (1.0,))
-
-
-def test_level_0_and_no_spread_give_the_very_same_boxes() -> None:
-    sightings = crowd()
-    jitter = Jitter(x=Component(0.1, bias=0.1))
-    assert jitter(sightings.boxes, sightings, 1, STEP, 0.0) is sightings.boxes
-    assert Jitter()(sightings.boxes, sightings, 1, STEP) is sightings.boxes
-
-
-def test_centre_and_size_are_off_by_their_own_spread_and_bias() -> None:
-    sightings = crowd(500, 100)
-    jitter = Jitter(
-        Component(0.03, bias=0.02), Component(0.05), Component(0.1), Component(0.02, bias=-0.03)
-    )
-    errors = box_errors(jitter(sightings.boxes, sightings, 1, STEP), sightings.boxes)
-    np.testing.assert_allclose(errors.std(axis=0), [0.03, 0.05, 0.1, 0.02], rtol=0.03)
-    np.testing.assert_allclose(errors.mean(axis=0), [0.02, 0.0, 0.0, -0.03], atol=0.003)
-    assert np.abs(np.corrcoef(errors.T) - np.eye(4)).max() < 0.03
-
-
-def test_errors_remember_and_grow_with_what_hides() -> None:
-    part = Component(0.03, hidden=2.0, autocorrelation=SLOW)
-    open_cars, hidden = crowd(visible=0.95), crowd(visible=0.45)
-    errors = [
-        by_object(box_errors(Jitter(x=part)(s.boxes, s, 1, STEP), s.boxes)[:, 0])
-        for s in (open_cars, hidden)
-    ]
-    assert lag_one(errors[0]) == pytest.approx(np.exp(-0.1), abs=0.02)
-    np.testing.assert_allclose(errors[1], np.e * errors[0])
-
-
-def test_tails_and_skew_have_the_promised_quantiles() -> None:
-    part = Component(1.0, tail=0.8, skew=0.1)
-    x = np.array([-2.0, 0.0, 2.0])
-    np.testing.assert_allclose(part.shape(x), np.sinh(0.8 * x) / 0.8 + 0.1 * (x**2 - 1.0))
-
-
-@given(st.floats(0.0, 5.0), st.floats(0.0, 3.0), st.floats(0.0, 1.5))
-def test_boxes_never_turn_inside_out(level, spread, tail) -> None:
-    sightings = crowd(20, 5)
-    part = Component(spread, tail=tail)
-    boxes = Jitter(part, part, part, part)(sightings.boxes, sightings, 2, STEP, level)
-    assert (boxes[:, 2:] > boxes[:, :2]).all()
 
 
 def test_moving_and_measuring_are_inverse() -> None:
@@ -129,7 +80,6 @@ def test_wide_boxes_may_fall_in_two() -> None:
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: Component(-0.1),
         lambda: VisiblePart(1.5),
         lambda: Merges(2.0),
         lambda: Splits(-0.5),

@@ -7,7 +7,6 @@ import pytest
 
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.simulation.sensors import Autocorrelation, Profile, Sightings
-from mot_sim.simulation.sensors.boxes import Component, Jitter
 from mot_sim.simulation.sensors.fitting.calibrate import fit_profile, simulate
 from mot_sim.simulation.sensors.fitting.fit_report import curves, fit_lines, fit_picture
 from mot_sim.simulation.sensors.fitting.measure import LabelledDetections, measure
@@ -17,6 +16,7 @@ from mot_sim.simulation.sensors.fitting.tetrachoric import (
     correlation_of,
     nearest_autocorrelation,
 )
+from mot_sim.simulation.sensors.jitter import EDGES, EdgeNoise, Jitter
 from mot_sim.simulation.sensors.misses import Confusion, Misses
 from mot_sim.simulation.sensors.scores import ScoreNoise
 from tests.mot_sim.simulation.sensors.sights import CAMERA
@@ -28,10 +28,11 @@ PLANTED = Profile(
     confusion=Confusion(),
     misses=Misses(2.0, (-3.0, -2.0, -1.0, 0.0), autocorrelation=SLOW),
     jitter=Jitter(
-        Component(0.02, bias=0.01, autocorrelation=SLOW),
-        Component(0.03, autocorrelation=SLOW),
-        Component(0.04, autocorrelation=SLOW),
-        Component(0.03, autocorrelation=SLOW),
+        EdgeNoise(0.02, bias=0.01, autocorrelation=SLOW),
+        EdgeNoise(0.03, bias_pixels=0.6, autocorrelation=SLOW),
+        EdgeNoise(0.04, autocorrelation=SLOW),
+        EdgeNoise(0.03, autocorrelation=SLOW),
+        vertical=0.5,
     ),
     scores=ScoreNoise((-4.0, 4.0), (-2.0, 6.0), autocorrelation=SLOW),
 )
@@ -78,7 +79,7 @@ def test_planted_rates_come_back(drives, fitted) -> None:
 
 def test_planted_box_errors_and_memories_come_back(fitted) -> None:
     assert fitted.jitter is not None
-    for name in ("x", "y", "width", "height"):
+    for name in EDGES:
         part, planted = getattr(fitted.jitter, name), getattr(PLANTED.jitter, name)
         assert part.spread * part.shape(np.array([1.0]))[0] == pytest.approx(
             planted.spread, rel=0.2
