@@ -163,7 +163,7 @@ class Tracker:
             predicted = self.car_filter.predict(cars, road, *motion_now, self.camera)
             road, tracks = predicted.memory, tracks.replaced(cars=predicted.states)
             carries, estimates = self.car_filter.carries_boxes, self.state.estimates
-            if carries and motion.is_known and estimates is not None:
+            if carries and motion.is_known and estimates is not None and len(tracks):
                 later = self.car_filter.motion.moved(estimates.means, predicted.step)
                 boxes = self.state.tracks.beliefs.boxes
                 boxes = carried_boxes(boxes, estimates.means, later, self.camera)

@@ -177,8 +177,7 @@ class CarFilter:
             memory = memory._replace(camera_velocity_cov=R @ motion_cov[:3, :3] @ R.T)
         at, roughness = states.followed(), self.roughness(memory)
         slopes = roughness * slope, roughness * memory.slope
-        sizes = np.log(self.size), self._size_cov
-        step = RoadStep(T_road, turn, dt, slopes, roughness, *sizes)
+        step = RoadStep(T_road, turn, dt, slopes, roughness, self._log_size, self._size_cov)
         if len(states) == 0:
             return PredictedCars(states, memory, at, step)
         means, covs, moving = states.means[at], states.covs[at], at[1] >= HEADING_COUNT
@@ -275,6 +274,8 @@ class CarFilter:
 
     def estimate(self, states: CarStates, memory: RoadMemory) -> CarEstimates:
         """One state per car: of its likeliest direction, with how likely that is."""
+        if len(states) == 0:
+            return CarEstimates.unknown(0)
         return self.stated(estimate(states, self.weights(states, memory)), memory)
 
     def stated(
@@ -288,8 +289,8 @@ class CarFilter:
         for column, std in zip((YAW, SPEED), self.stated_floor, strict=True):
             covs[:, column, column] += std**2
         yaw = estimates.means[:, YAW]
-        ahead = np.stack((np.cos(yaw), -np.sin(yaw)), axis=1)
-        covs[:, SPEED, SPEED] += ((ahead @ memory.camera_velocity_cov) * ahead).sum(axis=1)
+        x, z, own = np.cos(yaw), -np.sin(yaw), memory.camera_velocity_cov
+        covs[:, SPEED, SPEED] += own[0, 0] * x * x + 2.0 * own[0, 1] * x * z + own[1, 1] * z * z
         return estimates.replaced(covs=covs)
 
     def weights(self, states: CarStates, memory: RoadMemory) -> Float[Array, "n k"]:
@@ -297,6 +298,12 @@ class CarFilter:
         weights = np.exp(states.log_weights) * self.directions(memory, states)
         normal: Float[Array, "n k"] = weights / weights.sum(axis=1, keepdims=True)
         return normal
+
+    @cached_property
+    def _log_size(self) -> Float[Array, "3"]:
+        """Of the mean car."""
+        log_size: Float[Array, "3"] = np.log(self.size)
+        return log_size
 
     @cached_property
     def _size_cov(self) -> Float[Array, "3 3"]:
@@ -318,7 +325,7 @@ class CarFilter:
         means[:, :, 1] = (roughness * memory.slope * distance)[:, None]
         means[:, :, YAW] = np.tile(HEADINGS, 2)
         means[:, MOVING, SPEED] = self.start_speed[0]
-        means[:, :, LOG_SIZE] = np.log(size)
+        means[:, :, LOG_SIZE] = self._log_size
         covs = np.zeros((n, HYPOTHESIS_COUNT, STATE_SIZE, STATE_SIZE))
         radial, lateral = (
             np.square(share * distance + metres)

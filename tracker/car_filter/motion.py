@@ -15,9 +15,8 @@ from tracker.types import Camera
 TURNING_SPEED, STANDING_TURN = 3.0, 0.05
 # Std of what a parked car seems to turn in a second, rad.
 PARKED_TURN_STD = 0.003
-DIAGONAL = np.arange(STATE_SIZE)
-# Columns of a state that driving changes, and those that it depends on.
-GROUND, DRIVING = [0, 2], [YAW, SPEED, YAW_RATE]
+DIAGONAL = slice(0, STATE_SIZE**2, STATE_SIZE + 1)  # of covariances as rows
+GROUND = (0, 2)  # columns of a state that driving changes
 
 
 class RoadStep(NamedTuple):
@@ -92,14 +91,17 @@ class CarMotion:
     ) -> tuple[Float[Array, "h 9"], Float[Array, "h 9 9"]]:
         """States and covariances after a step, in the road frame of then."""
         dt, later = step.dt, self.moved(states, step)
-        driven, shared = _by_motion(states, dt), self._shared(step)
         # F P F' in two parts: what differs from car to car, then what is the same for all
+        driven, shared = _by_motion(states, dt), self._shared(step).T
         covs = covs.copy()
-        covs[:, GROUND] += driven @ covs[:, DRIVING]
-        covs[:, :, GROUND] += covs[:, :, DRIVING] @ driven.transpose(0, 2, 1)
         for _ in range(2):
-            covs = covs.reshape(-1, STATE_SIZE).dot(shared.T).reshape(covs.shape)
+            turning, pace = covs[:, YAW] + 0.5 * dt * covs[:, YAW_RATE], covs[:, SPEED]
+            for row, ground in enumerate(GROUND):
+                by_turn, by_pace = driven[:, row, 0, None], driven[:, row, 1, None]
+                covs[:, ground] += by_turn * turning + by_pace * pace
             covs = covs.transpose(0, 2, 1)
+        for _ in range(2):
+            covs = covs.transpose(0, 2, 1).reshape(-1, STATE_SIZE).dot(shared).reshape(covs.shape)
         distance = np.sqrt(later[:, 0] ** 2 + later[:, 2] ** 2)
         noise = np.zeros(states.shape)
         noise[:, 0] = noise[:, 2] = self.drift_std**2 * dt
@@ -110,7 +112,7 @@ class CarMotion:
         kept = math.exp(-2.0 * dt / self.turn_time)
         noise[:, YAW_RATE] = moving * ((1.0 - kept) * self.yaw_rate_std**2 * pace)
         noise[:, SPEED] = moving * (self.acceleration_std**2 * 0.1 * dt)
-        covs[:, DIAGONAL, DIAGONAL] += noise
+        covs.reshape(len(covs), -1)[:, DIAGONAL] += noise
         kept = math.exp(-2.0 * dt / self.size_time)
         covs[:, LOG_SIZE, LOG_SIZE] += (1.0 - kept) * step.log_size_cov
         return later, covs
@@ -118,8 +120,11 @@ class CarMotion:
     def transitions(self, states: Float[Array, "h 9"], step: RoadStep) -> Float[Array, "h 9 9"]:
         """How the states after a step change with these before it: the Jacobians."""
         driven = np.tile(np.eye(STATE_SIZE), (len(states), 1, 1))
-        driven[:, np.array(GROUND)[:, None], DRIVING] = _by_motion(states, step.dt)
-        return self._shared(step) @ driven
+        by_motion = _by_motion(states, step.dt)
+        driven[:, GROUND, YAW], driven[:, GROUND, SPEED] = by_motion[:, :, 0], by_motion[:, :, 1]
+        driven[:, GROUND, YAW_RATE] = 0.5 * step.dt * by_motion[:, :, 0]
+        transitions: Float[Array, "h 9 9"] = self._shared(step) @ driven
+        return transitions
 
     def _shared(self, step: RoadStep) -> Float[Array, "9 9"]:
         """The part of the transitions that is the same for all cars."""
@@ -138,14 +143,16 @@ class CarMotion:
         return variance
 
 
-def _by_motion(states: Float[Array, "h 9"], dt: float) -> Float[Array, "h 2 3"]:
-    """Derivatives of where cars drive to, on the ground, by yaw, speed and yaw rate."""
+def _by_motion(states: Float[Array, "h 9"], dt: float) -> Float[Array, "h 2 2"]:
+    """Derivatives of where cars drive to, on the ground, by yaw and by speed.
+
+    Those by the yaw rate are half of `dt` times those by yaw.
+    """
     way = states[:, YAW] + 0.5 * dt * states[:, YAW_RATE]
     c, s, distance = np.cos(way), np.sin(way), dt * states[:, SPEED]
-    driven = np.empty((len(states), 2, 3))
+    driven = np.empty((len(states), 2, 2))
     driven[:, 0, 0], driven[:, 1, 0] = -s * distance, -c * distance
     driven[:, 0, 1], driven[:, 1, 1] = dt * c, -dt * s
-    driven[:, :, 2] = 0.5 * dt * driven[:, :, 0]
     return driven
 
 
