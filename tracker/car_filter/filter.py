@@ -302,8 +302,7 @@ class CarFilter:
     @cached_property
     def _log_size(self) -> Float[Array, "3"]:
         """Of the mean car."""
-        log_size: Float[Array, "3"] = np.log(self.size)
-        return log_size
+        return np.array([math.log(side) for side in self.size])
 
     @cached_property
     def _size_cov(self) -> Float[Array, "3 3"]:

@@ -171,10 +171,10 @@ class DirectionPrior:
         weights, moving = weights[certain], moving[certain]
         ahead = -np.sin(moving[:, :, YAW])  # along the road that the camera looks down
         strips = np.searchsorted(STRIP_BORDERS, (weights * moving[:, :, 0]).sum(axis=1))
-        traffic = memory.traffic.copy()
-        np.add.at(traffic[:, 0], strips, dt * (weights * (ahead > 0.7)).sum(axis=1))
-        np.add.at(traffic[:, 1], strips, dt * (weights * (ahead < -0.7)).sum(axis=1))
-        return memory._replace(traffic=traffic)
+        same, oncoming = ((weights * way).sum(axis=1) for way in (ahead > 0.7, ahead < -0.7))
+        count = len(memory.traffic)
+        seen = np.bincount(strips, same, count), np.bincount(strips, oncoming, count)
+        return memory._replace(traffic=memory.traffic + dt * np.array(seen).T)
 
     def __call__(self, memory: RoadMemory, states: CarStates) -> Float[Array, "n k"]:
         """How much likelier each hypothesis is by its heading than if cars faced any way alike."""
