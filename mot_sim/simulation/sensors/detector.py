@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float, Int, Shaped
 from numpy import ndarray as Array
 
 from mot_sim.datasets.recorded import DetectionLog
+from mot_sim.metrics.matching import same_frame_pairs
 from mot_sim.simulation.cars import Vehicles
 from mot_sim.simulation.sensors.boxes import Border, has_area
 from mot_sim.simulation.sensors.checks import require_sigmas
@@ -17,10 +18,12 @@ from mot_sim.simulation.sensors.correlated_noise import (
     NoiseRequest,
     prefetch_draws,
 )
+from mot_sim.simulation.sensors.multiplicity import MIN_DUPLICATE_IOU
 from mot_sim.simulation.sensors.profile import Profile, find_profile
 from mot_sim.simulation.sensors.sightings import Sightings
 from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS
 from mot_sim.simulation.truth import Truth
+from tracker.geometry import box_iou
 from tracker.types import Camera, Detections, Rows
 
 Source = Literal["object", "duplicate", "merged", "split", "clutter"]
@@ -152,7 +155,7 @@ class Detector:
         merged = self._merged(reported, seed, step)
         parts = self._with_splits(merged, seed, step)
         parts += self._duplicates(responses, seed, step)
-        parts += self._false_alarms(frames, seed, camera, step)
+        parts += self._false_alarms(sightings, frames, seed, camera, step)
         return _put_together(parts, self.effects.border or Border(), camera)
 
     @cached_property
@@ -247,12 +250,21 @@ class Detector:
         return [Sensed.of(sightings.frames[rows], Detections(boxes, scores, **cues), provenance)]
 
     def _false_alarms(
-        self, frames: Int[Array, " f"], seed: int, camera: Camera, step: float
+        self,
+        sightings: Sightings,
+        frames: Int[Array, " f"],
+        seed: int,
+        camera: Camera,
+        step: float,
     ) -> list[Sensed]:
-        """Boxes where no car is."""
+        """Boxes where no car is; what lies about one is a second box (see `Duplicates`)."""
         if self.effects.clutter is None:
             return []
         found = self.effects.clutter(frames, seed, camera, step, self.clutter)
+        mine, theirs = same_frame_pairs(found.frames, sightings.frames)
+        free = np.ones(len(found), bool)
+        free[mine[box_iou(found.boxes[mine], sightings.boxes[theirs]) >= MIN_DUPLICATE_IOU]] = False
+        found = found.select(free)
         if not len(found):
             return []
         provenance = Provenance.of("clutter", np.full(len(found), NO_OBJECT))

@@ -24,6 +24,7 @@ from tracker.types import Camera, Tracks
 LIFE_SECONDS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.3, 1.6)  # from the label
 TREND_ROWS = 4  # of labels, from which a car's path goes on
 MIN_SIDE_PIXELS = 3.0  # of an extrapolated box inside the image; what is smaller has no row
+BEFORE, AFTER, IN_DONT_CARE = 1, 2, 3  # of Sightings.unlabelled
 NONE = (0.0,) * len(LIFE_SECONDS)
 
 
@@ -62,17 +63,18 @@ class Lives:
 
         labels: with the DontCare regions; None: there are none.
         """
-        lags, more = extrapolated(sightings, camera, frame_count, step)
-        if not len(more):
+        lags, more = beside_labels(sightings, camera, frame_count, step, labels)
+        if more.unlabelled is None or not len(more):
             return sightings
-        inside = in_regions(more, labels)
+        inside = more.unlabelled == IN_DONT_CARE
         chance = random_numbers.uniform(seed, "lives", more.ids, np.zeros_like(more.ids), 2)
         there = np.where(
             lags < 0,
             chance[:, 0] < _share(self.before, self.before_dont_care, inside, -lags * step),
             chance[:, 1] < _share(self.after, self.after_dont_care, inside, lags * step),
         )
-        both = Sightings.concatenate([sightings, more.select(there)])
+        labelled = replace(sightings, unlabelled=np.zeros(len(sightings), np.int64))
+        both = Sightings.concatenate([labelled, more.select(there)])
         return both.select(np.lexsort((both.ids, both.frames)))
 
     def scaled(self, factor: float) -> "Lives":
@@ -105,6 +107,16 @@ def in_regions(rows: Sightings, labels: Tracks | None) -> Bool[Array, " n"]:
     regions = labels.select(labels.kinds == "DontCare")
     regions = regions.select(np.argsort(regions.frames, kind="stable"))
     return in_dont_care(rows.frames, rows.boxes, regions, EPSILON)
+
+
+def beside_labels(
+    sightings: Sightings, camera: Camera, frame_count: int, step: float, labels: Tracks | None
+) -> tuple[Int[Array, " m"], Sightings]:
+    """What `extrapolated` gives; `unlabelled` tells the side, and who is in a DontCare region."""
+    lags, rows = extrapolated(sightings, camera, frame_count, step)
+    side = np.where(lags < 0, BEFORE, AFTER)
+    side = np.where(in_regions(rows, labels), IN_DONT_CARE, side)
+    return lags, replace(rows, unlabelled=side)
 
 
 def extrapolated(

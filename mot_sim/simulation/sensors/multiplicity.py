@@ -15,6 +15,7 @@ from mot_sim.simulation.sensors.misses import VISIBLE_KNOTS
 from mot_sim.simulation.sensors.quantiles import Quantiles
 from mot_sim.simulation.sensors.sightings import Sightings
 
+MIN_DUPLICATE_IOU = 0.1  # IoU with an object from which a false box is about it
 NO_CHANGE = Quantiles((0.0, 0.0))
 
 

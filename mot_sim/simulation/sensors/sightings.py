@@ -49,6 +49,9 @@ class Sightings(Rows):
     """0 visible, 1 self-occluded, 2 occluded by another, 3 truncated; None: unknown."""
     shape: Float[Array, "n b"] | None = None
     """Coefficients of eq. 1; None: unknown."""
+    unlabelled: Int[Array, " n"] | None = None
+    """0 with a label, 1 before a car's first one, 2 after its last one, 3 either of both inside a
+    DontCare region; None: all have labels."""
 
     @property
     def height(self) -> Float[Array, " n"]:

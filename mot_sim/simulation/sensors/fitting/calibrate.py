@@ -19,6 +19,7 @@ from mot_sim.simulation.sensors.fitting.fit_lives import (
     ALL_LIVES,
     fit_lives,
     of_lives,
+    scored_lives,
     seen_lives,
 )
 from mot_sim.simulation.sensors.fitting.fit_misses import fit_confusion, fit_misses
@@ -72,7 +73,7 @@ def fit_profile(
     alone = measured.found.select(~crowded(measured.found))  # what suppression takes counts once
     misses, jitter = fit_misses(alone, step), fit_jitter(measured.found, step)
     tell("scores")
-    scores = fit_scores(alone, misses, step)
+    scores = fit_scores(alone, misses, step, scored_lives(drives, step))
     tell("false positives")
     own = of_lives(measured.false, drives, step)
     elsewhere = replace(measured, false=measured.false.select(~own))

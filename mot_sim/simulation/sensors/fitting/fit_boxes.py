@@ -12,7 +12,7 @@ from scipy.stats import rankdata
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.fitting.fit_misses import LAGS
-from mot_sim.simulation.sensors.fitting.measure import Found
+from mot_sim.simulation.sensors.fitting.measure import Found, ScoredSightings
 from mot_sim.simulation.sensors.fitting.statistics import lag_correlation, lagged
 from mot_sim.simulation.sensors.fitting.tetrachoric import (
     RatedEvents,
@@ -28,8 +28,16 @@ from mot_sim.simulation.sensors.jitter import (
     EdgeNoise,
     Jitter,
 )
-from mot_sim.simulation.sensors.misses import HEIGHT_KNOTS, VISIBLE_KNOTS, Misses, hat_functions
+from mot_sim.simulation.sensors.misses import (
+    HEIGHT_KNOTS,
+    TRUNCATION_KNOTS,
+    VISIBLE_KNOTS,
+    Misses,
+    hat_functions,
+    truncation_growth,
+)
 from mot_sim.simulation.sensors.scores import ScoreNoise
+from mot_sim.simulation.sensors.sightings import Sightings
 
 PROBABILITIES = np.linspace(0.02, 0.98, 49)
 KNOT_PROBABILITIES = np.concatenate(
@@ -138,17 +146,23 @@ def value_autocorrelation(x: Float[Array, " n"], hits: Found, step: float) -> Au
     return nearest_autocorrelation([lag * step for lag in LAGS], correlations, weights)
 
 
-def fit_scores(found: Found, misses: Misses, step: float) -> ScoreNoise:
-    """An ordered probit of the scores by visible fraction and height."""
+def fit_scores(
+    found: Found, misses: Misses, step: float, beside: ScoredSightings | None = None
+) -> ScoreNoise:
+    """An ordered probit of the scores by what is seen.
+
+    beside: what was found of cars before and after their labels.
+    """
     hits = found.select(found.hit)
-    sightings = hits.sightings
-    log_heights = np.log(np.maximum(sightings.height, 1.0))
-    visible = hat_functions(sightings.visible, VISIBLE_KNOTS)[:, 1:3]
-    heights = hat_functions(log_heights, tuple(np.log(HEIGHT_KNOTS)))
-    design = np.concatenate((visible, heights), axis=1)
-    beta = ordered_probit(design, hits.log_odds)
-    mean = design @ beta
-    half, partly, *by_height = beta.tolist()
+    scored = ScoredSightings(hits.sightings, hits.log_odds)
+    if beside is not None and len(beside):
+        labelled = replace(hits.sightings, unlabelled=np.zeros(len(hits), np.int64))
+        scored = ScoredSightings.concatenate([replace(scored, sightings=labelled), beside])
+    design = _score_design(scored.sightings)
+    beta = ordered_probit(design, scored.log_odds)
+    mean = (design @ beta)[: len(hits)]
+    half, partly, *rest = beta.tolist()
+    by_height, rest = rest[: len(HEIGHT_KNOTS)], rest[len(HEIGHT_KNOTS) :]
     coupling, autocorrelation = fit_flicker(found, hits, mean, misses, step)
     latent = mean + _noise("fit/scores", len(mean), IMPUTATION_ROUNDS)
     probabilities, log_odds = quantiles_with_ties(hits.log_odds)
@@ -157,9 +171,30 @@ def fit_scores(found: Found, misses: Misses, step: float) -> ScoreNoise:
         log_odds=tuple(log_odds.tolist()),
         by_visible=(half, half, partly, 0.0),
         by_height=tuple(by_height),
+        by_truncation=(0.0, *rest[:2]),
+        truncation_by_height=(0.0, *rest[2:4]),
+        other_kinds=rest[4],
+        unlabelled=tuple(rest[5:]),
         coupling=coupling,
         autocorrelation=autocorrelation,
     )
+
+
+def _score_design(sightings: Sightings) -> Float[Array, "n k"]:
+    """A column for each part of the scores' latent that is fitted."""
+    log_heights = np.log(np.maximum(sightings.height, 1.0))
+    truncation = hat_functions(sightings.truncation, TRUNCATION_KNOTS)[:, 1:]
+    unlabelled = sightings.unlabelled
+    sides = np.zeros(len(sightings), np.int64) if unlabelled is None else unlabelled
+    columns = (
+        hat_functions(sightings.visible, VISIBLE_KNOTS)[:, 1:3],
+        hat_functions(log_heights, tuple(np.log(HEIGHT_KNOTS))),
+        truncation,
+        truncation * truncation_growth(sightings)[:, None],
+        (sightings.kinds != "Car").astype(float)[:, None],
+        np.eye(4)[sides][:, 1:],
+    )
+    return np.concatenate(columns, axis=1)
 
 
 def quantiles_with_ties(

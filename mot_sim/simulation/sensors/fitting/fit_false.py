@@ -20,10 +20,9 @@ from mot_sim.simulation.sensors.fitting.measure import (
 from mot_sim.simulation.sensors.fitting.statistics import linked
 from mot_sim.simulation.sensors.fitting.tetrachoric import RatedEvents, nearest_autocorrelation
 from mot_sim.simulation.sensors.misses import VISIBLE_KNOTS
-from mot_sim.simulation.sensors.multiplicity import Duplicates
+from mot_sim.simulation.sensors.multiplicity import MIN_DUPLICATE_IOU, Duplicates
 from mot_sim.simulation.sensors.quantiles import Quantiles
 
-MIN_DUPLICATE_IOU = 0.1  # IoU with a labelled car from which a false box is about it
 MAX_DUPLICATE_RATE = 0.5  # no rate of second boxes is higher
 MIN_SAMPLE = 8  # boxes from which a distribution is taken; fewer give the plain default
 LIFETIME_LAGS = (1, 2, 3, 5, 8)

@@ -8,8 +8,19 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from mot_sim.metrics.matching import same_frame_pairs
-from mot_sim.simulation.sensors.fitting.measure import FalseBoxes, LabelledDetections
-from mot_sim.simulation.sensors.lives import LIFE_SECONDS, Lives, extrapolated, in_regions
+from mot_sim.simulation.sensors.fitting.measure import (
+    FalseBoxes,
+    LabelledDetections,
+    ScoredSightings,
+    log_odds_of,
+)
+from mot_sim.simulation.sensors.lives import (
+    IN_DONT_CARE,
+    LIFE_SECONDS,
+    Lives,
+    beside_labels,
+    extrapolated,
+)
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.geometry import box_iou
 from tracker.types import Rows
@@ -37,13 +48,26 @@ def seen_lives(drives: Sequence[LabelledDetections], step: float) -> SeenLives:
     parts = [SeenLives(np.zeros(0, np.int64), np.zeros(0, bool), np.zeros(0, bool))]
     for drive in drives:
         sightings = Sightings.from_labels(drive.labels)
-        lags, rows = extrapolated(sightings, drive.camera, drive.frame_count, step)
+        lags, rows = beside_labels(sightings, drive.camera, drive.frame_count, step, drive.labels)
         seen = np.zeros(len(rows), bool)
         frames, boxes = drive.log.frames, drive.log.detections.boxes
         mine, _ = life_pairs(frames, boxes, sightings, rows)
         seen[mine] = True
-        parts.append(SeenLives(lags, seen, in_regions(rows, drive.labels)))
+        parts.append(SeenLives(lags, seen, rows.unlabelled == IN_DONT_CARE))
     return SeenLives.concatenate(parts)
+
+
+def scored_lives(drives: Sequence[LabelledDetections], step: float) -> ScoredSightings:
+    """What was found of cars before and after their labels, with its scores."""
+    parts = []
+    for drive in drives:
+        sightings = Sightings.from_labels(drive.labels)
+        _, rows = beside_labels(sightings, drive.camera, drive.frame_count, step, drive.labels)
+        detections = drive.log.detections
+        mine, theirs = life_pairs(drive.log.frames, detections.boxes, sightings, rows)
+        scores = detections.scores[theirs]
+        parts.append(ScoredSightings(rows.select(mine), log_odds_of(scores)))
+    return ScoredSightings.concatenate(parts)
 
 
 def life_pairs(

@@ -65,6 +65,16 @@ class Found(Rows):
 
 
 @dataclass(frozen=True, eq=False)
+class ScoredSightings(Rows):
+    """What was found, with its scores."""
+
+    sightings: Sightings
+    """What could be seen."""
+    log_odds: Float[Array, " n"]
+    """Of the score."""
+
+
+@dataclass(frozen=True, eq=False)
 class FalseBoxes(Rows):
     """One row for each false positive."""
 
@@ -142,7 +152,7 @@ def _measure_drive(drive: LabelledDetections, number: int) -> tuple[Found, False
     scored = np.isin(sightings.kinds, ("Car", "Van"))
     rows = np.flatnonzero(scored)[contest.overlaps.rows[pairs]]
     columns = contest.overlaps.columns[pairs]
-    log_odds = logit(scores.clip(MIN_SCORE_DISTANCE, 1.0 - MIN_SCORE_DISTANCE))
+    log_odds = log_odds_of(scores)
     found = _found(sightings, scored, contest, rows, boxes[columns], log_odds[columns], number)
     wrong = np.ones(len(boxes), bool)
     wrong[columns] = False
@@ -152,6 +162,11 @@ def _measure_drive(drive: LabelledDetections, number: int) -> tuple[Found, False
     width = np.full(len(frames), float(drive.camera.image_size[0]))
     here = np.full(len(frames), number)
     return found, FalseBoxes(here, frames, boxes, log_odds[wrong], nearest, iou, width)
+
+
+def log_odds_of(scores: Float[Array, " n"]) -> Float[Array, " n"]:
+    """Finite ones."""
+    return logit(scores.clip(MIN_SCORE_DISTANCE, 1.0 - MIN_SCORE_DISTANCE))
 
 
 def _found(
