@@ -49,6 +49,7 @@ def seen_lives(drives: Sequence[LabelledDetections], step: float) -> SeenLives:
     for drive in drives:
         sightings = Sightings.from_labels(drive.labels)
         lags, rows = beside_labels(sightings, drive.camera, drive.frame_count, step, drive.labels)
+        assert rows.unlabelled is not None
         seen = np.zeros(len(rows), bool)
         frames, boxes = drive.log.frames, drive.log.detections.boxes
         mine, _ = life_pairs(frames, boxes, sightings, rows)

@@ -1,5 +1,7 @@
 """Ghosts and scores."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.special import logit
@@ -7,7 +9,14 @@ from scipy.special import logit
 from mot_sim.simulation.sensors.clutter import Clutter
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.scores import ScoreNoise
-from tests.mot_sim.simulation.sensors.sights import CAMERA, STEP, by_object, crowd, lag_one
+from tests.mot_sim.simulation.sensors.sights import (
+    CAMERA,
+    STEP,
+    by_object,
+    crowd,
+    lag_one,
+    sightings_of,
+)
 from tracker.errors import BadConfig
 
 GHOSTS = Clutter(0.5, Autocorrelation((0.5, 0.5), (0.0, 0.5)))
@@ -92,3 +101,24 @@ def test_level_0_is_sure_and_higher_levels_doubt_more() -> None:
 def test_what_no_detector_does_is_refused(make) -> None:
     with pytest.raises(BadConfig):
         make()
+
+
+def test_trucks_cut_cars_and_cars_beside_their_labels_have_lower_scores() -> None:
+    less = ScoreNoise(
+        (-8.0, 8.0), (-8.0, 8.0), by_truncation=(0.0, -1.0, -2.0),
+        truncation_by_height=(0.0, 0.0, 1.0), other_kinds=-3.0, unlabelled=(-1.0, -2.0, -3.0),
+    )  # fmt: skip
+
+    def mean(**more) -> float:
+        return float(less.mean(sightings_of([0], [0], height=100.0, **more))[0])
+
+    assert mean() == 0.0
+    assert mean(kind="Van") == -3.0
+    assert mean(cut=0.2) == -1.0
+    assert float(less.mean(sightings_of([0], [0], height=200.0, cut=0.6))[0]) == pytest.approx(
+        -2.0 + np.log(2.0)
+    )
+    rows = replace(sightings_of([0, 1, 2, 3], [0, 0, 0, 0]), unlabelled=np.arange(4))
+    assert less.mean(rows).tolist() == [0.0, -1.0, -2.0, -3.0]
+    with pytest.raises(BadConfig, match="give 3"):
+        replace(less, unlabelled=(0.0,))
