@@ -34,6 +34,7 @@ from mot_sim.simulation.sensors.fitting.measure import (
     measure,
 )
 from mot_sim.simulation.sensors.fitting.statistics import gap_lengths
+from mot_sim.simulation.sensors.misses import Confusion
 from mot_sim.simulation.sensors.profile import Profile
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.errors import BadConfig, BadDetections
@@ -42,6 +43,7 @@ MIN_MATCHES = 500  # below, the tables by size and occlusion are guesses
 SIMULATION_ROUNDS = 3  # of correcting pooled figures by simulation
 SEEDS_PER_ROUND = 6
 DENSE_CLUTTER, DENSE_SEEDS = 2.0, 2  # false alarms a frame, to see how many of them count
+GAP_EXPONENT = 1.5  # of how many gaps are too many: gaps get fewer more slowly than times grow
 MAX_CLUTTER = 8.0  # false alarms a frame
 KITTI_STEP_SECONDS = 0.1  # seconds between KITTI's frames
 
@@ -156,7 +158,7 @@ def correct_by_simulation(
     misses = profile.misses
     assert misses is not None
     gaps = float(np.mean([len(gap_lengths(each.found)) for each in quiet]))
-    factor = _factor(gaps, float(len(gap_lengths(real.found))))
+    factor = _factor(gaps, float(len(gap_lengths(real.found)))) ** GAP_EXPONENT
     recall = float(np.mean([each.recall for each in quiet]))
     misses = replace(
         misses,
@@ -191,7 +193,8 @@ def _correct_false(
         lives = lives.scaled(_factor(wanted.own, with_second.own))
     share = FalseCounts(0.0, 0.0, 0.0)
     if profile.clutter is not None:
-        alone = Profile(clutter=replace(profile.clutter, rate=DENSE_CLUTTER))
+        dense = replace(profile.clutter, rate=DENSE_CLUTTER)
+        alone = Profile(confusion=Confusion(), clutter=dense)  # and no truck
         share = false_counts(measured_of(alone, drives, step, DENSE_SEEDS), drives, step)
     rate = 0.0 if profile.clutter is None else profile.clutter.rate
     duplicates, factor = profile.duplicates, 1.0

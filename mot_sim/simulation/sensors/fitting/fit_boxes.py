@@ -48,7 +48,7 @@ MIN_EDGE_ERROR = 1e-3  # parts of a side; smaller errors tell no more
 ABSOLUTE_ROUNDS = 30
 MAX_COUPLING = 0.7  # beyond, scores would foretell every miss
 IMPUTATION_ROUNDS = 8  # of imputing tied scores
-LOW_SCORE_SHARE = 0.05  # whose flickering is matched: near trackers' thresholds
+LOW_SCORE_SHARES = (0.05, 0.2)  # whose flickering is matched: near trackers' thresholds
 
 
 def fit_jitter(found: Found, step: float) -> Jitter:
@@ -255,19 +255,24 @@ def fit_flicker(
 
     mean: of the scores' latent, a row per hit.
     """
-    is_low = hits.log_odds < np.quantile(hits.log_odds, LOW_SCORE_SHARE)
-    threshold = np.quantile(mean + _noise("fit/low", len(mean), 0), max(is_low.mean(), 1e-3))
-    events = RatedEvents(is_low, ndtr(threshold - mean), hits.ids, hits.frames)
-    coupling = fit_coupling(found, events, misses, step)
+    lowest, *others = (_low_scores(hits, mean, share) for share in LOW_SCORE_SHARES)
+    coupling = fit_coupling(found, lowest, misses, step)
     correlations, weights = [], []
     for lag in LAGS:
         first, second = lagged(hits.ids, hits.frames, lag)
-        whole = events.latent_correlation(first, second)
+        whole = np.mean([each.latent_correlation(first, second) for each in (lowest, *others)])
         theirs = coupling**2 * misses.autocorrelation.correlation(lag * step)
         correlations.append(float(np.clip((whole - theirs) / (1.0 - coupling**2), -1.0, 1.0)))
         weights.append(len(first))
     autocorrelation = nearest_autocorrelation([lag * step for lag in LAGS], correlations, weights)
     return round(coupling, 4), autocorrelation
+
+
+def _low_scores(hits: Found, mean: Float[Array, " n"], share: float) -> RatedEvents:
+    """Which scores belong to the lowest ones, a share of all."""
+    is_low = hits.log_odds < np.quantile(hits.log_odds, share)
+    threshold = np.quantile(mean + _noise("fit/low", len(mean), 0), max(is_low.mean(), 1e-3))
+    return RatedEvents(is_low, ndtr(threshold - mean), hits.ids, hits.frames)
 
 
 def fit_coupling(found: Found, low_scores: RatedEvents, misses: Misses, step: float) -> float:
