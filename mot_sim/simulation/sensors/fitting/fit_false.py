@@ -25,6 +25,7 @@ from mot_sim.simulation.sensors.quantiles import Quantiles
 
 MAX_DUPLICATE_RATE = 0.5  # no rate of second boxes is higher
 MIN_SAMPLE = 8  # boxes from which a distribution is taken; fewer give the plain default
+SCORE_QUANTILES = 41  # few boxes have the high scores that trackers take for sure
 LIFETIME_LAGS = (1, 2, 3, 5, 8)
 MAX_LIFETIME_SECONDS = 1.2  # seconds on average: what is seen for longer moves through the image
 
@@ -78,7 +79,7 @@ def fit_duplicates(measured: DetectorMeasurements, step: float) -> Duplicates | 
     autocorrelation = latent_autocorrelation(events, step)
     seen, missed = tables
     dx, dy, dw, dh = moves
-    odds = Quantiles.of(second.log_odds)
+    odds = Quantiles.of(second.log_odds, SCORE_QUANTILES)
     return Duplicates(seen, missed, dx, dy, dw, dh, odds, autocorrelation)
 
 
@@ -102,7 +103,7 @@ def fit_clutter(measured: DetectorMeasurements, step: float) -> Clutter | None:
         height=Quantiles.of(height),
         aspect=Quantiles.of(width / height),
         x=Quantiles.of(centre),
-        log_odds=Quantiles.of(false_alarms.log_odds),
+        log_odds=Quantiles.of(false_alarms.log_odds, SCORE_QUANTILES),
     )
 
 
