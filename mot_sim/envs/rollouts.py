@@ -1,8 +1,10 @@
 """Rollouts of a scene whose frames and truth are made when asked for, and their replay."""
 
+from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -21,10 +23,12 @@ from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS, TrafficState
 from mot_sim.simulation.truth import Annotations, Occlusions, Truth, annotate_frame, labels
 from tracker.errors import BadConfig
 from tracker.geometry import invert
-from tracker.types import Detections, Frame, Tracks
+from tracker.types import Detections, Frame, Tracks, max_step
 
 # Frames that are labelled at once where they are known: detectors have long memories.
 BLOCK_FRAMES = 16
+# States of live traffic that are kept: of the frame now and the one before.
+KEPT_STATES = 2
 # What a pickled environment keeps beside its arguments and actions.
 KEPT_ATTRIBUTES = (
     "spec",
@@ -33,6 +37,9 @@ KEPT_ATTRIBUTES = (
     "observation_space",
     "action_space",
 )
+
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,21 +74,51 @@ def same(one: Any, other: Any) -> bool:
     return bool(one == other)
 
 
+class Recent(Sequence[T]):
+    """A sequence that grows for ever and keeps its last items, so that memory stays flat.
+
+    It is as long as all that was appended; an item that is no longer kept raises IndexError.
+    """
+
+    def __init__(self) -> None:
+        self._items: deque[T] = deque(maxlen=KEPT_STATES)
+        self._count = 0
+
+    def append(self, item: T) -> None:
+        """Add an item at the end."""
+        self._items.append(item)
+        self._count += 1
+
+    def __len__(self) -> int:
+        return self._count
+
+    @property
+    def first(self) -> int:
+        """The index of the first item that is kept."""
+        return self._count - len(self._items)
+
+    def __getitem__(self, index: Any) -> Any:
+        if not self.first <= index < self._count:
+            raise IndexError(f"item {index}: kept are {self.first} to {self._count - 1}")
+        return self._items[index - self.first]
+
+
 @dataclass(frozen=True, eq=False)
 class LiveRollout(Rollout):
-    """A rollout in progress: its ego car obeys commands, its states and vehicles grow."""
+    """A rollout in progress: its ego car obeys commands, its last states are known."""
 
     driver: Driven
     """The traffic, whose ego car is driven."""
-    log: list[TrafficState] = field(default_factory=list)
-    """States of the traffic so far, one per 0.1 s."""
+    log: Recent[TrafficState] = field(default_factory=Recent)
+    """States of the traffic, one per 0.1 s."""
     meshes: list[SceneMeshes] = field(default_factory=list)
-    """One element: the meshes of all cars so far, and the camera."""
+    """One element: the meshes of the cars now, and the camera."""
 
     @classmethod
-    def begin(cls, scene: Scene, seed: int) -> "LiveRollout":
+    def begin(cls, scene: Scene, seed: int, continuous: bool = False) -> "LiveRollout":
         """A new rollout. Raises BadConfig for a scene whose ego car cannot be driven."""
         driver = driver_of(scene, seed)
+        driver.continuous = continuous
         first = driver.reset_live(random_numbers.named_stream(seed, "traffic"))
         rollout = cls(scene, seed, RecordedTraffic.of([first]), driver)
         rollout.log.append(first)
@@ -94,13 +131,13 @@ class LiveRollout(Rollout):
 
     @property
     def scene_meshes(self) -> SceneMeshes:
-        """The cars so far, and the camera."""
+        """The cars now, and the camera."""
         return self.meshes[-1]
 
     @property
-    def traffic_states(self) -> tuple[TrafficState, ...]:
-        """The states so far."""
-        return tuple(self.log)
+    def traffic_states(self) -> Sequence[TrafficState]:  # type: ignore[override]
+        """The states so far, of which the last are kept."""
+        return self.log
 
     def advance(self, command: str) -> None:
         """0.1 s of traffic under a command."""
@@ -111,6 +148,7 @@ class LiveRollout(Rollout):
         if is_new.any():
             traffic = RecordedTraffic.of([only(now, is_new)])
             new = self.scene.vehicle_sampler.sample(traffic, self.seed)
+            known = known.select(np.flatnonzero(np.isin(known.ids, now.ids)))
             vehicles = Vehicles.concatenate((known, new))
             vehicles = vehicles.select(np.argsort(vehicles.ids))
             self.meshes[:] = [SceneMeshes(vehicles, self.scene.rig)]
@@ -145,10 +183,10 @@ class LazyRollout:
 
     rollout: Rollout
     """The run, which may be in progress."""
-    annotations: list[Annotations] = field(default_factory=list)
-    """What is true of each frame so far, in order."""
-    detections: list[Detections] = field(default_factory=list)
-    """The detections of each frame so far, in order."""
+    annotations: dict[int, Annotations] = field(default_factory=dict)
+    """What is true of each frame so far; of live traffic of the last one alone."""
+    detections: dict[int, Detections] = field(default_factory=dict)
+    """The detections of the same frames."""
 
     def frame(self, index: int, image: Array | None = None) -> Frame:
         """What a tracker may know of a frame."""
@@ -171,23 +209,34 @@ class LazyRollout:
         )
 
     def T_now_before(self, index: int) -> Float[Array, "4 4"] | None:
-        """The motion of the camera since the frame before; None at the first."""
+        """The motion of the camera since the frame before.
+
+        None at the first, and where the ego car has begun a new way elsewhere.
+        """
         if index == 0:
             return None
         before, now = (self.rollout.traffic_states[at].ego for at in (index - 1, index))
+        if np.hypot(*(now - before)[:2]) > max_step(STEP_SECONDS):
+            return None
         rig = self.rollout.scene.rig
         return invert(rig.T_world_cam(now)) @ rig.T_world_cam(before)
 
     def _sense_up_to(self, index: int) -> None:
         """Label and sense the frames up to this one, and some more where they are known."""
-        first = len(self.annotations)
-        if index < first:
+        if index in self.annotations:
             return
-        last = min(max(first + BLOCK_FRAMES, index + 1), len(self.rollout))
+        first, last = index, index + 1
+        if not isinstance(self.rollout, LiveRollout):
+            first = len(self.annotations)
+            last = min(max(first + BLOCK_FRAMES, last), len(self.rollout))
         found = [annotation_of(self.rollout, frame) for frame in range(first, last)]
-        self.annotations += found
         log = sense(self.rollout, Annotations.concatenate(found).truth, np.arange(first, last))
-        self.detections += [log.at(frame) for frame in range(first, last)]
+        if isinstance(self.rollout, LiveRollout):
+            self.annotations.clear()
+            self.detections.clear()
+        for frame in range(first, last):
+            self.annotations[frame] = found[frame - first]
+            self.detections[frame] = log.at(frame)
 
 
 def annotation_of(rollout: Rollout, frame: int) -> Annotations:

@@ -32,7 +32,10 @@ from tracker.types import Camera, Frame
 
 TRAFFIC = ("recorded", "live")
 RENDER_MODES = ("rgb_array", "human")
-OPTIONS = ("traffic", "render_mode", "image", "max_detections", "renderer", "scale", "kept_runs")
+OPTIONS = (
+    "traffic", "render_mode", "image", "max_detections", "renderer", "scale", "kept_runs",
+    "continuous",
+)  # fmt: skip
 SCALE_LIMITS = (0.1, 2.0)
 
 
@@ -48,8 +51,9 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
     `crashed`.
 
     scale: of the image's sides. kept_runs: how many episodes of recorded traffic are kept with
-    their labels, in case their seed comes again. knobs: of the scene. A pickled environment goes
-    on where it was. Raises UnknownName and BadConfig.
+    their labels, in case their seed comes again. continuous: where its road ends the ego car of
+    live traffic begins a new way elsewhere; its motion to there is not known. knobs: of the
+    scene. A pickled environment goes on where it was. Raises UnknownName and BadConfig.
     """
 
     # gym.make reads the class's; an instance has its own copy.
@@ -69,6 +73,7 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         renderer: str = "raster",
         scale: float = 1.0,
         kept_runs: int = 2,
+        continuous: bool = False,
         **knobs: Knob,
     ) -> None:
         self._arguments = {
@@ -80,6 +85,7 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
             "renderer": renderer,
             "scale": scale,
             "kept_runs": kept_runs,
+            "continuous": continuous,
             **knobs,
         }
         require_words(traffic, render_mode, renderer, kept_runs)
@@ -87,6 +93,11 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         self.render_mode = render_mode
         self.scene = scaled(find_long_scene(scene, knobs), scale)
         self.is_live = traffic == "live"
+        if continuous and not self.is_live:
+            raise BadConfig(
+                "continuous=True is for traffic='live': recorded runs end with the road"
+            )
+        self._continuous = continuous
         if self.is_live:
             driver_of(self.scene, 0)
         self._observations = ObservationBuilder(
@@ -188,7 +199,8 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         self._episode, self._actions, self._crashed = episode, [], False
         self._images, self._image = None, None
         if self.is_live:
-            self._current = LazyRollout(LiveRollout.begin(self.scene, episode))
+            live = LiveRollout.begin(self.scene, episode, self._continuous)
+            self._current = LazyRollout(live)
             return
         self._current = self._rollouts.pop(episode, None) or LazyRollout(
             Rollout.of(self.scene, episode)

@@ -23,7 +23,7 @@ def view_of(rollout: Rollout, frame: int) -> View:
 
 def motion_at(rollout: Rollout, frame: int) -> tuple[float, float]:
     """Metres ahead and radians to the right that the camera moves up to a frame, at first 0."""
-    before, now = rollout.traffic.ego[max(frame - 1, 0)], rollout.traffic.ego[frame]
+    before, now = (rollout.traffic_states[at].ego for at in (max(frame - 1, 0), frame))
     x, y, turned = (now - before).tolist()
     return x * float(np.cos(now[2])) + y * float(np.sin(now[2])), turned
 

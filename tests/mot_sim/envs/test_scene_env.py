@@ -55,7 +55,7 @@ def test_an_episode_that_comes_again_is_not_labelled_again(env) -> None:
 
 def test_labels_wait_until_they_are_asked_for() -> None:
     run = LazyRollout(Rollout.of(find_scene("crossing", frames=40), 0))
-    assert run.annotations == []
+    assert run.annotations == {}
     run.frame(0)
     assert len(run.annotations) == 16
     run.truth(39)
@@ -263,3 +263,37 @@ def test_a_crash_ends_a_live_episode() -> None:
     assert reward <= 0.5 / 1.5
     with pytest.raises(OutOfTurn, match="after the end"):
         env.step(0)
+
+
+def test_live_traffic_is_drawn_frame_after_frame() -> None:
+    env = SceneEnv("highway", traffic="live", scale=0.1, **SPARSE)
+    first, _ = env.reset(options={"episode_seed": 0})
+    later = [env.step(0)[0]["image"] for _ in range(3)]
+    assert all(image.shape == first["image"].shape for image in later)
+    assert (later[-1] != first["image"]).any()
+
+
+def test_an_episode_ends_with_the_road_or_goes_on_with_flat_memory() -> None:
+    knobs = {"cars": 0, "arrivals": 0.0, "parked": 0.0, "vans": 0, "frames": 200}
+    plain = {"houses": 0.0, "trees": 0.0, "furniture": 0.0}
+    found = {}
+    for continuous in (False, True):
+        env = SceneEnv(
+            "street", traffic="live", image=False, continuous=continuous, **knobs, **plain
+        )
+        env.reset(options={"episode_seed": 0})
+        unknown = 0
+        for _ in range(160):
+            _, _, terminated, truncated, told = env.step(COMMANDS.index("faster"))
+            unknown += env.frame.T_now_before is None
+            if truncated:
+                break
+        found[continuous] = terminated, truncated, unknown, env._now()
+    assert found[False][:3] == (False, True, 0)
+    assert found[True][:3] == (False, False, 1)
+    assert told["frame"] == 160
+    assert len(found[True][3].annotations) == 1
+    with pytest.raises(IndexError, match="kept are 159 to 160"):
+        found[True][3].rollout.traffic_states[3]
+    with pytest.raises(BadConfig, match="continuous=True is for traffic='live'"):
+        SceneEnv("street", continuous=True)
