@@ -242,7 +242,9 @@ class Detector:
         if self.effects.duplicates is None:
             return []
         sightings, missed = responses.sightings, ~responses.reported
-        rows, boxes, scores = self.effects.duplicates(sightings, missed, seed, step, self.clutter)
+        rows, boxes, scores = self.effects.duplicates(
+            sightings, responses.boxes, missed, seed, step, self.clutter
+        )
         if not len(rows):
             return []
         provenance = Provenance.of("duplicate", sightings.ids[rows])

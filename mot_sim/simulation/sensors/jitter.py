@@ -4,10 +4,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from mot_sim.simulation.sensors.checks import require_finite, require_sigmas
+from mot_sim.simulation import random_numbers
+from mot_sim.simulation.sensors.checks import require_finite, require_rates, require_sigmas
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, correlated_normal_columns
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.errors import BadConfig
@@ -18,6 +19,7 @@ MIN_SIDE_SHARE = 0.05  # of the true side; a smaller box is no box
 USUAL_VISIBLE, USUAL_HEIGHT = 0.95, 50.0  # of a car (part, pixels) at which `spread` holds
 HEIGHT_RANGE = (10.0, 300.0)  # pixels; smaller and larger cars are as those
 MIN_SIDE_PIXELS = 5.0  # sides that are smaller count as so long for errors in pixels
+MAX_HELD_FRAMES = 16  # in a row in which an error is held
 EDGES = ("left", "upper", "right", "lower")
 
 
@@ -95,8 +97,17 @@ class Jitter:
     stretch."""
     vertical: float = 0.0
     """Correlation of the upper and the lower edge's x, -1 to 1; likewise."""
+    hold: float = 0.0
+    """Seconds, >= 0, for which a box's errors stay as they are on average before they jump to
+    where their autocorrelation has brought them meanwhile; 0: they move in every frame; more: boxes
+    stand and jump."""
+    unsteady: float = 0.0
+    """Share of x's variance, 0 to 1, that is drawn anew in every frame where x is held; more: boxes
+    tremble."""
 
     def __post_init__(self) -> None:
+        require_sigmas("jitter hold", self.hold)
+        require_rates("jitter unsteady", self.unsteady)
         for name in ("horizontal", "vertical"):
             value = getattr(self, name)
             if not -1.0 <= value <= 1.0:
@@ -115,9 +126,10 @@ class Jitter:
             raise BadConfig(f"jitter level {level:g}: 0 (none) or more")
         if level == 0.0 or self._does_nothing:
             return boxes
-        x = correlated_normal_columns(
-            seed, "jitter", sightings.ids, sightings.frames, self.autocorrelations, step
-        )
+        x = held_normals(
+            seed, sightings.ids, sightings.frames, self.autocorrelations, step,
+            self.hold, self.unsteady,
+        )  # fmt: skip
         for first, second, shared in ((0, 2, self.horizontal), (1, 3, self.vertical)):
             if shared != 0.0:
                 x[:, second] *= np.sqrt(1.0 - shared**2)
@@ -147,6 +159,37 @@ class Jitter:
             (edge.spread, edge.bias, edge.bias_pixels, edge.bias_hidden) != (0.0,) * 4
             for edge in self.edges
         )
+
+
+def held_normals(
+    seed: int,
+    ids: Int[Array, " n"],
+    frames: Int[Array, " n"],
+    autocorrelations: tuple[Autocorrelation, ...],
+    step: float,
+    hold: float,
+    unsteady: float,
+) -> Float[Array, "n k"]:
+    """Correlated normal numbers that stay for a while and then jump; see `Jitter.hold`.
+
+    A number that is held is that of the frame in which it was last renewed. Renewals are drawn
+    frame by frame, and one of MAX_HELD_FRAMES in a row is always one.
+    """
+    if hold == 0.0:
+        return correlated_normal_columns(seed, "jitter", ids, frames, autocorrelations, step)
+    when = np.maximum(frames[:, None] - np.arange(MAX_HELD_FRAMES), 0)
+    owner = np.repeat(ids, MAX_HELD_FRAMES)
+    drawn = random_numbers.uniform(seed, "jitter/hold", owner, when.ravel())
+    renewed = drawn.reshape(when.shape) < -np.expm1(-step / hold)
+    turn = random_numbers.bits(seed, "jitter/turn", ids, np.zeros_like(ids))
+    turn = (turn % np.uint64(MAX_HELD_FRAMES)).astype(np.int64)
+    renewed |= ((when - turn) % MAX_HELD_FRAMES == 0) | (when == 0)
+    last = np.maximum(frames - renewed.argmax(axis=1), 0)
+    x = correlated_normal_columns(seed, "jitter", ids, last, autocorrelations, step)
+    if unsteady > 0.0:
+        anew = random_numbers.normal(seed, "jitter/anew", ids, frames, x.shape[1])
+        x = np.sqrt(1.0 - unsteady) * x + np.sqrt(unsteady) * anew
+    return x
 
 
 def move_edges(boxes: Float[Array, "n 4"], errors: Float[Array, "n 4"]) -> Float[Array, "n 4"]:

@@ -1,27 +1,33 @@
 """One car in two boxes (duplicates, splits), and two cars in one (merges)."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
-from scipy.special import expit
+from scipy.special import expit, ndtr
 
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.sensors.boxes import move_boxes, overlapping_pairs, pair_ids
-from mot_sim.simulation.sensors.checks import require_rates, require_sigmas, require_table
+from mot_sim.simulation.sensors.checks import (
+    require_finite,
+    require_rates,
+    require_sigmas,
+    require_table,
+)
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, bursts, correlated_normals
 from mot_sim.simulation.sensors.misses import VISIBLE_KNOTS
-from mot_sim.simulation.sensors.quantiles import Quantiles
 from mot_sim.simulation.sensors.sightings import Sightings
+from tracker.errors import BadConfig
 
 MIN_DUPLICATE_IOU = 0.1  # IoU with an object from which a false box is about it
-NO_CHANGE = Quantiles((0.0, 0.0))
+EXAMPLE_COLUMNS = ("dx", "dy", "dw", "dh", "log_odds")
 
 
 @dataclass(frozen=True)
 class Duplicates:
-    """Second boxes about one car."""
+    """Second boxes about one car, as examples of real ones lie beside the first box."""
 
     seen: tuple[float, ...] = (0.0,) * len(VISIBLE_KNOTS)
     """Rate of a second box for cars that are seen, 0 to 1 at each visible fraction of
@@ -29,16 +35,16 @@ class Duplicates:
     missed: tuple[float, ...] = (0.0,) * len(VISIBLE_KNOTS)
     """Rate of such a box for cars that are missed, 0 to 1 at each visible fraction of
     VISIBLE_KNOTS."""
-    dx: Quantiles = NO_CHANGE
-    """Distribution of its centre's offset, in parts of the true box's width."""
-    dy: Quantiles = NO_CHANGE
-    """Distribution of its centre's offset, in parts of the true box's height."""
-    dw: Quantiles = NO_CHANGE
-    """Distribution of log(its width / the true one)."""
-    dh: Quantiles = NO_CHANGE
-    """Distribution of log(its height / the true one)."""
-    log_odds: Quantiles = NO_CHANGE
-    """Distribution of its score's log-odds; higher: second boxes look surer."""
+    dx: tuple[float, ...] = (0.0,)
+    """Of examples of second boxes: the centre's offset, in parts of the first box's width."""
+    dy: tuple[float, ...] = (0.0,)
+    """Of each example: the centre's offset, in parts of the first box's height."""
+    dw: tuple[float, ...] = (0.0,)
+    """Of each example: log(its width / the first one's)."""
+    dh: tuple[float, ...] = (0.0,)
+    """Of each example: log(its height / the first one's)."""
+    log_odds: tuple[float, ...] = (0.0,)
+    """Of each example: the score's log-odds; higher: second boxes look surer."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
     """How second boxes are correlated over time; slower: they stay for more frames."""
 
@@ -46,16 +52,31 @@ class Duplicates:
         for rates in (self.seen, self.missed):
             require_table("duplicates", VISIBLE_KNOTS, rates)
             require_rates("duplicates", *rates)
+        for name in EXAMPLE_COLUMNS:
+            require_finite(f"duplicates {name}", *getattr(self, name))
+        counts = {name: len(getattr(self, name)) for name in EXAMPLE_COLUMNS}
+        if len(set(counts.values())) > 1 or not counts["dx"]:
+            raise BadConfig(f"duplicates: {counts} examples; give as many of each, one or more")
+
+    @cached_property
+    def examples(self) -> Float[Array, "e 5"]:
+        """dx, dy, dw, dh and log-odds of the examples, those of like places side by side."""
+        rows = np.array([getattr(self, name) for name in EXAMPLE_COLUMNS]).T
+        return rows[np.lexsort((rows[:, 2], rows[:, 0]))]
 
     def __call__(
         self,
         sightings: Sightings,
+        boxes: Float[Array, "n 4"],
         missed: Bool[Array, " n"],
         seed: int,
         step: float,
         level: float = 1.0,
     ) -> tuple[Int[Array, " k"], Float[Array, "k 4"], Float[Array, " k"]]:
-        """The rows that have a second box, the boxes, and their scores."""
+        """The rows that have a second box, the boxes, and their scores.
+
+        boxes: the first ones, as they are or would be reported.
+        """
         rates = np.where(
             missed,
             np.interp(sightings.visible, VISIBLE_KNOTS, self.missed),
@@ -69,11 +90,10 @@ class Duplicates:
         if not len(rows):
             return rows, np.zeros((0, 4)), np.zeros(0)
         ids, frames = ids[rows], frames[rows]
-        x = correlated_normals(seed, "duplicate/box", ids, frames, self.autocorrelation, step, 5)
-        parts = (self.dx, self.dy, self.dw, self.dh)
-        moves = [part.of_normal(x[:, column]) for column, part in enumerate(parts)]
-        boxes = move_boxes(sightings.boxes[rows], *moves)
-        return rows, boxes, expit(self.log_odds.of_normal(x[:, 4]))
+        x = correlated_normals(seed, "duplicate/box", ids, frames, self.autocorrelation, step)
+        chosen = self.examples[(ndtr(x[:, 0]) * len(self.dx)).astype(np.int64)]
+        moved = move_boxes(boxes[rows], *chosen[:, :4].T)
+        return rows, moved, expit(chosen[:, 4])
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,9 @@ from pathlib import Path
 from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
+import numpy as np
+from scipy.special import ndtri
+
 from mot_sim.files.documents import read_toml
 from mot_sim.files.named_objects import NameRegister
 from mot_sim.simulation.sensors.boxes import Border, VisiblePart
@@ -16,7 +19,8 @@ from mot_sim.simulation.sensors.cues import AppearanceNoise, Keypoints, Pose, Sh
 from mot_sim.simulation.sensors.jitter import EDGES, EdgeNoise, Jitter, edges_of_centre
 from mot_sim.simulation.sensors.lives import Lives
 from mot_sim.simulation.sensors.misses import Confusion, Misses
-from mot_sim.simulation.sensors.multiplicity import Duplicates, Merges, Splits
+from mot_sim.simulation.sensors.multiplicity import EXAMPLE_COLUMNS, Duplicates, Merges, Splits
+from mot_sim.simulation.sensors.quantiles import Quantiles
 from mot_sim.simulation.sensors.scores import ScoreNoise
 from mot_sim.simulation.sensors.suppression import OverlapSuppression
 from tracker.errors import BadConfig, BadFile, UnknownName
@@ -34,6 +38,8 @@ FORMER_PARAMETERS = {
     "by_cut": "by_truncation",
     "cut_by_height": "truncation_by_height",
 }
+STRIDES = (1, 13, 17, 23, 29)  # at which version 1's quantiles are paired; no two alike
+PAIRED = (np.arange(31) + 0.5) / 31  # places of the quantiles that are taken
 CENTRE_AND_SIZE = ("x", "y", "width", "height")  # of version 1's jitter
 PROFILE_NAMES = NameRegister("profile", {})
 log = logging.getLogger(__name__)
@@ -122,8 +128,8 @@ def read_profile(path: Path) -> Profile:
         if key not in TABLES:
             raise UnknownName.of(f"effect in {path.name}:", key, TABLES)
         where = f"{path}: [{key}]"
-        if version == 1 and key == "jitter":
-            given[key] = former_jitter(table, where)
+        if version == 1 and key in FORMER_TABLES:
+            given[key] = FORMER_TABLES[key](table, where)
         else:
             given[key] = dataclass_from_table(TABLES[key], table, where)
     if version < VERSION and "misses" in given and "suppression" not in given:
@@ -148,6 +154,28 @@ def former_jitter(table: Any, where: str) -> Jitter:
     left, right, horizontal = edges_of_centre(x, width)
     upper, lower, vertical = edges_of_centre(y, height)
     return Jitter(left, upper, right, lower, horizontal, vertical)
+
+
+def former_duplicates(table: Any, where: str) -> Duplicates:
+    """Second boxes from version 1's distributions, which were drawn one by one. Raises BadConfig.
+
+    Of the quantiles of each number, examples are made that pair them in different orders.
+    """
+    if not isinstance(table, Mapping):
+        raise BadConfig(f"{where}: {table!r} is no table of parameters")
+    plain = dict(table)
+    for name, stride in zip(EXAMPLE_COLUMNS, STRIDES, strict=True):
+        if isinstance(table.get(name), Mapping):
+            values = dataclass_from_table(Quantiles, table[name], f"{where} {name}")
+            plain[name] = values.of_normal(ndtri(PAIRED * stride % 1.0)).round(4).tolist()
+        else:
+            plain[name] = [0.0] * len(PAIRED)
+    made: Duplicates = dataclass_from_table(Duplicates, plain, where)
+    return made
+
+
+# Tables that version 1 wrote differently, and what reads them.
+FORMER_TABLES = {"jitter": former_jitter, "duplicates": former_duplicates}
 
 
 def dataclass_from_table(kind: type, table: Any, where: str) -> Any:

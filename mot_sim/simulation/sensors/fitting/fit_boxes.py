@@ -1,5 +1,6 @@
 """Fits how boxes are off, and the scores of boxes that are right."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +28,7 @@ from mot_sim.simulation.sensors.jitter import (
     USUAL_VISIBLE,
     EdgeNoise,
     Jitter,
+    held_normals,
 )
 from mot_sim.simulation.sensors.misses import (
     HEIGHT_KNOTS,
@@ -46,6 +48,10 @@ KNOT_PROBABILITIES = np.concatenate(
 MIN_TIED_SHARE = 0.003  # of all scores that are equal, from which a value is kept as it is
 MIN_EDGE_ERROR = 1e-3  # parts of a side; smaller errors tell no more
 ABSOLUTE_ROUNDS = 30
+HOLDS = (0.0, 0.1, 0.2, 0.3, 0.5, 0.8)  # seconds that are tried
+UNSTEADY = (0.0, 0.02, 0.04, 0.08, 0.12, 0.2)  # shares that are tried
+CHANGE_PROBABILITIES = (0.5, 0.75, 0.9, 0.97, 0.99, 0.997)
+HOLD_OBJECTS, HOLD_FRAMES = 300, 60  # of the simulations that are compared
 MAX_COUPLING = 0.7  # beyond, scores would foretell every miss
 IMPUTATION_ROUNDS = 8  # of imputing tied scores
 LOW_SCORE_SHARES = (0.05, 0.2)  # whose flickering is matched: near trackers' thresholds
@@ -55,9 +61,47 @@ def fit_jitter(found: Found, step: float) -> Jitter:
     """The errors of the four edges of the boxes that were matched, and how they go together."""
     hits = found.select(found.hit)
     left, upper, right, lower = (_fit_edge(hits, place) for place in range(4))
-    pairs = [_fit_shared(one, other, hits, step) for one, other in ((left, right), (upper, lower))]
-    (first, third, horizontal), (second, fourth, vertical) = pairs
-    return Jitter(first, second, third, fourth, horizontal, vertical)
+    edges, own, shared = [], [], []
+    for (first, x), (second, y) in ((left, right), (upper, lower)):
+        together = float(np.corrcoef(x, y)[0, 1])
+        edges += [first, second]
+        own += [x, (y - together * x) / np.sqrt(1.0 - together**2)]
+        shared.append(round(together, 4))
+    hold, unsteady, slow = fit_hold(own, hits, step)
+    fitted = [replace(edge, autocorrelation=each) for edge, each in zip(edges, slow, strict=True)]
+    return Jitter(fitted[0], fitted[2], fitted[1], fitted[3], *shared, hold, unsteady)
+
+
+def fit_hold(
+    own: Sequence[Float[Array, " n"]], hits: Found, step: float
+) -> tuple[float, float, list[Autocorrelation]]:
+    """How long errors stay before they jump, what share trembles, and the autocorrelations.
+
+    own: the normal numbers of all four edges. Of HOLDS and UNSTEADY those are taken whose changes
+    from frame to frame have the quantiles of the real ones.
+    """
+    first, second = lagged(hits.ids, hits.frames, 1)
+    numbers = np.stack(own, axis=1)
+    real = change_quantiles(numbers[second] - numbers[first])
+    ids = np.repeat(np.arange(HOLD_OBJECTS), HOLD_FRAMES)
+    frames = np.tile(np.arange(HOLD_FRAMES), HOLD_OBJECTS)
+    later = np.flatnonzero(frames > 0)
+    best = (np.inf, 0.0, 0.0, [Autocorrelation()] * len(own))
+    for unsteady in UNSTEADY:
+        slow = [value_autocorrelation(x, hits, step, unsteady) for x in own]
+        for hold in HOLDS:
+            x = held_normals(0, ids, frames, tuple(slow), step, hold, unsteady)
+            made = change_quantiles(x[later] - x[later - 1])
+            off = float(np.abs(np.log(made / real)).sum())
+            if off < best[0]:
+                best = off, hold, unsteady, slow
+    return best[1:]
+
+
+def change_quantiles(changes: Float[Array, "n 4"]) -> Float[Array, " q"]:
+    """Of the size of changes, all edges together (root mean square); none below a hundredth."""
+    sizes = np.sqrt(np.square(changes).mean(axis=1))
+    return np.maximum(np.quantile(sizes, CHANGE_PROBABILITIES), 0.01)
 
 
 def _fit_edge(hits: Found, place: int) -> tuple[EdgeNoise, Float[Array, " n"]]:
@@ -122,26 +166,17 @@ def _fit_shape(rest: Float[Array, " n"]) -> tuple[float, float, float, float]:
     return part.spread, part.tail, part.skew, float(best[0])
 
 
-def _fit_shared(
-    one: tuple[EdgeNoise, Float[Array, " n"]],
-    other: tuple[EdgeNoise, Float[Array, " n"]],
-    hits: Found,
-    step: float,
-) -> tuple[EdgeNoise, EdgeNoise, float]:
-    """Two edges with their autocorrelations, and the correlation of their normal numbers."""
-    (first, x), (second, y) = one, other
-    shared = float(np.corrcoef(x, y)[0, 1])
-    own = (y - shared * x) / np.sqrt(1.0 - shared**2)
-    return (
-        replace(first, autocorrelation=value_autocorrelation(x, hits, step)),
-        replace(second, autocorrelation=value_autocorrelation(own, hits, step)),
-        round(shared, 4),
-    )
+def value_autocorrelation(
+    x: Float[Array, " n"], hits: Found, step: float, unsteady: float = 0.0
+) -> Autocorrelation:
+    """The autocorrelation of a normal value that was measured itself.
 
-
-def value_autocorrelation(x: Float[Array, " n"], hits: Found, step: float) -> Autocorrelation:
-    """The autocorrelation of a normal value that was measured itself."""
-    correlations = [lag_correlation(x, hits.ids, hits.frames, lag) for lag in LAGS]
+    unsteady: share of its variance that is no part of it, since it is drawn anew in every frame.
+    """
+    correlations = [
+        min(lag_correlation(x, hits.ids, hits.frames, lag) / (1.0 - unsteady), 0.999)
+        for lag in LAGS
+    ]
     weights = [len(lagged(hits.ids, hits.frames, lag)[0]) for lag in LAGS]
     return nearest_autocorrelation([lag * step for lag in LAGS], correlations, weights)
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool
+from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
 from mot_sim.simulation.sensors.boxes import box_errors
@@ -15,10 +15,12 @@ from mot_sim.simulation.sensors.fitting.fit_misses import latent_autocorrelation
 from mot_sim.simulation.sensors.fitting.measure import (
     DetectorMeasurements,
     FalseBoxes,
+    Found,
     LabelledDetections,
 )
 from mot_sim.simulation.sensors.fitting.statistics import linked
 from mot_sim.simulation.sensors.fitting.tetrachoric import RatedEvents, nearest_autocorrelation
+from mot_sim.simulation.sensors.jitter import move_edges
 from mot_sim.simulation.sensors.misses import VISIBLE_KNOTS
 from mot_sim.simulation.sensors.multiplicity import MIN_DUPLICATE_IOU, Duplicates
 from mot_sim.simulation.sensors.quantiles import Quantiles
@@ -27,6 +29,7 @@ MAX_DUPLICATE_RATE = 0.5  # no rate of second boxes is higher
 MIN_SAMPLE = 8  # boxes from which a distribution is taken; fewer give the plain default
 SCORE_QUANTILES = 41  # few boxes have the high scores that trackers take for sure
 LIFETIME_LAGS = (1, 2, 3, 5, 8)
+MAX_EXAMPLES = 64  # of second boxes that a profile keeps
 MAX_LIFETIME_SECONDS = 1.2  # seconds on average: what is seen for longer moves through the image
 
 
@@ -73,14 +76,21 @@ def fit_duplicates(measured: DetectorMeasurements, step: float) -> Duplicates | 
         table = [table[0], *table]  # labels tell nothing of what is nearly hidden
         rates[group] = np.interp(found.sightings.visible[group], VISIBLE_KNOTS, table)
         tables.append(tuple(table))
-    errors = box_errors(second.boxes, found.sightings.boxes[second.nearest])
-    moves = [Quantiles.of(errors[:, column]) for column in range(4)]
     events = RatedEvents(event, rates, found.ids, found.frames)
     autocorrelation = latent_autocorrelation(events, step)
     seen, missed = tables
-    dx, dy, dw, dh = moves
-    odds = Quantiles.of(second.log_odds, SCORE_QUANTILES)
+    moves = box_errors(second.boxes, first_boxes(found)[second.nearest])
+    examples = np.column_stack((moves, second.log_odds))
+    examples = examples[np.lexsort((examples[:, 2], examples[:, 0]))]
+    chosen = np.linspace(0, len(examples) - 1, min(len(examples), MAX_EXAMPLES)).round()
+    columns = examples[chosen.astype(int)].round(4).T.tolist()
+    dx, dy, dw, dh, odds = (tuple(column) for column in columns)
     return Duplicates(seen, missed, dx, dy, dw, dh, odds, autocorrelation)
+
+
+def first_boxes(found: Found) -> Float[Array, "n 4"]:
+    """The boxes of those who were found; of the others what is labelled."""
+    return move_edges(found.sightings.boxes, np.where(found.hit[:, None], found.edges, 0.0))
 
 
 def _rate(event: Bool[Array, " n"]) -> float:

@@ -49,16 +49,31 @@ def test_edges_near_the_border_snap_to_it() -> None:
 
 
 def test_second_boxes_come_at_their_rate_where_they_should() -> None:
-    shifted = Quantiles((0.3, 0.3))
-    double = Duplicates((0.0, 0.0, 0.0, 0.2), (0.0,) * 4, dx=shifted, autocorrelation=SLOW)
+    double = Duplicates((0.0, 0.0, 0.0, 0.2), (0.0,) * 4, dx=(0.3,), autocorrelation=SLOW)
     sightings = crowd(1000, 40, visible=0.95)
     seen = np.zeros(len(sightings), bool)
-    rows, boxes, scores = double(sightings, seen, 1, STEP)
+    rows, boxes, scores = double(sightings, sightings.boxes, seen, 1, STEP)
     assert len(rows) / len(sightings) == pytest.approx(0.2, abs=0.02)
     np.testing.assert_allclose(box_iou(boxes, sightings.boxes[rows]), 0.7 / 1.3)
     assert (scores == 0.5).all()
-    assert not len(double(sightings, ~seen, 1, STEP)[0])
-    assert not len(double(sightings, seen, 1, STEP, 0.0)[0])
+    assert not len(double(sightings, sightings.boxes, ~seen, 1, STEP)[0])
+    assert not len(double(sightings, sightings.boxes, seen, 1, STEP, 0.0)[0])
+
+
+def test_second_boxes_are_whole_examples_beside_the_first_box() -> None:
+    double = Duplicates(
+        (0.0, 0.0, 0.0, 0.5), (0.0,) * 4, dx=(0.1, 0.4), dy=(0.0, 0.2), dw=(0.0, -0.5),
+        dh=(0.0, 0.3), log_odds=(3.0, -1.0),
+    )  # fmt: skip
+    sightings = crowd(200, 20, visible=0.95)
+    first, seen = sightings.boxes + 5.0, np.zeros(len(sightings), bool)
+    rows, boxes, scores = double(sightings, first, seen, 1, STEP)
+    moves = box_errors(boxes, first[rows])
+    sure = scores > 0.5
+    assert 0.3 < sure.mean() < 0.7
+    np.testing.assert_allclose(
+        moves[sure], np.tile([0.1, 0.0, 0.0, 0.0], (sure.sum(), 1)), atol=1e-9
+    )
 
 
 def test_two_overlapping_cars_may_share_one_box() -> None:
@@ -86,6 +101,7 @@ def test_wide_boxes_may_fall_in_two() -> None:
         lambda: Border(-1.0),
         lambda: Quantiles((1.0, 0.0)),
         lambda: Duplicates((0.0, 0.0, 0.0, 2.0), (0.0,) * 4),
+        lambda: Duplicates(dx=(0.1, 0.2)),
     ],
 )
 def test_what_no_detector_does_is_refused(make) -> None:

@@ -1,5 +1,7 @@
 """Edges are off as the noise says: spread, mean, growth, correlation, memory."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -108,3 +110,31 @@ def test_a_profile_of_version_1_has_edges(tmp_path) -> None:
 def test_what_no_noise_can_be_is_refused(make) -> None:
     with pytest.raises(BadConfig, match="jitter"):
         make()
+
+
+def test_held_errors_stay_and_jump_together() -> None:
+    sightings = crowd(200, 60)
+    part = EdgeNoise(0.03, autocorrelation=SLOW)
+    moving = Jitter(part, part, part, part)
+    held = replace(moving, hold=0.3)
+    errors, free = (
+        edge_errors(each(sightings.boxes, sightings, 1, STEP), sightings.boxes)
+        for each in (held, moving)
+    )
+    assert errors.std(axis=0) == pytest.approx(free.std(axis=0), rel=0.05)
+    stays = np.abs(np.diff(by_object(errors[:, 0]), axis=0)) < 1e-9
+    assert stays.mean() == pytest.approx(np.exp(-STEP / 0.3), abs=0.06)
+    assert (stays == (np.abs(np.diff(by_object(errors[:, 3]), axis=0)) < 1e-9)).all()
+    trembling = replace(held, unsteady=0.1)(sightings.boxes, sightings, 1, STEP)
+    changes = np.diff(by_object(edge_errors(trembling, sightings.boxes)[:, 0]), axis=0)
+    assert np.median(np.abs(changes)) == pytest.approx(0.03 * 0.67 * 0.2**0.5, rel=0.5)
+
+
+def test_held_errors_hang_on_object_and_frame_alone() -> None:
+    sightings = crowd(5, 40)
+    part = EdgeNoise(0.03, autocorrelation=SLOW)
+    jitter = Jitter(part, part, part, part, hold=0.3, unsteady=0.1)
+    whole = jitter(sightings.boxes, sightings, 1, STEP)
+    rows = np.flatnonzero(sightings.frames == 33)
+    alone = sightings.select(rows)
+    assert (jitter(alone.boxes, alone, 1, STEP) == whole[rows]).all()
