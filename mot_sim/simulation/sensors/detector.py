@@ -245,11 +245,31 @@ class Detector:
         rows, boxes, scores = self.effects.duplicates(
             sightings, responses.boxes, missed, seed, step, self.clutter
         )
-        if not len(rows):
-            return []
-        provenance = Provenance.of("duplicate", sightings.ids[rows])
-        cues = self._cues(sightings.select(rows), seed, step)
-        return [Sensed.of(sightings.frames[rows], Detections(boxes, scores, **cues), provenance)]
+        parts = [self._second_boxes(sightings.select(rows), boxes, scores, seed, step)]
+        jitter, duplicates = self.effects.jitter, self.effects.duplicates
+        if jitter is not None and jitter.hold > 0.0 and duplicates.at_jumps > 0.0:
+            found = responses.select(responses.reported)
+            true = found.sightings.boxes
+            before = jitter(true, found.sightings, seed, step, self.jitter, back=1)
+            rows, scores = duplicates.left_behind(
+                found.sightings, found.boxes, before, seed, self.clutter
+            )
+            seen = found.sightings.select(rows)
+            parts.append(self._second_boxes(seen, before[rows], scores, seed, step))
+        return [part for part in parts if len(part.log.frames)]
+
+    def _second_boxes(
+        self,
+        sightings: Sightings,
+        boxes: Float[Array, "n 4"],
+        scores: Float[Array, " n"],
+        seed: int,
+        step: float,
+    ) -> Sensed:
+        """Second boxes with their cues."""
+        provenance = Provenance.of("duplicate", sightings.ids)
+        detections = Detections(boxes, scores, **self._cues(sightings, seed, step))
+        return Sensed.of(sightings.frames, detections, provenance)
 
     def _false_alarms(
         self,

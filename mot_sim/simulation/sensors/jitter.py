@@ -120,15 +120,19 @@ class Jitter:
         seed: int,
         step: float,
         level: float = 1.0,
+        back: int = 0,
     ) -> Float[Array, "n 4"]:
-        """The boxes with their errors; level 0 gives them back unchanged."""
+        """The boxes with their errors; level 0 gives them back unchanged.
+
+        back: 1: with the errors that they had in the frame before.
+        """
         if not level >= 0.0:
             raise BadConfig(f"jitter level {level:g}: 0 (none) or more")
         if level == 0.0 or self._does_nothing:
             return boxes
         x = held_normals(
-            seed, sightings.ids, sightings.frames, self.autocorrelations, step,
-            self.hold, self.unsteady,
+            seed, sightings.ids, np.maximum(sightings.frames - back, 0), self.autocorrelations,
+            step, self.hold, self.unsteady,
         )  # fmt: skip
         for first, second, shared in ((0, 2, self.horizontal), (1, 3, self.vertical)):
             if shared != 0.0:

@@ -20,8 +20,10 @@ from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, bursts,
 from mot_sim.simulation.sensors.misses import VISIBLE_KNOTS
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.errors import BadConfig
+from tracker.geometry import box_iou
 
 MIN_DUPLICATE_IOU = 0.1  # IoU with an object from which a false box is about it
+MAX_JUMP_IOU = 0.85  # of a box with itself a frame before, its car aside: from here it jumps
 EXAMPLE_COLUMNS = ("dx", "dy", "dw", "dh", "log_odds")
 
 
@@ -45,6 +47,9 @@ class Duplicates:
     """Of each example: log(its height / the first one's)."""
     log_odds: tuple[float, ...] = (0.0,)
     """Of each example: the score's log-odds; higher: second boxes look surer."""
+    at_jumps: float = 0.0
+    """Rate, 0 to 1, at which a box that jumps is also reported where it was before (only where
+    jitter holds errors); more: two boxes that take each other's place."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
     """How second boxes are correlated over time; slower: they stay for more frames."""
 
@@ -52,6 +57,7 @@ class Duplicates:
         for rates in (self.seen, self.missed):
             require_table("duplicates", VISIBLE_KNOTS, rates)
             require_rates("duplicates", *rates)
+        require_rates("duplicates at_jumps", self.at_jumps)
         for name in EXAMPLE_COLUMNS:
             require_finite(f"duplicates {name}", *getattr(self, name))
         counts = {name: len(getattr(self, name)) for name in EXAMPLE_COLUMNS}
@@ -94,6 +100,29 @@ class Duplicates:
         chosen = self.examples[(ndtr(x[:, 0]) * len(self.dx)).astype(np.int64)]
         moved = move_boxes(boxes[rows], *chosen[:, :4].T)
         return rows, moved, expit(chosen[:, 4])
+
+    def left_behind(
+        self,
+        sightings: Sightings,
+        boxes: Float[Array, "n 4"],
+        before: Float[Array, "n 4"],
+        seed: int,
+        level: float = 1.0,
+    ) -> tuple[Int[Array, " k"], Float[Array, " k"]]:
+        """The rows whose box of before is reported too, and its scores.
+
+        boxes: with their errors; before: the same with those of the frame before.
+        """
+        chance, which = random_numbers.uniform(
+            seed, "duplicate/jump", sightings.ids, sightings.frames, 2
+        ).T
+        rows = np.flatnonzero(
+            (box_iou(boxes, before) < MAX_JUMP_IOU)
+            & (chance < level * self.at_jumps)
+            & (sightings.visible > 0.0)
+        )
+        picked = (which[rows] * len(self.dx)).astype(np.int64)
+        return rows, expit(self.examples[picked, 4])
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,8 @@ from mot_sim.simulation.sensors.fitting.fit_false import (
     false_counts,
     fit_clutter,
     fit_duplicates,
+    jumps,
+    left_behind,
 )
 from mot_sim.simulation.sensors.fitting.fit_lives import (
     ALL_LIVES,
@@ -205,6 +207,7 @@ def _correct_false(
             duplicates,
             seen=tuple(min(factor * each, 1.0) for each in duplicates.seen),
             missed=tuple(min(factor * each, 1.0) for each in duplicates.missed),
+            at_jumps=_left_behind_rate(real, quiet),
         )
     clutter = profile.clutter
     if clutter is not None:
@@ -212,6 +215,12 @@ def _correct_false(
         rate = max(wanted.far - others, 0.0) / max(share.far, 1e-9) * DENSE_CLUTTER
         clutter = replace(clutter, rate=min(rate, MAX_CLUTTER))
     return replace(profile, duplicates=duplicates, clutter=clutter, lives=lives)
+
+
+def _left_behind_rate(real: DetectorMeasurements, made: Sequence[DetectorMeasurements]) -> float:
+    """The rate at which made jumps must leave a box behind, to be as many as the real ones."""
+    count = float(np.mean([len(jumps(each.found)[0]) for each in made]))
+    return round(min(left_behind(real) / max(count, 1.0), 1.0), 4)
 
 
 def measured_of(

@@ -60,16 +60,17 @@ LOW_SCORE_SHARES = (0.05, 0.2)  # whose flickering is matched: near trackers' th
 def fit_jitter(found: Found, step: float) -> Jitter:
     """The errors of the four edges of the boxes that were matched, and how they go together."""
     hits = found.select(found.hit)
-    left, upper, right, lower = (_fit_edge(hits, place) for place in range(4))
+    noises = [_fit_edge(hits, place) for place in range(4)]
     edges, own, shared = [], [], []
-    for (first, x), (second, y) in ((left, right), (upper, lower)):
+    for (first, x), (second, y) in ((noises[0], noises[2]), (noises[1], noises[3])):
         together = float(np.corrcoef(x, y)[0, 1])
         edges += [first, second]
         own += [x, (y - together * x) / np.sqrt(1.0 - together**2)]
         shared.append(round(together, 4))
     hold, unsteady, slow = fit_hold(own, hits, step)
     fitted = [replace(edge, autocorrelation=each) for edge, each in zip(edges, slow, strict=True)]
-    return Jitter(fitted[0], fitted[2], fitted[1], fitted[3], *shared, hold, unsteady)
+    left, right, upper, lower = fitted
+    return Jitter(left, upper, right, lower, shared[0], shared[1], hold, unsteady)
 
 
 def fit_hold(

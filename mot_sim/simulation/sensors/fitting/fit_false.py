@@ -4,31 +4,35 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
+from mot_sim.metrics.matching import same_frame_pairs
 from mot_sim.simulation.sensors.boxes import box_errors
 from mot_sim.simulation.sensors.clutter import Clutter
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.fitting.fit_lives import of_lives
 from mot_sim.simulation.sensors.fitting.fit_misses import latent_autocorrelation
 from mot_sim.simulation.sensors.fitting.measure import (
+    DRIVE_ID_STRIDE,
     DetectorMeasurements,
     FalseBoxes,
     Found,
     LabelledDetections,
 )
-from mot_sim.simulation.sensors.fitting.statistics import linked
+from mot_sim.simulation.sensors.fitting.statistics import lagged, linked
 from mot_sim.simulation.sensors.fitting.tetrachoric import RatedEvents, nearest_autocorrelation
 from mot_sim.simulation.sensors.jitter import move_edges
 from mot_sim.simulation.sensors.misses import VISIBLE_KNOTS
-from mot_sim.simulation.sensors.multiplicity import MIN_DUPLICATE_IOU, Duplicates
+from mot_sim.simulation.sensors.multiplicity import MAX_JUMP_IOU, MIN_DUPLICATE_IOU, Duplicates
 from mot_sim.simulation.sensors.quantiles import Quantiles
+from tracker.geometry import box_iou
 
 MAX_DUPLICATE_RATE = 0.5  # no rate of second boxes is higher
 MIN_SAMPLE = 8  # boxes from which a distribution is taken; fewer give the plain default
 SCORE_QUANTILES = 41  # few boxes have the high scores that trackers take for sure
 LIFETIME_LAGS = (1, 2, 3, 5, 8)
+MIN_SAME_IOU = 0.8  # of a second box with where a box was a frame before, or is a frame later
 MAX_EXAMPLES = 64  # of second boxes that a profile keeps
 MAX_LIFETIME_SECONDS = 1.2  # seconds on average: what is seen for longer moves through the image
 
@@ -85,7 +89,36 @@ def fit_duplicates(measured: DetectorMeasurements, step: float) -> Duplicates | 
     chosen = np.linspace(0, len(examples) - 1, min(len(examples), MAX_EXAMPLES)).round()
     columns = examples[chosen.astype(int)].round(4).T.tolist()
     dx, dy, dw, dh, odds = (tuple(column) for column in columns)
-    return Duplicates(seen, missed, dx, dy, dw, dh, odds, autocorrelation)
+    return Duplicates(seen, missed, dx, dy, dw, dh, odds, autocorrelation=autocorrelation)
+
+
+def jumps(found: Found) -> tuple[Int[Array, " k"], Int[Array, " k"]]:
+    """Rows of cars before and after their box jumped, their own motion aside."""
+    rows = np.flatnonzero(found.hit)
+    before, after = (rows[each] for each in lagged(found.ids[rows], found.frames[rows], 1))
+    unit = np.array([0.0, 0.0, 1.0, 1.0])
+    far = box_iou(unit + found.edges[before], unit + found.edges[after]) < MAX_JUMP_IOU
+    return before[far], after[far]
+
+
+def left_behind(measured: DetectorMeasurements) -> int:
+    """How many jumps have both boxes in one frame: the one of before and the one of after."""
+    found, false = measured.found, measured.false
+    before, after = jumps(found)
+    places = []
+    for row, error in ((after, before), (before, after)):
+        boxes = move_edges(found.sightings.boxes[row], found.edges[error])
+        drives = found.ids[row] // DRIVE_ID_STRIDE
+        there = np.zeros(len(row), bool)
+        for number in np.unique(drives).tolist():
+            mine = np.flatnonzero(drives == number)
+            theirs = np.flatnonzero(false.drives == number)
+            order = mine[np.argsort(found.frames[row[mine]], kind="stable")]
+            a, b = same_frame_pairs(found.frames[row[order]], false.frames[theirs])
+            near = box_iou(boxes[order[a]], false.boxes[theirs[b]]) > MIN_SAME_IOU
+            there[order[a[near]]] = True
+        places.append(there)
+    return int((places[0] | places[1]).sum())
 
 
 def first_boxes(found: Found) -> Float[Array, "n 4"]:

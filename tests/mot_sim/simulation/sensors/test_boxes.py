@@ -76,6 +76,20 @@ def test_second_boxes_are_whole_examples_beside_the_first_box() -> None:
     )
 
 
+def test_a_box_that_jumps_may_be_left_behind() -> None:
+    sightings = crowd(200, 20, visible=0.95)
+    double = Duplicates(dx=(0.1, 0.2), dy=(0.0,) * 2, dw=(0.0,) * 2, dh=(0.0,) * 2,
+                        log_odds=(2.0, -2.0), at_jumps=0.5)  # fmt: skip
+    before = sightings.boxes.copy()
+    jumped = sightings.ids % 2 == 0
+    before[jumped] += 12.0
+    rows, scores = double.left_behind(sightings, sightings.boxes, before, 1)
+    assert jumped[rows].all()
+    assert len(rows) / jumped.sum() == pytest.approx(0.5, abs=0.04)
+    assert set(scores.round(3)) == {0.119, 0.881}
+    assert not len(double.left_behind(sightings, sightings.boxes, before, 1, 0.0)[0])
+
+
 def test_two_overlapping_cars_may_share_one_box() -> None:
     sightings = sightings_of([0, 1, 30], [0, 0, 0])
     kept, gone, around = Merges(1.0, 0.3)(sightings, sightings.boxes, 1, STEP)

@@ -88,7 +88,7 @@ def test_switching_one_effect_off_leaves_all_others_as_they_are(name) -> None:
             continue
         assert before.keys() == after.keys()
         for key, row in before.items():
-            if name != "jitter" or source != "object":
+            if name != "jitter" or source == "clutter":  # second boxes lie beside the first
                 assert row[box] == after[key][box]
             if name != "scores" or source != "object":
                 assert row[score] == after[key][score]
