@@ -32,7 +32,8 @@ from mot_sim.simulation.sensors.fitting.statistics import Distance
 from mot_sim.simulation.sensors.profile import Profile
 
 NAMES = [field.name for field in fields(Distance)]
-GOALS = {"edges": 0.08, "scores": 0.08, "precision": 0.01, "recall": 0.01}
+WHOLE_SEEDS = 10  # of all drives: one has 10 % more false positives than another
+GOALS = {"edges": 0.09, "scores": 0.09, "precision": 0.01, "recall": 0.01}
 
 
 def halves() -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
@@ -105,7 +106,8 @@ def main() -> None:
     table("synthetic against real: fitted to one half, judged on the other", made)
     verdict(real, made)
     profile = fit_profile(drives)
-    whole = Distance.between(pooled(profile, drives, arguments.seeds), measure(drives))
+    seeds = max(arguments.seeds, WHOLE_SEEDS)
+    whole = Distance.between(pooled(profile, drives, seeds), measure(drives))
     table("fitted to all ten and judged on them", [whole])
 
 
