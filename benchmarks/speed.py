@@ -26,6 +26,7 @@ from time import perf_counter, process_time  # noqa: E402
 import numpy as np  # noqa: E402
 from scipy.optimize import linear_sum_assignment  # noqa: E402
 
+from benchmarks.three_d import without_car_filter  # noqa: E402
 from mot_sim.datasets import available_sequences, kitti_sequence  # noqa: E402
 from mot_sim.evaluation.runs import parse_costs  # noqa: E402
 from mot_sim.experiments.paper.cue_sets import ALL_CUES  # noqa: E402
@@ -149,6 +150,7 @@ def kitti_table(root: Path, repeats: int) -> None:
     )
     trackers = {
         "default": (Tracker.default, drives),
+        "without car filter": (without_car_filter, drives),
         "paper": (Tracker.paper, drives),
         "all cues, given": (every_cost, with_cues(drives)),
     }
