@@ -37,6 +37,6 @@ figure.savefig("noise_sweep.png", dpi=150)
 print("written: noise_sweep.png")
 
 # Printed:
-# default: 91.0 ±11.0, 81.2 ±8.0, 52.3 ±0.6
-# paper: 87.8 ±9.7, 76.8 ±3.0, 51.6 ±1.7
+# default: 90.6 ±10.0, 80.9 ±5.6, 51.3 ±2.3
+# paper: 87.8 ±9.7, 77.3 ±2.1, 49.6 ±4.1
 # written: noise_sweep.png
