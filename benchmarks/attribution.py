@@ -34,8 +34,8 @@ from mot_sim.files.fingerprint import code_digest
 from mot_sim.metrics.breaks import Breaks, Matches
 from mot_sim.simulation.episodes.extra import Extra
 from mot_sim.simulation.sensors import Miscalibration, Odometry, Sightings, Timing
-from mot_sim.simulation.sensors.boxes import Jitter
 from mot_sim.simulation.sensors.clutter import Clutter, FalseAlarms
+from mot_sim.simulation.sensors.jitter import Jitter
 from mot_sim.simulation.sensors.misses import Misses
 from mot_sim.simulation.sensors.multiplicity import Duplicates
 from mot_sim.simulation.sensors.scores import ScoreNoise

@@ -46,6 +46,6 @@ env.close()
 
 # Printed:
 # observation: boxes, scores, mask, odometry, time, tracks
-# watched: 6 tracks at the end, MOTA 92.0, HOTA 84.4
+# watched: 6 tracks at the end, MOTA 95.4, HOTA 87.1
 # driven: 20 frames, crashed: False, mean reward 0.72
 # association: return 0.954, 0 identity switches

@@ -37,6 +37,6 @@ figure.savefig("noise_sweep.png", dpi=150)
 print("written: noise_sweep.png")
 
 # Printed:
-# default: 90.6 ±10.0, 80.9 ±5.6, 51.3 ±2.3
-# paper: 87.8 ±9.7, 77.3 ±2.1, 49.6 ±4.1
+# default: 91.0 ±10.5, 80.9 ±3.7, 51.8 ±7.7
+# paper: 87.6 ±10.3, 78.4 ±2.8, 51.3 ±9.0
 # written: noise_sweep.png
