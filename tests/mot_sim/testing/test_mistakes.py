@@ -52,7 +52,8 @@ def test_mistakes_are_what_the_scores_count(episode: SeededEpisode, tracker: str
     scores = evaluate_sequence(episode.truth, output, episode.frame_count)
     mistakes = Mistakes.of(episode.truth, output, episode.frame_count)
     counts = mistakes.counts()
-    assert counts["miss"] == scores["CLR_FN"] > 0
+    assert counts["miss"] == scores["CLR_FN"]
+    assert scores["CLR_FN"] > 0 or tracker == "default"  # who may miss nothing in a short run
     assert counts["false positive"] == scores["CLR_FP"]
     assert counts["switch"] == scores["IDSW"]
     frames = [each.frame for each in mistakes.found]
