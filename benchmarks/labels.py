@@ -21,18 +21,12 @@ import numpy as np
 
 from benchmarks.kitti_tables import GIVEN
 from mot_sim.datasets import KittiSequence, kitti_sequence
-from mot_sim.experiments.validation.reenactment import VEHICLES, common
-from mot_sim.simulation.cars import VehicleSampler
+from mot_sim.experiments.validation.reenactment import VEHICLES, common, draw
 from mot_sim.simulation.registry import SCENES, find_scene
-from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scene_figures import LabelFigures, figures_of
-from mot_sim.simulation.scene_meshes import SceneMeshes
-from mot_sim.simulation.traffic.kitti_replay import kitti_recording
-from mot_sim.simulation.truth import annotate
 from mot_sim.simulation.truth.labels import MIN_VISIBLE_PIXELS
 from tracker.geometry import box_area, box_iou
 
-COLUMNS = ("frames", "ids", "visible", "pixels")
 LOW_SHARE = 0.05  # of the labels shows fewer pixels than the least visible area
 MIN_DETECTION_SCORE = 0.9
 AREAS = (200, 300, 400, 500, 600, 800, 1200, 2500)  # of detections' boxes, pixels
@@ -68,17 +62,8 @@ class Measured:
 
 def measured(drive: KittiSequence, number: int, cache: Path) -> Measured:
     """The labelled cars of a drive; what was drawn is kept in the cache."""
-    path, truth = cache / f"{drive.name}.npz", drive.truth
+    truth, seen = drive.truth, draw(drive, cache)
     assert truth is not None
-    if not path.exists():
-        recording = kitti_recording(drive, VEHICLES)
-        stage = SceneMeshes(VehicleSampler().sample(recording, 0), Rig(drive.camera))
-        exact = annotate(recording.states, stage).truth
-        values = (exact.tracks.frames, exact.tracks.ids, exact.visible, exact.pixels)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        np.savez_compressed(path, **dict(zip(COLUMNS, values, strict=True)))
-    with np.load(path, allow_pickle=False) as kept:
-        seen = {name: kept[name] for name in COLUMNS}
     cars = truth.select(np.flatnonzero(truth.kinds == "Car"))
     mine, theirs = common(cars.frames, cars.ids, seen["frames"], seen["ids"])
     cars = cars.select(mine)

@@ -121,7 +121,7 @@ class Compare:
         from mot_sim.experiments.guests import GUESTS, Environment, ExternalTrackerFailed
         from tracker.errors import UnknownName
 
-        names = list(GUESTS) if self.setup == "all" else _names(str(self.setup))
+        names = list(GUESTS) if self.setup == "all" else names_in(str(self.setup))
         for name in names:
             if name not in GUESTS:
                 raise UnknownName.of("guest", name, ["all", *GUESTS])
@@ -166,7 +166,7 @@ class Compare:
             guests = with_scores(guests, parse_scores(self.guest_score))
         return [
             find_sequence_tracker(name, guests, self.out and self.out / name / "exchange")
-            for name in _names(self.trackers)
+            for name in names_in(self.trackers)
         ]
 
     def _drives(
@@ -250,6 +250,8 @@ def parse_seeds(text: str) -> list[int]:
     return list(dict.fromkeys(seeds))
 
 
-def _names(text: str) -> list[str]:
-    """The names in a list, each once, in the given order."""
+def names_in(text: str | None) -> list[str]:
+    """The names in a list, each once, in the given order; none for no list."""
+    if text is None:
+        return []
     return list(dict.fromkeys(name.strip() for name in text.split(",")))

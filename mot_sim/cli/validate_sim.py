@@ -58,7 +58,7 @@ class ValidateSim:
 
     def __call__(self, terminal: Terminal) -> int:
         """Check and show."""
-        from mot_sim.cli.compare import say_failures
+        from mot_sim.cli.compare import names_in, say_failures
         from mot_sim.cli.evaluate import require_targets
         from mot_sim.cli.options import KittiOptions
         from mot_sim.experiments.validation import find_contestants
@@ -66,10 +66,10 @@ class ValidateSim:
 
         require_targets(self.json, None)
         plan = Plan(
-            find_contestants(_names(self.trackers)),
+            find_contestants(names_in(self.trackers)),
             self.seeds,
             self.profile,
-            _names(self.scenes),
+            names_in(self.scenes),
             self.frames,
             self.out,
             self.jobs,
@@ -112,8 +112,3 @@ class ValidateSim:
             for table in tables:
                 terminal.show(table)
         keep(self.out, "validate-sim", title, tuple(tables))
-
-
-def _names(text: str | None) -> list[str]:
-    """The names in a list, each once; none for no list."""
-    return [] if text is None else list(dict.fromkeys(name.strip() for name in text.split(",")))

@@ -21,7 +21,9 @@ from mot_sim.files.writing import whole_file
 from mot_sim.simulation.cars import VehicleSampler
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scene_meshes import SceneMeshes
-from mot_sim.simulation.sensors import Detector, Profile, Sightings
+from mot_sim.simulation.sensors import Profile, Sightings
+from mot_sim.simulation.sensors.fitting.calibrate import seen_in
+from mot_sim.simulation.sensors.fitting.measure import LabelledDetections
 from mot_sim.simulation.traffic.kitti_replay import kitti_recording
 from mot_sim.simulation.truth import annotate
 from tracker.errors import BadConfig
@@ -30,7 +32,7 @@ from tracker.types import Tracks
 VEHICLES = ("Car", "Van", "Truck")
 HALF_A_LEVEL = 0.15  # of the visible fraction: KITTI's levels end near .8, .5 and .2
 BOXES = ("boxes", "amodal_boxes", "visible_boxes")
-DRAWN = ("frames", "ids", *BOXES, "visible")
+SEEN = ("frames", "ids", *BOXES, "visible")
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,14 +48,10 @@ class Reenacted:
 
     def seen_by(self, profile: Profile, seed: int) -> KittiSequence:
         """The drive with made detections in place of the real ones."""
-        drive, step, sightings = self.drive, 1.0 / self.drive.frame_rate, self.sightings
-        if profile.lives is not None:
-            sightings = profile.lives(
-                sightings, seed, drive.camera, drive.frame_count, step, self.truth
-            )
-        frames = np.arange(drive.frame_count)
-        sensed = Detector(profile).sense(sightings, seed, drive.camera, step, frames)
-        return replace(drive, log=sensed.log)
+        drive = self.drive
+        labelled = LabelledDetections(self.truth, drive.log, drive.frame_count, drive.camera)
+        log = seen_in(labelled, self.sightings, profile, seed, 1.0 / drive.frame_rate)
+        return replace(drive, log=log)
 
 
 def reenact(drive: KittiSequence, kept: Path | None = None) -> Reenacted:
@@ -86,9 +84,9 @@ def reenact(drive: KittiSequence, kept: Path | None = None) -> Reenacted:
 
 
 def draw(drive: KittiSequence, kept: Path | None) -> dict[str, Shaped[Array, "n *k"]]:
-    """Columns of the sightings of the cars as they were drawn; from the folder if they are there.
+    """Columns of the sightings of the cars as they were drawn, and the pixels seen of each.
 
-    Raises BadConfig as `kitti_recording` does.
+    They are read from the folder if they are there. Raises BadConfig as `kitti_recording` does.
     """
     recording = kitti_recording(drive, VEHICLES)
     path = None
@@ -99,8 +97,9 @@ def draw(drive: KittiSequence, kept: Path | None) -> dict[str, Shaped[Array, "n 
             with np.load(path, allow_pickle=False) as found:
                 return dict(found)
     scene_meshes = SceneMeshes(VehicleSampler().sample(recording, 0), Rig(drive.camera))
-    seen = Sightings.from_truth(annotate(recording.states, scene_meshes).truth)
-    columns = {name: getattr(seen, name) for name in DRAWN}
+    truth = annotate(recording.states, scene_meshes).truth
+    seen = Sightings.from_truth(truth)
+    columns = {"pixels": truth.pixels, **{name: getattr(seen, name) for name in SEEN}}
     if path is not None:
         with whole_file(path) as part, part.open("wb") as file:
             np.savez_compressed(file, **columns)

@@ -75,14 +75,18 @@ def validate(plan: Plan, drives: Sequence[KittiSequence], tell: Tell) -> Validat
     drives: with labels, detections of cars and motion. Raises BadConfig for others.
     """
     require_foretellable(drives, plan.profile == HALVES)
-    profiles = _profiles(plan, drives, tell)
+    shared = None  # the profile of scenes, and of all drives unless each half has its own
+    if plan.scenes or plan.profile != HALVES:
+        shared = _shared_profile(plan, drives, tell)
+    profiles = _profiles(plan, drives, shared, tell)
     stages = reenacted(drives, plan.part("drawn"), tell)
     worlds = [real_world(drives)]
     worlds += [made_world(stages, profiles, seed) for seed in range(plan.seeds)]
     of_scenes: dict[str, list[World]] = {}
     for name in plan.scenes:
         tell(f"running {name}")
-        scene = scene_seen_by(name, _scene_profile(plan, drives, tell), plan.frames)
+        assert shared is not None
+        scene = scene_seen_by(name, shared, plan.frames)
         of_scenes[name] = list(scene_worlds(scene, range(plan.seeds)))
     everything = [*worlds, *(world for each in of_scenes.values() for world in each)]
     outcome = run_contestants(plan.contestants, everything, plan.part("scores"), plan.jobs, tell)
@@ -112,14 +116,16 @@ def agreement(plan: Plan, outcome: Outcome, made: Sequence[str], same_drives: bo
     )
 
 
-def _profiles(plan: Plan, drives: Sequence[KittiSequence], tell: Tell) -> list[Profile]:
+def _profiles(
+    plan: Plan, drives: Sequence[KittiSequence], shared: Profile | None, tell: Tell
+) -> list[Profile]:
     """The profile of every drive."""
-    if plan.profile == HALVES:
+    if plan.profile == HALVES or shared is None:
         return fit_halves(drives, plan.part("fits"), tell)
-    return [_scene_profile(plan, drives, tell)] * len(drives)
+    return [shared] * len(drives)
 
 
-def _scene_profile(plan: Plan, drives: Sequence[KittiSequence], tell: Tell) -> Profile:
+def _shared_profile(plan: Plan, drives: Sequence[KittiSequence], tell: Tell) -> Profile:
     """The one profile of all: as it is named, or fitted to all drives."""
     if plan.profile not in (HALVES, ALL):
         return find_profile(plan.profile)

@@ -6,6 +6,7 @@ from math import log
 
 import numpy as np
 
+from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.simulation.sensors.boxes import Border
 from mot_sim.simulation.sensors.detector import Detector
 from mot_sim.simulation.sensors.fitting.fit_boxes import fit_jitter, fit_scores
@@ -121,17 +122,25 @@ def simulate(
     step: float = KITTI_STEP_SECONDS,
 ) -> list[LabelledDetections]:
     """The same drives, seen by the profile in place of the detector."""
-    detector = Detector(profile)
-    made = []
-    for number, drive in enumerate(drives):
-        own, sightings = seed * 1000 + number, Sightings.from_labels(drive.labels)
-        if profile.lives is not None:
-            sightings = profile.lives(
-                sightings, own, drive.camera, drive.frame_count, step, drive.labels
-            )
-        sensed = detector.sense(sightings, own, drive.camera, step, np.arange(drive.frame_count))
-        made.append(replace(drive, log=sensed.log))
-    return made
+    return [
+        replace(drive, log=seen_in(drive, Sightings.from_labels(drive.labels), profile, own, step))
+        for own, drive in enumerate(drives, seed * 1000)
+    ]
+
+
+def seen_in(
+    drive: LabelledDetections, sightings: Sightings, profile: Profile, seed: int, step: float
+) -> DetectionLog:
+    """What the profile gives for a labelled drive, before and after the labels too.
+
+    sightings: of its labelled cars.
+    """
+    if profile.lives is not None:
+        sightings = profile.lives(
+            sightings, seed, drive.camera, drive.frame_count, step, drive.labels
+        )
+    frames = np.arange(drive.frame_count)
+    return Detector(profile).sense(sightings, seed, drive.camera, step, frames).log
 
 
 def with_lives(profile: Profile, drives: Sequence[LabelledDetections], step: float) -> Profile:
