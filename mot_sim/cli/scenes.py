@@ -1,16 +1,20 @@
 """`mot-sim scenes`: the scenes, what a camera sees of them, and their knobs."""
 
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from mot_sim.cli.options import Flag, Verbose, option
-from mot_sim.cli.terminal import OK, Terminal
+from mot_sim.cli.options import Flag, Root, Verbose, option
+from mot_sim.cli.terminal import INTERRUPTED, OK, Terminal
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    import mot_sim.experiments.validation.likeness
+    import mot_sim.simulation.drive_statistics
+    import mot_sim.simulation.scene
     import mot_sim.simulation.scene_figures
     import mot_sim.tables
 
@@ -27,6 +31,8 @@ class Scenes:
 
     mot-sim scenes --measure --seeds 3
 
+    mot-sim scenes street --measure --knobs parked=0.5 --like kitti --root KITTI --out out/street
+
     --measure runs every scene without images (a minute or two of CPU time) and shows: cars that a
     KITTI camera sees in a frame (25 pixels high, within 80 m, a fifth visible), share of those in
     sight that are more than half occluded, share heading more than 30 degrees off our heading,
@@ -34,6 +40,12 @@ class Scenes:
     labels by which trackers are scored, beside those of KITTI's given drives: shares of occlusion
     levels 2 and 3, of boxes under 25 pixels and of those with level 2, and how many pixels of a car
     a scored label shows, at the quantiles 1, 5, 10 and 50 %.
+
+    --like kitti adds how our car and the others drive and what labels show of them, beside the
+    sequences of a KITTI tree that have labels and OXTS: the value of the scene, the median and the
+    range of the drives, how far the value lies outside that range (in lengths of it; 0: inside),
+    and the largest difference of the cumulated distributions (gap; usual gap: between one drive
+    and the others). With --out, mot-sim report shows it with curves.
     """
 
     scene: Annotated[str | None, tyro.conf.Positional, option("SCENE", "all")] = None
@@ -42,6 +54,14 @@ class Scenes:
     """Run the scenes and show what a camera sees of them."""
     seeds: Annotated[int | None, option("N", f"{SEEDS}")] = None
     """With --measure: how many runs each figure is the mean of."""
+    knobs: Annotated[str | None, option("NAME=VALUE,...", "the scene's own")] = None
+    """With --measure and SCENE: what is turned in it."""
+    like: Annotated[str | None, option("NAME", "no drives")] = None
+    """With --measure: the recorded drives that the scenes are held against: kitti."""
+    root: Root = None
+    """With --like: the folder that holds training/ with label_02, oxts and calib."""
+    out: Annotated[Path | None, option("DIR", "nothing is kept")] = None
+    """With --measure: keeps the tables, and the curves of --like, for mot-sim report."""
     json: Flag = False
     """Print as JSON."""
     verbose: Verbose = 0
@@ -49,17 +69,29 @@ class Scenes:
 
     def __call__(self, terminal: Terminal) -> int:
         """Show the table that was asked for."""
-        from tracker.errors import BadConfig
-
-        if self.seeds is not None and not self.measure:
-            raise BadConfig(f"--seeds {self.seeds} is for --measure; nothing is run without it")
+        self._require_measure()
         if self.measure:
-            self._measure(terminal)
-        elif self.scene is not None:
+            return self._measure(terminal)
+        if self.scene is not None:
             self._show_knobs(self.scene, terminal)
         else:
             self._list(terminal)
         return OK
+
+    def _require_measure(self) -> None:
+        """Raise BadConfig for options of what is not asked for."""
+        from tracker.errors import BadConfig
+
+        for name in ("seeds", "knobs", "like", "out"):
+            given = getattr(self, name)
+            if given is not None and not self.measure:
+                raise BadConfig(f"--{name} {given} is for --measure; nothing is run without it")
+        if self.root is not None and self.like is None:
+            raise BadConfig(f"--root {self.root} is for --like NAME; nothing is read without it")
+        if self.knobs is not None and self.scene is None:
+            raise BadConfig(f"--knobs {self.knobs}: name the scene whose knobs these are")
+        if self.seeds is not None and self.seeds < 1:
+            raise BadConfig(f"--seeds {self.seeds}: give 1 or more")
 
     def _list(self, terminal: Terminal) -> None:
         """What every scene is, and its knobs, from its source; no scene is made."""
@@ -85,30 +117,90 @@ class Scenes:
             "mot-sim scenes --measure shows what a camera sees"
         )
 
-    def _measure(self, terminal: Terminal) -> None:
-        """What a camera sees of the scenes, or of one."""
+    def _measure(self, terminal: Terminal) -> int:
+        """What a camera sees of the scenes, or of one; beside recorded drives if asked for."""
+        from mot_sim.cli.options import parse_knobs
+        from mot_sim.experiments.validation.likeness import find_reference
+        from mot_sim.simulation.registry import find_scene
+
+        reference = None if self.like is None else find_reference(self.like, self.root)
+        for why, which in () if reference is None else reference.left_out.items():
+            terminal.note(f"left out: {', '.join(which)}: {why}")
+        names = self._usable(terminal) if self.scene is None else [self.scene]
+        scenes = {name: find_scene(name, **parse_knobs(name, self.knobs)) for name in names}
+        measured: dict[str, mot_sim.simulation.scene_figures.Figures] = {}
+        drives: dict[str, list[mot_sim.simulation.drive_statistics.MeasuredDrive]] = {}
+        try:
+            self._run(terminal, scenes, measured, drives)
+        except KeyboardInterrupt:
+            terminal.note(f"interrupted: {len(measured)} of {len(scenes)} scenes are measured")
+            self._show(terminal, measured, drives, reference)
+            return INTERRUPTED
+        self._show(terminal, measured, drives, reference)
+        return OK
+
+    def _run(
+        self,
+        terminal: Terminal,
+        scenes: "dict[str, mot_sim.simulation.scene.Scene]",
+        measured: "dict[str, mot_sim.simulation.scene_figures.Figures]",
+        drives: "dict[str, list[mot_sim.simulation.drive_statistics.MeasuredDrive]]",
+    ) -> None:
+        """Run the scenes; each is entered when all its runs are done."""
         from functools import partial
 
-        from mot_sim.simulation.registry import find_scene
-        from mot_sim.simulation.scene_figures import figures_of
-        from tracker.errors import BadConfig
+        from mot_sim.simulation.drive_statistics import MeasuredDrive
+        from mot_sim.simulation.scene import Rollout
+        from mot_sim.simulation.scene_figures import (
+            annotated_truth,
+            figures_of_rollout,
+            mean_figures,
+        )
 
         seeds = SEEDS if self.seeds is None else self.seeds
-        if seeds < 1:
-            raise BadConfig(f"--seeds {seeds}: give 1 or more")
-        names = self._usable(terminal) if self.scene is None else [self.scene]
-        scenes = {name: find_scene(name) for name in names}
         total = seeds * sum(scene.frame_count for scene in scenes.values())
-        with terminal.progress(total, unit="frames") as advance:
-            measured = {
-                name: figures_of(scene, range(seeds), partial(advance, name))
-                for name, scene in scenes.items()
-            }
+        with terminal.progress(total, unit="frames", lines=True) as advance:
+            for name, scene in scenes.items():
+                figures, runs = [], []
+                for seed in range(seeds):
+                    rollout = Rollout.of(scene, seed)
+                    truth = annotated_truth(rollout, partial(advance, name))
+                    figures.append(figures_of_rollout(rollout, truth))
+                    runs.append(MeasuredDrive.of_rollout(rollout, truth))
+                measured[name], drives[name] = mean_figures(figures), runs
+
+    def _show(
+        self,
+        terminal: Terminal,
+        measured: "dict[str, mot_sim.simulation.scene_figures.Figures]",
+        drives: "dict[str, list[mot_sim.simulation.drive_statistics.MeasuredDrive]]",
+        reference: "mot_sim.experiments.validation.likeness.ReferenceDrives | None",
+    ) -> None:
+        """Tables or JSON, and the result file."""
+        from mot_sim.cli.keeping import keep
+        from mot_sim.experiments.validation.likeness import likeness
+        from mot_sim.experiments.validation.likeness_tables import (
+            distributions_table,
+            likeness_content,
+            likeness_table,
+            statistics_table,
+        )
+
+        content = {name: without_nan(asdict(one)) for name, one in measured.items()}
+        tables = [figure_table(measured), label_table(measured)]
+        kept = []
+        if reference is not None:
+            alike = {name: likeness(runs, reference) for name, runs in drives.items()}
+            for name, one in alike.items():
+                content[name]["like"] = {reference.name: likeness_content(one)}
+            tables += [statistics_table(alike, reference), likeness_table(alike, reference)]
+            kept.append(distributions_table(drives, reference))
         if self.json:
-            terminal.write_json({name: without_nan(asdict(one)) for name, one in measured.items()})
+            terminal.write_json(content)
         else:
-            terminal.show(figure_table(measured))
-            terminal.show(label_table(measured))
+            for table in tables:
+                terminal.show(table)
+        keep(self.out, "scenes", "What a camera sees of the scenes", (*tables, *kept))
 
     def _usable(self, terminal: Terminal) -> list[str]:
         """The scenes that can be made; what is wrong with the others is told."""

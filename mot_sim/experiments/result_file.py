@@ -28,6 +28,8 @@ RESULT_KINDS = (
     "tune",
     "diagnosis",
     "run",
+    "scenes",
+    "validate-sim",
 )
 MAX_WHOLE_NUMBER = 2**63  # those of a file are smaller
 

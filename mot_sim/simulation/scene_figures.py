@@ -82,11 +82,9 @@ class Figures:
     """Of the labels by which trackers are scored."""
 
 
-def figures_of_rollout(rollout: Rollout, progress: Callable[[], None] | None = None) -> Figures:
-    """The figures of one run; progress: called after each frame."""
-    truth = annotate(
-        _with_progress(rollout.traffic_states, progress), rollout.scene_meshes, rollout.scenery_in
-    ).truth
+def figures_of_rollout(rollout: Rollout, truth: Truth | None = None) -> Figures:
+    """The figures of one run; truth: of it, where it is known already."""
+    truth = truth or annotated_truth(rollout)
     near = truth.select(np.flatnonzero(cars_in_sight(truth)))
     visible = near.select(near.visible >= MIN_VISIBLE)
     assert visible.tracks.cuboids is not None
@@ -116,7 +114,20 @@ def figures_of(
     scene: Scene, seeds: Iterable[int], progress: Callable[[], None] | None = None
 ) -> Figures:
     """The mean figures of the runs of some seeds; progress: called after each frame."""
-    found = [figures_of_rollout(Rollout.of(scene, seed), progress) for seed in seeds]
+    rollouts = (Rollout.of(scene, seed) for seed in seeds)
+    return mean_figures(
+        [figures_of_rollout(each, annotated_truth(each, progress)) for each in rollouts]
+    )
+
+
+def annotated_truth(rollout: Rollout, progress: Callable[[], None] | None = None) -> Truth:
+    """What is true in a run; progress: called after each frame."""
+    states = _with_progress(rollout.traffic_states, progress)
+    return annotate(states, rollout.scene_meshes, rollout.scenery_in).truth
+
+
+def mean_figures(found: Sequence[Figures]) -> Figures:
+    """The means of the figures of some runs."""
     means = _means(Figures, found, {"labels"})
     return Figures(**means, labels=LabelFigures(**_means(LabelFigures, [f.labels for f in found])))
 

@@ -114,6 +114,49 @@ def _diagnosis(result: Result) -> Iterator[Panel]:
         yield _panel(parts, table.title, words, by, _numbers(parts), "bars")
 
 
+def _scenes(result: Result) -> Iterator[Panel]:
+    """Scenes beside recorded drives: every statistic, then the cumulated distributions."""
+    table = result.table("statistics")
+    if table is not None and table.has("scene", "statistic", "value", "median low"):
+        charts: list[tuple[str, Chart]] = []
+        for name in dict.fromkeys(map(str, table.column("statistic"))):
+            mine = [row for row in table.as_records() if row["statistic"] == name]
+            drives = {**mine[0], "scene": "recorded drives"}
+            series = [
+                _series("recorded drives", [drives], "scene", "median", 1.0, BOUND_COLOUR),
+                _series("scene", mine, "scene", "value", 1.0, 0),
+            ]
+            place = len(charts)
+            charts.append((name, _rows_chart(f"statistic-{place}", name, name, 1.0, series)))
+        yield Panel("Statistics of scenes and the range of recorded drives", tuple(charts))
+    table = result.table("distributions")
+    if table is not None and table.has("statistic", "of", "value", "share", "share low"):
+        curves: list[tuple[str, Chart]] = []
+        for name in dict.fromkeys(map(str, table.column("statistic"))):
+            mine = [row for row in table.as_records() if row["statistic"] == name]
+            sources = list(dict.fromkeys(str(row["of"]) for row in mine))
+            shown = tuple(
+                _curve(source, [row for row in mine if row["of"] == source], place)
+                for place, source in enumerate(sources)
+            )
+            about = f"Cumulated distribution of: {name}; band: the recorded drives one by one"
+            key = f"distribution-{len(curves)}"
+            curves.append(
+                (name, Chart(key, name, name, "share up to it", shown, about=about, y_range=(0, 1)))
+            )
+        yield Panel("Cumulated distributions", tuple(curves))
+
+
+def _curve(source: str, rows: Sequence[dict[str, Cell]], place: int) -> Series:
+    """A cumulated distribution; the first one, of the recorded drives, in grey with its band."""
+    x, y, low, high = (
+        tuple(each if isinstance(each, float) else None for each in (row[name] for row in rows))
+        for name in ("value", "share", "share low", "share high")
+    )
+    dash, colour = divmod(place - 1, BOUND_COLOUR) if place else (0, BOUND_COLOUR)
+    return Series(source, tuple(each or 0.0 for each in x), y, low, high, colour, dash)
+
+
 PANELS: dict[str, Callable[[Result], Iterator[Panel]]] = {
     "sweep": _curves,
     "stress": _stress,
@@ -122,6 +165,7 @@ PANELS: dict[str, Callable[[Result], Iterator[Panel]]] = {
     "tables": _tables,
     "tune": _tune,
     "diagnosis": _diagnosis,
+    "scenes": _scenes,
 }
 
 

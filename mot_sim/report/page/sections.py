@@ -12,9 +12,11 @@ from mot_sim.report.page.verdicts import verdicts_of
 KIND_WORDS = {
     "sweep": "sweep", "stress": "stress test", "breaking-point": "breaking points",
     "compare": "comparison", "tables": "the paper's tables", "tune": "weights",
-    "diagnosis": "diagnosis", "run": "run",
+    "diagnosis": "diagnosis", "run": "run", "scenes": "scenes",
+    "validate-sim": "simulation beside real drives",
 }  # fmt: skip
 ASIDE = ("design", "settings")  # tables that stand with how a result was made
+DRAWN_ONLY = ("distributions",)  # tables of points, that nobody reads
 
 
 def card_of(source: ResultSource, place: int) -> Markup:
@@ -49,7 +51,7 @@ def badges_of(source: ResultSource) -> Markup:
 def section_of(source: ResultSource, place: int, charts: Markup, media: Sequence[Medium]) -> Markup:
     """All of a result: charts, tables, clips and pictures, how it was made."""
     result = source.result
-    tables = [table for table in result.tables if table.name not in ASIDE]
+    tables = [table for table in result.tables if table.name not in ASIDE + DRAWN_ONLY]
     return element(
         "section",
         element("h2", result.title, id=f"{anchor(place)}-title"),

@@ -133,3 +133,28 @@ def test_a_scene_is_measured_when_it_is_asked_for(mot_sim: CommandLine, place: P
     assert figures["labels"]["pixels_1"] >= 200
     require_one_line(mot_sim("scenes", "--seeds", "3"), "--seeds 3 is for --measure")
     require_one_line(mot_sim("scenes", "--measure", "--seeds", "0"), "--seeds 0: give 1 or more")
+
+
+def test_a_scene_is_held_against_recorded_drives(
+    mot_sim: CommandLine, place: Path, tree: Path
+) -> None:
+    (tree / "training/oxts/0032.txt").unlink()
+    measure = ("scenes", "mine:my_scene", "--measure", "--seeds", 1)
+    beside = (*measure, "--like", "kitti", "--root", tree)
+    shown = mot_sim(*beside, "--json", "--out", "out/like")
+    assert shown.code == 0, shown.err
+    assert "left out: 0032: no NAME.txt in" in shown.err
+    like = json.loads(shown.out)["mine:my_scene"]["like"]["KITTI"]
+    cars, standing = like["statistics"]["cars"], like["statistics"]["ego_standing"]
+    assert (cars["low"], cars["median"], cars["high"]) == (2.0, 2.0, 2.0)
+    assert cars["outside"] == pytest.approx(abs(cars["value"] - 2.0) / 2.0)
+    assert (standing["median"], standing["value"], standing["outside"]) == (1.0, 0.0, 1.0)
+    assert standing["gap"] == 1.0
+    assert like["statistics"]["ego_speed"]["median"] is None  # no drive shows any
+    assert mot_sim("report", "out/like", "--out", "like.html").code == 0
+    assert "Cumulated distributions" in (place / "like.html").read_text()
+    require_one_line(mot_sim(*measure, "--like", "kiti"), "Did you mean 'kitti'?")
+    require_one_line(mot_sim(*measure, "--like", "kitti"), "set MOT_SIM_KITTI_ROOT or pass --root")
+    require_one_line(mot_sim(*measure, "--root", tree), "is for --like NAME")
+    require_one_line(mot_sim("scenes", "--like", "kitti"), "--like kitti is for --measure")
+    require_one_line(mot_sim("scenes", "--measure", "--knobs", "frames=9"), "name the scene")
