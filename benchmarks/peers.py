@@ -6,7 +6,7 @@
 The ten given sequences, TrackEval's rules. Each row is a tracker that is shown boxes from that
 score on (a probability); its best MOTA is marked with *. `--settings` varies one parameter of
 each guest at a time instead: memory, births, and what else its package has. The guests' commands
-in `mot_sim/experiments/guests/register.py` follow.
+in `mot_sim/foreign/register.py` follow.
 """
 
 import argparse

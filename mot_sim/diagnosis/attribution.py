@@ -17,8 +17,10 @@ import numpy as np
 from mot_sim.diagnosis.context_events import by_id
 from mot_sim.diagnosis.sources import DetectionStream, SourceAblation
 from mot_sim.experiments.sweep.following import TrackerFailed
-from mot_sim.experiments.sweep.tracker_specs import BadRows, Steps, TrackerSpec, tracker_specs_of
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec, tracker_specs_of
 from mot_sim.experiments.sweep.trial import require_rows, wrong_motion_allowed
+from mot_sim.foreign.answers import BadRows
+from mot_sim.foreign.protocol import Steps
 from mot_sim.metrics.breaks import Breaks, Matches
 from tracker.errors import BadConfig
 from tracker.types import Tracks
@@ -64,7 +66,7 @@ class Replays:
         Raises TrackerFailed when the tracker raises or returns rows that cannot be scored, and
         BadConfig when it cannot be built.
         """
-        start = TrackerSnapshot(self.tracker_spec.build(stream.camera))
+        start = TrackerSnapshot(self.tracker_spec.build(stream.camera, stream.frame_rate))
         wanted = set(keep) if self.tracker_spec.is_ours else set()
         return self._continue(start, BEFORE_FIRST_FRAME, stream, last, wanted)
 

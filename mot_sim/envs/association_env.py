@@ -26,7 +26,7 @@ from mot_sim.envs.observations import (
 )
 from mot_sim.envs.rollouts import ReplayPickle, scene_made
 from mot_sim.envs.wrappers import RunningClear, counted_labels
-from mot_sim.files.named_objects import make_tracker
+from mot_sim.files.named_objects import make_tracker, without_own_name
 from mot_sim.simulation.scene import Knob
 from tracker import CostMatrix, Tracker, Tracks
 from tracker.association import Hungarian, Match
@@ -90,7 +90,7 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
         self.metadata, self.render_mode = {"render_modes": []}, None
         self.max_detections, self.max_tracks = max_detections, max_tracks
         self._source: EpisodeSource = _source_of(scene, episodes, pool, knobs)
-        ours: Tracker = make_tracker(tracker, self._source.camera, Tracker)
+        ours: Tracker = make_tracker(without_own_name(tracker), self._source.camera, Tracker)
         # Tracks begin where the action says so, whatever the score.
         self._tracker = replace(ours, lifecycle=replace(ours.lifecycle, birth_score=-np.inf))
         self._episode: int | None = None

@@ -6,7 +6,6 @@ far.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any
 
 import gymnasium as gym
@@ -21,7 +20,8 @@ from mot_sim.envs.observations import (
     track_space,
 )
 from mot_sim.envs.rollouts import FrameTruth
-from mot_sim.files.named_objects import make_tracker
+from mot_sim.files.named_objects import without_own_name
+from mot_sim.foreign.protocol import Steps, as_steps, make_steps
 from mot_sim.metrics import evaluate_sequence
 from mot_sim.metrics.clear import CONTINUING_BONUS
 from mot_sim.metrics.matching import EPSILON, Overlaps, solve_frame
@@ -37,24 +37,24 @@ TRACKS_KEY = "tracks"
 class TrackObservation(gym.Wrapper[Observation, Any, Observation, Any], RecordConstructorArgs):
     """Adds `tracks` (boxes, ids, mask) to the observation: what a tracker makes of the frames.
 
-    tracker: a name (`module:name` too), or what builds a tracker for a camera. The rows of this
+    tracker: a name, as for `mot-sim sweep --trackers` without settings, or what builds a tracker
+    for a camera; see `mot_sim.foreign.protocol.as_steps` for what that may be. The rows of this
     moment are `env.tracks`.
     """
 
     def __init__(
         self,
         env: gym.Env[Observation, Any],
-        tracker: str | Callable[[Camera], Tracker] = "default",
+        tracker: str | Callable[[Camera], Any] = "default",
         max_tracks: int = 64,
     ) -> None:
         RecordConstructorArgs.__init__(self, tracker=tracker, max_tracks=max_tracks)
         super().__init__(env)
         require_padding("max_tracks", max_tracks)
-        if isinstance(tracker, str):
-            tracker = partial(make_tracker, tracker)
         self.max_tracks = max_tracks
         self.seen_by: Camera = env.get_wrapper_attr("camera")
-        self.tracker = tracker(self.seen_by)
+        self.made_by = tracker
+        self.tracker = self._made()
         self.tracks = Tracks.empty()
         space = env.observation_space
         if not isinstance(space, spaces.Dict):
@@ -68,8 +68,17 @@ class TrackObservation(gym.Wrapper[Observation, Any, Observation, Any], RecordCo
     ) -> tuple[Observation, dict[str, Any]]:
         """The first frame of a new episode; the tracker has forgotten the last one."""
         observation, info = self.env.reset(seed=seed, options=options)
-        self.tracker.reset()
+        if isinstance(self.tracker, Tracker):
+            self.tracker.reset()
+        else:
+            self.tracker = self._made()
         return self._track(observation), info
+
+    def _made(self) -> Steps:
+        """A tracker that knows nothing yet."""
+        if isinstance(self.made_by, str):
+            return make_steps(without_own_name(self.made_by), self.seen_by)
+        return as_steps(self.made_by(self.seen_by), getattr(self.made_by, "__name__", "tracker"))
 
     def step(self, action: Any) -> Step:
         """The next frame, tracked."""

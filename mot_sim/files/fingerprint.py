@@ -92,7 +92,7 @@ def _has_weight(name: Path) -> bool:
     if name.parts[0] != "mot_sim":
         return True
     if name.parts[1] == "experiments":
-        return name.parts[2] == "guests" or "/".join(name.parts[2:]) in DECIDING_FILES
+        return "/".join(name.parts[2:]) in DECIDING_FILES
     return name.parts[1] not in UNDECIDING_ROOMS
 
 

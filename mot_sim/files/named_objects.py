@@ -165,6 +165,12 @@ def make_tracker(name: str, camera: Camera, kind: type = object, /, **settings: 
     return TRACKER_NAMES.make(name, kind, **given)
 
 
+def without_own_name(text: str) -> str:
+    """`MODULE:CALLABLE` of `NAME=MODULE:CALLABLE`, the name that a tracker has in tables."""
+    head, equals, rest = text.partition("=")
+    return rest if equals and ":" not in head else text
+
+
 class FolderFinder:
     """Finds the modules of one folder. It stands last in `sys.meta_path`, so it hides no others."""
 
@@ -287,4 +293,5 @@ __all__ = [
     "importable",
     "make_tracker",
     "place_of",
+    "without_own_name",
 ]

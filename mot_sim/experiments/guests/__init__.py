@@ -1,10 +1,6 @@
 """Other people's trackers on the same detections, through files, in environments of their own."""
 
 from mot_sim.experiments.guests.comparison import Comparison, Entry, Failure, run_comparison
-from mot_sim.experiments.guests.environments import Environment
-from mot_sim.experiments.guests.failure import ExternalTrackerFailed
-from mot_sim.experiments.guests.live import ExternalOnlineTracker
-from mot_sim.experiments.guests.register import GUESTS, ExternalTracker, parse_scores, with_scores
 from mot_sim.experiments.guests.sequence_trackers import (
     BASELINES,
     ExternalSequenceTracker,
@@ -13,6 +9,10 @@ from mot_sim.experiments.guests.sequence_trackers import (
     TrackedSequences,
     find_sequence_tracker,
 )
+from mot_sim.foreign.environments import Environment
+from mot_sim.foreign.failure import ExternalTrackerFailed
+from mot_sim.foreign.live import ExternalOnlineTracker
+from mot_sim.foreign.register import GUESTS, ExternalTracker, parse_scores, with_scores
 
 __all__ = [
     "BASELINES",

@@ -5,13 +5,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from mot_sim.datasets.recorded import RecordedSequence
-from mot_sim.experiments.guests.failure import ExternalTrackerFailed
-from mot_sim.experiments.guests.processes import one_core
 from mot_sim.experiments.guests.sequence_trackers import (
     SequenceTracker,
     TrackedSequences,
     require_different_names,
 )
+from mot_sim.foreign.failure import ExternalTrackerFailed
+from mot_sim.foreign.processes import one_core
 from mot_sim.metrics import Evaluation, evaluate
 from mot_sim.tables import Column, Row, Table
 from tracker.errors import BadConfig, TrackingError

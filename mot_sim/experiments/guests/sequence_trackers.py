@@ -10,13 +10,14 @@ from typing import Protocol, runtime_checkable
 
 from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.experiments.guests.exchange import read_guest_results, read_seconds, write_detections
-from mot_sim.experiments.guests.failure import ExternalTrackerFailed
-from mot_sim.experiments.guests.processes import run_process
-from mot_sim.experiments.guests.register import GUESTS, ExternalTracker
-from mot_sim.experiments.sweep.tracker_specs import Steps, TrackerSpec
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.sweep.trial import require_rows
 from mot_sim.files.named_objects import TRACKER_NAMES
 from mot_sim.files.settings import require_empty
+from mot_sim.foreign.failure import ExternalTrackerFailed
+from mot_sim.foreign.processes import run_process
+from mot_sim.foreign.protocol import Steps
+from mot_sim.foreign.register import GUESTS, ExternalTracker
 from tracker import Camera, Tracker, Tracks
 from tracker.association import Greedy, Hungarian
 from tracker.costs import ImageOverlap
@@ -62,8 +63,8 @@ class OwnTracker:
 
     name: str
     """Its name in tables."""
-    build: Callable[[Camera], Steps]
-    """Makes a fresh tracker for a camera."""
+    build: Callable[[Camera, float], Steps]
+    """Makes a fresh tracker for a camera and a frame rate, Hz."""
     uses_motion: bool = True
     """Whether its frames hold the camera's motion; False removes it from every frame."""
 
@@ -71,7 +72,7 @@ class OwnTracker:
         """The tracks of every drive. Raises TrackingError for whatever the tracker raises."""
         tracks, seconds, min_score = {}, {}, 0.0
         for drive in drives:
-            tracker = self.build(drive.camera)
+            tracker = self.build(drive.camera, drive.frame_rate)
             if isinstance(tracker, Tracker):
                 tracker = for_kind(tracker, drive.kinds[0])
             min_score = getattr(getattr(tracker, "suppress", None), "min_score", 0.0)
@@ -184,7 +185,8 @@ def find_sequence_tracker(
     tracker of yours that cannot be built.
     """
     if name in BASELINES:
-        return OwnTracker(name, BASELINES[name], uses_motion=False)
+        make = BASELINES[name]
+        return OwnTracker(name, lambda camera, _: make(camera), uses_motion=False)
     if name in guests:
         return ExternalSequenceTracker(guests[name], folder)
     spec = TrackerSpec.parse(name)

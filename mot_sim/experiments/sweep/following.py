@@ -4,8 +4,10 @@ import inspect
 from typing import Any
 
 from mot_sim.experiments.sweep.seeded_episodes import SeededEpisode
-from mot_sim.experiments.sweep.tracker_specs import BadRows, Steps, TrackerSpec, Updated
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.sweep.trial import require_rows, wrong_motion_allowed
+from mot_sim.foreign.answers import BadRows
+from mot_sim.foreign.protocol import FRAME_RATE, Steps, as_steps, has_call, made_by_library
 from tracker import Camera, Tracks
 from tracker.errors import BadConfig, TrackingError
 
@@ -21,9 +23,9 @@ class TrackerFailed(TrackingError):
 def follow(tracker: Any, episode: SeededEpisode) -> Tracks:
     """All rows that a tracker gives for an episode; it is given frames and nothing else.
 
-    tracker: an object with `step(frame)`, or with `update(boxes, scores)` that answers with rows
-    x_min, y_min, x_max, y_max, id or with (ids, boxes); a class or function that makes one, and
-    is given the camera if it takes a `camera`; or words as for `mot-sim sweep --trackers`. One
+    tracker: an object with `step` or `update`, see `as_steps` for their forms, and `tracks_from`
+    for those of their answers; a class or function that makes one, and is given the camera if it
+    takes a `camera`; or words as for `mot-sim sweep --trackers`. One
     that has `reset()` is reset first, one that has `finish()` decides later. Raises BadConfig for
     what is no tracker, TrackerFailed when it raises, or gives NaN, an id twice or a wrong shape.
     """
@@ -54,18 +56,16 @@ def stepping_of(tracker: Any, camera: Camera) -> Steps:
     """The tracker as something with `step`, reset where it can be; see `follow`."""
     if isinstance(tracker, str):
         return TrackerSpec.parse(tracker).build(camera)
-    if isinstance(tracker, type) or not (_has(tracker, "step") or _has(tracker, "update")):
+    name = name_of(tracker)
+    if isinstance(tracker, type):
+        found = made_by_library(tracker, name, FRAME_RATE, {})
+        if found is not None:
+            return found
+    if isinstance(tracker, type) or not (has_call(tracker, "step") or has_call(tracker, "update")):
         tracker = _made(tracker, camera)
-    elif _has(tracker, "reset"):
+    elif has_call(tracker, "reset"):
         tracker.reset()
-    if _has(tracker, "step"):
-        return tracker
-    if _has(tracker, "update"):
-        return Updated(tracker)
-    raise BadConfig(
-        f"{tracker!r} of type {type(tracker).__name__} is no tracker: it has neither step(frame) "
-        "nor update(boxes, scores)"
-    )
+    return as_steps(tracker, name)
 
 
 def _made(make: Any, camera: Camera) -> Any:
@@ -90,10 +90,6 @@ def name_of(tracker: Any) -> str:
     if isinstance(tracker, str):
         return tracker
     return getattr(tracker, "__qualname__", None) or type(tracker).__qualname__
-
-
-def _has(tracker: Any, method: str) -> bool:
-    return callable(getattr(tracker, method, None))
 
 
 def _checked(rows: Any, allowed: list[int]) -> Tracks:

@@ -1,12 +1,8 @@
 """Trackers side by side: ours with parameters changed, or any object with `step` or `update`."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, Protocol, runtime_checkable
-
-import numpy as np
-from jaxtyping import Float
-from numpy import ndarray as Array
+from typing import Any
 
 from mot_sim.evaluation.runs import Recipe, parse_costs
 from mot_sim.experiments.sweep.paths import (
@@ -19,26 +15,15 @@ from mot_sim.experiments.sweep.paths import (
     with_value,
 )
 from mot_sim.files.field_docstrings import field_docstrings
-from mot_sim.files.named_objects import ASSOCIATION_NAMES, COST_NAMES, TRACKER_NAMES, make_tracker
+from mot_sim.files.named_objects import ASSOCIATION_NAMES, COST_NAMES, TRACKER_NAMES
+from mot_sim.foreign.protocol import FRAME_RATE, Steps, make_steps
+from mot_sim.foreign.register import GUESTS
 from mot_sim.simulation.rig import Rig
-from tracker import TRACKERS, Camera, Frame, Tracks
-from tracker.errors import BadConfig, TrackingError
+from tracker import TRACKERS, Camera
+from tracker.errors import BadConfig, UnknownName
 
 NOT_SETTINGS = ("camera", "state", "explanation", "explain", "tracker")  # fields
 BY_NAME = ("costs", "associate")  # settings that name a component
-
-
-@runtime_checkable
-class Steps(Protocol):
-    """A tracker: one frame in, the rows of that frame out.
-
-    One that also has `finish()` decides later: `step` may give rows of earlier frames, and
-    `finish` the rest.
-    """
-
-    def step(self, frame: Frame) -> Tracks:
-        """The identities of this frame."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -48,8 +33,8 @@ class TrackerSpec:
     name: str
     """Its name in tables."""
     made_by: str = "default"
-    """A name of TRACKERS or of an installed package, or MODULE:CALLABLE, which is given the camera
-    if it takes an argument of that name."""
+    """A name of TRACKERS, of GUESTS or of an installed package, or MODULE:CALLABLE, which is given
+    the camera if it takes an argument of that name; see `as_steps` for what it may make."""
     settings: Mapping[str, Level] = field(default_factory=dict)
     """For one of TRACKERS, fields by dotted names (lifecycle.max_gap), costs
     (volume=0.6+reprojection=0.4) and associate; else arguments of the callable."""
@@ -79,6 +64,11 @@ class TrackerSpec:
         """Whether it is a tracker of TRACKERS."""
         return self.made_by in TRACKERS
 
+    @property
+    def is_guest(self) -> bool:
+        """Whether it is one of GUESTS, which run in environments of their own."""
+        return self.made_by in GUESTS
+
     def with_settings(self, more: Mapping[str, Level]) -> "TrackerSpec":
         """The same with more set."""
         return replace(self, settings={**self.settings, **more}) if more else self
@@ -92,25 +82,17 @@ class TrackerSpec:
     def description(self) -> dict[str, Any]:
         """What decides what it does."""
         if not self.is_ours:
-            source = TRACKER_NAMES.source(self.made_by)
+            source = GUESTS[self.made_by] if self.is_guest else TRACKER_NAMES.source(self.made_by)
             return {"made_by": self.made_by, "source": source, "settings": self.settings}
         return _described(self._ours(Rig.kitti().camera))
 
-    def build(self, camera: Camera) -> Steps:
-        """A fresh tracker for this camera."""
-        made: Any
+    def build(self, camera: Camera, frame_rate: float = FRAME_RATE) -> Steps:
+        """A fresh tracker for this camera. frame_rate: Hz, for those of libraries."""
         if self.is_ours:
-            made = self._ours(camera)
-        else:
-            made = make_tracker(self.made_by, camera, **self.settings)
-        if callable(getattr(made, "step", None)):
-            return made
-        if callable(getattr(made, "update", None)):
-            return Updated(made)
-        raise BadConfig(
-            f"tracker {self.name}: {self.made_by} makes a {type(made).__name__}, which has "
-            "neither step(frame) nor update(boxes, scores)"
-        )
+            built: Steps = self._ours(camera)
+            return built
+        settings: dict[str, Any] = dict(self.settings)
+        return make_steps(self.made_by, camera, frame_rate, self.name, **settings)
 
     def _ours(self, camera: Camera) -> Any:
         """A tracker of TRACKERS with its settings, in its framework."""
@@ -196,61 +178,13 @@ def tracker_specs_of(trackers: Sequence[str | TrackerSpec]) -> tuple[TrackerSpec
     for each in found:
         if names.count(each.name) > 1:
             raise BadConfig(f"two trackers are named {each.name}: write OTHER={each.name}")
-        if ":" not in each.made_by:
-            TRACKER_NAMES.find(each.made_by)
+        if ":" not in each.made_by and each.made_by not in {*TRACKER_NAMES.names(), *GUESTS}:
+            raise UnknownName.of("tracker", each.made_by, [*TRACKER_NAMES.names(), *GUESTS])
     return tuple(found)
 
 
-@dataclass(eq=False)
-class Updated:
-    """A tracker with `update(boxes, scores)`.
-
-    It gives rows x_min, y_min, x_max, y_max, id; or (ids, boxes); or Tracks.
-    """
-
-    inner: Any
-    """The tracker; its `update` gets boxes in pixels (n, 4) and scores (n,) of one frame."""
-
-    def step(self, frame: Frame) -> Tracks:
-        """The rows of this frame; the tracker gets copies."""
-        seen = frame.found
-        update: Callable[..., Any] = self.inner.update
-        rows = update(seen.boxes.copy(), seen.scores.copy())
-        if isinstance(rows, Tracks):
-            return rows
-        if isinstance(rows, tuple) and len(rows) == 2:
-            rows = rows_of_pair(*rows)
-        rows = np.asarray(rows, dtype=float)
-        if rows.size == 0:
-            return Tracks.empty()
-        if rows.ndim != 2 or rows.shape[1] < 5:
-            raise BadRows(f"update gave an array of shape {rows.shape}, not n rows of box and id")
-        ids = rows[:, 4]
-        if not (np.isfinite(ids).all() and (ids == np.round(ids)).all()):
-            raise BadRows(f"ids that are no whole numbers: {ids.tolist()}")
-        frames = np.full(len(rows), frame.index)
-        return Tracks(frames, ids.astype(np.int64), rows[:, :4], np.ones(len(rows)))
-
-
-def rows_of_pair(ids: object, boxes: object) -> Float[Array, "n 5"]:
-    """Rows x_min, y_min, x_max, y_max, id. Raises BadRows for other shapes."""
-    names, found = np.asarray(ids, dtype=float), np.asarray(boxes, dtype=float)
-    if found.size == 0:
-        found = found.reshape(0, 4)
-    if names.ndim != 1 or found.ndim != 2 or len(names) != len(found):
-        raise BadRows(f"update gave ids of shape {names.shape} and boxes of shape {found.shape}")
-    return np.column_stack((found[:, :4], names))
-
-
-class BadRows(TrackingError):
-    """A tracker's output that cannot be scored."""
-
-
 __all__ = [
-    "BadRows",
-    "Steps",
     "TrackerSpec",
-    "Updated",
     "setting_descriptions",
     "tracker_settings",
     "tracker_specs_of",

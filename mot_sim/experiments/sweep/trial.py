@@ -16,8 +16,9 @@ import numpy as np
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import Recordings, TrialSequence, drive_of
 from mot_sim.experiments.sweep.store import SweepFolder, TrialOutcome
-from mot_sim.experiments.sweep.tracker_specs import BadRows, TrackerSpec
+from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.files.fingerprint import code_digest
+from mot_sim.foreign.answers import BadRows
 from mot_sim.metrics import evaluate_sequence
 from tracker import Tracks
 from tracker.errors import BadConfig, MotionWarning
@@ -42,7 +43,7 @@ def run_trial(
     parts: list[Tracks] = []
     at = "before the first frame"
     try:
-        tracker = contender.build(drive.sequence.camera)
+        tracker = contender.build(drive.sequence.camera, drive.frame_rate)
         is_late = callable(getattr(tracker, "finish", None))
         with wrong_motion_allowed():
             for frame in drive.sequence:

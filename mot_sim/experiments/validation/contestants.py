@@ -21,12 +21,12 @@ VARIANTS: dict[str, OwnTracker] = {
     each.name: each
     for each in (
         OwnTracker(
-            "greedy", lambda camera: replace(Tracker.default(camera), associate=Greedy(0.7))
+            "greedy", lambda camera, _: replace(Tracker.default(camera), associate=Greedy(0.7))
         ),
-        OwnTracker("no-ego", Tracker.default, uses_motion=False),
+        OwnTracker("no-ego", lambda camera, _: Tracker.default(camera), uses_motion=False),
         OwnTracker(
             "low-memory",
-            lambda camera: replace(Tracker.default(camera), lifecycle=SHORT_MEMORY),
+            lambda camera, _: replace(Tracker.default(camera), lifecycle=SHORT_MEMORY),
         ),
     )
 }

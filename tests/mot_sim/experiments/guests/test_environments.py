@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from mot_sim.experiments.guests import Environment, ExternalTracker, ExternalTrackerFailed
-from mot_sim.experiments.guests.processes import run_process
+from mot_sim.foreign.processes import run_process
 from tests.mot_sim.cli.conftest import CommandLine
 from tracker.errors import BadOutput
 

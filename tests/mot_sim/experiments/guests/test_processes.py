@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from mot_sim.experiments.guests import ExternalTrackerFailed
-from mot_sim.experiments.guests.processes import guest_environ, one_core, run_process
+from mot_sim.foreign.processes import guest_environ, one_core, run_process
 
 
 def python(code: str) -> list[str]:

@@ -115,6 +115,6 @@ def test_the_baselines_are_not_told_how_the_camera_moved(drives: list[RecordedSe
     made = BASELINES["iou"](CAMERA)
     for uses_motion in (False, True):
         watching = Watching(**{name: getattr(made, name) for name in made.__dataclass_fields__})
-        OwnTracker("w", lambda _, w=watching: w, uses_motion).track([moving])
+        OwnTracker("w", lambda *_, w=watching: w, uses_motion).track([moving])
     assert seen[:4] == [(True, True)] * 4
     assert seen[5:] == [(False, False)] * 3

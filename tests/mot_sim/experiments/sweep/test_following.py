@@ -118,7 +118,7 @@ def test_a_guest_is_a_tracker_whose_failure_is_named(
         (odd.Negative, r"ids below 0: \[-1\]", 0),
         (odd.Late, r"rows of another frame: \[-1\]", 0),
         (odd.GivesNothing, "gave a NoneType, not Tracks", 0),
-        (OddPairs, "update gave ids of shape", 0),
+        (OddPairs, "in frame 0: ids of shape", 0),
         (lambda camera: odd.Later(camera, twice=True), "twice in a frame", None),
     ],
 )
@@ -134,7 +134,7 @@ def test_what_a_tracker_does_wrong_is_named_and_never_scored(
     ("tracker", "told"),
     [
         (odd.NoTracker, "neither step"),
-        (7, "7 of type int is no tracker"),
+        (7, "tracker int: a int is no tracker"),
         (lambda model: None, "cannot be built"),
         ("defualt", "unknown tracker 'defualt'"),
     ],

@@ -1,18 +1,17 @@
 """Trackers side by side: ours with parameters changed, and other people's."""
 
-import numpy as np
 import pytest
 
 from mot_sim.experiments.sweep.tracker_specs import (
     TrackerSpec,
-    Updated,
     tracker_settings,
     tracker_specs_of,
 )
 from mot_sim.files.fingerprint import digest
+from mot_sim.foreign.protocol import ForeignTracker
 from mot_sim.simulation.rig import Rig
 from tests.mot_sim.experiments import odd
-from tracker import Detections, Frame, Tracker
+from tracker import Tracker
 from tracker.association import Greedy
 from tracker.errors import BadConfig, UnknownName
 
@@ -54,29 +53,9 @@ def test_trackers_that_do_the_same_have_the_same_description() -> None:
 def test_a_callable_of_a_module_is_a_tracker() -> None:
     assert isinstance(TrackerSpec.parse(f"mine={ODD}:built").build(CAMERA), Tracker)
     updated = TrackerSpec.parse(f"mine={ODD}:Updates:min_score=0.5").build(CAMERA)
-    assert isinstance(updated, Updated)
+    assert isinstance(updated, ForeignTracker)
     assert updated.inner.min_score == 0.5
     assert isinstance(updated.inner, odd.Updates)
-
-
-class Answers:
-    """A tracker that always answers the same."""
-
-    def __init__(self, answer: object) -> None:
-        self.answer = answer
-
-    def update(self, boxes: np.ndarray, scores: np.ndarray) -> object:
-        """The answer."""
-        return self.answer
-
-
-@pytest.mark.parametrize("answer", [([7], [[1.0, 2, 3, 4]]), [[1.0, 2, 3, 4, 7]]])
-def test_an_update_may_answer_in_any_form(answer: object) -> None:
-    frame = Frame(3, 0.3, Detections.of([[1.0, 2, 3, 4]]))
-    rows = Updated(Answers(answer)).step(frame)
-    assert (rows.frames.tolist(), rows.ids.tolist()) == ([3], [7])
-    assert rows.boxes.tolist() == [[1.0, 2.0, 3.0, 4.0]]
-    assert len(Updated(Answers(([], []))).step(frame)) == 0
 
 
 @pytest.mark.parametrize(

@@ -45,14 +45,17 @@ def test_a_trial_scores_what_the_tracker_gives(swept: tuple[Path, pa.Table]) -> 
         ("WrongShape", "frame 0: wrong shape: ids (2,), frames (2,), boxes (2, 5)"),
         ("Negative", "frame 0: ids below 0: [-1]"),
         ("Late", "frame 0: rows of another frame: [-1]"),
-        ("GivesNothing", "frame 0: the tracker gave a NoneType, not Tracks"),
+        (
+            "GivesNothing",
+            "frame 0: the tracker gave a NoneType, not Tracks: give",
+        ),
     ],
 )
 def test_a_tracker_that_goes_wrong_is_named_and_has_no_scores(
     swept: tuple[Path, pa.Table], name: str, told: str
 ) -> None:
     outcome = run_trial(TrackerSpec("odd", f"{ODD}:{name}"), drive_under(swept[0]))
-    assert outcome.error == told
+    assert str(outcome.error).startswith(told)
     assert outcome.scores == {}
     assert outcome.frames == (3 if name == "Raises" else 1)
 

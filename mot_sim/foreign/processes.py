@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
-from mot_sim.experiments.guests.failure import ExternalTrackerFailed
+from mot_sim.foreign.failure import ExternalTrackerFailed
 
 STDERR_LINES, STDERR_BYTES = 20, 16_384  # how much of the end of stderr is shown
 GRACE = 5.0  # seconds that a killed process has to be gone

@@ -14,7 +14,7 @@ class NorfairAdapter:
     """
 
     def __init__(self, kind: Any, frame_rate: float, settings: dict[str, Any]) -> None:
-        self.tracker = kind(**{"distance_function": "iou"} | settings)
+        self.tracker = kind(**{"distance_function": "iou", "distance_threshold": 0.8} | settings)
         self.detection = import_module("norfair").Detection
 
     def detections(self, boxes: list[list[float]]) -> Any:
@@ -26,7 +26,7 @@ class NorfairAdapter:
 
     def update(self, detections: Any) -> Any:
         """The tracker's step."""
-        return self.tracker.update(detections)
+        return self.tracker.update(detections=detections)
 
     def rows(self, answer: Any) -> Iterator[tuple[Any, ...]]:
         """id x1 y1 x2 y2 score, the score of the track's last detection.

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
-from mot_sim.experiments.guests.failure import ExternalTrackerFailed
-from mot_sim.experiments.guests.processes import run_process
 from mot_sim.files.writing import write_lines
+from mot_sim.foreign.failure import ExternalTrackerFailed
+from mot_sim.foreign.processes import run_process
 from tracker.errors import BadOutput
 
 PLACE = "MOT_SIM_GUESTS"  # the environment variable that names where they are kept

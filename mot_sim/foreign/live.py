@@ -10,9 +10,9 @@ from weakref import finalize
 
 import numpy as np
 
-from mot_sim.experiments.guests.failure import ExternalTrackerFailed
-from mot_sim.experiments.guests.processes import guest_environ, kill, last_lines
-from mot_sim.experiments.guests.register import GUESTS, PYTHON, ExternalTracker
+from mot_sim.foreign.failure import ExternalTrackerFailed
+from mot_sim.foreign.processes import guest_environ, kill, last_lines
+from mot_sim.foreign.register import GUESTS, PYTHON, ExternalTracker
 from tracker.errors import BadConfig, UnknownName
 from tracker.types import Detections, Frame, Tracks
 

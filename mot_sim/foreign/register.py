@@ -5,10 +5,11 @@ import shlex
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from math import isfinite
 from pathlib import Path
 
-from mot_sim.experiments.guests.environments import Environment
+from mot_sim.foreign.environments import Environment
 from tracker.errors import BadConfig, UnknownName
 
 DETECTIONS, RESULTS = "{detections}", "{results}"
@@ -68,10 +69,17 @@ class ExternalTracker:
         return cls(name, words)
 
     def interpreter(self) -> str:
-        """Of its environment; ExternalTrackerFailed when that is missing."""
-        if self.environment is None:
+        """Of its environment; ours, where that is missing and the package is installed here.
+
+        ExternalTrackerFailed where the package is in neither.
+        """
+        if self.environment is None or (not self.environment.is_ready and self._is_here()):
             return sys.executable
         return str(self.environment.require(self.name))
+
+    def _is_here(self) -> bool:
+        """Whether the package of its environment is installed in ours."""
+        return self.environment is not None and find_spec(self.environment.name) is not None
 
     def words(self, detections: Path, results: Path) -> list[str]:
         """The command with its places filled in.
@@ -90,7 +98,7 @@ class ExternalTracker:
 
 
 # By package: a guest runs in the environment of the package that has its tracker.
-ENVIRONMENTS = {
+ENVIRONMENTS = {  # an environment's name is that of what is imported
     "trackers": Environment("trackers", ("trackers==2.6.1",)),
     # norfair asks for NumPy 1, which Python 3.13 has not; its rows are the same with NumPy 2.
     "norfair": Environment(

@@ -1,0 +1,1 @@
+"""Trackers that are not ours: how they are called, and the processes that they run in."""
