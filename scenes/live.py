@@ -18,17 +18,21 @@ def live_scene(
     vans: int = 0,
     *,
     road: str | None = None,
+    route: str = "any",
     models: int = 24,
 ) -> Scene:
     """A scene on a road of `mot_sim.simulation.traffic.highway`, without crashes.
 
-    road: by default the one of the scene's name. models: shapes that the cars are drawn from.
+    road: by default the one of the scene's name. route: of our car, by name, where the road has
+    such. models: shapes that the cars are drawn from.
     """
     road, seconds = road or name, frames * STEP_SECONDS
 
     def traffic(given: Models) -> Traffic:
         amounts = road, cars, arrivals, parked, vans
-        return HighwayTraffic(*amounts, given.size, given.van_size, clean_seconds=seconds)
+        return HighwayTraffic(
+            *amounts, given.size, given.van_size, route=route, clean_seconds=seconds
+        )
 
     traffic(VehicleSampler(models=1).models_of(0))  # refuses wrong knobs at once
     sampler = VehicleSampler(models=models, alike=alike)

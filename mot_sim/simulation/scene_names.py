@@ -21,4 +21,5 @@ SCENES: dict[str, str] = {
     "stop_and_go": "scenes.stop_and_go:stop_and_go",
     "street": "scenes.street:street",
     "t_junction": "scenes.t_junction:t_junction",
+    "town": "scenes.town:town",
 }

@@ -14,6 +14,7 @@ from tracker.geometry import wrap_angle
 
 SEDAN_SIZE = (4.4, 1.45, 1.8)  # length, height, width
 MIN_ARC_METRES = 1e-9  # metres, radians: below it a corner is none
+MIN_PIECE_METRES = 1e-6
 MAX_TURN_RADIANS = 2.9  # radians at one way-point: beyond it the arc shrinks to a turn on the spot
 
 
@@ -56,6 +57,14 @@ class Route:
         chord = along * np.sinc(turn / (2.0 * np.pi))
         middle = heading + 0.5 * turn
         return np.stack((x + chord * np.cos(middle), y + chord * np.sin(middle), heading + turn), 1)
+
+    @property
+    def pieces(self) -> Float[Array, "m 6"]:
+        """Its lines and arcs: where each starts, metres along the route, x, y; heading there,
+        curvature (1/m, > 0 to the right, 0 of a line), length. None is shorter than a
+        micrometre."""
+        starts, length = self._pieces[:-1], np.diff(self._pieces[:, 0])
+        return np.column_stack((starts, length))[length > MIN_PIECE_METRES]
 
     @cached_property
     def _pieces(self) -> Float[Array, "m 5"]:

@@ -1,6 +1,6 @@
 """What a road is made of: lanes on highway-env's network, ways, rules, kerbs; and all roads."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from math import pi
 
@@ -34,6 +34,7 @@ ARM_SPEED = 11.0  # m/s on the arms
 EGO_ARM = 2  # so that the ego car begins towards +x
 STOP_LINE_METRES = 10.0  # from the centre: right turns of 8.25 m, left ones of 11.75 m
 RIGHT_TURN_SPEED = 5.0  # m/s: 3.0 m/s2 sideways, 33 degrees a second
+SLOW_SPEED = 5.5  # m/s straight across a road that has priority
 LEFT_TURN_SPEED = 6.8  # m/s: 3.9 m/s2 sideways, 33 degrees a second
 RING_RADIUS_METRES = 18.0  # radius of the roundabout's lane
 ENTRY_RADIUS_METRES = 14.0  # radius of the bends into and out of it
@@ -50,6 +51,8 @@ class Kerb:
     """Of the line and of the cars parked there, radians from world +x towards +y."""
     length: float
     """Metres."""
+    share: float = 1.0
+    """Part of the demanded share of parked cars that is found here, 0 to 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,8 +82,12 @@ class Layout:
     crossings: Mapping[Segment, frozenset[Segment]] = field(default_factory=dict)
     """For each segment behind a stop line, those that may not be used at the same time (first come,
     first served)."""
+    yields: Mapping[Segment, frozenset[Segment]] = field(default_factory=dict)
+    """For segments of `crossings` without priority, those of them whose cars go first."""
     merges: frozenset[Segment] = frozenset()
     """Segments behind a give-way line; they yield to whoever passes their end."""
+    routes: Mapping[str, Path] = field(default_factory=dict)
+    """Ways of `paths` that our car may be given by name."""
     kerbs: tuple[Kerb, ...] = ()
     """Where cars may park."""
     reach: float = 1e9
@@ -101,7 +108,12 @@ def straight_lane(
 
 
 def circular_lane(
-    centre: Float[Array, "2"], radius: float, first: float, turn: float, limit: float
+    centre: Float[Array, "2"],
+    radius: float,
+    first: float,
+    turn: float,
+    limit: float,
+    lines: tuple[int, int] = (NONE, NONE),
 ) -> AbstractLane:
     """A lane along a circle from phase `first` (radians); turn > 0 bends to the right."""
     return CircularLane(
@@ -111,7 +123,7 @@ def circular_lane(
         first + turn,
         clockwise=turn > 0.0,
         width=LANE_WIDTH_METRES,
-        line_types=[NONE, NONE],
+        line_types=list(lines),
         speed_limit=limit,
     )
 
@@ -238,6 +250,57 @@ def _arms(
     return tuple(segments), tuple(kerbs)
 
 
+@dataclass(frozen=True, eq=False)
+class Junction:
+    """Where arms meet at right angles; on each of them a lane leads in and one leads out."""
+
+    arms: tuple[int, ...] = tuple(ARMS)
+    """Which arms there are: arm k leads away at `heading` + k quarter turns."""
+    centre: Point = (0.0, 0.0)
+    """x, y in world, metres."""
+    heading: float = 0.0
+    """Of arm 0, radians from world +x towards +y."""
+    name: str = ""
+    """What the names of its nodes begin with."""
+
+    def at(self, arm: int, along: float, right: float) -> Float[Array, "2"]:
+        """The point so far out on an arm, and to the right of who leaves on it."""
+        return np.asarray(self.centre) + turned(self.heading + 0.5 * pi * arm, along, right)
+
+    def node(self, kind: str, arm: int) -> str:
+        """The name of the node of an arm; kind: `line` where to wait, `leave` where to leave."""
+        return f"{self.name}{kind}{arm}"
+
+    def add_lanes(
+        self, network: RoadNetwork, slow: Collection[int] = ()
+    ) -> dict[tuple[int, int], Segment]:
+        """Lanes from every arm to every other one, by the numbers of both.
+
+        slow: arms whose cars cross slowly, since others have priority.
+        """
+        segments = {}
+        right, left = STOP_LINE_METRES - LANE_OFFSET_METRES, STOP_LINE_METRES + LANE_OFFSET_METRES
+        for arm in self.arms:
+            angle = self.heading + 0.5 * pi * arm
+            start = self.at(arm, STOP_LINE_METRES, -LANE_OFFSET_METRES)
+            end = self.at(arm, -STOP_LINE_METRES, -LANE_OFFSET_METRES)
+            aside = turned(angle, 0.0, -1.0)  # to the right of who drives in
+            lanes = {
+                (arm + 2) % 4: straight_lane(start, end, SLOW_SPEED if arm in slow else ARM_SPEED),
+                (arm + 3) % 4: circular_lane(
+                    start + right * aside, right, angle + 0.5 * pi, 0.5 * pi, RIGHT_TURN_SPEED
+                ),
+                (arm + 1) % 4: circular_lane(
+                    start - left * aside, left, angle - 0.5 * pi, -0.5 * pi, LEFT_TURN_SPEED
+                ),
+            }
+            for target, lane in lanes.items():
+                if target in self.arms:
+                    segments[arm, target] = self.node("line", arm), self.node("leave", target)
+                    network.add_lane(*segments[arm, target], lane)
+        return segments
+
+
 def intersection_layout(arms: Iterable[int] = ARMS, begin: float = 60.0) -> Layout:
     """Arms that cross; whoever comes first goes first, with all that do not cross it.
 
@@ -246,30 +309,10 @@ def intersection_layout(arms: Iterable[int] = ARMS, begin: float = 60.0) -> Layo
     arms = tuple(arms)
     network = RoadNetwork()
     segments, kerbs = _arms(network, STOP_LINE_METRES, arms)
-    paths: list[Path] = []
-    for arm in arms:
-        angle = 0.5 * pi * arm
-        start = turned(angle, STOP_LINE_METRES, -LANE_OFFSET_METRES)
-        aside = turned(angle, 0.0, -1.0)  # to the right of who drives in
-        right, left = STOP_LINE_METRES - LANE_OFFSET_METRES, STOP_LINE_METRES + LANE_OFFSET_METRES
-        straight = (arm + 2) % 4
-        lanes = {
-            straight: straight_lane(
-                start, turned(angle, -STOP_LINE_METRES, -LANE_OFFSET_METRES), ARM_SPEED
-            ),
-            (arm + 3) % 4: circular_lane(
-                start + right * aside, right, angle + 0.5 * pi, 0.5 * pi, RIGHT_TURN_SPEED
-            ),
-            (arm + 1) % 4: circular_lane(
-                start - left * aside, left, angle - 0.5 * pi, -0.5 * pi, LEFT_TURN_SPEED
-            ),
-        }
-        for target, lane in lanes.items():
-            if target not in arms:
-                continue
-            across = (f"line{arm}", f"leave{target}")
-            network.add_lane(*across, lane)
-            paths.append(((f"from{arm}", f"line{arm}"), across, (f"leave{target}", f"to{target}")))
+    paths = [
+        ((f"from{arm}", f"line{arm}"), across, (f"leave{target}", f"to{target}"))
+        for (arm, target), across in Junction(arms).add_lanes(network).items()
+    ]
     inner = tuple(path[1] for path in paths)
     return Layout(
         network,

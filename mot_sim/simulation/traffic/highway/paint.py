@@ -115,20 +115,28 @@ def _marks(lane: AbstractLane, centre: Float[Array, "n 2"], style: Style) -> lis
             continue
         aside = side * (0.5 * float(lane.width) - MARK_INSET_METRES)
         half = 0.5 * style.mark
-        if kind == DASHED:
+        if kind == DASHED and lane.heading_at(0.0) == lane.heading_at(float(lane.length)):
             centre_line = _offset(centre, aside)
             surfaces += stripe(
                 _pair(centre_line[0]), _pair(centre_line[-1]), style.mark, style.dash
             )
+        elif kind == DASHED:
+            length = float(lane.length)
+            for first in np.arange(0.0, length, sum(style.dash)).tolist():
+                ends = (first, min(first + style.dash[0], length))
+                points = [_pair(lane.position(along, aside)) for along in ends]
+                surfaces += stripe(*points, style.mark)
         else:
             surfaces += ribbon("line", centre, aside - half, aside + half)
     return surfaces
 
 
 def _lines_to_wait_at(layout: Layout) -> list[Surface]:
-    """Stop lines before crossings, give-way lines (dashed) before merges."""
-    stops = {segment[0] for segment in layout.crossings}
-    yields = {segment[0] for segment in layout.merges}
+    """Stop lines before crossings, give-way lines (dashed) before merges and before crossings
+    with a road that has priority; none on that road."""
+    goes_first = {other[0] for first in layout.yields.values() for other in first}
+    stops = {segment[0] for segment in layout.crossings} - goes_first
+    yields = {segment[0] for segment in (*layout.merges, *layout.yields)} - goes_first
     surfaces = []
     for index, lane in layout.network.lanes_dict().items():
         if index[1] in stops | yields:

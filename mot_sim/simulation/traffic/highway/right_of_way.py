@@ -12,6 +12,7 @@ PATIENCE_TICKS = 100  # ticks that one who waits lets others go first: 5 s
 DECISION_METRES = 18.0  # metres before a give-way line from which a driver may decide to go
 SPARE_SECONDS = 1.5  # seconds between us and the next car where we merge
 PULL_AWAY_ACCELERATION = 1.5  # m/s2 of a car that pulls away
+MAX_LEGS = 8  # of its way that a driver with priority is seen ahead
 MAX_RING_SHARE = 0.5  # of a ring and its entries that cars take up; when it is more, nobody enters
 
 
@@ -21,7 +22,7 @@ class RightOfWay:
     def __init__(self, layout: Layout) -> None:
         self.layout = layout
         self.waiting: list[Car] = []
-        self.going: list[Car] = []
+        self.going: dict[Car, int] = {}  # the leg of each that lies behind its line
         self.waits: dict[Car, int] = {}  # ticks
         self.ring = frozenset(circulating(layout.paths)) | layout.merges
         lanes = [layout.network.get_lane((*segment, 0)) for segment in self.ring]
@@ -30,7 +31,11 @@ class RightOfWay:
     def update(self, cars: list[Car]) -> None:
         """Let cars go, in the order of their coming."""
         there = set(cars)
-        self.going = [car for car in self.going if car in there and not self._is_through(car)]
+        self.going = {
+            car: leg
+            for car, leg in self.going.items()
+            if car in there and not self._is_through(car, leg)
+        }
         known = {*self.going, *self.waiting}
         self.waiting = [car for car in self.waiting if car in there]
         self.waiting += sorted(
@@ -40,7 +45,7 @@ class RightOfWay:
         earlier: list[Car] = []
         for car in self.waiting:
             if self._may_go(car, earlier, cars):
-                self.going.append(car)
+                self.going[car] = car.leg + 1
             else:
                 earlier.append(car)
         self.waiting = earlier
@@ -71,19 +76,38 @@ class RightOfWay:
         if after in self.layout.merges:
             return self._has_room(cars) and self._has_gap(car, after, cars)
         blocked = self.layout.crossings[after]
-        impatient = [other for other in earlier if self.waits.get(other, 0) > PATIENCE_TICKS]
-        return not any(self._crossing_of(other) in blocked for other in [*self.going, *impatient])
+        taken = [other.path[leg] for other, leg in self.going.items()]
+        for other in earlier:
+            if self.waits.get(other, 0) > PATIENCE_TICKS:
+                taken.append(other.path[other.leg + 1])
+        if any(segment in blocked for segment in taken):
+            return False
+        return after not in self.layout.yields or not self._must_yield(car, after, cars)
 
-    def _crossing_of(self, car: Car) -> Segment:
-        """The segment behind the line that a car waits at, or was let across."""
-        lines = [one for one in car.path if one in self.layout.crossings]
-        return lines[0]
+    def _must_yield(self, car: Car, after: Segment, cars: list[Car]) -> bool:
+        """Whether someone with priority, who does not wait, comes before we are across."""
+        first, lane = self.layout.yields[after], car.road.network.get_lane((*after, 0))
+        across = car.to_line + float(lane.length) + car.LENGTH
+        time = _time_to_pass(across, car.speed, float(lane.speed_limit)) + SPARE_SECONDS
+        return any(
+            self._metres_to(other, first) < time * max(other.speed, 2.0)
+            for other in cars
+            if other is not car and other not in self.waits
+        )
 
-    def _is_through(self, car: Car) -> bool:
+    def _metres_to(self, car: Car, segments: frozenset[Segment]) -> float:
+        """Metres from a car's front to the beginning of one of the segments, the next of its way
+        behind a line; infinite if that is another one."""
+        apart = -car.along - 0.5 * car.LENGTH
+        for segment in car.path[car.leg : car.leg + MAX_LEGS]:
+            if segment in self.layout.crossings:
+                return apart if segment in segments and apart > -car.LENGTH else np.inf
+            apart += float(car.road.network.get_lane((*segment, 0)).length)
+        return np.inf
+
+    def _is_through(self, car: Car, leg: int) -> bool:
         """Whether the whole car has left the segment behind the line."""
-        lined = [*self.layout.crossings, *self.layout.merges]
-        passed = car.leg > 0 and car.path[car.leg - 1] in lined and car.path[car.leg] not in lined
-        return bool(passed and car.along > 0.5 * car.LENGTH + 0.5)
+        return car.leg > leg + 1 or (car.leg == leg + 1 and car.along > 0.5 * car.LENGTH + 0.5)
 
     def _zip(self, car: Car, cars: list[Car]) -> None:
         """Before this car and one on the ring merge, the later one follows the earlier already."""

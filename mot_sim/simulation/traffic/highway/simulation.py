@@ -107,7 +107,11 @@ def park(
     The origin is the middle of a junction: there vans hide the most.
     """
     pitch = float(max(sizes[:, 0].max(), van[0])) + PARKING_SPARE_METRES
-    places = [place for kerb in layout.kerbs for place in _places(kerb, pitch)]
+    places, part = [], []
+    for kerb in layout.kerbs:
+        new = _places(kerb, pitch)
+        places += new
+        part += [kerb.share] * len(new)
     by_distance = np.argsort([np.hypot(*place[:2]) for place in places], kind="stable")
     if vans > len(places):
         raise BadConfig(f"{vans} parked vans: the kerbs hold {len(places)}")
@@ -117,7 +121,7 @@ def park(
     is_van[by_distance[:vans]] = True
     poses, size = [], []
     for number, (x, y, heading) in enumerate(places):
-        if not is_van[number] and chance[number, 0] >= share:
+        if not is_van[number] and chance[number, 0] >= share * part[number]:
             continue
         one = np.array(van) if is_van[number] else sizes[int(chance[number, 1] * len(sizes))]
         aside = PARKED_ASIDE_METRES + 0.5 * float(one[2])
@@ -158,6 +162,8 @@ class Demand:
     """Length, height, width of the parked vans, metres; within the same limits."""
     ego_size: tuple[float, float, float] = SEDAN_SIZE
     """Length, height, width of our car, metres; within the same limits."""
+    route: str = "any"
+    """Name of our car's way, of the routes that the road has; `any`: one is drawn by the seed."""
     continuous: bool = False
     """Whether our car begins a new way, at an entry, where its road ends; without, the run ends
     there."""
@@ -189,6 +195,7 @@ class Simulation:
     def _place_ego(self) -> EgoCar:
         start = self.layout.ego
         path = start.paths[int(self._draw("ego way", EGO_NUMBER) * len(start.paths))]
+        path = self.layout.routes.get(self.demand.route, path)
         way = self.layout.paths.index(path)
         limit = self.layout.network.get_lane((*path[0], start.lane)).speed_limit
         place = (start.lane, start.distance)

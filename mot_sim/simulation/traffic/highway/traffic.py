@@ -18,6 +18,7 @@ from mot_sim.simulation.traffic.highway.layout import (
     t_junction_layout,
 )
 from mot_sim.simulation.traffic.highway.simulation import EGO_NUMBER, Demand, Simulation
+from mot_sim.simulation.traffic.highway.town import town_layout
 from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS, TrafficState, collisions
 from tracker.errors import BadConfig, UnknownName
 
@@ -29,6 +30,7 @@ ROADS: dict[str, Callable[[], Layout]] = {
     "roundabout": roundabout_layout,
     "street": street_layout,
     "t_junction": t_junction_layout,
+    "town": town_layout,
 }
 CRASHES = ("reject", "label")
 MAX_LENGTH_METRES = 8.0  # what the lanes and parking places are made for
@@ -54,6 +56,8 @@ class HighwayTraffic(Demand):
     def __post_init__(self) -> None:
         if self.road not in ROADS:
             raise UnknownName.of("road", self.road, ROADS)
+        if self.route != "any" and self.route not in (routes := ROADS[self.road]().routes):
+            raise UnknownName.of(f"route on the {self.road}", self.route, ("any", *routes))
         if self.crashes not in CRASHES:
             raise UnknownName.of("treatment of crashes", self.crashes, CRASHES)
         for name in ("cars", "vans", "arrivals", "clean_seconds"):

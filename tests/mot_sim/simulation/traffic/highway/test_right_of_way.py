@@ -27,13 +27,13 @@ def test_nobody_gets_the_right_of_way_behind_a_car_that_stands() -> None:
     across = car(road, 0, way(layout, "from1", "to3"), 1.0, leg=1)
     left = car(road, 1, way(layout, "from2", "to3"), 115.0)
     behind = car(road, 2, way(layout, "from2", "to1"), 108.0)
-    rules.going = [across]
+    rules.going = {across: 1}
     rules.update(road.vehicles)
     assert rules.waiting == [left, behind]
     assert left.held
     assert behind.held
     rules.update([left, behind])  # the crossing is free
-    assert rules.going == [left, behind]
+    assert list(rules.going) == [left, behind]
 
 
 def test_nobody_enters_a_ring_that_is_half_full() -> None:
