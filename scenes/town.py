@@ -7,7 +7,7 @@ from scenes.live import live_scene
 def town(
     *,
     cars: int = 40,
-    arrivals: float = 0.5,
+    arrivals: float = 0.25,
     parked: float = 0.8,
     vans: int = 2,
     route: str = "any",

@@ -123,9 +123,9 @@ def _marks(lane: AbstractLane, centre: Float[Array, "n 2"], style: Style) -> lis
         elif kind == DASHED:
             length = float(lane.length)
             for first in np.arange(0.0, length, sum(style.dash)).tolist():
-                ends = (first, min(first + style.dash[0], length))
-                points = [_pair(lane.position(along, aside)) for along in ends]
-                surfaces += stripe(*points, style.mark)
+                last = min(first + style.dash[0], length)
+                start, end = lane.position(first, aside), lane.position(last, aside)
+                surfaces += stripe(_pair(start), _pair(end), style.mark)
         else:
             surfaces += ribbon("line", centre, aside - half, aside + half)
     return surfaces
