@@ -16,6 +16,9 @@ settings.load_profile("reproducible")
 
 # Few tests that take long each: begun first, so that no worker is left with them at the end.
 SLOW_FILES = ("test_docs.py", "test_examples.py")
+# Whole runs, through code that tests of its own cover: watching each line would make them half as
+# long again, and say nothing new.
+UNCOVERED_FILES = (*SLOW_FILES, "test_readme.py", "test_every_scene.py", "test_annotate.py")
 MARKERS = ("kitti", "gl", "slow", "browser")  # what is counted where it does not run
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
@@ -57,6 +60,20 @@ def chromium() -> Iterator[Any]:
                         "MOT_SIM_CHROMIUM")  # fmt: skip
         yield browser
         browser.close()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
+    """Measure no coverage in `UNCOVERED_FILES`, neither in their tests nor in their fixtures."""
+    plugin = item.config.pluginmanager.get_plugin("_cov")
+    controller = getattr(plugin, "cov_controller", None)
+    if controller is None or item.path.name not in UNCOVERED_FILES:
+        return (yield)
+    controller.pause()
+    try:
+        return (yield)
+    finally:
+        controller.resume()
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
