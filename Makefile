@@ -25,6 +25,7 @@ $(STAMP): pyproject.toml
 	    { echo "Python 3.11 or newer is needed; name it: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	$(BIN)/mot-sim doctor --warm
 	@touch $@
 
 demo: $(STAMP)
@@ -48,7 +49,7 @@ test-all: $(STAMP)
 GL_STAMP := .venv-gl/.installed
 $(GL_STAMP): pyproject.toml
 	$(PYTHON) -m venv .venv-gl
-	.venv-gl/bin/python -m pip install --quiet --editable '.[gl]' 'pytest>=8,<10' 'hypothesis>=6.100,<7'
+	.venv-gl/bin/python -m pip install --quiet --editable '.[gl]' 'pytest>=8,<10' 'hypothesis>=6.100,<7' 'shapely>=2.1,<3'
 	@touch $@
 
 test-gl: $(GL_STAMP)
@@ -96,4 +97,4 @@ format: $(STAMP)
 	$(BIN)/ruff format .
 
 clean:
-	rm -rf $(VENV) .venv-gl .venv-lowest out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage
+	rm -rf $(VENV) .venv-gl .venv-lowest .numba_cache out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage

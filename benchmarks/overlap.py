@@ -1,9 +1,9 @@
-"""Which convex-polygon overlap serves eq. 4: shapely against OpenCV, in speed and in truth.
+"""Which convex-polygon overlap serves eq. 4: ours against OpenCV, in speed and in truth.
 
     python -m benchmarks.overlap
 
 Cars on one road stand nearly parallel, so rectangles that share edges are the rule, not the
-exception. There OpenCV is several times faster and sometimes wrong by whole cars.
+exception. There OpenCV is sometimes wrong by whole cars.
 """
 
 from time import perf_counter
@@ -41,7 +41,7 @@ def parallel_rectangles(count: int, rng: np.random.Generator) -> tuple[Array, Ar
 
 def main() -> None:
     rng = np.random.default_rng(0)
-    print("pairs   shapely us   OpenCV us   ratio")
+    print("pairs      ours us   OpenCV us   ratio")
     for count in (1, 10, 100, 1000):
         a, b, _ = parallel_rectangles(count, rng)
         best = []
@@ -54,7 +54,7 @@ def main() -> None:
             best.append(1e6 * min(times))
         print(f"{count:5d} {best[0]:12.1f} {best[1]:11.1f} {best[0] / best[1]:7.1f}")
     a, b, truth = parallel_rectangles(20_000, rng)
-    for name, area in (("shapely", convex_intersection), ("OpenCV", with_opencv)):
+    for name, area in (("ours", convex_intersection), ("OpenCV", with_opencv)):
         error = np.abs(area(a, b) - truth)
         print(f"{name}: largest error {error.max():.2g} m^2, {np.sum(error > 1e-3)} of 20000 wrong")
 

@@ -2,7 +2,8 @@
 
 import os
 import shutil
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,29 @@ SLOW_FILES = ("test_docs.py", "test_examples.py")
 UNCOVERED_FILES = (*SLOW_FILES, "test_readme.py", "test_every_scene.py", "test_annotate.py")
 MARKERS = ("kitti", "gl", "slow", "browser")  # what is counted where it does not run
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+
+# What the hook that checks the shapes of arrays leaves alone: numba cannot compile what it wraps.
+UNHOOKED = ("tracker.kernels", "mot_sim.simulation.kernels")
+# Compiled kernels are kept from run to run, for all workers and their processes.
+KERNELS = Path(__file__).parents[1] / ".numba_cache"
+os.environ.setdefault("NUMBA_CACHE_DIR", str(KERNELS))
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Let the hook of jaxtyping, where it is installed, pass by the kernels."""
+    for finder in sys.meta_path:
+        if type(finder).__name__ == "_JaxtypingFinder":
+            finder.should_instrument = hooked(finder.should_instrument)  # type: ignore[attr-defined]
+
+
+def hooked(instruments: Callable[[str], bool]) -> Callable[[str], bool]:
+    """The same choice of modules, without the kernels."""
+
+    def is_hooked(module: str) -> bool:
+        inside = any(f"{module}.".startswith(f"{package}.") for package in UNHOOKED)
+        return instruments(module) and not inside
+
+    return is_hooked
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -16,7 +16,8 @@ FACE = "the package's face"
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
     "lazy_names": set(),
-    "geometry": set(),
+    "kernels": set(),
+    "geometry": {"kernels"},
     "types": {"geometry"},
     "shape": {"types"},
     "weights": set(),  # files of trained networks, no code
@@ -85,6 +86,7 @@ DOORS: dict[str, set[str]] = {
     "mot_sim": {
         "tracker",
         "tracker.lazy_names",
+        "tracker.kernels",
         "tracker.types",
         "tracker.geometry",
         "tracker.shape",

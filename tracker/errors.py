@@ -76,5 +76,13 @@ class NoTorch(TrackingError):
     """PyTorch is not installed, and something is to be trained."""
 
 
+class NoNumba(TrackingError):
+    """Numba, which compiles the inner loops, is missing or of a version that does not fit."""
+
+
+class KernelWarning(UserWarning):
+    """Compiled code cannot be kept anywhere; says where it should have been."""
+
+
 class MotionWarning(UserWarning):
     """The boxes contradict the motion or the calibration; says the likely mistake."""

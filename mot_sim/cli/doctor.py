@@ -2,7 +2,7 @@
 
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from importlib import import_module
 from pathlib import Path
@@ -10,7 +10,7 @@ from pathlib import Path
 from mot_sim.cli.options import Flag, Root, Verbose
 from mot_sim.cli.terminal import BROKEN, OK, Terminal
 
-CORE_PACKAGES = ("numpy", "scipy", "cv2", "shapely", "filterpy", "jaxtyping", "tyro", "rich")
+CORE_PACKAGES = ("numpy", "scipy", "cv2", "numba", "filterpy", "jaxtyping", "tyro", "rich")
 OPENGL_LIBRARIES = ("EGL", "OSMesa", "GL")
 OLDEST_PYTHON = (3, 11)
 
@@ -33,12 +33,14 @@ class Doctor:
 
     mot-sim doctor --root KITTI
 
-    Versions, the build of OpenCV, the data, OpenGL without a screen, video codecs. Ends with exit
-    code 1 when something is broken that everything needs, else with 0.
+    Versions, the build of OpenCV, the data, OpenGL without a screen, video codecs, where compiled
+    code is kept. Ends with exit code 1 when something is broken that everything needs, else with 0.
     """
 
     root: Root = None
     """A KITTI tree to look into."""
+    warm: Flag = False
+    """Compile now what would be compiled when it is first needed, and nothing else."""
     json: Flag = False
     """Print the findings as JSON."""
     verbose: Verbose = 0
@@ -48,20 +50,23 @@ class Doctor:
         """Check everything; never fails."""
         from mot_sim.tables import Column, Table
 
-        findings = [
-            find_python(),
-            *(find_package(name) for name in CORE_PACKAGES),
-            find_opencv(),
-            *find_kitti(self.root),
-            *(find_library(name) for name in OPENGL_LIBRARIES),
-            find_film(),
-        ]
+        findings = list(compile_kernels(terminal) if self.warm else self._found())
         if self.json:
             terminal.write_json({"findings": [asdict(finding) for finding in findings]})
         else:
             rows = tuple((each.what, each.state, each.detail) for each in findings)
             terminal.show(Table((Column("what"), Column("state"), Column("detail")), rows))
         return BROKEN if any(finding.state == "broken" for finding in findings) else OK
+
+    def _found(self) -> Iterator[Check]:
+        """Everything that is looked at without `warm`."""
+        yield find_python()
+        yield from (find_package(name) for name in CORE_PACKAGES)
+        yield find_opencv()
+        yield from find_kitti(self.root)
+        yield from (find_library(name) for name in OPENGL_LIBRARIES)
+        yield find_film()
+        yield find_kernel_cache()
 
 
 def find_python() -> Check:
@@ -79,6 +84,36 @@ def find_package(name: str) -> Check:
     except Exception as error:  # noqa: BLE001 - whatever a broken package raises is the finding
         return Check(name, "broken", f"cannot be imported: {error}")
     return Check(name, "ok", str(getattr(module, "__version__", "")) or _installed(name))
+
+
+def find_kernel_cache() -> Check:
+    """Where compiled code is kept."""
+    from tracker.kernels import cache_folder
+
+    folder = cache_folder()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return Check("compiled code", "ok", f"kept in {folder}")
+    except OSError as error:
+        cure = "every process compiles anew; name another folder in NUMBA_CACHE_DIR"
+        return Check("compiled code", "missing", f"cannot be kept in {folder} ({error}): {cure}")
+
+
+def compile_kernels(terminal: Terminal) -> Iterator[Check]:
+    """Compile all kernels that are not compiled yet."""
+    from tracker.errors import TrackingError
+    from tracker.kernels import modules_of, warm
+
+    modules = modules_of()
+    with terminal.progress(len(modules)) as advance:
+        try:
+            for module, seconds, is_new in warm(modules):
+                advance(module)
+                how = f"compiled in {seconds:.1f} s" if is_new else "compiled before"
+                yield Check(module, "ok", how)
+        except TrackingError as error:
+            yield Check("compiled code", "broken", str(error))
 
 
 def find_opencv() -> Check:

@@ -8,7 +8,7 @@ from typing import Any
 
 from tracker.errors import BadConfig, BadOutput, OutputExists
 
-VERSIONED_PACKAGES = ("mot-sim", "numpy", "scipy", "shapely", "filterpy", "opencv-python-headless")
+VERSIONED_PACKAGES = ("mot-sim", "numpy", "scipy", "numba", "filterpy", "opencv-python-headless")
 
 # What decides the results, by name; plain values, so that JSON gives back the same.
 Settings = Mapping[str, str | float | int | bool | None]

@@ -13,7 +13,7 @@ from tracker.car_filter.cues import CarCues, CueModel
 from tracker.car_filter.edges import EdgeModel, border_gaps, hidden_edges
 from tracker.car_filter.estimates import estimate
 from tracker.car_filter.modes import forward_log_probability, switched
-from tracker.car_filter.motion import CarMotion, RoadStep, ego_motion_cov
+from tracker.car_filter.motion import CarMotion, RoadStep, add_ego_motion_cov
 from tracker.car_filter.projection import project_boxes
 from tracker.car_filter.restarts import places_by_height, restarted
 from tracker.car_filter.road_memory import (
@@ -39,6 +39,7 @@ from tracker.car_filter.states import (
     normalised,
 )
 from tracker.errors import BadConfig
+from tracker.kernels import Kernel
 from tracker.types import CAR_SIZE, CAR_SIZE_STD, Camera, CarEstimates, Detections
 
 # How lengths, heights and widths of KITTI's labelled cars go together (ten sequences).
@@ -52,8 +53,7 @@ START_RADIAL_STD, START_LATERAL_STD = (0.18, 1.0), (0.03, 0.5)
 START_ITERATIONS = 3
 # An innovation counts as no more standard deviations than this.
 MAX_DEVIATION = 4.0
-# Of each edge of a box those that are taken into account after it.
-LATER_EDGES = [slice(edge + 1, 4) for edge in range(4)]
+UPDATE = Kernel("tracker.kernels.car_update", "update_cars")
 
 
 class FlatUpdate(NamedTuple):
@@ -182,8 +182,7 @@ class CarFilter:
             return PredictedCars(states, memory, at, step)
         means, covs, moving = states.means[at], states.covs[at], at[1] >= HEADING_COUNT
         means, covs = self.motion(means, covs, moving, step)
-        covs[:, :3, :3] += ego_motion_cov(means[:, :3], motion_cov, camera)
-        covs[:, YAW, YAW] += motion_cov[4, 4]
+        add_ego_motion_cov(means, covs, motion_cov, camera)
         later = _with(states, at, means, covs, states.log_weights)
         return PredictedCars(later, memory, at, step)
 
@@ -353,30 +352,13 @@ class CarFilter:
 
         linear: the states at which the projection is linearised; None: at the means.
         """
-        expected, H = project_boxes(means if linear is None else linear, camera)
-        off = boxes - expected
-        if linear is not None:
-            off -= (H @ (means - linear)[:, :, None])[:, :, 0]
-        told = ~self.edges.censored(boxes, expected, camera)
-        # covariances of each edge with the states, and with the edges: both without the noise
-        by_state = H @ covs
-        by_edge = by_state @ H.transpose(0, 2, 1)
-        var, bounded = np.empty_like(off), np.empty_like(off)
-        for edge, later in enumerate(LATER_EDGES):
-            var[:, edge] = by_edge[:, edge, edge] + variances[:, edge]
-            limit = MAX_DEVIATION * np.sqrt(var[:, edge])
-            bounded[:, edge] = np.minimum(np.maximum(off[:, edge], -limit), limit)
-            others = by_edge[:, edge, later]
-            gain = others * (told[:, edge] / var[:, edge])[:, None]
-            off[:, later] -= gain * bounded[:, edge, None]
-            by_state[:, later] -= gain[:, :, None] * by_state[:, edge, None]
-            by_edge[:, later, later] -= gain[:, :, None] * others[:, None]
-        weights = told / var
-        squares = weights * bounded**2
-        fit = -0.5 * (self.tightness * np.log(var) + squares).sum(axis=1)
-        step = ((weights * bounded)[:, None] @ by_state)[:, 0]
-        covs = covs - by_state.transpose(0, 2, 1) @ (weights[:, :, None] * by_state)
-        return FlatUpdate(means + step, covs, fit, squares.sum(axis=1))
+        fit, misfit = np.empty(len(means)), np.empty(len(means))
+        out = np.empty(means.shape), np.empty(covs.shape), fit, misfit
+        at, is_given = (means, False) if linear is None else (linear, True)
+        seen = boxes, variances, *project_boxes(at, camera)
+        limits = camera.far_corner, self.edges.border, MAX_DEVIATION, self.tightness
+        UPDATE(means, covs, *seen, at, is_given, *limits, *out)
+        return FlatUpdate(*out)
 
 
 def _with(

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -9,13 +10,17 @@ from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
 from tracker.car_filter.states import LOG_SIZE, SPEED, STATE_SIZE, YAW, YAW_RATE
+from tracker.kernels import Kernel
 from tracker.types import Camera
+
+MOVED = Kernel("tracker.kernels.car_motion", "moved")
+MOVED_WITH_COVARIANCE = Kernel("tracker.kernels.car_motion", "moved_with_covariance")
+ADD_EGO_MOTION = Kernel("tracker.kernels.car_motion", "add_ego_motion")
 
 # Below this speed (m/s) a car turns less; one that stands still turns this share as much.
 TURNING_SPEED, STANDING_TURN = 3.0, 0.05
 # Std of what a parked car seems to turn in a second, rad.
 PARKED_TURN_STD = 0.003
-DIAGONAL = slice(0, STATE_SIZE**2, STATE_SIZE + 1)  # of covariances as rows
 GROUND = (0, 2)  # columns of a state that driving changes
 
 
@@ -36,6 +41,11 @@ class RoadStep(NamedTuple):
     """Mean logarithms of all cars' lengths, heights and widths."""
     log_size_cov: Float[Array, "3 3"]
     """Their covariance."""
+
+    @property
+    def numbers(self) -> Float[Array, "4"]:
+        """Turn, duration and slopes, as the kernels take them."""
+        return np.array([self.turn, self.dt, *self.slopes])
 
 
 @dataclass(frozen=True)
@@ -64,22 +74,8 @@ class CarMotion:
 
     def moved(self, states: Float[Array, "h 9"], step: RoadStep) -> Float[Array, "h 9"]:
         """States after a step, in the road frame of then."""
-        dt, (before, now) = step.dt, step.slopes
-        way = states[:, YAW] + 0.5 * dt * states[:, YAW_RATE]  # halfway
-        distance = dt * states[:, SPEED]
-        later = states.copy()
-        later[:, 0] += distance * np.cos(way)
-        later[:, 2] -= distance * np.sin(way)
-        later[:, :3] = later[:, :3].dot(step.T_road[:3, :3].T) + step.T_road[:3, 3]
-        later[:, YAW] += step.turn + dt * states[:, YAW_RATE]
-        later[:, YAW_RATE] *= math.exp(-dt / self.turn_time)
-        reach = np.sqrt(later[:, 0] ** 2 + later[:, 2] ** 2)
-        later[:, 1] -= before * reach
-        later[:, 1] *= math.exp(-dt / self.off_road_time)
-        later[:, 1] += now * reach
-        later[:, LOG_SIZE] -= step.log_size
-        later[:, LOG_SIZE] *= math.exp(-dt / self.size_time)
-        later[:, LOG_SIZE] += step.log_size
+        later = np.empty(states.shape)
+        MOVED(states, step.T_road, step.numbers, self._times, step.log_size, later)
         return later
 
     def __call__(
@@ -90,32 +86,25 @@ class CarMotion:
         step: RoadStep,
     ) -> tuple[Float[Array, "h 9"], Float[Array, "h 9 9"]]:
         """States and covariances after a step, in the road frame of then."""
-        dt, later = step.dt, self.moved(states, step)
-        # F P F' in two parts: what differs from car to car, then what is the same for all
-        driven, shared = _by_motion(states, dt), self._shared(step).T
-        covs = covs.copy()
-        for _ in range(2):
-            turning, pace = covs[:, YAW] + 0.5 * dt * covs[:, YAW_RATE], covs[:, SPEED]
-            for row, ground in enumerate(GROUND):
-                by_turn, by_pace = driven[:, row, 0, None], driven[:, row, 1, None]
-                covs[:, ground] += by_turn * turning + by_pace * pace
-            covs = covs.transpose(0, 2, 1)
-        for _ in range(2):
-            covs = covs.transpose(0, 2, 1).reshape(-1, STATE_SIZE).dot(shared).reshape(covs.shape)
-        distance = np.sqrt(later[:, 0] ** 2 + later[:, 2] ** 2)
-        noise = np.zeros(states.shape)
-        noise[:, 0] = noise[:, 2] = self.drift_std**2 * dt
-        kept = math.exp(-2.0 * dt / self.off_road_time)
-        noise[:, 1] = (1.0 - kept) * step.roughness * self.off_road_var(distance)
-        pace = np.minimum(1.0, states[:, SPEED] / TURNING_SPEED + STANDING_TURN)
-        noise[:, YAW] = np.where(moving, self.turn_std**2 * dt * pace, PARKED_TURN_STD**2 * dt)
-        kept = math.exp(-2.0 * dt / self.turn_time)
-        noise[:, YAW_RATE] = moving * ((1.0 - kept) * self.yaw_rate_std**2 * pace)
-        noise[:, SPEED] = moving * (self.acceleration_std**2 * 0.1 * dt)
-        covs.reshape(len(covs), -1)[:, DIAGONAL] += noise
-        kept = math.exp(-2.0 * dt / self.size_time)
-        covs[:, LOG_SIZE, LOG_SIZE] += (1.0 - kept) * step.log_size_cov
-        return later, covs
+        later, later_covs = np.empty(states.shape), np.empty(covs.shape)
+        off_road = np.array([*self.off_road_std, step.roughness])
+        shared = step.T_road, step.numbers, self._times, self._noise, off_road
+        sizes = step.log_size, step.log_size_cov
+        MOVED_WITH_COVARIANCE(states, covs, moving, *shared, *sizes, later, later_covs)
+        return later, later_covs
+
+    @cached_property
+    def _times(self) -> Float[Array, "3"]:
+        """Of turns, of what bases lie off the road, of sizes, s."""
+        return np.array([self.turn_time, self.off_road_time, self.size_time])
+
+    @cached_property
+    def _noise(self) -> Float[Array, "7"]:
+        """Variances in a second: see `tracker.kernels.car_motion`."""
+        stds = self.drift_std, self.turn_std, self.yaw_rate_std
+        acceleration = 0.1 * self.acceleration_std**2
+        variances = *np.square(stds), acceleration, PARKED_TURN_STD**2
+        return np.array([*variances, TURNING_SPEED, STANDING_TURN])
 
     def transitions(self, states: Float[Array, "h 9"], step: RoadStep) -> Float[Array, "h 9 9"]:
         """How the states after a step change with these before it: the Jacobians."""
@@ -156,14 +145,14 @@ def _by_motion(states: Float[Array, "h 9"], dt: float) -> Float[Array, "h 2 2"]:
     return driven
 
 
-def ego_motion_cov(
-    places: Float[Array, "h 3"], motion_cov: Float[Array, "6 6"], camera: Camera
-) -> Float[Array, "h 3 3"]:
-    """What an uncertain motion of the camera adds to the covariance of places in the road frame.
+def add_ego_motion_cov(
+    states: Float[Array, "h 9"],
+    covs: Float[Array, "h 9 9"],
+    motion_cov: Float[Array, "6 6"],
+    camera: Camera,
+) -> None:
+    """Add to covariances of states, in the road frame, what an uncertain motion of the camera does.
 
     motion_cov: as in `Frame`. A point X of the camera's frame shifts by rho + phi x X.
     """
-    shift = places.dot(camera.place_shift[:3]) + camera.place_shift[3]
-    from_motion = shift.reshape(-1, 6).dot(motion_cov).reshape(-1, 3, 6)
-    cov: Float[Array, "h 3 3"] = from_motion @ shift.reshape(-1, 3, 6).transpose(0, 2, 1)
-    return cov
+    ADD_EGO_MOTION(states, camera.place_shift, motion_cov, covs)

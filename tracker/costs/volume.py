@@ -24,4 +24,4 @@ class Volume:
         expected, observed = pairing.expected_regions, pairing.observed_regions
         shared = convex_intersection(expected.footprint()[rows], observed.footprint()[columns])
         share = shared / (observed.size[:, 0] * observed.size[:, 2])[columns]
-        return 1.0 - np.minimum(share, 1.0)  # shapely's areas are off by a rounding
+        return 1.0 - np.minimum(share, 1.0)  # areas are off by a rounding

@@ -89,5 +89,35 @@ def test_shared_area_equals_a_count_of_grid_points(a: np.ndarray, b: np.ndarray)
     assert convex_intersection(a[None], b[None])[0] == pytest.approx(inside.sum() * cell, abs=2.0)
 
 
+def grid_rectangles(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs with one yaw, on half a metre's grid: shared sides and corners, and no area."""
+    signs = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) / 2
+    sides, offset = rng.integers(0, 5, (2, count, 2)), rng.integers(-6, 7, (count, 2)) / 2
+    yaw, turned = rng.choice([0.0, 0.4, np.pi / 2], count), rng.choice([1, -1], count)
+    turn = np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]]).transpose(2, 0, 1)
+    a, b = signs * sides[0][:, None], signs * sides[1][:, None] + offset[:, None]
+    b = np.where(turned[:, None, None] > 0, b, b[:, ::-1])
+    return a @ turn + [300.0, -40.0], b @ turn + [300.0, -40.0]
+
+
+def test_areas_are_shapelys() -> None:
+    shapely = pytest.importorskip("shapely")
+    rng = np.random.default_rng(0)
+    a, b = grid_rectangles(rng, 300)
+    free = [np.stack([rectangle(*rng.uniform(0.5, 4, 5)) for _ in range(300)]) for _ in range(2)]
+    for one, other in ((a, b), free, (b, b), (a[:, :3], b)):
+        expected = shapely.area(
+            shapely.intersection(shapely.polygons(one), shapely.polygons(other))
+        )
+        assert (expected > 0.1).sum() > 30
+        np.testing.assert_allclose(convex_intersection(one, other), expected, atol=1e-11)
+
+
+def test_what_is_not_known_shares_nothing() -> None:
+    square = rectangle(0, 0, 2, 2, 0.0)[None]
+    unknown = np.full((1, 4, 2), np.nan)
+    assert convex_intersection(square, unknown) == convex_intersection(unknown, square) == 0.0
+
+
 def test_no_polygons_share_nothing() -> None:
     assert convex_intersection(np.zeros((0, 4, 2)), np.zeros((0, 4, 2))).shape == (0,)

@@ -1,0 +1,138 @@
+"""How cars move between two frames: their states, and the covariances of these."""
+
+from math import cos, exp, sin, sqrt
+
+import numpy as np
+
+from tracker.kernels.compiling import A2, B1, F1, F2, F3, OUT2, OUT3, inlined, kernel
+
+
+@inlined
+def put_moved(state, T_road, step, rates, log_size, later):
+    """A state after a step, in the road frame of then.
+
+    step: turn, dt, the road's slope before and now. rates: turn, off-road and size time.
+    """
+    turn, dt, slope_before, slope_now = step[0], step[1], step[2], step[3]
+    way = state[3] + 0.5 * dt * state[8]  # halfway
+    distance = dt * state[4]
+    x, y, z = state[0] + distance * cos(way), state[1], state[2] - distance * sin(way)
+    for row in range(3):
+        later[row] = T_road[row, 0] * x + T_road[row, 1] * y + T_road[row, 2] * z + T_road[row, 3]
+    later[3] = state[3] + (turn + dt * state[8])
+    later[4] = state[4]
+    later[8] = state[8] * exp(-dt / rates[0])
+    reach = sqrt(later[0] ** 2 + later[2] ** 2)
+    later[1] = (later[1] - slope_before * reach) * exp(-dt / rates[1]) + slope_now * reach
+    kept = exp(-dt / rates[2])
+    for side in range(3):
+        later[5 + side] = (state[5 + side] - log_size[side]) * kept + log_size[side]
+    return reach
+
+
+@inlined
+def drive_rows(cov, by_turn, by_pace, dt, out):
+    """Rows of a covariance after driving: x and z take of yaw, yaw rate and speed."""
+    for column in range(9):
+        turning, pace = cov[3, column] + 0.5 * dt * cov[8, column], cov[4, column]
+        for row in range(9):
+            out[row, column] = cov[row, column]
+        out[0, column] += by_turn[0] * turning + by_pace[0] * pace
+        out[2, column] += by_turn[1] * turning + by_pace[1] * pace
+
+
+@inlined
+def share_rows(cov, T_road, dt, kept_turn, kept_off, kept_size, out):
+    """Rows of a covariance by the part of a step that is the same for all cars."""
+    for column in range(9):
+        x, y, z = cov[0, column], cov[1, column], cov[2, column]
+        out[0, column] = T_road[0, 0] * x + T_road[0, 1] * y + T_road[0, 2] * z
+        out[1, column] = (
+            kept_off * T_road[1, 0] * x + kept_off * T_road[1, 1] * y + kept_off * T_road[1, 2] * z
+        )
+        out[2, column] = T_road[2, 0] * x + T_road[2, 1] * y + T_road[2, 2] * z
+        out[3, column] = cov[3, column] + dt * cov[8, column]
+        out[4, column] = cov[4, column]
+        for side in range(5, 8):
+            out[side, column] = kept_size * cov[side, column]
+        out[8, column] = kept_turn * cov[8, column]
+
+
+@inlined
+def transpose(square, out):
+    """The transposed matrix."""
+    for row in range(9):
+        for column in range(9):
+            out[row, column] = square[column, row]
+
+
+@kernel(F2, F2, F1, F1, F1, OUT2)
+def moved(states, T_road, step, rates, log_size, later):
+    """States (h, 9) after a step."""
+    for car in range(len(states)):
+        put_moved(states[car], T_road, step, rates, log_size, later[car])
+
+
+@kernel(F2, F3, B1, F2, F1, F1, F1, F1, F1, F2, OUT2, OUT3)
+def moved_with_covariance(
+    states, covs, moving, T_road, step, rates, noise, off_road, log_size, log_size_cov,
+    later, covs_out,
+):  # fmt: skip
+    """States (h, 9) and covariances (h, 9, 9) after a step.
+
+    noise: variances in a second of drift, heading, yaw rate, speed, heading of parked cars; the
+    speed below which cars turn less, and their share then. off_road: std at the camera, per metre,
+    and the road's roughness.
+    """
+    dt = step[1]
+    kept_turn, kept_off, kept_size = exp(-dt / rates[0]), exp(-dt / rates[1]), exp(-dt / rates[2])
+    new_turn, new_off, new_size = 1.0 - kept_turn**2, 1.0 - kept_off**2, 1.0 - kept_size**2
+    by_turn, by_pace = np.empty(2), np.empty(2)
+    one, other = np.empty((9, 9)), np.empty((9, 9))
+    for car in range(len(states)):
+        state, cov = states[car], covs_out[car]
+        way = state[3] + 0.5 * dt * state[8]
+        c, s, distance = cos(way), sin(way), dt * state[4]
+        by_turn[0], by_turn[1] = -s * distance, -c * distance
+        by_pace[0], by_pace[1] = dt * c, -dt * s
+        # F P F' in two parts, each from both sides
+        drive_rows(covs[car], by_turn, by_pace, dt, one)
+        share_rows(one, T_road, dt, kept_turn, kept_off, kept_size, other)
+        transpose(other, one)
+        drive_rows(one, by_turn, by_pace, dt, other)
+        share_rows(other, T_road, dt, kept_turn, kept_off, kept_size, cov)
+        reach = put_moved(state, T_road, step, rates, log_size, later[car])
+        pace = min(1.0, state[4] / noise[5] + noise[6])
+        cov[0, 0] += noise[0] * dt
+        cov[2, 2] += noise[0] * dt
+        cov[1, 1] += new_off * off_road[2] * (off_road[0] + off_road[1] * reach) ** 2
+        if moving[car]:
+            cov[3, 3] += noise[1] * dt * pace
+            cov[8, 8] += new_turn * noise[2] * pace
+            cov[4, 4] += noise[3] * dt
+        else:
+            cov[3, 3] += noise[4] * dt
+        for side in range(3):
+            for beside in range(3):
+                cov[5 + side, 5 + beside] += new_size * log_size_cov[side, beside]
+
+
+@kernel(F2, F2, A2, OUT3)
+def add_ego_motion(states, place_shift, motion_cov, covs):
+    """Add what an uncertain motion of the camera does to places and yaws: J C J'."""
+    jacobian = np.empty((3, 6))
+    for car in range(len(states)):
+        for row in range(3):
+            for column in range(6):
+                entry, by_place = 6 * row + column, 0.0
+                for axis in range(3):
+                    by_place += states[car, axis] * place_shift[axis, entry]
+                jacobian[row, column] = by_place + place_shift[3, entry]
+        for row in range(3):
+            for column in range(6):
+                moved = 0.0
+                for inner in range(6):
+                    moved += jacobian[row, inner] * motion_cov[inner, column]
+                for other in range(3):
+                    covs[car, row, other] += moved * jacobian[other, column]
+        covs[car, 3, 3] += motion_cov[4, 4]

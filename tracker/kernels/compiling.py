@@ -1,0 +1,39 @@
+"""What modules of kernels share: types of arrays, and how functions are compiled."""
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from numba import boolean, config, float64, int64, njit
+from numba.types import Array
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+# Inputs, which are never written to: float64 with so many dimensions, contiguous rows.
+F1, F2, F3, F4 = (Array(float64, n, "C", readonly=True) for n in (1, 2, 3, 4))
+# The same of any strides, as users give them.
+A1, A2 = (Array(float64, n, "A", readonly=True) for n in (1, 2))
+I1, I2 = (Array(int64, n, "C", readonly=True) for n in (1, 2))
+B1, B2 = (Array(boolean, n, "C", readonly=True) for n in (1, 2))
+# Outputs, which the caller has made.
+OUT1, OUT2, OUT3 = (Array(float64, n, "C") for n in (1, 2, 3))
+OUT_B1, OUT_B2 = (Array(boolean, n, "C") for n in (1, 2))
+# Numbers.
+FLOAT, INT, BOOL = float64, int64, boolean
+
+
+def kernel(*arguments: Any) -> Callable[[Function], Function]:
+    """Compile a function for arguments of these types, or take it from the cache.
+
+    No fast maths, so the same numbers on every processor; x / 0 is inf or NaN as in NumPy.
+    """
+    options = {"cache": bool(config.CACHE_DIR), "error_model": "numpy"}
+
+    def compiled(function: Function) -> Function:
+        return njit(arguments, **options)(function)
+
+    return compiled
+
+
+def inlined(function: Function) -> Function:
+    """A function for kernels to call; it is compiled with each of them."""
+    return njit(error_model="numpy")(function)
