@@ -88,7 +88,9 @@ class Rollout:
     def scenery(self) -> Scenery | None:
         """What stands beside the roads, and may hide cars; None where nothing does."""
         amounts = self.scene.surroundings
-        is_empty = not any((amounts.houses, amounts.trees, amounts.furniture))
+        is_empty = not any(
+            (amounts.houses, amounts.trees, amounts.furniture, self.scene.roads.plots)
+        )
         if is_empty or not self.scene.roads.surfaces:
             return None
         return Scenery.around(self.scene.roads, self.seed, self.scene.surroundings)

@@ -15,6 +15,7 @@ SCENES: dict[str, str] = {
     "gauntlet": "scenes.gauntlet:gauntlet",
     "highway": "scenes.highway:highway",
     "intersection": "scenes.intersection:intersection",
+    "intersection_blind_corner": "scenes.intersection_blind_corner:intersection_blind_corner",
     "intersection_double_parked": "scenes.intersection_double_parked:intersection_double_parked",
     "intersection_give_way": "scenes.intersection_give_way:intersection_give_way",
     "intersection_left_turn": "scenes.intersection_left_turn:intersection_left_turn",

@@ -13,6 +13,7 @@ from mot_sim.simulation.scenery.houses import house
 from mot_sim.simulation.scenery.props import Make, garden_wall, hedge, makers, rail
 from mot_sim.simulation.scenery.solids import Solid
 from mot_sim.simulation.scenery.terrain import Terrain
+from mot_sim.simulation.traffic.roads import Plot
 from tracker.errors import BadConfig
 
 MAX_DENSITY = 3.0  # times a usual town's density
@@ -65,10 +66,13 @@ class Item:
     """Whether light comes through it, so that each of its faces casts its own shadow."""
 
 
-def place(terrain: Terrain, seed: int, knobs: Knobs) -> list[Item]:
-    """All things beside the roads. Roads with pavements lie in a town, others outside."""
+def place(terrain: Terrain, seed: int, knobs: Knobs, plots: tuple[Plot, ...] = ()) -> list[Item]:
+    """All things beside the roads. Roads with pavements lie in a town, others outside.
+
+    plots: where houses stand in any case. Raises BadConfig for one too near to the asphalt.
+    """
     is_town = bool(((terrain.paved > 0) & (terrain.distance > 1.0)).any())
-    items: list[Item] = []
+    items = [_house_on(plot, terrain, seed, number) for number, plot in enumerate(plots)]
     if is_town:
         items += _houses(terrain, seed, HOUSE_METRES, knobs.houses)
         items += _fences(terrain, seed, knobs.furniture)
@@ -112,18 +116,43 @@ def _houses(terrain: Terrain, seed: int, away: float, amount: float) -> list[Ite
         width, depth = _house_size(kind)
         along = np.array([out[1], -out[0]])  # so that the house lies to the left of x, behind y
         start = point - 0.5 * width * along + 2.5 * draw[3] * out
-        base = start + np.array(
-            [0.0 * out, width * along, width * along + depth * out, depth * out]
-        )
+        base = _outline(start, along, out, kind)
         behind = terrain.distance[terrain.cells(base[2:])].min()
         if behind < away + depth - 3.0:  # another road lies behind it, as around an island
             continue
         if draw[4] < amount and terrain.is_free(base, away - 1.5, 1.2):
             terrain.take(base)
-            turn = float(np.arctan2(along[1], along[0]))
-            make = partial(_house_at, seed, kind, (start, turn, out))
-            found.append(Item("house", make, base))
+            found.append(_house_item(seed, kind, start, along, out))
     return found
+
+
+def _house_on(plot: Plot, terrain: Terrain, seed: int, number: int) -> Item:
+    """The house of a plot."""
+    start, side = np.array(plot.corner), 1.0 if plot.is_right else -1.0
+    along = np.array([np.cos(plot.front), np.sin(plot.front)])
+    out = side * np.array([-along[1], along[0]])
+    key = np.array([number]), np.zeros(1, np.int64)
+    kind = int(HOUSE_KINDS * random_numbers.uniform(seed, "plot", *key)[0, 0])
+    base = _outline(start, along, out, kind)
+    if not terrain.is_free(base, MIN_CLEARANCE_METRES):
+        raise BadConfig(
+            f"a house at {plot.corner}: it stands on something, or nearer to the asphalt than "
+            f"{MIN_CLEARANCE_METRES:g} m"
+        )
+    terrain.take(base)
+    return _house_item(seed, kind, start, along, out)
+
+
+def _house_item(seed: int, kind: int, start: Array, along: Array, out: Array) -> Item:
+    turn = float(np.arctan2(along[1], along[0]))
+    make = partial(_house_at, seed, kind, (start, turn, out))
+    return Item("house", make, _outline(start, along, out, kind))
+
+
+def _outline(start: Array, along: Array, out: Array, kind: int) -> Float[Array, "4 2"]:
+    """The corners of a house from its first one along its front and back."""
+    width, depth = _house_size(kind)
+    return start + np.array([0.0 * out, width * along, width * along + depth * out, depth * out])
 
 
 def _house_size(kind: int) -> tuple[float, float]:

@@ -112,7 +112,7 @@ class Scenery:
 
 @lru_cache(maxsize=4)
 def _around(roads: Roads, seed: int, knobs: Knobs) -> Scenery:
-    return Scenery.of(place(Terrain.of(roads), seed, knobs))
+    return Scenery.of(place(Terrain.of(roads), seed, knobs, roads.plots))
 
 
 def checked(ego: Float[Array, "3"]) -> Float[Array, "3"]:

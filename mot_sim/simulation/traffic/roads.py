@@ -35,6 +35,18 @@ class Lane:
 
 
 @dataclass(frozen=True, eq=False)
+class Plot:
+    """Where a house stands, however few stand elsewhere."""
+
+    corner: tuple[float, float]
+    """x, y in world of its corner that lies nearest to the roads, metres."""
+    front: float
+    """Direction from the corner along the front, radians from world +x towards +y."""
+    is_right: bool
+    """Whether the house lies to the right of that direction."""
+
+
+@dataclass(frozen=True, eq=False)
 class Roads:
     """All painted patches of a scene, and its lane graph."""
 
@@ -42,6 +54,8 @@ class Roads:
     """Painted patches; later ones lie on earlier ones."""
     lanes: tuple[Lane, ...] = ()
     """The lane graph; empty where it is not known."""
+    plots: tuple[Plot, ...] = ()
+    """Houses that stand beside the roads in any case; the others are drawn by a seed."""
 
 
 def rectangle(paint: str, x: tuple[float, float], y: tuple[float, float]) -> Surface:

@@ -51,7 +51,7 @@ def test_a_scene_of_ones_own_is_an_environment(tmp_path: Path, is_installed: boo
         cwd=tmp_path, env={"PYTHONPATH": path, "PATH": "", "MPLCONFIGDIR": str(tmp_path)},
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert done.stdout.split() == (["overtaking", "14"] if is_installed else ["13"])
+    assert done.stdout.split() == (["overtaking", "19"] if is_installed else ["18"])
 
 
 @pytest.mark.parametrize("order", ["mot_sim, gymnasium", "gymnasium, mot_sim"])
