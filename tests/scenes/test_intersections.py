@@ -1,5 +1,7 @@
 """The scripted intersections: nobody touches anybody, and each holds what it is for."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,7 @@ from mot_sim.simulation.truth import annotate
 from scenes.junction import Closed, flow, from_left, queue, stop_and_go, stopping
 from tracker.errors import BadConfig, UnknownName
 
-DENSE = {
+DENSE: dict[str, dict[str, Any]] = {
     "intersection_left_turn": {"rate": 0.6, "speed": 16.0, "waiting": 4, "truck": True},
     "intersection_queues": {"queued": 8, "place": 3, "red": 4.0, "rate": 0.6, "speed": 14.0},
     "intersection_double_parked": {"vans": 2, "rate": 0.5, "speed": 6.0, "parked": 1.0},
