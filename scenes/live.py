@@ -19,19 +19,22 @@ def live_scene(
     *,
     road: str | None = None,
     route: str = "any",
+    wander: float = 0.0,
+    bumps: float = 0.0,
     models: int = 24,
 ) -> Scene:
     """A scene on a road of `mot_sim.simulation.traffic.highway`, without crashes.
 
     road: by default the one of the scene's name. route: of our car, by name, where the road has
-    such. models: shapes that the cars are drawn from.
+    such. wander, bumps: see `Demand`. models: shapes that the cars are drawn from.
     """
     road, seconds = road or name, frames * STEP_SECONDS
 
     def traffic(given: Models) -> Traffic:
         amounts = road, cars, arrivals, parked, vans
+        drivers = {"route": route, "wander": wander, "bumps": bumps}
         return HighwayTraffic(
-            *amounts, given.size, given.van_size, route=route, clean_seconds=seconds
+            *amounts, given.size, given.van_size, **drivers, clean_seconds=seconds
         )
 
     traffic(VehicleSampler(models=1).models_of(0))  # refuses wrong knobs at once

@@ -51,7 +51,7 @@ def diagnosed_scene(conditions: Conditions, recorded: Extra, seed: int) -> Diagn
     stream = DetectionStream.of(drive.sequence)
     cars = vehicles(drive.truth)
     rig = conditions.rig.rig
-    poses = np.array([rig.T_world_cam(ego) for ego in recorded.traffic.ego])
+    poses = rig.Ts_world_cam(recorded.traffic)
     annotated = recorded.annotations
     rows = [
         *exact_occlusions(annotated.truth, annotated.occlusions),

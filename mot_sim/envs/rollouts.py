@@ -168,7 +168,7 @@ def driver_of(scene: Scene, seed: int) -> Driven:
 def only(state: TrafficState, rows: Array) -> TrafficState:
     """A state with some of its cars."""
     columns = {f.name: getattr(state, f.name) for f in fields(state)}
-    of_no_car = {"time", "ego", "ego_size"}
+    of_no_car = {"time", "ego", "ego_size", "tilt"}
     return TrafficState(
         **{
             name: column if name in of_no_car or column is None else column[rows]
@@ -215,11 +215,12 @@ class LazyRollout:
         """
         if index == 0:
             return None
-        before, now = (self.rollout.traffic_states[at].ego for at in (index - 1, index))
-        if np.hypot(*(now - before)[:2]) > max_step(STEP_SECONDS):
+        before, now = (self.rollout.traffic_states[at] for at in (index - 1, index))
+        if np.hypot(*(now.ego - before.ego)[:2]) > max_step(STEP_SECONDS):
             return None
         rig = self.rollout.scene.rig
-        return invert(rig.T_world_cam(now)) @ rig.T_world_cam(before)
+        T_world_now = rig.T_world_cam(now.ego, now.tilt)
+        return invert(T_world_now) @ rig.T_world_cam(before.ego, before.tilt)
 
     def _sense_up_to(self, index: int) -> None:
         """Label and sense the frames up to this one, and some more where they are known."""

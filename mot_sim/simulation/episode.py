@@ -110,7 +110,7 @@ def episode_of(
             rollout.scene_meshes.vehicles,
         ),
         frame_indices=np.arange(len(rollout)),
-        Ts_world_cam=np.array([scene.rig.T_world_cam(ego) for ego in rollout.traffic.ego]),
+        Ts_world_cam=scene.rig.Ts_world_cam(rollout.traffic),
         images=images,
         frame_rate=1.0 / STEP_SECONDS,
         scene=scene,

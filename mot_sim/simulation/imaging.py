@@ -14,7 +14,8 @@ from mot_sim.simulation.scenery import post_process
 
 def view_of(rollout: Rollout, frame: int) -> View:
     """All that stands before the camera in a frame; without roads the cars stand on a plain."""
-    state, camera = rollout.traffic_states[frame], rollout.scene.rig.camera
+    state = rollout.traffic_states[frame]
+    camera = rollout.scene.rig.camera_in(state)
     cars = rollout.scene_meshes.instances(state)
     if rollout.neighbourhood is None:
         return View(camera, cars)

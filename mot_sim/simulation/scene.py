@@ -107,7 +107,7 @@ class Rollout:
         """The scenery that the camera may see in one of the states."""
         if self.scenery is None:
             return None
-        return self.scenery.seen_from(state.ego, self.scene.rig.camera)
+        return self.scenery.seen_from(state.ego, self.scene.rig.camera_in(state))
 
     @cached_property
     def traffic_states(self) -> tuple[TrafficState, ...]:

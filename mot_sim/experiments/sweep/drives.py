@@ -118,7 +118,7 @@ def drive_of(conditions: Conditions, recorded: Extra, seed: int) -> TrialSequenc
     wrong = conditions.miscalibration
     boxes = wrong.shake(log.detections.boxes, log.frames, camera, seed, STEP_SECONDS)
     rig = conditions.rig.rig
-    poses = np.array([rig.T_world_cam(ego) for ego in recorded.traffic.ego])
+    poses = rig.Ts_world_cam(recorded.traffic)
     whole = RecordedSequence(
         name=f"{conditions.scene}/{seed}",
         camera=wrong.believed(conditions.rig.believed, seed),

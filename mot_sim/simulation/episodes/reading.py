@@ -54,7 +54,7 @@ def read_episode(root: Path | str, name: str = "0000", images: bool = False) -> 
         frame_count=frame_count,
         log=extra.log,
         frame_indices=np.arange(frame_count),
-        Ts_world_cam=np.array([rig.T_world_cam(ego) for ego in extra.traffic.ego]),
+        Ts_world_cam=rig.Ts_world_cam(extra.traffic),
         images=ImageFolder.require(places.pictures("images")) if images else None,
         frame_rate=1.0 / STEP_SECONDS,
         seed=extra.metadata.seed,

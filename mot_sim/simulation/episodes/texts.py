@@ -17,6 +17,7 @@ from mot_sim.files.writing import write_lines
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.episode import SimulatedDrive
 from mot_sim.simulation.episodes.places import TEXTS, EpisodeFiles
+from mot_sim.simulation.rig import PIVOT_HEIGHT_METRES
 from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS
 from mot_sim.simulation.truth import Truth
 from tracker.geometry import homogeneous, invert, wrap_angle
@@ -25,7 +26,6 @@ from tracker.types import Camera, Detections
 # Where a run begins: latitude and longitude of Karlsruhe in degrees, and metres above the sea.
 ORIGIN_DEGREES = (49.0, 8.4)
 ALTITUDE_METRES = 115.0
-IMU_HEIGHT_METRES = 0.93  # metres above the road, as on KITTI's car
 # From the unit's axes (forward, left, up) to the road's (right, down, forward).
 R_ROAD_IMU = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 # Exact positions and velocities, a locked filter; satellites are not counted.
@@ -36,12 +36,14 @@ MIN_SIDE_PIXELS = 1.5e-6  # pixels; a thinner box has no area when it is printed
 
 def calibration_of(camera: Camera) -> Calibration:
     """A rig whose camera 0 is camera 2, its inertial unit below it, level as the road."""
-    T_road_imu = homogeneous(R_ROAD_IMU, np.array([0.0, -IMU_HEIGHT_METRES, 0.0]))
+    T_road_imu = homogeneous(R_ROAD_IMU, np.array([0.0, -PIVOT_HEIGHT_METRES, 0.0]))
     return Calibration(camera.K, T_cam_imu=camera.T_cam_road @ T_road_imu)
 
 
-def oxts_lines(ego: Float[Array, "n 3"]) -> list[str]:
+def oxts_lines(ego: Float[Array, "n 3"], tilt: Float[Array, "n 2"] | None = None) -> list[str]:
     """The rows of poses x, y, heading: the world's x is east, its y south, its z down.
+
+    tilt: pitch and roll of the body about the inertial unit, radians; None: it stays level.
 
     Velocities are over the step before (the first row's: over the first step), accelerations
     and rates likewise. Positions are exact to 1e-8 m.
@@ -64,12 +66,17 @@ def oxts_lines(ego: Float[Array, "n 3"]) -> list[str]:
         + (zero, zero, zero, turn, zero, zero, turn),
         axis=1,
     )
+    leans = ["0 0"] * len(ego)
+    if tilt is not None:  # KITTI's pitch is > 0 where the front is low
+        angles = _printable(tilt[:, ::-1] * (1.0, -1.0), 12).tolist()
+        leans = [f"{roll:.12f} {pitch:.12f}" for roll, pitch in angles]
     return [
-        f"{lat:.13f} {lon:.13f} {ALTITUDE_METRES + IMU_HEIGHT_METRES:.6f} 0 0 {angle:.12f} "
+        f"{lat:.13f} {lon:.13f} {ALTITUDE_METRES + PIVOT_HEIGHT_METRES:.6f} {lean} {angle:.12f} "
         f"{' '.join(f'{value:.6f}' for value in row)} {OXTS_STATUS}"
-        for lat, lon, angle, row in zip(
+        for lat, lon, lean, angle, row in zip(
             latitude.tolist(),
             longitude.tolist(),
+            leans,
             _printable(yaw, 12).tolist(),
             _printable(rows, 6).tolist(),
             strict=True,
@@ -100,7 +107,7 @@ def write_texts(drive: SimulatedDrive, places: EpisodeFiles) -> dict[str, str]:
     write_lines(places.text("detections"), detection_lines(drive.log))
     write_lines(places.text("exact detections"), detection_lines(exact_detections(drive.exact)))
     write_poses(noisy_poses(drive.Ts_world_cam, drive.seed), places.text("odometry"))
-    write_lines(places.text("oxts"), oxts_lines(drive.traffic.ego))
+    write_lines(places.text("oxts"), oxts_lines(drive.traffic.ego, drive.traffic.tilt))
     write_calibration(calibration, places.text("calibration"))
     return {part: sha256(places.text(part).read_bytes()).hexdigest() for part in TEXTS}
 

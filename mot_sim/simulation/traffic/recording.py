@@ -14,7 +14,7 @@ from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS, Traffic, Traf
 from tracker.errors import BadConfig, BadFile
 
 TRAFFIC_FORMAT = ArrayFormat("recorded traffic", 1)
-OPTIONAL_COLUMNS = {"z", "crashed", "kinds"}
+OPTIONAL_COLUMNS = {"z", "crashed", "kinds", "tilt"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +48,9 @@ class RecordedTraffic:
     """Whether a car has hit another by then; None: crashes were not followed."""
     kinds: Shaped[Array, " n"] | None = None
     """KITTI's class of the car in each column, 'Car' or 'Van'; None or '': by its shape."""
+    tilt: Float[Array, "t 2"] | None = None
+    """Pitch and roll of the body of the car that carries the camera, radians; None: it stays
+    level."""
 
     def __len__(self) -> int:
         return len(self.present)
@@ -72,6 +75,7 @@ class RecordedTraffic:
             z=None if self.z is None else self.z[index, there],
             crashed=None if self.crashed is None else self.crashed[index, there],
             kinds=None if self.kinds is None else self.kinds[there],
+            tilt=None if self.tilt is None else self.tilt[index].copy(),
         )
 
     @property
@@ -113,6 +117,7 @@ class RecordedTraffic:
             kinds[at] = "" if state.kinds is None else state.kinds
         if all(state.z is None for state in states):
             del columns["z"]
+        tilts = [np.zeros(2) if state.tilt is None else state.tilt for state in states]
         return cls(
             start=np.array(states[0].time),
             ids=ids,
@@ -122,6 +127,7 @@ class RecordedTraffic:
             ego_size=np.array([state.ego_size for state in states]),
             crashed=None if all(state.crashed is None for state in states) else crashed,
             kinds=None if all(state.kinds is None for state in states) else kinds,
+            tilt=None if all(state.tilt is None for state in states) else np.array(tilts),
             **columns,
         )
 

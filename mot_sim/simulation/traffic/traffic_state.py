@@ -38,6 +38,9 @@ class TrafficState:
     """Whether each car has hit another; None: crashes are not followed."""
     kinds: Shaped[Array, " n"] | None = None
     """KITTI's class of each car, 'Car' or 'Van'; None or '': by the car's shape."""
+    tilt: Float[Array, "2"] | None = None
+    """Pitch (> 0 looks up) and roll (> 0 leans right) of the ego car's body, radians; None: it
+    stays level."""
 
     def __len__(self) -> int:
         return len(self.ids)

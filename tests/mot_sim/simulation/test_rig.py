@@ -1,5 +1,7 @@
 """The camera on the ego car: the conventions of frames, and clipping."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -131,3 +133,22 @@ def test_images_without_pixels_and_negative_focal_lengths_are_refused() -> None:
     K[0, 0] = -700.0
     with pytest.raises(BadCalibration, match="focal length is negative"):
         Rig(Camera.mounted(K, (1242, 375), 1.65))
+
+
+def test_cars_stand_on_the_same_ground_for_a_camera_that_tilts_with_the_body() -> None:
+    rig, ego, tilt = Rig.kitti(pitch=0.01), np.array([3.0, -2.0, 0.4]), np.array([0.02, -0.03])
+    level = state_of(30.0, 6.0, 0.8, ego)
+    tilted = replace(level, tilt=tilt)
+    ground = np.array([[30.0, 6.0, 0.0]])
+    expected = transform(invert(rig.T_world_cam(ego, tilt)), ground)
+    seen = transform(rig.camera.T_cam_road, rig.cuboids(tilted).base)
+    np.testing.assert_allclose(seen, expected, atol=1e-12)
+    by_camera = transform(rig.camera_in(tilted).T_cam_road, rig.cuboids(level).base)
+    np.testing.assert_allclose(by_camera, expected, atol=1e-12)
+    assert rig.camera_in(level) is rig.camera
+    # It looks up and leans left: the ground ahead is seen lower, that on the right lower still.
+    spots = np.array([[20.0, y, 0.0] for y in (-4.0, 0.0, 4.0)])
+    flat, lower = (
+        transform(invert(rig.T_world_cam(np.zeros(3), one)), spots)[:, 1] for one in (None, tilt)
+    )
+    np.testing.assert_allclose(lower - flat, 0.4 + 0.12 * np.array([-1.0, 0.0, 1.0]), atol=0.02)

@@ -10,6 +10,7 @@ from numpy import cos
 from numpy import ndarray as Array
 
 from mot_sim.simulation.traffic.driving import Driving
+from mot_sim.simulation.traffic.highway.driver import Driver
 from mot_sim.simulation.traffic.highway.road import CarRoad
 
 TICK_SECONDS = 0.05  # seconds: 20 Hz, two ticks a state
@@ -52,17 +53,20 @@ class Car(IDMVehicle):
         place: tuple[int, float],
         speed: float,
         eagerness: float,
+        driver: Driver | None = None,
     ) -> None:
         """A car of an id and a size (length, height, width).
 
         way: which path of the layout, and which segment of it. place: lane and metres on that.
-        eagerness: its wanted speed as a part of the limits.
+        eagerness: its wanted speed as a part of the limits. driver: what errors it is driven with.
         """
         self.way, self.leg = way
         self.path = road.layout.paths[self.way]
         lane_index = (*self.path[self.leg], place[0])
         lane = road.network.get_lane(lane_index)
-        position, heading = lane.position(place[1], 0.0), lane.heading_at(place[1])
+        self.driver, self.ticks = driver, 0
+        self.drift, self.pace = (0.0, 1.0) if driver is None else driver.at(0.0)
+        position, heading = lane.position(place[1], self.drift), lane.heading_at(place[1])
         super().__init__(road, position, float(heading), speed, lane_index, MAX_SPEED)
         self.LENGTH, self.HEIGHT, self.WIDTH = size
         self.diagonal = float(np.hypot(self.LENGTH, self.WIDTH))
@@ -101,6 +105,9 @@ class Car(IDMVehicle):
 
     def act(self, action: object = None) -> None:
         """Choose lane, steering and acceleration for the next tick."""
+        self.ticks += 1
+        if self.driver is not None:
+            self.drift, self.pace = self.driver.at(self.ticks * TICK_SECONDS)
         if self.crashed:
             self.crashed_for += 1
             braking = min(6.0, self.speed / TICK_SECONDS)
@@ -168,9 +175,10 @@ class Car(IDMVehicle):
 
     def speed_limit(self) -> float:
         """What this driver wants here, in time for the bends ahead."""
-        limit = self.lane.speed_limit * self.eagerness
+        wanted = self.eagerness * self.pace
+        limit = self.lane.speed_limit * wanted
         for index, offset in self.road.lanes_ahead(self)[1:]:
-            ahead = self.road.network.get_lane(index).speed_limit * self.eagerness
+            ahead = self.road.network.get_lane(index).speed_limit * wanted
             apart = max(offset - self.along, 0.0)
             limit = min(limit, float(np.sqrt(ahead**2 + 3.0 * apart)))
         return float(limit)
@@ -185,6 +193,7 @@ class Car(IDMVehicle):
         lane = self.road.network.get_lane(index)
         along, aside = lane.local_coordinates(self.position)
         speed = max(self.speed, 0.5)
+        aside -= self.drift
         across = np.clip(self.KP_LATERAL * aside / speed, -MAX_LANE_ANGLE, MAX_LANE_ANGLE)
         course = self.road.course(self, index, float(along) + speed * self.TAU_PURSUIT)
         error = (course - across - self.heading + np.pi) % (2.0 * np.pi) - np.pi

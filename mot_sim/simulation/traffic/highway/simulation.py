@@ -8,7 +8,9 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.simulation import random_numbers
+from mot_sim.simulation.traffic.body_motion import BodyMotion
 from mot_sim.simulation.traffic.highway.car import STANDING_GAP_METRES, TICK_SECONDS, Car, EgoCar
+from mot_sim.simulation.traffic.highway.driver import Driver
 from mot_sim.simulation.traffic.highway.layout import Kerb, Layout
 from mot_sim.simulation.traffic.highway.right_of_way import RightOfWay
 from mot_sim.simulation.traffic.highway.road import CarRoad
@@ -29,6 +31,8 @@ EGO_NUMBER = -1  # the ego car's number
 MAX_QUEUE = 3  # cars that wait outside to come in; more are turned away
 MIN_ENTRY_SPEED = 4.0  # m/s: who could only come in slower behind another waits
 ENTRY_BRAKING = 2.0  # m/s2 that who comes in may have to brake
+EGO_EAGERNESS = 0.95
+EGO_RANGE = (0.7, 1.05)  # of our car's drivers where they differ
 EAGERNESS_RANGE = (0.75, 1.05)  # wanted speeds as a part of the limits
 TOWED_SECONDS = 20.0  # seconds after which who has crashed is gone, so that no jam lasts
 HEADWAY_SECONDS = 1.2  # seconds, of cars that begin or come in behind another
@@ -164,6 +168,12 @@ class Demand:
     """Length, height, width of our car, metres; within the same limits."""
     route: str = "any"
     """Name of our car's way, of the routes that the road has; `any`: one is drawn by the seed."""
+    wander: float = 0.0
+    """How much drivers drift in their lanes and vary their speeds, >= 0: 0 as the model, 1 as
+    people do."""
+    bumps: float = 0.0
+    """How much our car's body pitches and rolls on its springs and on slopes, >= 0: 0 not at all,
+    1 as KITTI's car."""
     continuous: bool = False
     """Whether our car begins a new way, at an entry, where its road ends; without, the run ends
     there."""
@@ -183,7 +193,9 @@ class Simulation:
         self.queue: list[tuple[int, int]] = []  # number and way of those who wait to come in
         self.arrived = 0
         self.next_arrival = self._pause()
+        self.body = BodyMotion(seed, demand.bumps) if demand.bumps > 0.0 else None
         self.ego = self._place_ego()
+        self.tilt = None if self.body is None else self.body.step(self.ego.pose)
         self.road.vehicles = [self.ego]
         self._fill()
         self.rules.update(self.road.vehicles)
@@ -200,13 +212,27 @@ class Simulation:
         limit = self.layout.network.get_lane((*path[0], start.lane)).speed_limit
         place = (start.lane, start.distance)
         speed = 0.8 * float(limit)
-        return EgoCar(self.road, EGO_NUMBER, self.demand.ego_size, (way, 0), place, speed, 0.95)
+        return self._new_ego(way, place, speed)
+
+    def _new_ego(self, way: int, place: tuple[int, float], speed: float) -> EgoCar:
+        driver = self._driver(EGO_NUMBER)
+        eagerness = EGO_EAGERNESS
+        if driver is not None:
+            eagerness = float(np.interp(self._draw("eagerness", EGO_NUMBER), (0, 1), EGO_RANGE))
+        size = self.demand.ego_size
+        return EgoCar(self.road, EGO_NUMBER, size, (way, 0), place, speed, eagerness, driver)
+
+    def _driver(self, number: int) -> Driver | None:
+        """Who drives a car; None: the model alone."""
+        wander = self.demand.wander
+        return Driver(self.seed, number, wander) if wander > 0.0 else None
 
     def _new_car(self, number: int, way: tuple[int, int], place: tuple[int, float]) -> Car:
         row = int(self._draw("size", number) * len(self.demand.sizes))
         length, height, width = self.demand.sizes[row].tolist()
         eagerness = float(np.interp(self._draw("eagerness", number), (0.0, 1.0), EAGERNESS_RANGE))
-        return Car(self.road, number, (length, height, width), way, place, 0.0, eagerness)
+        size, driver = (length, height, width), self._driver(number)
+        return Car(self.road, number, size, way, place, 0.0, eagerness, driver)
 
     def _fill(self) -> None:
         """Put the first cars on the road, with speeds at which nobody has to brake hard."""
@@ -255,6 +281,8 @@ class Simulation:
         ]
         if self.demand.continuous and (self.ego.is_past_end or not self._stays(self.ego)):
             self._renew_ego()
+        if self.body is not None:
+            self.tilt = self.body.step(self.ego.pose)
         self._arrive()
 
     def _renew_ego(self) -> None:
@@ -268,9 +296,7 @@ class Simulation:
         for way in (*range(first, len(paths)), *range(first)):
             for index in self.road.beside((*paths[way][0], 0)):
                 place = (index[2], 0.0)
-                car = EgoCar(
-                    self.road, EGO_NUMBER, self.demand.ego_size, (way, 0), place, 0.0, 0.95
-                )
+                car = self._new_ego(way, place, 0.0)
                 car.speed = self._entry_speed(car)
                 if car.speed > MIN_ENTRY_SPEED:
                     car.told_speed = told_speed
@@ -353,4 +379,5 @@ class Simulation:
             ego=self.ego.pose,
             ego_size=np.array(self.demand.ego_size),
             crashed=np.array([False] * still + [car.crashed for car in cars], dtype=bool),
+            tilt=self.tilt,
         )

@@ -60,7 +60,7 @@ class HighwayTraffic(Demand):
             raise UnknownName.of(f"route on the {self.road}", self.route, ("any", *routes))
         if self.crashes not in CRASHES:
             raise UnknownName.of("treatment of crashes", self.crashes, CRASHES)
-        for name in ("cars", "vans", "arrivals", "clean_seconds"):
+        for name in ("cars", "vans", "arrivals", "wander", "bumps", "clean_seconds"):
             value = getattr(self, name)
             if not 0 <= value < np.inf:
                 raise BadConfig(f"{name} of the traffic is {value:g}: give 0 or more")

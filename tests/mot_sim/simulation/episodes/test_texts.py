@@ -163,6 +163,21 @@ def test_positions_and_headings_come_back(tmp_path_factory, ego) -> None:
     np.testing.assert_allclose(read[:, 1, 0], -np.sin(given_ego[:, 2]), atol=1e-9)
 
 
+def test_pitch_and_roll_of_the_body_come_back(tmp_path: Path) -> None:
+    ego = np.array([[5.0, 2.0, 0.3], [5.8, 2.2, 0.35], [6.6, 2.5, 0.4]])
+    tilt = np.array([[0.01, -0.02], [-0.015, 0.0], [0.02, 0.03]])
+    write_lines(tmp_path / "0000.txt", oxts_lines(ego, tilt))
+    mounted = rig(pitch=0.05)
+    T_cam_imu = calibration_of(mounted.camera).T_cam_imu
+    assert T_cam_imu is not None
+    read = read_oxts(tmp_path / "0000.txt") @ invert(T_cam_imu)
+    true = np.array([mounted.T_world_cam(*pair) for pair in zip(ego, tilt, strict=True)])
+    for frame in (1, 2):
+        np.testing.assert_allclose(
+            invert(read[frame]) @ read[0], invert(true[frame]) @ true[0], atol=1e-6
+        )
+
+
 def test_the_inertial_unit_stands_level_below_the_camera() -> None:
     calibration = calibration_of(rig(pitch=0.1, roll=0.02).camera)
     assert calibration.T_cam_imu is not None

@@ -79,10 +79,18 @@ def test_traffic_without_cars_is_recorded_too(tmp_path: Path) -> None:
     assert state.size.shape == (0, 3)
 
 
-def test_height_and_crashes_are_kept() -> None:
+def test_height_crashes_and_tilt_are_kept(tmp_path: Path) -> None:
     state = Scripted(CARS, EGO).reset(RNG)
-    tilted = replace(state, z=np.array([0.1, -0.2]), crashed=np.array([True, False]))
-    assert_same(RecordedTraffic.of([tilted, tilted]).state(0), tilted)
+    tilted = replace(
+        state,
+        z=np.array([0.1, -0.2]),
+        crashed=np.array([True, False]),
+        tilt=np.array([0.01, -0.02]),
+    )
+    recorded = RecordedTraffic.of([tilted, tilted])
+    assert_same(recorded.state(0), tilted)
+    recorded.save(tmp_path / "traffic.npz")
+    assert_same(RecordedTraffic.load(tmp_path / "traffic.npz").until(1).state(0), tilted)
 
 
 @pytest.mark.parametrize("bytes_kept", [0, 10, 400, -30], ids=str)

@@ -1,0 +1,70 @@
+"""What a person at the wheel does that a model does not: drifts in the lane, varies the speed.
+
+Both are Ornstein-Uhlenbeck processes, the usual model of lane keeping. The standard deviation of
+the position in the lane of sober drivers on the road is .18 to .22 m (O'Hanlon et al., Vehicle
+control tests on the road, 1982, and the tests that follow it); a part of it is where a driver
+likes to be. Speeds are held to about a twentieth, over ten seconds and more.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
+
+from mot_sim.simulation import random_numbers
+
+LIKED_ASIDE_METRES = 0.12  # standard deviation between drivers of where in the lane they drive
+DRIFT_METRES = 0.16  # standard deviation around that
+DRIFT_SECONDS = 6.0
+MAX_ASIDE_METRES = 0.45  # from the lane's middle: who drifts farther would touch others
+PACE_SPREAD = 0.06  # standard deviation of the logarithm of the wanted speed
+PACE_SECONDS = 12.0
+BLOCK_SECONDS = 16  # that are drawn at once
+
+
+@dataclass(eq=False)
+class Driver:
+    """The errors of one driver, from second to second; linear between."""
+
+    seed: int
+    """Random seed of the run."""
+    number: int
+    """Of the car."""
+    level: float = 1.0
+    """Times what is usual, >= 0."""
+    _second: int = field(default=0, init=False)
+    _block: Float[Array, "k 2"] = field(default_factory=lambda: np.zeros((0, 2)), init=False)
+    _liked: float = field(default=0.0, init=False)
+
+    def __post_init__(self) -> None:
+        self._liked = LIKED_ASIDE_METRES * float(self._drawn("liked place", 0, 1)[0, 0])
+        self._block = self._next(self._drawn("driver", 0, 1)[0])
+
+    def at(self, seconds: float) -> tuple[float, float]:
+        """Metres to the right of the lane's middle, and the part of the wanted speed, at a time.
+
+        seconds: since the car is on the road, never less than in the call before.
+        """
+        while seconds >= self._second + BLOCK_SECONDS:
+            self._second += BLOCK_SECONDS
+            self._block = self._next(self._block[-1])
+        row = int(seconds) - self._second
+        share = seconds - int(seconds)
+        drift, pace = (1.0 - share) * self._block[row] + share * self._block[row + 1]
+        aside = self.level * (self._liked + DRIFT_METRES * float(drift))
+        most = MAX_ASIDE_METRES
+        return min(max(aside, -most), most), float(np.exp(self.level * PACE_SPREAD * pace))
+
+    def _next(self, state: Float[Array, "2"]) -> Float[Array, "k 2"]:
+        """The processes from the last second of a block on, of unit variance."""
+        kept = np.exp([-1.0 / DRIFT_SECONDS, -1.0 / PACE_SECONDS])
+        states = [state]
+        for draw in self._drawn("driver", self._second + 1, BLOCK_SECONDS):
+            states.append(kept * states[-1] + np.sqrt(1.0 - kept**2) * draw)
+        return np.array(states)
+
+    def _drawn(self, effect: str, first: int, count: int) -> Float[Array, "n 2"]:
+        seconds = np.arange(first, first + count)
+        numbers = np.full(count, self.number + 1)  # our car's number is -1
+        return random_numbers.normal(self.seed, effect, numbers, seconds, 2)
