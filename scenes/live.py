@@ -32,9 +32,14 @@ def live_scene(
 
     def traffic(given: Models) -> Traffic:
         amounts = road, cars, arrivals, parked, vans
-        drivers = {"route": route, "wander": wander, "bumps": bumps}
         return HighwayTraffic(
-            *amounts, given.size, given.van_size, **drivers, clean_seconds=seconds
+            *amounts,
+            given.size,
+            given.van_size,
+            route=route,
+            wander=wander,
+            bumps=bumps,
+            clean_seconds=seconds,
         )
 
     traffic(VehicleSampler(models=1).models_of(0))  # refuses wrong knobs at once
