@@ -20,6 +20,7 @@ from mot_sim.experiments.sweep.following import TrackerFailed
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec, tracker_specs_of
 from mot_sim.experiments.sweep.trial import require_rows, wrong_motion_allowed
 from mot_sim.foreign.answers import BadRows
+from mot_sim.foreign.isolation import TrackerStopped, close_tracker
 from mot_sim.foreign.protocol import Steps
 from mot_sim.metrics.breaks import Breaks, Matches
 from tracker.errors import BadConfig
@@ -66,9 +67,21 @@ class Replays:
         Raises TrackerFailed when the tracker raises or returns rows that cannot be scored, and
         BadConfig when it cannot be built.
         """
-        start = TrackerSnapshot(self.tracker_spec.build(stream.camera, stream.frame_rate))
         wanted = set(keep) if self.tracker_spec.is_ours else set()
-        return self._continue(start, BEFORE_FIRST_FRAME, stream, last, wanted)
+        tracker = self._start(stream)
+        try:
+            start = TrackerSnapshot(tracker)
+            return self._continue(start, BEFORE_FIRST_FRAME, stream, last, wanted)
+        finally:
+            close_tracker(tracker)
+
+    def _start(self, stream: DetectionStream) -> Steps:
+        """A fresh tracker. Raises TrackerFailed where its process does not start it."""
+        try:
+            return self.tracker_spec.start(stream.camera, stream.frame_rate)
+        except TrackerStopped as stopped:
+            where = f"before the first frame of {stream.recorded.name}"
+            raise TrackerFailed(self.tracker_spec.name, where, str(stopped), None) from stopped
 
     def run_from(self, before: int, stream: DetectionStream, last: int) -> Tracks:
         """The same, from the snapshot after the frame `before` if there is one.

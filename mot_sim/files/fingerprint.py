@@ -7,6 +7,7 @@ from dataclasses import fields, is_dataclass
 from functools import lru_cache
 from hashlib import sha256
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -103,6 +104,14 @@ def _home(package: str) -> Path:
 
 
 def source_digest(module: str) -> str:
-    """Of the source of a module that is not ours; of its name where it has no file."""
-    file = getattr(import_module(module), "__file__", None)
+    """Of the source of a module that is not ours; of its name where it has no file.
+
+    The module is not imported. Raises ModuleNotFoundError, or ValueError, where there is none.
+    """
+    if module in sys.modules:
+        file = getattr(sys.modules[module], "__file__", None)
+    elif (spec := find_spec(module)) is not None:
+        file = spec.origin if spec.has_location else None
+    else:
+        raise ModuleNotFoundError(f"No module named {module!r}", name=module)
     return module if file is None else sha256(Path(file).read_bytes()).hexdigest()[:DIGEST_LETTERS]

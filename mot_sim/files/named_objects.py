@@ -25,6 +25,10 @@ MODULE_AND_NAME = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*(\.[^\W\d]\w*
 MAX_LISTED = 8  # names of a module that an error lists
 
 
+class BrokenCode(BadConfig):
+    """Somebody else's code that raised when it was imported or called."""
+
+
 @dataclass(frozen=True, eq=False)
 class NameRegister:
     """The things of one kind, by name.
@@ -62,6 +66,7 @@ class NameRegister:
         where = f"{self.what} {name!r}"
         if not callable(found):
             raise BadConfig(f"{where} is a {type(found).__name__}, no {self.noun}")
+        _require_arguments(where, found, given, named)
         try:
             made = found(*given, **named)
         except TrackingError:
@@ -94,12 +99,15 @@ class NameRegister:
     def source(self, name: str) -> str | None:
         """What stands for the source of the thing of a name, as fingerprints want it; None: ours.
 
-        Raises as `find`.
+        Its module is found, but not imported. Raises as `find`.
         """
         if name in self.ours:
             return None
-        self.find(name)
-        return source_digest(self.place(name).partition(":")[0])
+        try:
+            return source_digest(self.place(name).partition(":")[0])
+        except (ImportError, ValueError):  # there is no such module
+            self.find(name)
+            raise
 
     def place(self, name: str) -> str:
         """`module:name` of what is imported when it is asked for; nothing is imported.
@@ -235,11 +243,25 @@ def _import(where: str, module: str) -> ModuleType:
         _refuse(f"{where}: module {module} raises at import", error)
 
 
+def _require_arguments(
+    where: str, call: Any, given: tuple[Any, ...], named: Mapping[str, Any]
+) -> None:
+    """Raise BadConfig for arguments that a callable does not take."""
+    try:
+        takes = signature(call)
+    except ValueError:  # of a builtin
+        return
+    try:
+        takes.bind(*given, **named)
+    except TypeError as error:
+        raise BadConfig(f"{where} cannot be built: {error}") from None
+
+
 def _refuse(where: str, error: BaseException) -> NoReturn:
-    """Raise BadConfig: the error of somebody else's code in one line, with file and line."""
+    """Raise BrokenCode: the error of somebody else's code in one line, with file and line."""
     words = " ".join(str(error.msg if isinstance(error, SyntaxError) else error).split())
     place = place_of(error)
-    raise BadConfig(
+    raise BrokenCode(
         f"{where}: {type(error).__name__}: {words}{f' ({place})' if place else ''}"
     ) from None
 
@@ -289,6 +311,7 @@ __all__ = [
     "ASSOCIATION_NAMES",
     "COST_NAMES",
     "TRACKER_NAMES",
+    "BrokenCode",
     "NameRegister",
     "importable",
     "make_tracker",

@@ -7,9 +7,10 @@ class ExternalTrackerFailed(TrackingError):
     """A guest that could not be set up or started, failed, took too long or wrote rubbish.
 
     guest: its name. stderr: the end of what it said, "" for nothing; the message does not have it.
+    what: what the message calls it.
     """
 
-    def __init__(self, guest: str, reason: str, stderr: str = "") -> None:
-        super().__init__(f"guest {guest}: {reason}")
+    def __init__(self, guest: str, reason: str, stderr: str = "", what: str = "guest") -> None:
+        super().__init__(f"{what} {guest}: {reason}")
         self.guest = guest
         self.stderr = stderr

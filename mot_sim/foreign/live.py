@@ -40,6 +40,7 @@ class ExternalOnlineTracker:
         self.guest = guest
         self.frame_rate = frame_rate
         self.min_score = guest.min_score if min_score is None else min_score
+        self.output = ""  # the end of what it wrote to stderr, known when it is closed
         self._process: subprocess.Popen[str] | None = None
         self._stderr: IO[bytes] | None = None
 
@@ -67,6 +68,7 @@ class ExternalOnlineTracker:
     def close(self) -> None:
         """End the process; the next step would start a new one, which knows nothing."""
         if self._process is not None:
+            self.output = last_lines(self._stderr) if self._stderr is not None else ""
             self._closing()
         self._process = None
 

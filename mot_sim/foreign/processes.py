@@ -53,7 +53,7 @@ def run_process(guest: str, command: Sequence[str], timeout: float) -> str:
                 raise
         said = last_lines(stderr)
     if status != 0:
-        raise ExternalTrackerFailed(guest, f"{_ending(status)} from {Path(command[0]).name}", said)
+        raise ExternalTrackerFailed(guest, f"{ending(status)} from {Path(command[0]).name}", said)
     return said
 
 
@@ -79,13 +79,19 @@ def one_core() -> Iterator[None]:
 
 def kill(process: "subprocess.Popen[Any]") -> None:
     """End a process and everything that it started; it leads a session of its own."""
-    with suppress(ProcessLookupError, PermissionError):
-        os.killpg(process.pid, signal.SIGKILL)
+    kill_group(process.pid)
     with suppress(subprocess.TimeoutExpired):
         process.wait(GRACE)
 
 
-def _ending(status: int) -> str:
+def kill_group(leader: int) -> None:
+    """End a process that leads a session of its own, or is about to, and all that is in it."""
+    for kill_all in (os.killpg, os.kill):
+        with suppress(ProcessLookupError, PermissionError):
+            kill_all(leader, signal.SIGKILL)
+
+
+def ending(status: int) -> str:
     """An exit status in words."""
     if status >= 0:
         return f"exit status {status}"

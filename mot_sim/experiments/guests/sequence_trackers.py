@@ -12,9 +12,10 @@ from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.experiments.guests.exchange import read_guest_results, read_seconds, write_detections
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.experiments.sweep.trial import require_rows
-from mot_sim.files.named_objects import TRACKER_NAMES
+from mot_sim.files.named_objects import TRACKER_NAMES, BrokenCode
 from mot_sim.files.settings import require_empty
 from mot_sim.foreign.failure import ExternalTrackerFailed
+from mot_sim.foreign.isolation import TrackerStopped, close_tracker
 from mot_sim.foreign.processes import run_process
 from mot_sim.foreign.protocol import Steps
 from mot_sim.foreign.register import GUESTS, ExternalTracker
@@ -72,20 +73,32 @@ class OwnTracker:
         """The tracks of every drive. Raises TrackingError for whatever the tracker raises."""
         tracks, seconds, min_score = {}, {}, 0.0
         for drive in drives:
-            tracker = self.build(drive.camera, drive.frame_rate)
+            tracker = self._built(drive)
             if isinstance(tracker, Tracker):
                 tracker = for_kind(tracker, drive.kinds[0])
             min_score = getattr(getattr(tracker, "suppress", None), "min_score", 0.0)
             try:
                 tracks[drive.name], seconds[drive.name] = self._track(tracker, drive)
+            except TrackerStopped as stopped:
+                raise self._failed(drive, str(stopped), stopped.said) from None
             except TrackingError:
                 raise
             except (Exception, SystemExit) as error:  # noqa: BLE001
                 words = " ".join(f"{type(error).__name__}: {error}".split())
-                raise TrackingError(
-                    f"tracker {self.name} failed on {drive.name}: {words}"
-                ) from None
+                raise self._failed(drive, words) from None
+            finally:
+                close_tracker(tracker)
         return TrackedSequences(tracks, seconds, min_score)
+
+    def _built(self, drive: RecordedSequence) -> Steps:
+        """A fresh tracker for a drive."""
+        try:
+            return self.build(drive.camera, drive.frame_rate)
+        except (BrokenCode, TrackerStopped) as error:
+            raise self._failed(drive, str(error), getattr(error, "said", "")) from None
+
+    def _failed(self, drive: RecordedSequence, words: str, said: str = "") -> ExternalTrackerFailed:
+        return ExternalTrackerFailed(self.name, f"failed on {drive.name}: {words}", said, "tracker")
 
     def _track(self, tracker: Steps, drive: RecordedSequence) -> tuple[Tracks, float]:
         """The tracks of one drive, and the CPU seconds of the calls."""
@@ -105,6 +118,7 @@ class OwnTracker:
             parts.append(finish())
             seconds += process_time() - start
             require_rows(parts[-1], came)
+        seconds += getattr(tracker, "cpu_seconds", 0.0)
         return Tracks.concatenate([replace(rows, cuboids=None) for rows in parts]), seconds
 
 
@@ -193,7 +207,7 @@ def find_sequence_tracker(
     if ":" not in spec.made_by and spec.made_by not in TRACKER_NAMES:
         raise UnknownName.of("tracker", name, [*TRACKER_NAMES.names(), *BASELINES, *guests])
     spec.check()
-    return OwnTracker(spec.name, spec.build)
+    return OwnTracker(spec.name, spec.start)
 
 
 def require_different_names(drives: Sequence[RecordedSequence]) -> None:

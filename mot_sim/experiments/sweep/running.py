@@ -1,6 +1,7 @@
 """A sweep: a design becomes jobs, the jobs become trials, the trials one tidy table."""
 
 import json
+import logging
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, field, fields, replace
@@ -25,6 +26,7 @@ from mot_sim.files.text import read_text
 from mot_sim.files.writing import whole_file
 from tracker.errors import BadFile, TrackingError
 
+log = logging.getLogger(__name__)
 # Called with what is under way, how much of it is done, and how much there is.
 Progress = Callable[[str, int, int], None]
 
@@ -161,9 +163,12 @@ def _run(
         tell("truth", number, len(truths))
     done = before
     tell("trials", done, total)
-    for _, count in pool.run(run_job, todo):
-        done += count
+    for _, job in pool.run(run_job, todo):
+        done += job.trials
         tell("trials", done, total)
+        for who, said in job.said:
+            for line in said.splitlines():
+                log.info("%s: %s", who, line)
 
 
 def _require_all(plan: SweepPlan, done: Mapping[str, TrialOutcome], folder: Path) -> None:

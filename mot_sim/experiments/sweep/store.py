@@ -34,7 +34,9 @@ class TrialOutcome:
     detections: int = 0
     """Number of detections in those frames."""
     cpu_seconds: float = 0.0
-    """CPU time of building and running the tracker, s; the only value that differs between runs."""
+    """CPU time of building and running the tracker, s; it differs between runs."""
+    output: str = ""
+    """The end of what the tracker printed in a process of its own; may differ between runs, too."""
 
 
 @dataclass(frozen=True)

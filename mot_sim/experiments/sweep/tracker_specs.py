@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from typing import Any
 
 from mot_sim.evaluation.runs import Recipe, parse_costs
@@ -15,7 +16,8 @@ from mot_sim.experiments.sweep.paths import (
     with_value,
 )
 from mot_sim.files.field_docstrings import field_docstrings
-from mot_sim.files.named_objects import ASSOCIATION_NAMES, COST_NAMES, TRACKER_NAMES
+from mot_sim.files.named_objects import ASSOCIATION_NAMES, COST_NAMES, TRACKER_NAMES, BrokenCode
+from mot_sim.foreign.isolation import IsolatedTracker, Isolation, TrackerStopped, close_tracker
 from mot_sim.foreign.protocol import FRAME_RATE, Steps, make_steps
 from mot_sim.foreign.register import GUESTS
 from mot_sim.simulation.rig import Rig
@@ -38,6 +40,8 @@ class TrackerSpec:
     settings: Mapping[str, Level] = field(default_factory=dict)
     """For one of TRACKERS, fields by dotted names (lifecycle.max_gap), costs
     (volume=0.6+reprojection=0.4) and associate; else arguments of the callable."""
+    isolation: Isolation = Isolation()
+    """Whether `start` gives it a process of its own, and what it may take there."""
 
     @classmethod
     def parse(cls, text: str) -> "TrackerSpec":
@@ -74,10 +78,22 @@ class TrackerSpec:
         return replace(self, settings={**self.settings, **more}) if more else self
 
     def check(self) -> None:
-        """Build it once. Raises UnknownName and BadConfig for what cannot be built."""
+        """Build it once. Raises UnknownName and BadConfig for what is no tracker of this name.
+
+        Code of its own that raises, hangs or ends its process is no wrong name: trials tell.
+        """
         self.description()
-        if not self.is_ours:
-            self.build(Rig.kitti().camera)
+        if self.is_guest:
+            GUESTS[self.made_by].interpreter()
+        elif not self.is_ours:
+            try:
+                close_tracker(self.start(Rig.kitti().camera))
+            except BrokenCode:
+                return
+            except TrackerStopped as stopped:
+                for kind in (UnknownName, BadConfig):
+                    if stopped.kind == kind.__name__:
+                        raise kind(stopped.reason) from None
 
     def description(self) -> dict[str, Any]:
         """What decides what it does."""
@@ -85,6 +101,19 @@ class TrackerSpec:
             source = GUESTS[self.made_by] if self.is_guest else TRACKER_NAMES.source(self.made_by)
             return {"made_by": self.made_by, "source": source, "settings": self.settings}
         return _described(self._ours(Rig.kitti().camera))
+
+    def start(self, camera: Camera, frame_rate: float = FRAME_RATE) -> Steps:
+        """A fresh tracker, in a process of its own where `isolation` says so; `close_tracker` it.
+
+        Raises as `build`, and TrackerStopped for what goes wrong in that process.
+        """
+        if self.is_guest:
+            guest: Any = self.build(camera, frame_rate)
+            guest.guest = replace(guest.guest, timeout=self.isolation.time_limit)
+            return guest
+        if not self.isolation.covers(self.made_by in TRACKER_NAMES.ours):
+            return self.build(camera, frame_rate)
+        return IsolatedTracker(partial(self.build, camera, frame_rate), self.isolation)
 
     def build(self, camera: Camera, frame_rate: float = FRAME_RATE) -> Steps:
         """A fresh tracker for this camera. frame_rate: Hz, for those of libraries."""

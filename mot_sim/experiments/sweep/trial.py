@@ -19,8 +19,9 @@ from mot_sim.experiments.sweep.store import SweepFolder, TrialOutcome
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.files.fingerprint import code_digest
 from mot_sim.foreign.answers import BadRows
+from mot_sim.foreign.isolation import close_tracker, steps_of
 from mot_sim.metrics import evaluate_sequence
-from tracker import Tracks
+from tracker import Frame, Tracks
 from tracker.errors import BadConfig, MotionWarning
 
 MAX_ERROR_LETTERS = 300  # that are kept of what a tracker says
@@ -41,23 +42,28 @@ def run_trial(
     start, detections = thread_time(), 0
     came: list[int] = []
     parts: list[Tracks] = []
-    at = "before the first frame"
+    at, tracker, said = "before the first frame", None, ""
+
+    def asked(frame: Frame) -> None:
+        nonlocal at, detections
+        at = f"frame {frame.index}"
+        detections += len(frame.found)
+        came.append(frame.index)
+
     try:
-        tracker = contender.build(drive.sequence.camera, drive.frame_rate)
+        tracker = contender.start(drive.sequence.camera, drive.frame_rate)
         is_late = callable(getattr(tracker, "finish", None))
         with wrong_motion_allowed():
-            for frame in drive.sequence:
-                at = f"frame {frame.index}"
-                detections += len(frame.found)
-                came.append(frame.index)
-                parts.append(tracker.step(frame))
-                require_rows(parts[-1], came if is_late else came[-1:])
+            for rows in steps_of(tracker, drive.sequence, asked):
+                require_rows(rows, came if is_late else came[-1:])
+                parts.append(rows)
         if is_late:
             at = "after the last frame"
             parts.append(tracker.finish())  # type: ignore[attr-defined]
             require_rows(parts[-1], came)
         output = Tracks.concatenate(parts) if parts else Tracks.empty()
-        seconds = thread_time() - start
+        seconds = thread_time() - start + getattr(tracker, "cpu_seconds", 0.0)
+        said = close_tracker(tracker)
         at = "in the end"
         require_rows(output, came)
         at = "scoring"
@@ -67,9 +73,12 @@ def run_trial(
     except (Exception, SystemExit) as error:  # noqa: BLE001
         kind = "" if isinstance(error, BadRows) else f"{type(error).__name__}: "
         words = " ".join(f"{at}: {kind}{error}".split())[:MAX_ERROR_LETTERS]
-        return TrialOutcome({}, words, len(came), detections, thread_time() - start)
+        said = getattr(error, "said", "") or said or close_tracker(tracker)
+        return TrialOutcome({}, words, len(came), detections, thread_time() - start, said)
+    finally:
+        close_tracker(tracker)  # when we are interrupted, too
     numbers = {name: _plain(value) for name, value in scores.items() if not np.isnan(value)}
-    return TrialOutcome(numbers, None, len(came), detections, seconds)
+    return TrialOutcome(numbers, None, len(came), detections, seconds, said)
 
 
 def require_rows(rows: object, allowed: list[int]) -> None:
@@ -124,8 +133,18 @@ class Job:
     """Keys and trackers; empty: only the truth is recorded."""
 
 
-def run_job(job: Job) -> int:
-    """Do a job and give the number of its trials; each is written as soon as it is finished.
+@dataclass(frozen=True)
+class JobDone:
+    """What is told of a job that is done; its trials are in the folder."""
+
+    trials: int
+    """Number of its trials."""
+    said: tuple[tuple[str, str], ...] = ()
+    """What its trackers printed: tracker and seed, and the end of it."""
+
+
+def run_job(job: Job) -> JobDone:
+    """Do a job; each of its trials is written as soon as it is finished.
 
     What goes wrong before a tracker is asked is the error of all the trials. Raises BadConfig
     where the code here is not the code that asked.
@@ -137,6 +156,7 @@ def run_job(job: Job) -> int:
         )
     folder = SweepFolder(job.folder)
     drive = _drive(job)
+    said: list[tuple[str, str]] = []
     for key, contender in job.trials:
         about = {"tracker": contender.name, "scene": job.conditions.scene, "seed": job.seed}
         if isinstance(drive, TrialSequence):
@@ -144,7 +164,9 @@ def run_job(job: Job) -> int:
         else:
             outcome = TrialOutcome({}, drive)
         folder.write(key, outcome, about)
-    return len(job.trials)
+        if outcome.output:
+            said.append((f"{contender.name}, seed {job.seed}", outcome.output))
+    return JobDone(len(job.trials), tuple(said))
 
 
 def _drive(job: Job) -> TrialSequence | str:

@@ -76,7 +76,7 @@ def test_suites_and_trackers_of_the_working_folder_are_run(
     require_one_line(compared, "there is no callable 'Stepper' in mine")
     compared = mot_sim("compare", *scene, "--trackers", "m=mine:Numbers,bad:Stepper,iou")
     assert compared.code == 1
-    assert "tracker bad:Stepper failed on mine:my_scene-0: ZeroDivisionError" in compared.err
+    assert "tracker bad:Stepper: failed on mine:my_scene-0: ZeroDivisionError" in compared.err
     assert compared.out.count("\n iou ") == compared.out.count("\n m ") > 0
     diagnosed = mot_sim("diagnose", "mine:my_scene", "--seeds", 1, "--set", "scene.frames=6")
     assert diagnosed.code == 0, diagnosed.err
