@@ -2,13 +2,13 @@
 
 import json as jsonlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from mot_sim.cli.keeping import keep
-from mot_sim.cli.options import File, Jobs, Verbose, help_of, option
+from mot_sim.cli.options import File, IsolationOptions, Jobs, Verbose, help_of, option
 from mot_sim.cli.sweep import Many
 from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
 
@@ -62,6 +62,8 @@ class BreakingPointCommand:
     out: Annotated[Path | None, option("DIR", "nothing is kept")] = None
     """Keep finished trials here; after Ctrl-C the same command continues and repeats nothing."""
     jobs: Jobs = 1
+    isolation: IsolationOptions = field(default_factory=IsolationOptions)
+    """Where trackers run, and what they may take there."""
     plot: Annotated[Path | None, option("FILE", "no picture")] = None
     """The score over the tested levels, as PNG, SVG or PDF, one line per tracker."""
     json: File = None
@@ -112,7 +114,7 @@ class BreakingPointCommand:
             self.end,
             levels,
             self.precision,
-            self.tracker_specs(),
+            self.isolation.specs(self.tracker_specs()),
             self.scene,
             self.seeds,
             self.first_seed,

@@ -11,6 +11,7 @@ from mot_sim.cli.options import (
     DETECTIONS,
     EGO,
     File,
+    IsolationOptions,
     KittiOptions,
     Rules,
     Verbose,
@@ -77,6 +78,8 @@ class Compare:
         DEFAULT_TIMEOUT_SECONDS
     )
     """How long a guest may take, all drives together."""
+    isolation: IsolationOptions = field(default_factory=IsolationOptions)
+    """Where Python trackers run, and what they may take there, drive by drive."""
     kitti: KittiOptions = field(default_factory=KittiOptions)
     """The drives of a KITTI tree, unless --scene is given, and what is known about them."""
     scenes: SceneOptions = field(default_factory=SceneOptions)
@@ -164,8 +167,11 @@ class Compare:
         guests = {name: replace(each, timeout=self.timeout) for name, each in guests.items()}
         if self.guest_score is not None:
             guests = with_scores(guests, parse_scores(self.guest_score))
+        isolation = self.isolation.read()
         return [
-            find_sequence_tracker(name, guests, self.out and self.out / name / "exchange")
+            find_sequence_tracker(
+                name, guests, self.out and self.out / name / "exchange", isolation
+            )
             for name in names_in(self.trackers)
         ]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from mot_sim.cli.options import File, Flag, Jobs, KittiOptions, Verbose, option
+from mot_sim.cli.options import File, Flag, IsolationOptions, Jobs, KittiOptions, Verbose, option
 from mot_sim.cli.terminal import INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
@@ -75,6 +75,8 @@ class Diagnose:
     out: Annotated[Path | None, option("DIR", "nothing is kept")] = None
     """Tables (Parquet, CSV), result.json, and finished drives, so that the command can continue."""
     jobs: Jobs = 1
+    isolation: IsolationOptions = field(default_factory=IsolationOptions)
+    """Where the tracker runs, and what it may take there."""
     json: File = None
     """The tables as JSON into a file; - prints it instead of the tables."""
     csv: File = None
@@ -140,7 +142,7 @@ class Diagnose:
         """The drives, checked."""
         from mot_sim.diagnosis.attribution import require_tracker
 
-        tracker_spec = require_tracker(self.tracker)
+        tracker_spec = require_tracker(self.tracker, self.isolation.read())
         if self.scene is None and self.suite is None:
             from mot_sim.diagnosis.tasks import kitti_tasks
 

@@ -1,10 +1,10 @@
 """Groups of options that several commands share. Values are checked by what uses them."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from math import radians
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
@@ -12,10 +12,13 @@ if TYPE_CHECKING:
     import mot_sim.datasets
     import mot_sim.evaluation.run_folder
     import mot_sim.evaluation.runs
+    import mot_sim.experiments.sweep
     import mot_sim.files.settings
+    import mot_sim.foreign.isolation
     import mot_sim.simulation.scene
 
 DETECTIONS, EGO, SPLIT = "rrc", "oxts", "training"
+ISOLATION = "mot_sim.foreign.isolation"
 CAMERA_HEIGHT = 1.65  # metres; KITTI's car, as in mot_sim.datasets.kitti (which imports slowly)
 
 
@@ -48,6 +51,44 @@ File = Annotated[str | None, option("FILE|-")]
 Jobs = Annotated[
     int, option("N", "1", help=help_of("mot_sim.experiments.executor", "Executor", "jobs"))
 ]
+
+
+@dataclass(frozen=True)
+class IsolationOptions:
+    """Where trackers run, and what they may take there."""
+
+    isolate: Flag = False
+    """Run every tracker in a process of its own; those that are not ours run in one anyway."""
+    no_isolate: Flag = False
+    """Run all trackers in the process that asks them: one that hangs or ends it takes all along."""
+    time_limit: Annotated[
+        float, option("SECONDS", "60", help=help_of(ISOLATION, "Isolation", "time_limit"))
+    ] = 60.0
+    memory_limit: Annotated[
+        float, option("MB", "4096", help=help_of(ISOLATION, "Isolation", "memory_limit"))
+    ] = 4096.0
+
+    def read(self) -> "mot_sim.foreign.isolation.Isolation":
+        """What the options say. Raises BadConfig for limits that cannot be."""
+        from mot_sim.foreign.isolation import Isolation
+        from tracker.errors import BadConfig
+
+        if self.isolate and self.no_isolate:
+            raise BadConfig("--isolate and --no-isolate exclude each other: keep one")
+        which: Literal["foreign", "all", "none"] = "foreign"
+        if self.isolate or self.no_isolate:
+            which = "all" if self.isolate else "none"
+        return Isolation(which, self.time_limit, self.memory_limit)
+
+    def specs(
+        self, trackers: "Iterable[str | mot_sim.experiments.sweep.TrackerSpec]"
+    ) -> "tuple[mot_sim.experiments.sweep.TrackerSpec, ...]":
+        """The trackers of these names, to be run as the options say."""
+        from mot_sim.experiments.sweep.tracker_specs import tracker_specs_of
+
+        isolation = self.read()
+        found = tracker_specs_of(tuple(trackers))
+        return tuple(replace(each, isolation=isolation) for each in found)
 
 
 @dataclass(frozen=True)

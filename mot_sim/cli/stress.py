@@ -2,14 +2,14 @@
 
 import json as jsonlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from mot_sim.cli.keeping import keep
-from mot_sim.cli.options import File, Flag, Jobs, Verbose, option
+from mot_sim.cli.options import File, Flag, IsolationOptions, Jobs, Verbose, option
 from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
@@ -42,6 +42,8 @@ class Stress:
     out: Annotated[Path | None, option("DIR", "nothing is kept")] = None
     """Keep finished trials here; after Ctrl-C the same command continues and repeats nothing."""
     jobs: Jobs = 1
+    isolation: IsolationOptions = field(default_factory=IsolationOptions)
+    """Where trackers run, and what they may take there."""
     measure: Flag = False
     """Show what the trackers reach and the bounds that follow; nothing fails."""
     json: File = None
@@ -83,7 +85,7 @@ class Stress:
         """Run them one after the other; lines come as suites are finished."""
         from mot_sim.experiments.stress.suites import stress
 
-        names = tuple(name.strip() for name in self.trackers.split(","))
+        names = self.isolation.specs(name.strip() for name in self.trackers.split(","))
         found: list[Verdict] = []
         for number, suite in enumerate(suites, 1):
             with terminal.progress(lines=True) as advance:

@@ -1,7 +1,7 @@
 """`mot-sim sweep`: trackers under controlled stress."""
 
 import json as jsonlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import groupby
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from mot_sim.cli.keeping import begun, keep_sweep
-from mot_sim.cli.options import File, Flag, Jobs, Verbose, help_of, option
+from mot_sim.cli.options import File, Flag, IsolationOptions, Jobs, Verbose, help_of, option
 from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
@@ -65,6 +65,8 @@ class Sweep:
     spatial: Annotated[bool, tyro.conf.arg(name="3d", help_behavior_hint="")] = False
     """Score cuboids, too: AB3DMOT's sAMOTA, HOTA in 3D, errors of place and heading."""
     jobs: Jobs = 1
+    isolation: IsolationOptions = field(default_factory=IsolationOptions)
+    """Where trackers run, and what they may take there."""
     scheduler: Annotated[str | None, option("tcp://HOST:PORT")] = None
     """Use the workers of this Dask scheduler instead (pip install 'mot-sim[scale]')."""
     extend: Flag = False
@@ -127,7 +129,8 @@ class Sweep:
             if getattr(self, name) is not None
         }
         if self.trackers is not None:
-            changes["trackers"] = tuple(name.strip() for name in self.trackers.split(","))
+            names = (name.strip() for name in self.trackers.split(","))
+            changes["trackers"] = self.isolation.specs(names)
         if self.axis:
             changes["axes"] = parse_axes(self.axis)
         if self.list_axes and not self.axis:
@@ -141,7 +144,8 @@ class Sweep:
         if fixed := self._fixed():
             changes["fixed"] = fixed
         if self.design is not None:
-            return read_design(self.design, **changes)
+            found = read_design(self.design, **changes)
+            return replace(found, trackers=self.isolation.specs(found.contenders))
         return Design(**{"axes": {}, **changes})
 
     def _fixed(self) -> "dict[str, float | int | str | bool]":

@@ -9,7 +9,7 @@ little earlier or later is not gone.
 
 from collections.abc import Iterable, Iterator
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -20,11 +20,17 @@ from mot_sim.experiments.sweep.following import TrackerFailed
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec, tracker_specs_of
 from mot_sim.experiments.sweep.trial import require_rows, wrong_motion_allowed
 from mot_sim.foreign.answers import BadRows
-from mot_sim.foreign.isolation import TrackerStopped, close_tracker
+from mot_sim.foreign.isolation import (
+    DEFAULT_ISOLATION,
+    Isolation,
+    TrackerStopped,
+    close_tracker,
+    steps_of,
+)
 from mot_sim.foreign.protocol import Steps
 from mot_sim.metrics.breaks import Breaks, Matches
 from tracker.errors import BadConfig
-from tracker.types import Tracks
+from tracker.types import Frame, Tracks
 
 BEFORE_FIRST_FRAME = -1
 WINDOW_SECONDS = 1.0
@@ -67,7 +73,9 @@ class Replays:
         Raises TrackerFailed when the tracker raises or returns rows that cannot be scored, and
         BadConfig when it cannot be built.
         """
-        wanted = set(keep) if self.tracker_spec.is_ours else set()
+        spec = self.tracker_spec
+        can_copy = spec.is_ours and not spec.isolation.covers(is_ours=True)
+        wanted = set(keep) if can_copy else set()
         tracker = self._start(stream)
         try:
             start = TrackerSnapshot(tracker)
@@ -106,19 +114,22 @@ class Replays:
         tracker, frames, rows = start.tracker, list(start.frames), list(start.rows)
         is_late = self.is_late = callable(getattr(tracker, "finish", None))
         now: int | None = None
+
+        def asked(frame: Frame) -> None:
+            nonlocal now
+            now = frame.index
+            for earlier in sorted(each for each in wanted if each < now):
+                snapshot = TrackerSnapshot(deepcopy(tracker), tuple(frames), tuple(rows))
+                self.kept[earlier] = snapshot
+                wanted.discard(earlier)
+            frames.append(now)
+
+        given = (frame for frame in stream.until(last) if frame.index > before)
         try:
-            for frame in stream.until(last):
-                if frame.index <= before:
-                    continue
-                now = frame.index
-                for earlier in sorted(each for each in wanted if each < now):
-                    snapshot = TrackerSnapshot(deepcopy(tracker), tuple(frames), tuple(rows))
-                    self.kept[earlier] = snapshot
-                    wanted.discard(earlier)
-                frames.append(now)
-                with wrong_motion_allowed():
-                    rows.append(tracker.step(frame))
-                require_rows(rows[-1], frames if is_late else frames[-1:])
+            with wrong_motion_allowed():
+                for answer in steps_of(tracker, given, asked):
+                    require_rows(answer, frames if is_late else frames[-1:])
+                    rows.append(answer)
             if is_late:
                 now = None
                 rows.append(tracker.finish())  # type: ignore[attr-defined]
@@ -132,13 +143,14 @@ class Replays:
         return found
 
 
-def require_tracker(word: str) -> TrackerSpec:
+def require_tracker(word: str, isolation: Isolation = DEFAULT_ISOLATION) -> TrackerSpec:
     """The tracker of a word, as `mot-sim sweep` takes it. Raises UnknownName and BadConfig."""
     found = tracker_specs_of([name for name in word.split(",") if name])
     if len(found) != 1:
         raise BadConfig(f"--tracker {word}: give one tracker; run the command again for another")
-    found[0].check()
-    return found[0]
+    spec = replace(found[0], isolation=isolation)
+    spec.check()
+    return spec
 
 
 class Attribution(NamedTuple):

@@ -73,6 +73,9 @@ class Isolation:
         return wanted and hasattr(os, "fork")
 
 
+DEFAULT_ISOLATION = Isolation()
+
+
 class TrackerStopped(BadRows):
     """A tracker in a process of its own that raised, ended, or took more than it may.
 
@@ -372,4 +375,11 @@ def _send(pipe: socket.socket, message: tuple[str, Any, float]) -> None:
     pipe.sendall(LENGTH.pack(len(packed)) + packed)
 
 
-__all__ = ["IsolatedTracker", "Isolation", "TrackerStopped", "close_tracker", "steps_of"]
+__all__ = [
+    "DEFAULT_ISOLATION",
+    "IsolatedTracker",
+    "Isolation",
+    "TrackerStopped",
+    "close_tracker",
+    "steps_of",
+]

@@ -15,7 +15,13 @@ from mot_sim.experiments.sweep.trial import require_rows
 from mot_sim.files.named_objects import TRACKER_NAMES, BrokenCode
 from mot_sim.files.settings import require_empty
 from mot_sim.foreign.failure import ExternalTrackerFailed
-from mot_sim.foreign.isolation import TrackerStopped, close_tracker
+from mot_sim.foreign.isolation import (
+    DEFAULT_ISOLATION,
+    IsolatedTracker,
+    Isolation,
+    TrackerStopped,
+    close_tracker,
+)
 from mot_sim.foreign.processes import run_process
 from mot_sim.foreign.protocol import Steps
 from mot_sim.foreign.register import GUESTS, ExternalTracker
@@ -105,6 +111,7 @@ class OwnTracker:
         finish = getattr(tracker, "finish", None)
         came: list[int] = []
         parts, seconds = [Tracks.empty()], 0.0
+        elsewhere = getattr(tracker, "cpu_seconds", None)  # of a process of its own
         for frame in drive:
             if not self.uses_motion:
                 frame = replace(frame, T_now_before=None, motion_cov=None)  # noqa: PLW2901
@@ -118,7 +125,8 @@ class OwnTracker:
             parts.append(finish())
             seconds += process_time() - start
             require_rows(parts[-1], came)
-        seconds += getattr(tracker, "cpu_seconds", 0.0)
+        if isinstance(tracker, IsolatedTracker):
+            seconds = tracker.cpu_seconds - (elsewhere or 0.0)
         return Tracks.concatenate([replace(rows, cuboids=None) for rows in parts]), seconds
 
 
@@ -191,20 +199,23 @@ BASELINES: dict[str, Callable[[Camera], Tracker]] = {
 
 
 def find_sequence_tracker(
-    name: str, guests: Mapping[str, ExternalTracker] = GUESTS, folder: Path | None = None
+    name: str,
+    guests: Mapping[str, ExternalTracker] = GUESTS,
+    folder: Path | None = None,
+    isolation: Isolation = DEFAULT_ISOLATION,
 ) -> SequenceTracker:
     """A tracker by name: of BASELINES, a guest, or as `mot-sim sweep --trackers` takes it.
 
-    folder: where a guest's files stay. Raises UnknownName with the nearest name, BadConfig for a
-    tracker of yours that cannot be built.
+    folder: where a guest's files stay. isolation: of one that is none of ours. Raises UnknownName
+    with the nearest name, BadConfig for a tracker of yours that cannot be built.
     """
     if name in BASELINES:
         make = BASELINES[name]
         return OwnTracker(name, lambda camera, _: make(camera), uses_motion=False)
     if name in guests:
         return ExternalSequenceTracker(guests[name], folder)
-    spec = TrackerSpec.parse(name)
-    if ":" not in spec.made_by and spec.made_by not in TRACKER_NAMES:
+    spec = replace(TrackerSpec.parse(name), isolation=isolation)
+    if ":" not in spec.made_by and spec.made_by not in {*TRACKER_NAMES.names(), *guests}:
         raise UnknownName.of("tracker", name, [*TRACKER_NAMES.names(), *BASELINES, *guests])
     spec.check()
     return OwnTracker(spec.name, spec.start)

@@ -17,7 +17,13 @@ from mot_sim.experiments.sweep.paths import (
 )
 from mot_sim.files.field_docstrings import field_docstrings
 from mot_sim.files.named_objects import ASSOCIATION_NAMES, COST_NAMES, TRACKER_NAMES, BrokenCode
-from mot_sim.foreign.isolation import IsolatedTracker, Isolation, TrackerStopped, close_tracker
+from mot_sim.foreign.isolation import (
+    DEFAULT_ISOLATION,
+    IsolatedTracker,
+    Isolation,
+    TrackerStopped,
+    close_tracker,
+)
 from mot_sim.foreign.protocol import FRAME_RATE, Steps, make_steps
 from mot_sim.foreign.register import GUESTS
 from mot_sim.simulation.rig import Rig
@@ -40,7 +46,7 @@ class TrackerSpec:
     settings: Mapping[str, Level] = field(default_factory=dict)
     """For one of TRACKERS, fields by dotted names (lifecycle.max_gap), costs
     (volume=0.6+reprojection=0.4) and associate; else arguments of the callable."""
-    isolation: Isolation = Isolation()
+    isolation: Isolation = DEFAULT_ISOLATION
     """Whether `start` gives it a process of its own, and what it may take there."""
 
     @classmethod
