@@ -163,17 +163,17 @@ def say_unlabelled(terminal: Terminal, names: tuple[str, ...]) -> None:
         terminal.note(f"left out, for want of labels: {', '.join(names)}")
 
 
-def require_targets(json: str | None, csv: str | None) -> None:
+def require_targets(json: str | None, other: str | None) -> None:
     """BadConfig when both are to be printed, BadOutput for a file that could not be written."""
     from mot_sim.files.writing import require_writable
     from tracker.errors import BadConfig
 
-    for target in (json, csv):
+    for target in (json, other):
         if target is not None and target != STDOUT:
             require_writable(Path(target))
 
-    if json == STDOUT and csv == STDOUT:
-        raise BadConfig("--json - and --csv - would mix on stdout: give one of them a file")
+    if json == STDOUT and other == STDOUT:
+        raise BadConfig("two results on stdout (-) would mix: give one of them a file")
 
 
 def deliver(

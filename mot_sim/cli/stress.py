@@ -4,7 +4,7 @@ import json as jsonlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -13,6 +13,7 @@ from mot_sim.cli.options import File, Flag, IsolationOptions, Jobs, Verbose, opt
 from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
+    from mot_sim.experiments.stress.baseline import BaselineVerdict
     from mot_sim.experiments.stress.suites import Suite, Verdict
 
 
@@ -22,9 +23,12 @@ class Stress:
 
     mot-sim stress intersection night --trackers mine=my_module:MyTracker
 
+    mot-sim stress smoke --trackers mine=my_module:MyTracker --junit out.xml --baseline base.json
+
     One line per bound: the mean over the seeds, its 95 % interval, and the bound that the mean
-    must keep. The exit code is 1 if a bound is broken or a tracker fails. `default` keeps the
-    bounds with a margin; mot-sim stress --list shows them, --measure how they are derived.
+    must keep. Exit codes: 0 all bounds are kept; 1 a bound is broken, a tracker fails, or a score
+    is worse than the baseline; 2 wrong input, nothing is written; 130 interrupted. `default` keeps
+    the bounds with a margin; mot-sim stress --list shows them, --measure how they are derived.
     """
 
     suites: tyro.conf.Positional[Annotated[tuple[str, ...], option("SUITE", "all of them")]] = ()
@@ -46,6 +50,16 @@ class Stress:
     """Where trackers run, and what they may take there."""
     measure: Flag = False
     """Show what the trackers reach and the bounds that follow; nothing fails."""
+    baseline: Annotated[Path | None, option("FILE")] = None
+    """Fail for a mean that is worse than the one in this file by more than half of its 95 %
+    interval; a file that is not there is written."""
+    update_baseline: Flag = False
+    """Write the baseline anew."""
+    junit: Annotated[Path | None, option("FILE")] = None
+    """The verdicts as JUnit's XML: a test case per bound, and per score of the baseline."""
+    markdown: File = None
+    """The verdicts as Markdown into a file, for the summary of a CI job; - prints it instead of
+    the lines."""
     json: File = None
     """The verdicts as JSON into a file; - prints it instead of the lines."""
     verbose: Verbose = 0
@@ -56,7 +70,8 @@ class Stress:
         from mot_sim.cli.evaluate import require_targets
         from mot_sim.experiments.stress.suites import SUITES, find_suites, measured, read_suites
 
-        require_targets(self.json, None)
+        require_targets(self.json, self.markdown)
+        self._require_files()
         suites = find_suites(self.suites, read_suites(self.file or SUITES))
         if self.list_suites:
             from mot_sim.experiments.stress.suites import bound_table
@@ -65,6 +80,7 @@ class Stress:
             return OK
         if self.measure:
             suites = [measured(suite) for suite in suites]
+        before = self._baseline(suites)
         try:
             verdicts = self._run(terminal, suites)
         except KeyboardInterrupt:
@@ -72,7 +88,71 @@ class Stress:
             terminal.note(f"interrupted{kept}")
             return INTERRUPTED
         self._tell_ranks(terminal, suites)
-        return self._conclude(terminal, verdicts)
+        drifts = self._hold(terminal, suites, verdicts, before)
+        if self.junit is not None:
+            from mot_sim.experiments.stress.ci_reports import junit_xml
+
+            terminal.save(junit_xml(verdicts, drifts), str(self.junit))
+        if self.markdown is not None:
+            from mot_sim.experiments.stress.ci_reports import markdown_summary
+
+            terminal.save(markdown_summary(verdicts, drifts), self.markdown)
+        code = self._conclude(terminal, verdicts)
+        return code if all(each.passed for each in drifts) else BROKEN
+
+    def _require_files(self) -> None:
+        """Raise BadOutput for files that cannot be written, BadConfig for options that clash."""
+        from mot_sim.files.writing import require_writable
+        from tracker.errors import BadConfig
+
+        for path in (self.junit, self.baseline):
+            if path is not None:
+                require_writable(path)
+        if self.update_baseline and self.baseline is None:
+            raise BadConfig("--update-baseline: which one? give --baseline FILE")
+        for option_name in ("baseline", "junit", "markdown"):
+            if self.measure and getattr(self, option_name) is not None:
+                raise BadConfig(f"--measure judges nothing: leave out --{option_name}")
+
+    def _baseline(self, suites: "Sequence[Suite]") -> "dict[str, Any] | None":
+        """What was reached before, checked; None where a baseline is to be written, or none is."""
+        from mot_sim.experiments.stress.baseline import read_baseline, require_baseline
+
+        if self.baseline is None or self.update_baseline or not self.baseline.exists():
+            return None
+        content = read_baseline(self.baseline)
+        names = [each.name for each in self.isolation.specs(self._names())]
+        seeds = range(self.first_seed, self.first_seed + self.seeds)
+        require_baseline(content, self.baseline, suites, names, seeds)
+        return content
+
+    def _hold(
+        self,
+        terminal: Terminal,
+        suites: "Sequence[Suite]",
+        verdicts: "Sequence[Verdict]",
+        before: "dict[str, Any] | None",
+    ) -> "list[BaselineVerdict]":
+        """The scores beside those of the baseline; or the baseline is written."""
+        from mot_sim.experiments.stress.baseline import against_baseline, write_baseline
+
+        if self.baseline is None:
+            return []
+        if before is None:
+            write_baseline(self.baseline, suites, verdicts, self.first_seed)
+            terminal.note(f"written: {self.baseline}, the baseline of later runs")
+            return []
+        drifts = against_baseline(before, verdicts)
+        for each in drifts:
+            if not each.passed:
+                where = f"{each.suite}, {each.tracker}"
+                terminal.note(f"worse than the baseline: {where}: {each.metric} {each.told}")
+        same = sum(each.passed for each in drifts)
+        terminal.note(f"{same} of {len(drifts)} scores are as good as those of {self.baseline}")
+        return drifts
+
+    def _names(self) -> tuple[str, ...]:
+        return tuple(name.strip() for name in self.trackers.split(","))
 
     def _tell_ranks(self, terminal: Terminal, suites: "Sequence[Suite]") -> None:
         """Whether the scenes of the suites rank trackers as KITTI does."""
@@ -85,7 +165,7 @@ class Stress:
         """Run them one after the other; lines come as suites are finished."""
         from mot_sim.experiments.stress.suites import stress
 
-        names = self.isolation.specs(name.strip() for name in self.trackers.split(","))
+        names = self.isolation.specs(self._names())
         found: list[Verdict] = []
         for number, suite in enumerate(suites, 1):
             with terminal.progress(lines=True) as advance:
@@ -100,7 +180,7 @@ class Stress:
                 )
             found += verdicts
             self._keep(suites, found, number)
-            if self.json != STDOUT:
+            if STDOUT not in (self.json, self.markdown):
                 for verdict in verdicts:
                     terminal.write(
                         f"{measured_line(verdict) if self.measure else verdict_line(verdict)}\n"

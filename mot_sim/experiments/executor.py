@@ -5,7 +5,7 @@ nothing below them does. How work is spread decides no number, so no fingerprint
 """
 
 import logging
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from threading import Event, Thread
 from typing import Any, TypeVar
 
 import cv2
-from joblib import Parallel, delayed, parallel_config
+from joblib import Parallel, delayed, effective_n_jobs, parallel_config
 from joblib.externals.loky.process_executor import TerminatedWorkerError
 from threadpoolctl import threadpool_limits
 
@@ -79,27 +79,49 @@ class WorkerPool:
     """Whether the workers are on other machines; then even a single task is sent to them."""
 
     def run(
-        self, function: Callable[[Task], Result], tasks: Sequence[Task]
+        self,
+        function: Callable[[Task], Result],
+        tasks: Sequence[Task],
+        lost: Callable[[Task], Result] | None = None,
     ) -> Iterator[tuple[int, Result]]:
         """The place of each task and what the function gives for it, as they are finished.
 
         One process of this machine, and a single task, need no others: they are done here, in
         order. Everywhere the numeric libraries have one thread. function: of a module; it and
-        the tasks can be pickled. Raises what the function raises, and WorkersLost when workers
-        are killed, or a cluster goes away.
+        the tasks can be pickled. lost: gives the result of a task that a process of this machine
+        died of twice, the second time alone. Raises what the function raises, and WorkersLost
+        when workers are killed and there is no `lost`, or a cluster goes away.
         """
         if not self.is_far and (self.jobs == 1 or len(tasks) < 2):
             with one_thread():
                 for place, task in enumerate(tasks):
                     yield place, function(task)
-        elif tasks:
+            return
+        left = dict(enumerate(tasks))
+        while left:
             try:
-                yield from self._spread(function, tasks)
+                for place, result in self._spread(function, left):
+                    del left[place]
+                    yield place, result
             except (TerminatedWorkerError, OSError) as error:
                 if not _is_loss(error):
                     raise
-                words = " ".join(str(error).split())[:MAX_ERROR_LETTERS]
-                raise WorkersLost(f"workers are gone: {words}; {KEPT}") from None
+                if lost is None or self.is_far:
+                    words = " ".join(str(error).split())[:MAX_ERROR_LETTERS]
+                    raise WorkersLost(f"workers are gone: {words}; {KEPT}") from None
+                # Tasks begin in order: one of the first that are left was under way.
+                for place in list(left)[: effective_n_jobs(self.jobs)]:
+                    yield place, self._alone(function, left.pop(place), lost)
+
+    def _alone(
+        self, function: Callable[[Task], Result], task: Task, lost: Callable[[Task], Result]
+    ) -> Result:
+        """The result of a task that nothing else is done beside."""
+        try:
+            ((_, result),) = self._spread(function, {0: task}, jobs=2)
+        except TerminatedWorkerError:
+            return lost(task)
+        return result
 
     def run_in_order(
         self, function: Callable[[Task], Result], tasks: Sequence[Task]
@@ -109,18 +131,21 @@ class WorkerPool:
         return [found[place] for place in range(len(tasks))]
 
     def _spread(
-        self, function: Callable[[Task], Result], tasks: Sequence[Task]
+        self,
+        function: Callable[[Task], Result],
+        tasks: Mapping[int, Task],
+        jobs: int | None = None,
     ) -> Iterator[tuple[int, Result]]:
-        """Through joblib, one call per task.
+        """Through joblib, one call per task; tasks: by their places. jobs: None: those of the pool.
 
         Tasks travel as bytes: Dask would scatter objects to one worker, and lose them with it.
         """
         with parallel_config(**self.backend):
-            work = Parallel(n_jobs=self.jobs, batch_size=1, return_as="generator_unordered")
+            work = Parallel(n_jobs=jobs or self.jobs, batch_size=1, return_as="generator_unordered")
             here = str(Path.cwd())
             yield from work(
                 delayed(_run_packed)(function, place, dumps(task), here)
-                for place, task in enumerate(tasks)
+                for place, task in tasks.items()
             )
 
 

@@ -254,7 +254,7 @@ def _require_arguments(
     try:
         takes.bind(*given, **named)
     except TypeError as error:
-        raise BadConfig(f"{where} cannot be built: {error}") from None
+        raise BadConfig(f"{where} cannot be built: TypeError: {error}") from None
 
 
 def _refuse(where: str, error: BaseException) -> NoReturn:

@@ -54,7 +54,9 @@ class BaselineVerdict:
         mean, before = self.reached.mean, self.before
         if mean is None or before.mean is None or before.half is None:
             return "no score"
-        now, then, half = (score_word(self.metric, each) for each in (mean, before.mean, before.half))
+        now, then, half = (
+            score_word(self.metric, each) for each in (mean, before.mean, before.half)
+        )
         by = score_word(self.metric, abs(self.worse_by))
         how = f"{by} {'worse' if self.worse_by > 0.0 else 'better'}"
         return f"{now}, baseline {then} ± {half}: {how if self.worse_by else 'equal'}"
@@ -98,9 +100,13 @@ def read_baseline(path: Path) -> dict[str, Any]:
 
 
 def require_baseline(
-    content: dict[str, Any], path: Path, suites: Sequence[Suite], trackers: Sequence[str], seeds: range
+    content: dict[str, Any],
+    path: Path,
+    suites: Sequence[Suite],
+    trackers: Sequence[str],
+    seeds: range,
 ) -> None:
-    """Raise BadFile where a baseline is of other suites, trackers or seeds, before anything runs."""
+    """Raise BadFile where a baseline is of other suites, trackers or seeds."""
     for suite in suites:
         kept = content["suites"].get(suite.name)
         if not isinstance(kept, dict) or not isinstance(kept.get("trackers"), dict):
@@ -127,9 +133,7 @@ def require_baseline(
                     )
 
 
-def against_baseline(
-    content: dict[str, Any], verdicts: Sequence[Verdict]
-) -> list[BaselineVerdict]:
+def against_baseline(content: dict[str, Any], verdicts: Sequence[Verdict]) -> list[BaselineVerdict]:
     """Every score beside what it was; content: checked by `require_baseline`."""
     found = []
     for each in verdicts:

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from datetime import datetime, timezone
+from datetime import UTC, datetime
 from platform import node
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
@@ -27,7 +27,7 @@ def junit_xml(
         part = SubElement(
             root, "testsuite", name=suite, id=str(place), package="mot-sim",
             hostname=_plain(node()) or "localhost", time=f"{(seconds or {}).get(suite, 0.0):.3f}",
-            timestamp=datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%S"),
+            timestamp=datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S"),
         )  # fmt: skip
         SubElement(part, "properties")
         for verdict in verdicts:
@@ -91,9 +91,7 @@ def _reached(verdict: Verdict) -> str:
     return score_word(metric, reached.mean) + (f" [{', '.join(ends)}]" if ends else "")
 
 
-def markdown_summary(
-    verdicts: Sequence[Verdict], drifts: Sequence[BaselineVerdict] = ()
-) -> str:
+def markdown_summary(verdicts: Sequence[Verdict], drifts: Sequence[BaselineVerdict] = ()) -> str:
     """The verdicts for the summary of a job: how many bounds are kept, a table, what failed."""
     kept = sum(each.passed for each in verdicts)
     lines = [f"## mot-sim stress: {kept} of {len(verdicts)} bounds are kept", ""]

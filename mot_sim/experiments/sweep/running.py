@@ -18,7 +18,7 @@ from mot_sim.experiments.sweep.design import Design, Point, Range
 from mot_sim.experiments.sweep.drives import Recordings, truth_key
 from mot_sim.experiments.sweep.store import SWEEP_FILE, TABLE_FILE, SweepFolder, TrialOutcome
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
-from mot_sim.experiments.sweep.trial import Job, run_job
+from mot_sim.experiments.sweep.trial import Job, JobDone, run_job, without_lost
 from mot_sim.files.documents import CONTENT_ERRORS
 from mot_sim.files.fingerprint import SWEEP_FORMAT, code_digest, digest
 from mot_sim.files.settings import versions
@@ -161,14 +161,22 @@ def _run(
     truths = truth_jobs(todo)
     for number, _ in enumerate(pool.run(run_job, truths), 1):
         tell("truth", number, len(truths))
-    done = before
+    done, again = before, list[Job]()
+
+    def give_up(job: Job) -> JobDone:
+        lost, rest = without_lost(job)
+        again.extend(rest)
+        return lost
+
     tell("trials", done, total)
-    for _, job in pool.run(run_job, todo):
-        done += job.trials
-        tell("trials", done, total)
-        for who, said in job.said:
-            for line in said.splitlines():
-                log.info("%s: %s", who, line)
+    while todo:
+        for _, job in pool.run(run_job, todo, give_up):
+            done += job.trials
+            tell("trials", done, total)
+            for who, said in job.said:
+                for line in said.splitlines():
+                    log.info("%s: %s", who, line)
+        todo, again = again, []
 
 
 def _require_all(plan: SweepPlan, done: Mapping[str, TrialOutcome], folder: Path) -> None:

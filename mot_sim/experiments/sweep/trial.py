@@ -6,13 +6,14 @@ A worker does the trials of one seed under one condition together: they share wh
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import thread_time
 from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
+from mot_sim.experiments.executor import WorkersLost
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import Recordings, TrialSequence, drive_of
 from mot_sim.experiments.sweep.store import SweepFolder, TrialOutcome
@@ -167,6 +168,24 @@ def run_job(job: Job) -> JobDone:
         if outcome.output:
             said.append((f"{contender.name}, seed {job.seed}", outcome.output))
     return JobDone(len(job.trials), tuple(said))
+
+
+def without_lost(job: Job) -> tuple[JobDone, list[Job]]:
+    """What is told of a job whose process died twice, and a job of the trials that are left.
+
+    The trial that it died in is the first without a result, and has failed. Raises WorkersLost
+    where no tracker was asked yet.
+    """
+    if not job.trials:
+        raise WorkersLost("processes that record traffic and truth die: is there enough memory?")
+    folder = SweepFolder(job.folder)
+    finished = [folder.read(key) is not None for key, _ in job.trials]
+    place = finished.index(False) if False in finished else len(finished) - 1
+    key, contender = job.trials[place]
+    about = {"tracker": contender.name, "scene": job.conditions.scene, "seed": job.seed}
+    folder.write(key, TrialOutcome({}, "the process of the trial died, and died again"), about)
+    rest = job.trials[place + 1 :]
+    return JobDone(place + 1), [replace(job, trials=rest)] if rest else []
 
 
 def _drive(job: Job) -> TrialSequence | str:

@@ -68,6 +68,13 @@ def test_a_worker_that_is_killed_is_said_and_the_next_pool_works() -> None:
         assert sorted(pool.run(squared, TASKS[:2])) == [(0, (0, 1)), (1, (1, 1))]
 
 
+@pytest.mark.slow
+def test_a_task_that_kills_its_workers_is_lost_and_the_others_are_done() -> None:
+    with Executor(2).open() as pool:
+        found = dict(pool.run(killed, TASKS, lambda number: -number))
+    assert found == {number: -3 if number == 3 else number for number in TASKS}
+
+
 @pytest.mark.parametrize("jobs", [0, -2])
 def test_a_number_of_jobs_that_cannot_be_is_refused(jobs: int) -> None:
     with pytest.raises(BadConfig, match=f"--jobs {jobs}: give 1 or more"):

@@ -71,6 +71,19 @@ def test_the_table_is_the_same_for_two_jobs() -> None:
     assert forty_trials(2) == forty_trials(1)
 
 
+@pytest.mark.slow
+def test_a_tracker_that_kills_its_worker_does_not_end_the_sweep() -> None:
+    killer = replace(spec("IsKilled"), isolation=Isolation("none"))
+    design = small_design(
+        axes={"detector.misses": (1e6,), "odometry.drift": (0.0,)}, mode="one_at_a_time",
+        seeds=2, frames=5, fixed={**BARE, "detector.clutter": 0.0}, trackers=(killer,),
+    )  # fmt: skip
+    rows = sweep(design, jobs=2).to_pylist()
+    assert [row["error"] for row in rows] == [
+        *["the process of the trial died, and died again"] * 2, None, None,
+    ]  # fmt: skip
+
+
 def test_a_copy_that_a_tracker_makes_of_itself_changes_nothing() -> None:
     tracker = spec("Copies").start(CAMERA)
     assert isinstance(tracker, IsolatedTracker)

@@ -38,7 +38,8 @@ settings = { "scene.houses" = 0.0, "scene.trees" = 0.0, "scene.furniture" = 0.0 
 bounds = { HOTA = 1.0, IDSW = -1 }
 """
 NAMES = {
-    "intersection", "roundabout", "look-alikes", "long-occlusions", "ego-turns", "low-frame-rate",
+    "smoke", "intersection", "roundabout", "look-alikes", "long-occlusions", "ego-turns",
+    "low-frame-rate",
     "frame-drops", "bad-odometry", "pitch-shake", "night", "fog", "cuboids",
 }  # fmt: skip
 
