@@ -33,6 +33,9 @@ class CarRoad(Road):
         self._around: dict[tuple[LaneIndex, int, int], list[tuple[LaneIndex, float]]] = {}
         self._seen: dict[LaneIndex, tuple[Float[Array, " n"], Bool[Array, " n"]]] = {}
         self._positions = np.zeros((0, 2))
+        self._lanes = {index: row for row, index in enumerate(layout.network.lanes_dict())}
+        self._circles = np.array([circle_around(lane) for lane in layout.network.lanes_list()])
+        self._may_hold = np.ones(len(self._lanes), dtype=bool)
         self.changing: list[Any] = []  # cars on their way to another lane
 
     def act(self) -> None:
@@ -54,6 +57,9 @@ class CarRoad(Road):
         """Begin a new search: cars have moved, come or gone."""
         self._seen = {}
         self._positions = np.array([car.position for car in self.vehicles]).reshape(-1, 2)
+        x, y, radius = self._circles.T
+        apart = np.hypot(x[:, None] - self._positions[:, 0], y[:, None] - self._positions[:, 1])
+        self._may_hold = (apart < radius[:, None]).any(axis=1)
         for row, car in enumerate(self.vehicles):
             car.row = row
         self.changing = [car for car in self.vehicles if car.lane_index != car.target_lane_index]
@@ -64,6 +70,8 @@ class CarRoad(Road):
         here = float(self.network.get_lane(index).local_coordinates(vehicle.position)[0])
         place = np.full(len(self.vehicles), np.nan)
         for ahead, offset in self.lanes_around(vehicle, index):
+            if not self._may_hold[self._lanes[ahead]]:
+                continue
             along, on_it = self._on_lane(ahead)
             new = on_it & np.isnan(place)
             place[new] = along[new] + offset
@@ -156,6 +164,17 @@ class CarRoad(Road):
         """Whether a lane of the car's segment ends although its way goes on."""
         path = self.layout.paths[car.way]
         return car.leg + 1 < len(path) and not self.onward(index, path[car.leg + 1])[1]
+
+
+def circle_around(lane: AbstractLane) -> tuple[float, float, float]:
+    """x, y, radius of a circle outside of which nobody is on a lane."""
+    points = np.array([lane.position(along, 0.0) for along in np.linspace(0.0, lane.length, 9)])
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    reach = np.hypot(*(points - middle).T).max()
+    # The points on a bend lie apart: a sixteenth of its length is more than it bulges between.
+    beside = 0.5 * float(lane.width_at(0.0)) + LATERAL_MARGIN_METRES
+    spare = OVERHANG_METRES + beside + (float(lane.length) - reach) / 16.0
+    return float(middle[0]), float(middle[1]), float(reach + max(spare, OVERHANG_METRES + beside))
 
 
 def project(
