@@ -17,6 +17,7 @@ TICK_SECONDS = 0.05  # seconds: 20 Hz, two ticks a state
 MAX_SPEED = 40.0  # m/s; lanes have their limits
 STANDING_GAP_METRES = 2.0  # metres from bumper to bumper
 MAX_BRAKING = 7.0  # m/s2 of braking
+SLOWING = 1.5  # m/s2 of braking before a bend
 MAX_LATERAL_ACCELERATION = 4.5  # m/s2 that a driver steers for at most; the sharpest bends take 4
 MAX_LANE_ANGLE = 0.22  # radians between a car that changes lanes and the lane
 # m/s a command: at 10 commands a second the rate of highway-env, 5 m/s a second.
@@ -66,6 +67,9 @@ class Car(IDMVehicle):
         lane = road.network.get_lane(lane_index)
         self.driver, self.ticks = driver, 0
         self.drift, self.pace = (0.0, 1.0) if driver is None else driver.at(0.0)
+        if driver is not None:
+            self.COMFORT_ACC_MAX *= driver.briskness
+        self.slowing = SLOWING * (1.0 if driver is None else driver.briskness)  # before bends, m/s2
         position, heading = lane.position(place[1], self.drift), lane.heading_at(place[1])
         super().__init__(road, position, float(heading), speed, lane_index, MAX_SPEED)
         self.LENGTH, self.HEIGHT, self.WIDTH = size
@@ -180,7 +184,7 @@ class Car(IDMVehicle):
         for index, offset in self.road.lanes_ahead(self)[1:]:
             ahead = self.road.network.get_lane(index).speed_limit * wanted
             apart = max(offset - self.along, 0.0)
-            limit = min(limit, float(np.sqrt(ahead**2 + 3.0 * apart)))
+            limit = min(limit, float(np.sqrt(ahead**2 + 2.0 * self.slowing * apart)))
         return float(limit)
 
     def steering(self) -> float:

@@ -20,6 +20,9 @@ DRIFT_SECONDS = 6.0
 MAX_ASIDE_METRES = 0.45  # from the lane's middle: who drifts farther would touch others
 PACE_SPREAD = 0.06  # standard deviation of the logarithm of the wanted speed
 PACE_SECONDS = 12.0
+# Of the model's accelerations, the least that a calm driver wants: 90 % of those of KITTI's own car
+# are below .7 to 1.7 m/s2 on the given drives, and the model pulls away with 1.8.
+CALMEST = 0.55
 BLOCK_SECONDS = 16  # that are drawn at once
 
 
@@ -33,6 +36,8 @@ class Driver:
     """Of the car."""
     level: float = 1.0
     """Times what is usual, >= 0."""
+    briskness: float = field(default=1.0, init=False)
+    """Part of the model's accelerations that this driver wants, CALMEST to 1."""
     _second: int = field(default=0, init=False)
     _block: Float[Array, "k 2"] = field(default_factory=lambda: np.zeros((0, 2)), init=False)
     _liked: float = field(default=0.0, init=False)
@@ -40,6 +45,9 @@ class Driver:
     def __post_init__(self) -> None:
         self._liked = LIKED_ASIDE_METRES * float(self._drawn("liked place", 0, 1)[0, 0])
         self._block = self._next(self._drawn("driver", 0, 1)[0])
+        key = np.array([self.number + 1]), np.zeros(1, np.int64)
+        calm = float(random_numbers.uniform(self.seed, "briskness", *key)[0, 0])
+        self.briskness = 1.0 - min(self.level, 1.0) * (1.0 - CALMEST) * calm
 
     def at(self, seconds: float) -> tuple[float, float]:
         """Metres to the right of the lane's middle, and the part of the wanted speed, at a time.

@@ -1,9 +1,12 @@
 """Drivers' errors: as wide and as slow as people's, bounded, the same for the same seed."""
 
 import numpy as np
+import pytest
 
-from mot_sim.simulation.traffic.highway import HighwayTraffic
+from mot_sim.simulation.traffic.highway import ROADS, HighwayTraffic
+from mot_sim.simulation.traffic.highway.car import Car
 from mot_sim.simulation.traffic.highway.driver import MAX_ASIDE_METRES, Driver
+from mot_sim.simulation.traffic.highway.road import CarRoad
 
 
 def errors(number: int, level: float = 1.0, seed: int = 4) -> np.ndarray:
@@ -18,6 +21,20 @@ def test_drivers_drift_and_vary_their_speed_as_people_do() -> None:
     assert np.abs(found[:, :, 0]).max() <= MAX_ASIDE_METRES
     moved = np.abs(np.diff(found[:, :, 0], axis=1)) / 0.2
     assert moved.max() < 0.6  # m/s sideways
+
+
+def test_some_drivers_are_calm_and_pull_away_and_slow_down_more_gently() -> None:
+    brisk = np.array([Driver(4, number).briskness for number in range(60)])
+    assert 0.55 <= brisk.min() < 0.62
+    assert 0.93 < brisk.max() <= 1.0
+    assert Driver(4, 3, level=0.0).briskness == 1.0
+    calm = 3 + int(np.argmin(brisk[3:]))
+    roads = CarRoad(ROADS["street"](), np.random.default_rng(0))
+    gains = []
+    for driver in (None, Driver(4, calm)):
+        car = Car(roads, calm, (4.4, 1.45, 1.8), (0, 0), (0, 50.0), 2.0, 1.0, driver)
+        gains.append(car.acceleration(car))
+    assert gains[1] == pytest.approx(brisk[calm] * gains[0], rel=0.02)
 
 
 def test_the_same_driver_errs_alike_another_one_differently_and_level_0_not() -> None:
