@@ -90,9 +90,7 @@ def main() -> None:
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.ERROR)
     sequences = [kitti_sequence(arguments.root, name, arguments.detections) for name in GIVEN]
-    drives = [
-        LabelledDetections(s.truth, s.log, s.frame_count, s.camera) for s in sequences if s.truth
-    ]
+    drives = [LabelledDetections.of(sequence) for sequence in sequences]
     splits = halves()
     measured = {half: measure([drives[i] for i in half]) for pair in splits for half in pair}
     real = [Distance.between(measured[one], measured[other]) for one, other in splits]

@@ -113,8 +113,7 @@ def labelled_share(drives: Sequence[KittiSequence]) -> list[tuple[int, int, floa
         for frame in np.unique(log.frames[sure]):
             found = log.detections.boxes[sure[log.frames[sure] == frame]]
             there = cars.boxes[cars.frames == frame]
-            overlap = box_iou(found[:, None], there[None]) if len(there) else np.zeros((1, 1))
-            labelled.append((overlap.max(axis=1) >= 0.5) & np.ones(len(found), dtype=bool))
+            labelled.append((box_iou(found[:, None], there[None]) >= 0.5).any(axis=1))
             areas.append(box_area(found))
     area, known = np.concatenate(areas), np.concatenate(labelled)
     classes = np.digitize(area, AREAS)

@@ -69,11 +69,7 @@ def main() -> None:
     logging.basicConfig(level=logging.ERROR)
     for name in arguments.detections:
         sequences = [kitti_sequence(arguments.root, each, name) for each in GIVEN]
-        drives = [
-            LabelledDetections(s.truth, s.log, s.frame_count, s.camera)
-            for s in sequences
-            if s.truth
-        ]
+        drives = [LabelledDetections.of(sequence) for sequence in sequences]
         profile = fit_profile(drives, name)
         source = f"mot-sim calibrate: {name} on KITTI's ten given sequences, {profile.source}"
         profiles = [replace(profile, source=source)]

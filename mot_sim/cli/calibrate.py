@@ -81,7 +81,7 @@ class Calibrate:
         from mot_sim.simulation.sensors.fitting.measure import LabelledDetections
 
         return [
-            LabelledDetections(drive.truth, drive.log, drive.frame_count, drive.camera)
+            LabelledDetections.of(drive)
             for drive in replace(self.kitti, ego=self.kitti.ego or "none").open("labelled")
             if drive.truth is not None
         ]

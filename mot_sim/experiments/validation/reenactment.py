@@ -49,7 +49,7 @@ class Reenacted:
     def seen_by(self, profile: Profile, seed: int) -> KittiSequence:
         """The drive with made detections in place of the real ones."""
         drive = self.drive
-        labelled = LabelledDetections(self.truth, drive.log, drive.frame_count, drive.camera)
+        labelled = LabelledDetections.of(drive, self.truth)
         log = seen_in(labelled, self.sightings, profile, seed, 1.0 / drive.frame_rate)
         return replace(drive, log=log)
 

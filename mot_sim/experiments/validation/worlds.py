@@ -85,18 +85,11 @@ def fit_to(drives: Sequence[KittiSequence], kept: Path | None, tell: Progress) -
     path = None if kept is None else kept / f"{digest([name, code_digest(), shown])}.toml"
     if path is None or not path.is_file():
         tell(f"fitting a profile to {name}")
-        profile = fit_profile([fitted_on(drive) for drive in drives], name)
+        profile = fit_profile([LabelledDetections.of(drive) for drive in drives], name)
         if path is None:
             return profile
         write_lines(path, profile_lines(profile))
     return read_profile(path)
-
-
-def fitted_on(drive: KittiSequence) -> LabelledDetections:
-    """The drive as profiles are fitted to it. Raises BadConfig for one without labels."""
-    if drive.truth is None:
-        raise BadConfig(f"drive {drive.name} has no labels")
-    return LabelledDetections(drive.truth, drive.log, drive.frame_count, drive.camera)
 
 
 def reenacted(

@@ -20,9 +20,9 @@ from mot_sim.simulation.sensors.fitting.fit_false import (
 )
 from mot_sim.simulation.sensors.fitting.fit_lives import (
     ALL_LIVES,
+    SeenLives,
     fit_lives,
     of_lives,
-    scored_lives,
     seen_lives,
 )
 from mot_sim.simulation.sensors.fitting.fit_misses import fit_confusion, fit_misses
@@ -78,7 +78,8 @@ def fit_profile(
     alone = measured.found.select(~crowded(measured.found))  # what suppression takes counts once
     misses, jitter = fit_misses(alone, step), fit_jitter(measured.found, step)
     tell("scores")
-    scores = fit_scores(alone, misses, step, scored_lives(drives, step))
+    seen, scored = seen_lives(drives, step)
+    scores = fit_scores(alone, misses, step, scored)
     tell("false positives")
     own = of_lives(measured.false, drives, step)
     elsewhere = replace(measured, false=measured.false.select(~own))
@@ -93,7 +94,7 @@ def fit_profile(
         duplicates=fit_duplicates(elsewhere, step),
         clutter=fit_clutter(elsewhere, step),
     )
-    profile = with_lives(profile, drives, step)
+    profile = with_lives(profile, drives, seen, step)
     profile = allow_for_jitter(profile, drives, measured, step)
     for number in range(SIMULATION_ROUNDS):
         tell(f"simulating, round {number + 1} of {SIMULATION_ROUNDS}")
@@ -143,11 +144,13 @@ def seen_in(
     return Detector(profile).sense(sightings, seed, drive.camera, step, frames).log
 
 
-def with_lives(profile: Profile, drives: Sequence[LabelledDetections], step: float) -> Profile:
-    """The profile with the lives of cars before and after their labels."""
+def with_lives(
+    profile: Profile, drives: Sequence[LabelledDetections], seen: SeenLives, step: float
+) -> Profile:
+    """The profile with the lives of cars before and after their labels; seen: the real ones."""
     always = replace(profile, lives=ALL_LIVES)
     made = [each for k in range(SEEDS_PER_ROUND) for each in simulate(always, drives, 7 + k, step)]
-    return replace(profile, lives=fit_lives(seen_lives(drives, step), seen_lives(made, step), step))
+    return replace(profile, lives=fit_lives(seen, seen_lives(made, step)[0], step))
 
 
 def correct_by_simulation(

@@ -33,6 +33,7 @@ MIN_SAMPLE = 8  # boxes from which a distribution is taken; fewer give the plain
 SCORE_QUANTILES = 41  # few boxes have the high scores that trackers take for sure
 LIFETIME_LAGS = (1, 2, 3, 5, 8)
 MIN_SAME_IOU = 0.8  # of a second box with where a box was a frame before, or is a frame later
+MIN_TWIN_IOU = 0.5  # of a second box with the first one, from which they are twins
 MAX_EXAMPLES = 64  # of second boxes that a profile keeps
 MAX_LIFETIME_SECONDS = 1.2  # seconds on average: what is seen for longer moves through the image
 
@@ -119,6 +120,13 @@ def left_behind(measured: DetectorMeasurements) -> int:
             there[order[a[near]]] = True
         places.append(there)
     return int((places[0] | places[1]).sum())
+
+
+def are_twins(measured: DetectorMeasurements) -> Bool[Array, " m"]:
+    """Which false boxes overlap the first box of the car that they are about by half or more."""
+    false, near = measured.false, measured.false.nearest
+    iou = box_iou(first_boxes(measured.found)[near], false.boxes)
+    return (near >= 0) & measured.found.hit[near] & (iou >= MIN_TWIN_IOU)
 
 
 def first_boxes(found: Found) -> Float[Array, "n 4"]:

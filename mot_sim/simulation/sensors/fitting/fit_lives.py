@@ -43,32 +43,25 @@ class SeenLives(Rows):
     """Whether the place lies in a DontCare region."""
 
 
-def seen_lives(drives: Sequence[LabelledDetections], step: float) -> SeenLives:
-    """Of all cars of all drives, for all of LIFE_SECONDS inside the drives."""
+def seen_lives(
+    drives: Sequence[LabelledDetections], step: float
+) -> tuple[SeenLives, ScoredSightings]:
+    """All cars of all drives, for all of LIFE_SECONDS inside the drives, and what was found of
+    them, with its scores."""
     parts = [SeenLives(np.zeros(0, np.int64), np.zeros(0, bool), np.zeros(0, bool))]
+    scored = []
     for drive in drives:
         sightings = Sightings.from_labels(drive.labels)
         lags, rows = beside_labels(sightings, drive.camera, drive.frame_count, step, drive.labels)
         assert rows.unlabelled is not None
         seen = np.zeros(len(rows), bool)
-        frames, boxes = drive.log.frames, drive.log.detections.boxes
-        mine, _ = life_pairs(frames, boxes, sightings, rows)
-        seen[mine] = True
-        parts.append(SeenLives(lags, seen, rows.unlabelled == IN_DONT_CARE))
-    return SeenLives.concatenate(parts)
-
-
-def scored_lives(drives: Sequence[LabelledDetections], step: float) -> ScoredSightings:
-    """What was found of cars before and after their labels, with its scores."""
-    parts = []
-    for drive in drives:
-        sightings = Sightings.from_labels(drive.labels)
-        _, rows = beside_labels(sightings, drive.camera, drive.frame_count, step, drive.labels)
         detections = drive.log.detections
         mine, theirs = life_pairs(drive.log.frames, detections.boxes, sightings, rows)
-        scores = detections.scores[theirs]
-        parts.append(ScoredSightings(rows.select(mine), log_odds_of(scores)))
-    return ScoredSightings.concatenate(parts)
+        seen[mine] = True
+        parts.append(SeenLives(lags, seen, rows.unlabelled == IN_DONT_CARE))
+        odds = log_odds_of(detections.scores[theirs])
+        scored.append(ScoredSightings(rows.select(mine), odds))
+    return SeenLives.concatenate(parts), ScoredSightings.concatenate(scored)
 
 
 def life_pairs(

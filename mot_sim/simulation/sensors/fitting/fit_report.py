@@ -8,24 +8,28 @@ from jaxtyping import Float, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.plotting.canvas import draw_line, draw_text
+from mot_sim.simulation.sensors.fitting.fit_false import are_twins
 from mot_sim.simulation.sensors.fitting.fit_suppression import (
     overlapping_boxes,
     recall_behind,
 )
-from mot_sim.simulation.sensors.fitting.measure import DetectorMeasurements
+from mot_sim.simulation.sensors.fitting.measure import DetectorMeasurements, Found
 from mot_sim.simulation.sensors.fitting.statistics import (
     DEPTH_BINS,
     HEIGHT_BINS,
     OCCLUSION_BINS,
     gap_lengths,
     lag_correlation,
+    lagged,
     lives,
     rates_in_bins,
 )
+from tracker.geometry import box_iou
 
 REPORTED_LAGS = (1, 2, 5, 10)
 REPORTED_GAPS = (1, 2, 3, 5, 10)
 REPORTED_SCORES = (0.1, 0.25, 0.5, 0.75)
+REPORTED_JUMPS = (0.7, 0.8, 0.9)
 PAIR_BINS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 1.0)  # of the IoU of two labels
 MIN_PAIR_IOU = 0.5
 SURE_SCORE = 0.9
@@ -123,11 +127,24 @@ def _box_lines(real: DetectorMeasurements, made: DetectorMeasurements) -> list[F
                 for x, each in zip(errors, both, strict=True)
             ]
             lines.append(FitComparison(f"{name} edge, autocorrelation at {lag}", *rho))
+    moved = [_changes(each) for each in both]
+    for least in REPORTED_JUMPS:
+        shares = [float((each < least).mean()) if len(each) else 0.0 for each in moved]
+        lines.append(FitComparison(f"boxes that jump: IoU below {least:g}", *shares))
+    per = [1000.0 * are_twins(m).sum() / max(m.found.hit.sum(), 1) for m in (real, made)]
+    lines.append(FitComparison("twins of 1000 right boxes", *(float(each) for each in per)))
     for score in REPORTED_SCORES:
         odds = np.log(score / (1.0 - score))
         shares = [float((each.log_odds < odds).mean()) for each in both]
         lines.append(FitComparison(f"right boxes with a score below {score:g}", *shares))
     return lines
+
+
+def _changes(hits: Found) -> Float[Array, " k"]:
+    """IoU of each box with that of a frame before, the car's own motion aside."""
+    before, after = lagged(hits.ids, hits.frames, 1)
+    unit = np.array([0.0, 0.0, 1.0, 1.0])
+    return box_iou(unit + hits.edges[before], unit + hits.edges[after])
 
 
 def _life_lines(real: DetectorMeasurements, made: DetectorMeasurements) -> list[FitComparison]:

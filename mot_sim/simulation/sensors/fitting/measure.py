@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 from scipy.special import logit
 
+from mot_sim.datasets import KittiSequence
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.metrics.matching import EPSILON, same_frame_pairs
 from mot_sim.metrics.preprocessing import (
@@ -18,6 +19,7 @@ from mot_sim.metrics.preprocessing import (
 )
 from mot_sim.simulation.sensors.jitter import edge_errors
 from mot_sim.simulation.sensors.sightings import Sightings
+from tracker.errors import BadConfig
 from tracker.geometry import box_iou
 from tracker.types import Camera, Rows, Tracks
 
@@ -37,6 +39,14 @@ class LabelledDetections:
     """Frames of the drive."""
     camera: Camera
     """The camera of the drive."""
+
+    @classmethod
+    def of(cls, drive: KittiSequence, labels: Tracks | None = None) -> "LabelledDetections":
+        """A drive with its own labels, or with these. Raises BadConfig for one without labels."""
+        labels = drive.truth if labels is None else labels
+        if labels is None:
+            raise BadConfig(f"drive {drive.name} has no labels")
+        return cls(labels, drive.log, drive.frame_count, drive.camera)
 
 
 @dataclass(frozen=True, eq=False)

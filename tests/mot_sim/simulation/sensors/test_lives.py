@@ -85,7 +85,7 @@ def test_planted_lives_come_back() -> None:
     planted = Profile(lives=Lives(SHARES, SHARES))
     real = simulate(planted, [drive] * 6, 1, STEP)
     made = simulate(replace(planted, lives=ALL_LIVES), [drive] * 6, 2, STEP)
-    fitted = fit_lives(seen_lives(real, STEP), seen_lives(made, STEP), STEP)
+    fitted = fit_lives(seen_lives(real, STEP)[0], seen_lives(made, STEP)[0], STEP)
     assert fitted.before == pytest.approx(SHARES, abs=0.15)
     assert fitted.after == pytest.approx(SHARES, abs=0.15)
     false = measure(real).false

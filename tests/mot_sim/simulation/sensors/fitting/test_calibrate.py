@@ -162,3 +162,18 @@ def test_a_gap_is_what_lies_between_two_sightings() -> None:
     rows = np.array([1, 2, 5, 6])  # not found in 0, 3, 4, 7
     log = DetectionLog(rows, Detections(one.boxes[rows], np.ones(4)))
     assert gap_lengths(measure([LabelledDetections(one, log, 8, CAMERA)]).found).tolist() == [2]
+
+
+def test_boxes_that_jump_and_twins_are_reported() -> None:
+    one = labels(1, 11)
+    boxes = one.boxes.copy()
+    boxes[5] += [8.0, 0.0, 8.0, 0.0]  # there and back: two changes of ten
+    twin = boxes[8:9] + [12.0, 0.0, 12.0, 0.0]
+    log = DetectionLog(
+        np.insert(one.frames, 9, 8), Detections(np.insert(boxes, 9, twin, 0), np.ones(12))
+    )
+    measured = measure([LabelledDetections(one, log, 11, CAMERA)])
+    told = {line.what: line.real for line in fit_lines(measured, measured)}
+    assert told["boxes that jump: IoU below 0.8"] == pytest.approx(0.2)
+    assert told["boxes that jump: IoU below 0.7"] == 0.0
+    assert told["twins of 1000 right boxes"] == pytest.approx(1000.0 / 11.0)
