@@ -3,7 +3,9 @@
 import json as jsonlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
@@ -65,6 +67,11 @@ class Stress:
     verbose: Verbose = 0
     """Say more: -v, -vv."""
 
+    @cached_property
+    def _seconds(self) -> dict[str, float]:
+        """The time that each suite took, s."""
+        return {}
+
     def __call__(self, terminal: Terminal) -> int:
         """Run the suites and show the verdicts."""
         from mot_sim.cli.evaluate import require_targets
@@ -92,7 +99,7 @@ class Stress:
         if self.junit is not None:
             from mot_sim.experiments.stress.ci_reports import junit_xml
 
-            terminal.save(junit_xml(verdicts, drifts), str(self.junit))
+            terminal.save(junit_xml(verdicts, drifts, self._seconds), str(self.junit))
         if self.markdown is not None:
             from mot_sim.experiments.stress.ci_reports import markdown_summary
 
@@ -167,6 +174,7 @@ class Stress:
 
         names = self.isolation.specs(self._names())
         found: list[Verdict] = []
+        start = perf_counter()
         for number, suite in enumerate(suites, 1):
             with terminal.progress(lines=True) as advance:
                 verdicts = stress(
@@ -179,6 +187,8 @@ class Stress:
                     progress=advance,
                 )
             found += verdicts
+            self._seconds[suite.name] = perf_counter() - start
+            start = perf_counter()
             self._keep(suites, found, number)
             if STDOUT not in (self.json, self.markdown):
                 for verdict in verdicts:

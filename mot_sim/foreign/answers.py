@@ -114,6 +114,8 @@ def _numbers(given: Any, columns: tuple[str, ...]) -> Float[Array, "..."]:
                 raise BadRows(f"row {number}: {what} {str(cell)[:60]!r} is no number; {FORMS}")
         if len(cells) < len(columns):
             raise BadRows(f"row {number} has {len(cells)} columns, not {', '.join(columns)}")
+    if found.ndim == 1 and found.size:  # numbers as objects
+        return np.asarray([float(cell) for cell in given])
     try:
         return np.asarray([[float(cell) for cell in row[: len(columns)]] for row in given])
     except (TypeError, ValueError, IndexError):

@@ -38,6 +38,9 @@ from tracker import Frame, Tracks
 from tracker.errors import BadConfig, MotionWarning
 
 Which = Literal["foreign", "all", "none"]
+# What comes from the process: answer or error, what it is, and CPU seconds, bytes of memory and
+# bytes printed by then.
+Message = tuple[str, Any, tuple[float, float, float]]
 MAX_OUTPUT_MB = 16.0  # that a tracker may print in a trial
 MAX_WAITING = 16  # frames that are sent before their answers are awaited
 TICK = 0.05  # seconds between looks at a tracker that does not answer
@@ -161,7 +164,7 @@ class IsolatedTracker:
         except TimeoutError:
             raise self._too_long() from None
         except OSError:
-            raise self._ended() from None
+            return  # it is gone; the answers that it gave before come first
 
     def _receive(self) -> Any:
         """The next message. Raises TrackerStopped for one of an error, and where none comes."""
@@ -177,22 +180,21 @@ class IsolatedTracker:
             self._waited = before + monotonic() - start
             if part == b"":
                 raise self._ended()
-            if part is None:
-                self._require_moderation(_family(self._pid))
-                if self._left() <= 0.0:
-                    raise self._too_long()
+            if part is None:  # it is at work on what we wait for
+                taken = sum(_resident(pid) for pid in _family(self._pid))
+                self._require_moderation(taken, os.fstat(self._printed.fileno()).st_size)
                 if os.waitid(os.P_PID, self._pid, os.WEXITED | os.WNOHANG | os.WNOWAIT):
                     raise self._ended()
             else:
                 self._read += part
-        self._require_moderation([self._pid])
-        kind, content, seconds = message
+        kind, content, (seconds, *taken) = message
+        self._require_moderation(*taken)
         self.cpu_seconds += seconds
         if kind == "answer":
             return content
         raise self._stopped(*content)
 
-    def _message(self) -> tuple[str, Any, float] | None:
+    def _message(self) -> Message | None:
         """The message that has come as a whole; None: there is none yet."""
         if len(self._read) < LENGTH.size:
             return None
@@ -201,7 +203,7 @@ class IsolatedTracker:
             return None
         packed, self._read = bytes(self._read[LENGTH.size : end]), self._read[end:]
         try:
-            found: tuple[str, Any, float] = pickle.loads(packed)
+            found: Message = pickle.loads(packed)
         except Exception as error:  # noqa: BLE001 - whatever its pickle raises
             raise self._stopped(f"its answer cannot be read: {error}") from None
         return found
@@ -209,13 +211,14 @@ class IsolatedTracker:
     def _left(self) -> float:
         return self.limits.time_limit - self._waited
 
-    def _require_moderation(self, processes: list[int]) -> None:
-        """Raise TrackerStopped for more memory or output than it may have."""
-        taken = sum(_resident(pid) for pid in processes) - self._memory_before
-        if taken > self.limits.memory_limit * MEGABYTE:
+    def _require_moderation(self, resident: float, printed: float) -> None:
+        """Raise TrackerStopped for more time, memory or output (bytes) than it may have."""
+        if self._left() <= 0.0:
+            raise self._too_long()
+        if resident - self._memory_before > self.limits.memory_limit * MEGABYTE:
             limit = f"{self.limits.memory_limit:g} MB"
             raise self._stopped(f"it took more than {limit} of memory (--memory-limit)")
-        if os.fstat(self._printed.fileno()).st_size > MAX_OUTPUT_MB * MEGABYTE:
+        if printed > MAX_OUTPUT_MB * MEGABYTE:
             raise self._stopped(f"it printed more than {MAX_OUTPUT_MB:g} MB")
 
     def _too_long(self) -> TrackerStopped:
@@ -338,6 +341,15 @@ def _redirect(printed: IO[bytes]) -> None:
     sys.stderr = open(2, "w", 1, encoding="utf-8", closefd=False)  # noqa: SIM115
 
 
+def _used(start: float) -> tuple[float, float, float]:
+    """CPU seconds since then, bytes of memory, and bytes printed, of this process."""
+    printed = 0.0
+    with suppress(OSError, ValueError, AttributeError):  # a tracker may have closed it
+        sys.stdout.flush()
+        printed = float(os.fstat(1).st_size)
+    return process_time() - start, _resident(os.getpid()), printed
+
+
 def _answer_all(make: Callable[[], Steps], pipe: socket.socket) -> None:
     """Say whether the tracker decides later; then answer every frame until nobody asks."""
     mine = os.getpid()
@@ -363,15 +375,15 @@ def _answer_all(make: Callable[[], Steps], pipe: socket.socket) -> None:
             message = ("error", (str(error), type(error).__name__))
         if os.getpid() != mine:  # a copy that the tracker made of itself came back too
             os._exit(0)
-        _send(pipe, (*message, process_time() - start))
+        _send(pipe, (*message, _used(start)))
 
 
-def _send(pipe: socket.socket, message: tuple[str, Any, float]) -> None:
+def _send(pipe: socket.socket, message: Message) -> None:
     """Send a message; one that cannot be packed becomes the error that says so."""
     try:
         packed = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
     except Exception as error:  # noqa: BLE001 - whatever its objects raise
-        packed = pickle.dumps(("error", (f"its answer cannot be sent: {error}",), 0.0))
+        packed = pickle.dumps(("error", (f"its answer cannot be sent: {error}",), message[2]))
     pipe.sendall(LENGTH.pack(len(packed)) + packed)
 
 

@@ -33,6 +33,7 @@ def of_supervision(ids: Any, boxes: np.ndarray = BOXES) -> SimpleNamespace:
         np.column_stack((rows(BOXES), np.ones(3), np.zeros(3))),
         (IDS, BOXES),
         (IDS.tolist(), BOXES.tolist()),
+        (IDS.astype(object), BOXES.astype(object)),
         (row for row in rows(BOXES)),
         of_supervision(IDS),
         Tracks(np.full(3, 3), IDS, BOXES, np.ones(3)),
