@@ -100,7 +100,7 @@ class WorkerPool:
         left = dict(enumerate(tasks))
         while left:
             try:
-                for place, result in self._spread(function, left):
+                for place, result in self._spread(function, dict(left)):
                     del left[place]
                     yield place, result
             except (TerminatedWorkerError, OSError) as error:

@@ -165,8 +165,8 @@ def _key(suite: Suite) -> str:
 def _before(kept: Any, where: str) -> Interval:
     """The interval that a baseline holds. Raises BadFile."""
     try:
-        numbers = [float(kept[name]) for name in ("mean", "low", "high")]
-        return Interval(*numbers, int(kept["count"]))
+        mean, low, high = (float(kept[name]) for name in ("mean", "low", "high"))
+        return Interval(mean, low, high, int(kept["count"]))
     except CONTENT_ERRORS as error:
         raise BadFile(f"{where}: no mean with its interval: {error!r:.80}; {UPDATE}") from None
 
