@@ -1,13 +1,17 @@
 """What the edges of a detected box tell of the car: their noise, and where they tell nothing."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
+from tracker.kernels import Kernel
 from tracker.types import Camera
 
+HIDE_EDGES = Kernel("tracker.kernels.car_scene", "hide_edges")
+WEIGH_EDGES = Kernel("tracker.kernels.car_scene", "weigh_edges_of_boxes")
 # x_min and y_min lie on the low sides of a box.
 OUTWARD = np.array([-1.0, -1.0, 1.0, 1.0])
 # An edge is hidden where another box, which ends lower by this (px), ...
@@ -35,24 +39,19 @@ class EdgeModel:
     bias: tuple[float, float, float, float] = (0.0, -0.006, 0.0, 0.0)
     """How far the detector's edges lie right of or below the car's on average, box heights."""
 
-    def unbiased(self, boxes: Float[Array, "n 4"]) -> Float[Array, "n 4"]:
-        """Boxes without the detector's bias."""
-        return boxes - np.array(self.bias) * (boxes[:, 3:] - boxes[:, 1:2])
-
-    def variances(
+    def __call__(
         self, boxes: Float[Array, "n 4"], scores: Float[Array, " n"], hidden: Bool[Array, "n 4"]
-    ) -> Float[Array, "n 4"]:
-        """Of the edges of boxes, px^2."""
-        heights = np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
-        std = self.edge_std * heights * (2.0 - np.minimum(np.maximum(scores, 0.0), 1.0))
-        factors = np.where(hidden, np.square(self.hidden_factors), 1.0)
-        return (std**2 + self.pixel_std**2)[:, None] * factors
+    ) -> tuple[Float[Array, "n 4"], Float[Array, "n 4"]]:
+        """Boxes without the detector's bias, and the variances of their edges, px^2."""
+        unbiased, variances = np.empty(boxes.shape), np.empty(boxes.shape)
+        stds = self.edge_std, self.pixel_std
+        WEIGH_EDGES(boxes, scores, hidden, *self._by_edge, *stds, unbiased, variances)
+        return unbiased, variances
 
-    def censored(
-        self, boxes: Float[Array, "h 4"], expected: Float[Array, "h 4"], camera: Camera
-    ) -> Bool[Array, "h 4"]:
-        """Which edges the image's border may have cut: the car is expected to go on beyond."""
-        return (border_gaps(boxes, camera) < self.border) & ((expected - boxes) * OUTWARD > 0.0)
+    @cached_property
+    def _by_edge(self) -> tuple[Float[Array, "4"], Float[Array, "4"]]:
+        """The bias, and the factors of hidden edges."""
+        return np.array(self.bias, float), np.array(self.hidden_factors, float)
 
 
 def border_gaps(boxes: Float[Array, "n 4"], camera: Camera) -> Float[Array, "n 4"]:
@@ -63,17 +62,6 @@ def border_gaps(boxes: Float[Array, "n 4"], camera: Camera) -> Float[Array, "n 4
 
 def hidden_edges(boxes: Float[Array, "n 4"], others: Float[Array, "m 4"]) -> Bool[Array, "n 4"]:
     """Which edges of boxes lie behind one of the others that ends lower, so is nearer."""
-    nearer = others[None, :, 3] > boxes[:, 3, None] + MIN_LOWER
-    rows, columns = nearer.nonzero()
-    hidden = np.zeros((len(boxes), 4), bool)
-    if len(rows) == 0:
-        return hidden
-    mine, theirs = boxes[rows], others[columns]
-    size = np.maximum(mine[:, 2:] - mine[:, :2], 1.0)
-    shared = np.minimum(mine[:, 2:], theirs[:, 2:]) - np.maximum(mine[:, :2], theirs[:, :2])
-    share = (shared / size)[:, [1, 0, 1, 0]]  # of upright edges: in y; of level ones: in x
-    margin = HIDING_MARGIN * size[:, 1:]
-    low, high = theirs[:, [0, 1, 0, 1]] - margin, theirs[:, [2, 3, 2, 3]] + margin
-    covered = (mine > low) & (mine < high) & (share > MIN_HIDDEN_SHARE)
-    np.logical_or.at(hidden, rows, covered)
+    hidden = np.empty((len(boxes), 4), bool)
+    HIDE_EDGES(boxes, others, MIN_LOWER, MIN_HIDDEN_SHARE, HIDING_MARGIN, hidden)
     return hidden

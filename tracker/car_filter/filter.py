@@ -54,6 +54,7 @@ START_ITERATIONS = 3
 # An innovation counts as no more standard deviations than this.
 MAX_DEVIATION = 4.0
 UPDATE = Kernel("tracker.kernels.car_update", "update_cars")
+STATE_COVARIANCES = Kernel("tracker.kernels.car_hypotheses", "state_covariances")
 
 
 class FlatUpdate(NamedTuple):
@@ -203,12 +204,12 @@ class CarFilter:
         if len(states) == 0:
             return UpdatedCars(states, memory, np.zeros((0, HYPOTHESIS_COUNT), np.int64))
         scores, hidden = found.scores, hidden_edges(found.boxes, others)
-        boxes, cues = self.edges.unbiased(found.boxes), CarCues.of(found)
+        boxes, variances = self.edges(found.boxes, scores, hidden)
+        cues = CarCues.of(found)
         usable = ~(hidden[:, 1] | hidden[:, 3]) & (scores > MIN_SLOPE_SCORE)
         bases = SeenBases.of(boxes, camera)
         memory = self.road.update(memory, bases, believed_heights(states), usable)
         memory = self.roughness.update(memory, bases, self.size[1], usable)
-        variances = self.edges.variances(boxes, scores, hidden)
         at = states.followed()
         means, covs, told = states.means[at], states.covs[at], np.zeros(len(at[0]))
         behind = np.count_nonzero(hidden, axis=1) > 0
@@ -253,8 +254,7 @@ class CarFilter:
             return CarStates.empty()
         means, covs = self._prior(places, memory)
         hidden, cues = hidden_edges(found.boxes, others), CarCues.of(found)
-        boxes = self.edges.unbiased(found.boxes)
-        variances = self.edges.variances(boxes, found.scores, hidden)
+        boxes, variances = self.edges(found.boxes, found.scores, hidden)
         of = np.repeat(np.arange(n), HYPOTHESIS_COUNT)
         before, linear = means.reshape(-1, STATE_SIZE), None
         cov, told = covs.reshape(-1, STATE_SIZE, STATE_SIZE), np.zeros(len(of))
@@ -284,19 +284,14 @@ class CarFilter:
 
         Speeds are those over the ground, so what is unknown of the camera's own is added.
         """
-        covs = factor * self.stated_covariance * estimates.covs
-        for column, std in zip((YAW, SPEED), self.stated_floor, strict=True):
-            covs[:, column, column] += std**2
-        yaw = estimates.means[:, YAW]
-        x, z, own = np.cos(yaw), -np.sin(yaw), memory.camera_velocity_cov
-        covs[:, SPEED, SPEED] += own[0, 0] * x * x + 2.0 * own[0, 1] * x * z + own[1, 1] * z * z
+        covs = np.empty(estimates.covs.shape)
+        how = factor * self.stated_covariance, *self.stated_floor, memory.camera_velocity_cov
+        STATE_COVARIANCES(estimates.means, estimates.covs, *how, covs)
         return estimates.replaced(covs=covs)
 
     def weights(self, states: CarStates, memory: RoadMemory) -> Float[Array, "n k"]:
         """Probabilities of the hypotheses, the prior of directions included."""
-        weights = np.exp(states.log_weights) * self.directions(memory, states)
-        normal: Float[Array, "n k"] = weights / weights.sum(axis=1, keepdims=True)
-        return normal
+        return self.directions(memory, states)
 
     @cached_property
     def _log_size(self) -> Float[Array, "3"]:

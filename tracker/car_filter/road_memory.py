@@ -9,16 +9,18 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
-from tracker.beliefs import BOTTOM_CENTRE
-from tracker.car_filter.edges import border_gaps
 from tracker.car_filter.states import HEADING_COUNT, LOG_HEIGHT, MOVING, SPEED, YAW, CarStates
+from tracker.kernels import Kernel
 from tracker.types import Camera
 
+PLACE_BASES = Kernel("tracker.kernels.car_scene", "place_bases")
+SUM_SLOPES = Kernel("tracker.kernels.car_scene", "sum_slopes")
+WEIGH_DIRECTIONS = Kernel("tracker.kernels.car_hypotheses", "weigh_directions")
 # Borders between the strips of the road of which traffic is remembered, road x, m.
 STRIP_BORDERS = np.array([-6.0, -1.5, 1.5, 6.0])
 # As far as the first aside (road x, m) the shares of `DirectionPrior` before the camera hold, from
 # the second on those left or right of it.
-MIDDLE = (1.0, 4.0)
+MIDDLE = np.array([1.0, 4.0])
 # The road's slope is told by whole boxes, farther than this from the image's border, px ...
 MIN_BORDER_GAP = 5.0
 # ... of cars farther away than this, m, ...
@@ -65,22 +67,11 @@ class SeenBases(NamedTuple):
     @classmethod
     def of(cls, boxes: Float[Array, "n 4"], camera: Camera) -> "SeenBases":
         """Of cars with these boxes."""
-        depth = camera.K[1, 1] / np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
-        rays = camera.rays_road(boxes.dot(BOTTOM_CENTRE)) * depth[:, None]
-        gap = border_gaps(boxes, camera).min(axis=1)
-        reach = np.hypot(rays[:, 0], rays[:, 2])
-        return cls(rays[:, 1], reach, camera.height, gap > MIN_BORDER_GAP)
-
-    def at(
-        self, heights: Float[Array, "#n"]
-    ) -> tuple[Float[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
-        """How far below the plane under the camera, and how far away, m, cars of these heights are.
-
-        And which of them tell something.
-        """
-        distance = self.reach * heights
-        tells = self.is_inside & (distance > MIN_SLOPE_DISTANCE)
-        return self.fall * heights - self.camera_height, np.maximum(distance, 1e-3), tells
+        n = len(boxes)
+        fall, reach, is_inside = np.empty(n), np.empty(n), np.empty(n, bool)
+        seen = *camera.pixel_rays_road, camera.K[1, 1], camera.far_corner, MIN_BORDER_GAP
+        PLACE_BASES(boxes, *seen, fall, reach, is_inside)
+        return cls(fall, reach, camera.height, is_inside)
 
 
 @dataclass(frozen=True)
@@ -122,12 +113,12 @@ class RoadModel:
         """The memory after boxes of cars of these heights, m."""
         if self.slope_std == 0.0 or len(usable) == 0:
             return memory
-        below, distance, tells = bases.at(heights)
-        var = (BASE_STD / distance) ** 2 + self.residual_std**2
-        information = (usable & tells) / (self.repetition * var)
+        noise = MIN_SLOPE_DISTANCE, BASE_STD, self.residual_std, self.repetition
+        seen = bases.fall, bases.reach, bases.is_inside, bases.camera_height
+        information, weighted = SUM_SLOPES(*seen, heights, usable, *noise)
         before = 1.0 / min(memory.slope_var, self.slope_std**2)
-        total = before + information.sum()
-        slope = (before * memory.slope + (information * below / distance).sum()) / total
+        total = before + information
+        slope = (before * memory.slope + weighted) / total
         return memory._replace(slope=float(slope), slope_var=float(1.0 / total))
 
 
@@ -174,26 +165,15 @@ class DirectionPrior:
         same, oncoming = ((weights * way).sum(axis=1) for way in (ahead > 0.7, ahead < -0.7))
         count = len(memory.traffic)
         seen = np.bincount(strips, same, count), np.bincount(strips, oncoming, count)
-        return memory._replace(traffic=memory.traffic + dt * np.array(seen).T)
+        return memory._replace(traffic=memory.traffic + dt * np.stack(seen, axis=1))
 
     def __call__(self, memory: RoadMemory, states: CarStates) -> Float[Array, "n k"]:
-        """How much likelier each hypothesis is by its heading than if cars faced any way alike."""
-        x, ahead = states.means[:, :, 0], -np.sin(states.means[:, :, YAW])
-        side = np.abs(x) - MIDDLE[0]
-        side = np.minimum(np.maximum(side / (MIDDLE[1] - MIDDLE[0]), 0.0), 1.0)
-        before, left, right = self._shares
-        aside = np.where(x[:, :, None] < 0.0, left, right)
-        shares = before + side[:, :, None] * (aside - before)
-        both = shares.sum(axis=2)
-        strips = np.searchsorted(STRIP_BORDERS, x)
-        seconds, all_seconds = memory.traffic[:, 0], memory.traffic.sum(axis=1)
-        there = self.traffic_seconds * shares[:, :, 0] / both + seconds.take(strips)
-        there /= self.traffic_seconds + all_seconds.take(strips)
-        # densities of its directions, over the uniform one
-        peak = math.sqrt(2.0 * math.pi * self.concentration) * both
-        same_way = np.exp(self.concentration * (ahead - 1.0))
-        opposite = np.exp(self.concentration * (-ahead - 1.0))
-        return peak * (there * same_way + (1.0 - there) * opposite) + (1.0 - both)
+        """Probabilities of the hypotheses by their headings as well."""
+        weights = np.empty(states.log_weights.shape)
+        prior = STRIP_BORDERS, MIDDLE, self.concentration, self.traffic_seconds
+        known = self._shares, memory.traffic, *prior
+        WEIGH_DIRECTIONS(states.means, states.log_weights, *known, weights)
+        return weights
 
     @cached_property
     def _shares(self) -> Float[Array, "3 k 2"]:
@@ -201,7 +181,7 @@ class DirectionPrior:
         parked = self.parked_same, self.parked_oncoming
         moving = self.moving_same, self.moving_oncoming
         by_mode = np.array([parked, moving]).repeat(HEADING_COUNT, axis=0)  # k, 2, 3
-        return by_mode[:, :, [1, 0, 2]].transpose(2, 0, 1)
+        return by_mode[:, :, [1, 0, 2]].transpose(2, 0, 1).copy()
 
 
 def believed_heights(states: CarStates) -> Float[Array, " n"]:

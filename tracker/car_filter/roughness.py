@@ -3,12 +3,14 @@
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool
 from numpy import ndarray as Array
 
-from tracker.car_filter.road_memory import RoadMemory, SeenBases
+from tracker.car_filter.road_memory import MIN_SLOPE_DISTANCE, RoadMemory, SeenBases
 from tracker.errors import BadConfig
+from tracker.kernels import Kernel
+
+SUM_FLATNESS = Kernel("tracker.kernels.car_scene", "sum_flatness")
 
 # A base farther off than this many standard deviations counts as this far.
 MAX_OFF_ROAD = 4.0
@@ -51,16 +53,10 @@ class RoughnessModel:
         self, memory: RoadMemory, bases: SeenBases, height: float, usable: Bool[Array, " n"]
     ) -> RoadMemory:
         """The memory after boxes of a frame. height: the mean car's, m."""
-        below, distance, tells = bases.at(np.array([height]))
-        usable = usable & tells
-        if not np.count_nonzero(usable):
-            return memory
-        square, distance = np.square(below[usable]), distance[usable]
-        flat = self.flat_std**2
-        rough = flat + (self.rough_std * distance) ** 2
-        told = np.log(rough / flat) + _bounded(square / rough) - _bounded(square / flat)
-        flatness = memory.flatness + 0.5 * float(told.sum()) / self.repetition
-        return memory._replace(flatness=flatness)
+        noise = MIN_SLOPE_DISTANCE, self.flat_std, self.rough_std, MAX_OFF_ROAD
+        seen = bases.fall, bases.reach, bases.is_inside, bases.camera_height
+        told = SUM_FLATNESS(*seen, height, usable, *noise)
+        return memory._replace(flatness=memory.flatness + 0.5 * told / self.repetition)
 
     def __call__(self, memory: RoadMemory) -> float:
         """The factor on the variance of how far cars stand off the road."""
@@ -69,8 +65,3 @@ class RoughnessModel:
         odds = (1.0 / self.flat_share - 1.0) * math.exp(-min(memory.flatness, 700.0))
         flat = 1.0 / (1.0 + odds)
         return flat * self.flat_factor + 1.0 - flat
-
-
-def _bounded(squares: Float[Array, " n"]) -> Float[Array, " n"]:
-    """Squared deviations, none larger than that of MAX_OFF_ROAD."""
-    return np.minimum(squares, MAX_OFF_ROAD**2)

@@ -15,7 +15,8 @@ A1, A2 = (Array(float64, n, "A", readonly=True) for n in (1, 2))
 I1, I2 = (Array(int64, n, "C", readonly=True) for n in (1, 2))
 B1, B2 = (Array(boolean, n, "C", readonly=True) for n in (1, 2))
 # Outputs, which the caller has made.
-OUT1, OUT2, OUT3 = (Array(float64, n, "C") for n in (1, 2, 3))
+OUT1, OUT2, OUT3, OUT4 = (Array(float64, n, "C") for n in (1, 2, 3, 4))
+OUT_I1, OUT_I2 = (Array(int64, n, "C") for n in (1, 2))
 OUT_B1, OUT_B2 = (Array(boolean, n, "C") for n in (1, 2))
 # Numbers.
 FLOAT, INT, BOOL = float64, int64, boolean

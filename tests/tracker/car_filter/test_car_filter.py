@@ -203,11 +203,15 @@ def test_an_edge_behind_a_nearer_box_is_hidden_and_others_are_not() -> None:
 
 
 def test_the_image_border_cuts_only_cars_that_go_on_beyond_it() -> None:
-    edges = EdgeModel(border=12.0)
-    boxes = np.array([[5.0, 100.0, 90.0, 200.0]])
-    beyond, inside = boxes - [40.0, 0.0, 0.0, 0.0], boxes + [4.0, 0.0, 0.0, 0.0]
-    assert edges.censored(boxes, beyond, LEVEL).tolist() == [[True, False, False, False]]
-    assert not edges.censored(boxes, inside, LEVEL).any()
+    """Of a car that is expected to go on beyond the border the left edge tells nothing."""
+    states = random_states(1)
+    box, cov = project_boxes(states, LEVEL)[0], 0.01 * np.eye(9)[None]
+    cut = CarFilter(edges=EdgeModel(border=box[0, 0] + 50.0))
+    for shift, is_told in ((20.0, False), (-20.0, True)):
+        boxes = box + [[shift, 0.0, 0.0, 0.0], [1.5 * shift, 0.0, 0.0, 0.0]]
+        shared = states.repeat(2, 0), cov.repeat(2, 0), boxes, np.full((2, 4), 400.0)
+        means = cut._update(*shared, LEVEL).means
+        assert (np.abs(means[0] - means[1]).max() > 1e-3) == is_told
 
 
 def test_a_car_that_may_be_turned_to_either_side_is_stated_to_be() -> None:

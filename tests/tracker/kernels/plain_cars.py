@@ -7,6 +7,7 @@ from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
 from tests.tracker.kernels.plain_boxes import plain_project_boxes
+from tests.tracker.kernels.plain_hypotheses import plain_censored
 from tracker.car_filter import CarFilter, CarMotion
 from tracker.car_filter.filter import MAX_DEVIATION, FlatUpdate
 from tracker.car_filter.motion import (
@@ -114,7 +115,7 @@ def plain_update(
     off = boxes - expected
     if linear is not None:
         off -= (H @ (means - linear)[:, :, None])[:, :, 0]
-    told = ~self.edges.censored(boxes, expected, camera)
+    told = ~plain_censored(self.edges, boxes, expected, camera)
     # covariances of each edge with the states, and with the edges: both without the noise
     by_state = H @ covs
     by_edge = by_state @ H.transpose(0, 2, 1)
