@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.geometry import road_contact, road_contact_jacobian
+from tracker.geometry.ground import MIN_DIP
+from tracker.kernels import Kernel
 from tracker.types import Camera, Cuboids, Detections
 from tracker.types.embedding import Embedding
 from tracker.types.rows import RowIndex, Rows
@@ -27,6 +28,9 @@ MAX_CONTACT_DEPTH = 150.0
 BORDER_PIXELS = 2.0
 # Boxes times this are the pixels of their bottom centres.
 BOTTOM_CENTRE = np.array([[0.5, 0.0], [0.0, 0.0], [0.5, 0.0], [0.0, 1.0]])
+LIMITS = np.array([MIN_DIP, MIN_DEPTH, MAX_CONTACT_DEPTH])
+LIFT_BOXES = Kernel("tracker.kernels.lifting", "lift_boxes")
+STRETCH = Kernel("tracker.kernels.pairing", "stretch")
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,13 +75,8 @@ class Beliefs(Rows):
         The uncertainty is far longer than wide (it points along the viewing ray): it is taken
         in the car's own axes, so that the region stays a cuboid.
         """
-        c, s = np.cos(self.cuboids.yaw), np.sin(self.cuboids.yaw)
-        xx, zz = self.cov[:, 0, 0], self.cov[:, 1, 1]
-        along = c * (c * xx - 2.0 * s * self.cov[:, 0, 1]) + s * s * zz
-        across = xx + zz - along  # a covariance's trace does not turn
-        size = self.cuboids.size.copy()
-        size[:, 0] += 2.0 * sigmas * np.sqrt(np.maximum(along, 0.0))
-        size[:, 2] += 2.0 * sigmas * np.sqrt(np.maximum(across, 0.0))
+        size = np.empty(self.cuboids.size.shape)
+        STRETCH(self.cuboids.yaw, self.cuboids.size, self.cov, sigmas, size)
         return Cuboids(self.cuboids.base, self.cuboids.yaw, size)
 
 
@@ -136,29 +135,14 @@ class Lift:
         if n == 0:
             return NO_BELIEFS
         yaw, size, behind = self._stance(detections)
-        rays = camera.rays_road(boxes.dot(BOTTOM_CENTRE))
-        heights = np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
-        relative_std = self.edge_std * (2.0 - np.minimum(np.maximum(detections.scores, 0.0), 1.0))
-
-        near, cov = self._road_contact(rays, relative_std * heights, camera)
-        near_by_height = camera.K[1, 1] * size[:, 1] / heights
-        cut = boxes[:, 3] >= camera.image_size[1] - 1.0 - BORDER_PIXELS
-        no_contact = cut | ~(near < MAX_CONTACT_DEPTH)
-        if np.count_nonzero(no_contact):
-            _place_by_height(near, cov, near_by_height, no_contact, rays)
-        if self.use_box_height:
-            var = near_by_height**2 * (2.0 * relative_std**2 + self.car_size_std**2)  # two edges
-            var[cut] = np.inf
-            gain = cov[:, 1] / (cov[:, 1, 1] + var)[:, None]
-            near = near + gain[:, 1] * (near_by_height - near)
-            cov = cov - gain[:, :, None] * cov[:, None, 1]
-        base = rays * (near + behind)[:, None]
-        base[:, 1] = rays[:, 1] * near - camera.height
-        state_cov = self._speed_cov.repeat(n, 0)
-        state_cov[:, :2, :2] = cov
+        base, cov = np.empty((n, 3)), np.empty((n, 4, 4))
+        lowest = camera.image_size[1] - 1.0 - BORDER_PIXELS
+        view = *camera.pixel_rays_road, camera.height, camera.K[1, 1], lowest
+        noise = *self._noise, LIMITS, self.use_box_height
+        LIFT_BOXES(boxes, detections.scores, size, behind, *view, *noise, base, cov)
         cuboids, still = Cuboids(base, yaw, size), np.zeros((n, 2))
         cues = ShapePose.of(detections), Embedding.of(detections)
-        return Beliefs(cuboids, still, state_cov, boxes, *cues)
+        return Beliefs(cuboids, still, cov, boxes, *cues)
 
     def measured_part(self, beliefs: Beliefs) -> Cuboids:
         """The cuboids, with NaN for sizes and headings that nothing measured."""
@@ -169,9 +153,10 @@ class Lift:
         return Cuboids(cuboids.base, yaw, np.where(assumed[:, None], np.nan, cuboids.size))
 
     @cached_property
-    def _speed_cov(self) -> Float[Array, "1 4 4"]:
-        """The covariance of a state of which the place is known and nothing else."""
-        return np.diag(np.square([0.0, 0.0, *self.speed_std]))[None]
+    def _noise(self) -> tuple[Float[Array, "4"], Float[Array, "2"]]:
+        """Stds of edges, height, pitch and sizes; of the speed."""
+        stds = self.edge_std, self.height_std, self.pitch_std, self.car_size_std
+        return np.array(stds, float), np.array(self.speed_std, float)
 
     def _stance(
         self, detections: Detections
@@ -194,33 +179,7 @@ class Lift:
         yaw, size = np.array([self.yaw]), np.array([self.car_size])
         return yaw, size, half_extent(yaw, size)
 
-    def _road_contact(
-        self, rays: Float[Array, "n 3"], sigma: Float[Array, " n"], camera: Camera
-    ) -> tuple[Float[Array, " n"], Float[Array, "n 2 2"]]:
-        """Reach along the rays (NaN: none) and covariance on the road's x and z, eq. 2."""
-        contact = road_contact(rays, camera.height)
-        std = np.empty((len(sigma), 1, 4))
-        std[:, 0, :2] = sigma[:, None]
-        std[:, 0, 2:] = self.height_std, self.pitch_std
-        deviation = std * road_contact_jacobian(rays, contact, camera.A_road_pixel[:, :2])
-        return contact[:, 1] / rays[:, 1], deviation @ deviation.transpose(0, 2, 1)
-
 
 def half_extent(yaw: Float[Array, " n"], size: Float[Array, "n 3"]) -> Float[Array, " n"]:
     """Half of what upright cuboids measure along the road's z, metres."""
     return 0.5 * (size[:, 0] * np.abs(np.sin(yaw)) + size[:, 2] * np.abs(np.cos(yaw)))
-
-
-def _place_by_height(
-    near: Float[Array, " n"],
-    cov: Float[Array, "n 2 2"],
-    near_by_height: Float[Array, " n"],
-    no_contact: Bool[Array, " n"],
-    rays: Float[Array, "n 3"],
-) -> None:
-    """Overwrite, in the rows without road contact, reach and covariance by the box's height."""
-    near[no_contact] = np.clip(
-        np.fmin(near[no_contact], near_by_height[no_contact]), MIN_DEPTH, MAX_CONTACT_DEPTH
-    )
-    along = rays[no_contact, ::2] * (0.5 * near[no_contact])[:, None]
-    cov[no_contact] = along[:, :, None] * along[:, None, :] + np.eye(2)

@@ -4,25 +4,21 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from numpy import ndarray as Array
 
+from tracker.kernels import Kernel
 from tracker.lifecycle import MAX_CONSECUTIVE_STEPS, ActiveTracks
 from tracker.types import Camera
 
-# Boxes times this are centres and sizes; and back.
-TO_CENTRE = np.array(
-    [[0.5, 0.0, -1.0, 0.0], [0.0, 0.5, 0.0, -1.0], [0.5, 0.0, 1.0, 0.0], [0.0, 0.5, 0.0, 1.0]]
-)
-FROM_CENTRE = np.linalg.inv(TO_CENTRE)
 # An innovation beyond this share of the box's height tells nothing of the detector's noise.
 MAX_INNOVATION = 0.5
 # The gain never falls below this: what is seen must not be overruled for good.
 MIN_GAIN = 0.2
-# Small, middle and large boxes learn gains of their own.
-SIZE_CLASSES = np.arange(3)[:, None]
 # Keeps a division from 0 / 0.
 MIN_POWER = 1e-12
+LIMITS = np.array([MAX_INNOVATION, MAX_CONSECUTIVE_STEPS, MIN_GAIN, MIN_POWER])
+FILTER_BOXES = Kernel("tracker.kernels.box_gains", "filter_boxes")
 
 
 class Gains(NamedTuple):
@@ -84,45 +80,14 @@ class BoxFilter:
         """The filtered boxes of tracks (as predicted) that were detected as `boxes`, pixels."""
         if len(boxes) == 0:
             return Filtered(boxes, boxes, learned)
-        expected = matched.beliefs.boxes
-        off = (boxes - expected).dot(TO_CENTRE)
-        sides = expected[:, 2:] - expected[:, :2]
-        shorter = np.minimum(sides[:, 0], sides[:, 1])
-        size_class = (shorter > self.sizes[0]) + (shorter > self.sizes[1]).astype(np.int64)
-        gain = np.maximum(learned.gains.take(size_class, 0), (1.0 / (matched.hits + 1.0))[:, None])
-        unusable = matched.time_since_update > MAX_CONSECUTIVE_STEPS * dt
-        if np.count_nonzero(unusable) and dt > 0.0:
-            gain = 1.0 - (1.0 - gain) ** (matched.time_since_update / dt)[:, None]
-        beyond = boxes[:, :2] < self.border
-        beyond |= boxes[:, 2:] > camera.far_corner[:2] - self.border
-        cut = beyond[:, 0] | beyond[:, 1]
-        if np.count_nonzero(cut):
-            gain[cut] = 1.0
-            unusable |= cut
-        innovations = off / np.maximum(sides[:, 1:], 1.0)
-        innovations = np.minimum(np.maximum(innovations, -MAX_INNOVATION), MAX_INNOVATION)
-        innovations[unusable] = np.nan
-        learned = self._learn(learned, size_class, matched.innovations, innovations)
-        return Filtered(expected + (off * gain).dot(FROM_CENTRE), innovations, learned)
-
-    def _learn(
-        self,
-        learned: Gains,
-        size_class: Int[Array, " k"],
-        before: Float[Array, "k 4"],
-        now: Float[Array, "k 4"],
-    ) -> Gains:
-        """One step towards white innovations: gain + sum of products / sum of squares."""
-        usable = np.isfinite(before[:, 0] + now[:, 0]).nonzero()[0]
-        if len(usable) == 0:
-            return learned
-        a, b = before.take(usable, 0), now.take(usable, 0)
-        member = (size_class.take(usable) == SIZE_CLASSES).astype(float)
-        pairs = learned.pairs + np.add.reduce(member, 1, keepdims=True)
-        power = learned.power + member.dot(0.5 * (a * a + b * b))
-        worth = power * (1.0 + self.prior / np.maximum(pairs, 1.0)) + MIN_POWER
-        gains = learned.gains + member.dot(a * b) / worth
-        return _locked(np.minimum(np.maximum(gains, MIN_GAIN), 1.0), pairs, power)
+        k, size = boxes.shape[0], np.array(self.sizes, float)
+        filtered, innovations = np.empty((k, 4)), np.empty((k, 4))
+        after = Gains(np.empty((3, 4)), np.empty((3, 1)), np.empty((3, 4)))
+        tracks = matched.hits, matched.time_since_update, matched.innovations
+        how = dt, camera.far_corner, self.border, self.prior, LIMITS
+        out = filtered, innovations, *after
+        FILTER_BOXES(*learned, size, matched.beliefs.boxes, boxes, *tracks, *how, *out)
+        return Filtered(filtered, innovations, _locked(*after))
 
 
 def _locked(

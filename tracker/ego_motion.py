@@ -9,7 +9,8 @@ from numpy import ndarray as Array
 
 from tracker.beliefs import MIN_DEPTH, Beliefs
 from tracker.errors import BadMotion
-from tracker.geometry import adjoint_of, propagate_covariance
+from tracker.geometry import adjoint_of
+from tracker.kernels import Kernel
 from tracker.types import Camera, Cuboids, Frame, max_step
 from tracker.types.shape_pose import ShapePose
 
@@ -20,6 +21,8 @@ UNKNOWN_MOTION_SECONDS = 0.1
 NO_COV = np.zeros((6, 6))
 # A box grows at most five times as the camera passes the car.
 MIN_SCALE = 0.2
+LIMITS = np.array([MIN_DEPTH, MIN_SCALE])
+CARRY_BELIEFS = Kernel("tracker.kernels.lifting", "carry_beliefs")
 
 
 class CameraMotion(NamedTuple):
@@ -95,45 +98,20 @@ def compensate_ego_motion(
     n = len(beliefs)
     if n == 0:
         return beliefs
-    base = beliefs.cuboids.base
-    if moved is not None:
-        base = base.copy()
-        base[:, ::2] += moved
     T_road = camera.T_road_cam.dot(T_now_before).dot(camera.T_cam_road)
     turn = math.atan2(T_road[0, 2] - T_road[2, 0], T_road[0, 0] + T_road[2, 2])
-    base_now = base.dot(T_road[:3, :3].T) + T_road[:3, 3]
-    cuboids = Cuboids(base_now, beliefs.cuboids.yaw + turn, beliefs.cuboids.size)
-
-    R = T_road[:3:2, :3:2]
-    R_state = np.zeros((4, 4))
-    R_state[:2, :2] = R_state[2:, 2:] = R
-    cov = propagate_covariance(R_state, beliefs.cov)
-    shift = (base_now.dot(camera.road_shift[:3]) + camera.road_shift[3]).reshape(-1, 6)
-    from_motion = shift.dot(motion_cov).reshape(n, 2, 6)
-    cov[:, :2, :2] += from_motion @ shift.reshape(n, 2, 6).transpose(0, 2, 1)
-    boxes = _move_boxes(beliefs, camera, T_now_before, moved)
+    R, t = T_now_before[:3, :3], T_now_before[:3, 3]
+    K_R = camera.K.dot(R)
+    by_moved = K_R.dot(camera.T_cam_road[:3, :3:2])
+    pixels = K_R.dot(camera.K_inverse), camera.K.dot(t), by_moved, LIMITS
+    out = np.empty((n, 3)), np.empty((n, 2)), np.empty((n, 4, 4)), np.empty((n, 4))
+    shift = np.zeros((n, 2)) if moved is None else moved
+    before = beliefs.cuboids.base, beliefs.cuboids.size, beliefs.velocity, beliefs.cov
+    motion = T_road, camera.road_shift, motion_cov, camera.T_cam_road[2]
+    CARRY_BELIEFS(*before, beliefs.boxes, shift, *motion, *pixels, *out)
+    base, velocity, cov, boxes = out
+    cuboids = Cuboids(base, beliefs.cuboids.yaw + turn, beliefs.cuboids.size)
     pose = beliefs.shape_pose
     if pose is not None:
         pose = ShapePose(pose.shape, pose.yaw + turn, pose.cov)
-    return Beliefs(cuboids, beliefs.velocity.dot(R.T), cov, boxes, pose, beliefs.embedding)
-
-
-def _move_boxes(
-    beliefs: Beliefs,
-    camera: Camera,
-    T_now_before: Float[Array, "4 4"],
-    moved: Float[Array, "n 2"] | None,
-) -> Float[Array, "n 4"]:
-    """The boxes as fronto-parallel windows at the car's depth, seen from the camera of now."""
-    cuboids = beliefs.cuboids
-    depth = cuboids.base.dot(camera.T_cam_road[2, :3]) + camera.T_cam_road[2, 3]
-    depth = np.maximum(depth - 0.25 * cuboids.size[:, 0], MIN_DEPTH)
-    R, t = T_now_before[:3, :3], T_now_before[:3, 3]
-    K_R = camera.K.dot(R)
-    H = K_R.dot(camera.K_inverse)  # moves pixels at infinity
-    shift = camera.K.dot(t)
-    if moved is not None:
-        shift = shift + moved.dot(K_R.dot(camera.T_cam_road[:3, :3:2]).T)
-    corners = (beliefs.boxes.reshape(-1, 2).dot(H[:, :2].T) + H[:, 2]).reshape(-1, 2, 3)
-    corners += (shift / depth[:, None])[:, None]
-    return (corners[:, :, :2] / np.maximum(corners[:, :, 2:], MIN_SCALE)).reshape(-1, 4)
+    return Beliefs(cuboids, velocity, cov, boxes, pose, beliefs.embedding)

@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy import ndarray as Array
 
 from tracker.errors import BadConfig
-from tracker.geometry import box_area, box_intersection
+from tracker.kernels import Kernel
 from tracker.types import Camera, Detections
+
+SUPPRESS_BOXES = Kernel("tracker.kernels.pairing", "suppress_boxes")
 
 
 @dataclass(frozen=True)
@@ -44,21 +45,8 @@ class Suppression:
     def __call__(self, detections: Detections, camera: Camera) -> Detections:
         """What is left, in the given order, in arrays of its own."""
         boxes, scores = detections.boxes, detections.scores
-        inside = camera.clip_boxes(boxes)
-        kept = (inside[:, 2] > inside[:, 0]) & (inside[:, 3] > inside[:, 1])
-        kept &= scores >= self.min_score
-        if len(boxes) > 1:
-            area = box_area(boxes)
-            shared = box_intersection(boxes[:, None], boxes[None])
-            limit: float | Array = self.max_iou
-            if self.max_iou_of_sure is not None:
-                sure = (scores >= self.sure_score) | (scores[:, None] == scores)  # the weaker one
-                limit = np.where(sure, self.max_iou_of_sure, self.max_iou)
-            # IoU > t, that is shared > t (both - shared)
-            close = (1.0 + limit) * shared > limit * (area[:, None] + area)
-            close.ravel()[:: len(boxes) + 1] = False  # each box with itself
-            if np.count_nonzero(close):
-                for row in np.argsort(-scores, kind="stable"):
-                    if kept[row]:
-                        kept &= ~close[row]
+        kept, order = np.empty(len(boxes), bool), np.argsort(-scores, kind="stable")
+        of_sure = self.max_iou if self.max_iou_of_sure is None else self.max_iou_of_sure
+        limits = self.min_score, self.max_iou, of_sure, self.sure_score
+        SUPPRESS_BOXES(boxes, scores, order, camera.far_corner, *limits, kept)
         return detections.select(kept)

@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 from filterpy.common import Q_discrete_white_noise
 from filterpy.kalman import KalmanFilter
-from hypothesis import given
-from hypothesis import strategies as st
 
 from tests.tracker.samples import beliefs_at
 from tracker.beliefs import Beliefs
-from tracker.dynamics import ConstantPosition, ConstantVelocity, inverse_2x2
+from tracker.dynamics import ConstantPosition, ConstantVelocity
 from tracker.types import Cuboids
 
 PLACES = ((-4.0, 12.0), (0.0, 25.0), (6.0, 40.0))
@@ -117,14 +115,3 @@ def test_still_cars_stay_where_they_were_last_seen_with_growing_doubt() -> None:
 def test_still_believes_exactly_what_it_sees() -> None:
     seen = beliefs_at((1.0, 21.0))
     assert ConstantPosition().update(beliefs_at((0.0, 20.0)), seen) is seen
-
-
-@given(st.integers(0, 10_000), st.integers(0, 5))
-def test_small_inverses_equal_numpys(seed: int, n: int) -> None:
-    matrices = random_covariances(n, np.random.default_rng(seed))
-    np.testing.assert_allclose(inverse_2x2(matrices), np.linalg.inv(matrices), rtol=1e-8)
-
-
-def test_an_inverse_by_hand() -> None:
-    inverse = inverse_2x2(np.array([[[1.0, 2.0], [3.0, 4.0]]]))
-    np.testing.assert_allclose(inverse, [[[-2.0, 1.0], [1.5, -0.5]]])

@@ -8,11 +8,14 @@ from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from tracker.beliefs import MIN_DEPTH, Beliefs
+from tracker.kernels import Kernel
 from tracker.types import Camera, Cuboids, Detections
 from tracker.types.cuboids import CORNERS
 
 # The corners of a region are projected from this depth at least, metres.
 MIN_CORNER_DEPTH = 0.25 * MIN_DEPTH
+BOX_CUBOIDS = Kernel("tracker.kernels.pairing", "box_cuboids")
+FIND_MEETING = Kernel("tracker.kernels.pairing", "find_meeting")
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,11 +49,11 @@ class GatedPairs:
     def __post_init__(self) -> None:
         regions = self.expected.region(self.sigmas)
         areas = project_cuboids(regions, self.camera)
-        a, b = areas[:, None], self.observed.boxes[None]
-        meet = np.minimum(a[..., 2:], b[..., 2:]) > np.maximum(a[..., :2], b[..., :2])
+        meet = np.empty(self.shape, bool)
+        FIND_MEETING(areas, self.observed.boxes, meet)
         object.__setattr__(self, "expected_regions", regions)
         object.__setattr__(self, "search_areas", areas)
-        object.__setattr__(self, "pairs", (meet[..., 0] & meet[..., 1]).nonzero())
+        object.__setattr__(self, "pairs", meet.nonzero())
 
     @cached_property
     def observed_regions(self) -> Cuboids:
@@ -88,16 +91,8 @@ def project_cuboids(cuboids: Cuboids, camera: Camera) -> Float[Array, "n 4"]:
     that a region that passes the camera reaches the image's border on its own side; one wholly
     nearer than NEAR gets a box without area.
     """
-    P = camera.P_road_centred
-    axes = cuboids.half_axes().reshape(-1, 3).dot(P[:, :3].T).reshape(3, -1)
-    centres = cuboids.base.dot(P[:, :3].T) + P[:, 3]
-    corners = CORNERS.dot(axes).reshape(8, -1, 3) + centres
-    depth = corners[:, :, 2:]
-    pixels = corners[:, :, :2] / np.maximum(depth, MIN_CORNER_DEPTH)
-    pixels += camera.K[:2, 2]
-    sides = np.minimum.reduce(pixels, 0), np.maximum.reduce(pixels, 0)
-    boxes = camera.clip_boxes(np.concatenate(sides, axis=1))
-    behind = np.maximum.reduce(depth[:, :, 0], 0) < MIN_DEPTH
-    if np.count_nonzero(behind):
-        boxes[behind] = 0.0
+    boxes = np.empty((len(cuboids), 4))
+    view = camera.P_road_centred, camera.K[:2, 2].copy(), camera.far_corner, CORNERS
+    limits = MIN_CORNER_DEPTH, MIN_DEPTH
+    BOX_CUBOIDS(cuboids.base, cuboids.yaw, cuboids.size, *view, *limits, boxes)
     return boxes

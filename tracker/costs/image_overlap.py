@@ -1,14 +1,16 @@
 """2D-2D: the overlap of the expected box with the new one."""
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
 from tracker.costs.gating import GatedPairs
-from tracker.geometry import box_iou
+from tracker.geometry.overlap import MIN_AREA
+from tracker.kernels import Kernel
+
+COST_OF_OVERLAPS = Kernel("tracker.kernels.pairing", "cost_of_overlaps")
 
 
 @dataclass(frozen=True)
@@ -29,17 +31,7 @@ class ImageOverlap:
         """The cost of every pair of the pairing, in [0, 1]."""
         rows, columns = pairing.pairs
         fraction = max(self.buffer, round(self.drift * pairing.seconds, 6))
-        expected = widened(pairing.expected.boxes, fraction)
-        observed = widened(pairing.observed.boxes, fraction)
-        return 1.0 - box_iou(expected.take(rows, 0), observed.take(columns, 0))
-
-
-def widened(boxes: Float[Array, "n 4"], fraction: float) -> Float[Array, "n 4"]:
-    """The boxes with every side moved outwards by a fraction of the box's width or height."""
-    return boxes.dot(_widening(fraction)) if fraction else boxes
-
-
-@lru_cache(maxsize=64)
-def _widening(fraction: float) -> Float[Array, "4 4"]:
-    """x_min - f (x_max - x_min), and so on, as a matrix."""
-    return np.eye(4) * (1.0 + 2.0 * fraction) - fraction * np.tile(np.eye(2), (2, 2))
+        costs = np.empty(len(rows))
+        boxes = pairing.expected.boxes, pairing.observed.boxes
+        COST_OF_OVERLAPS(*boxes, rows, columns, fraction, MIN_AREA, costs)
+        return costs

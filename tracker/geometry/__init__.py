@@ -1,6 +1,6 @@
 """Pure functions on plain arrays: transforms, the road plane, overlaps."""
 
-from tracker.geometry.ground import road_contact, road_contact_jacobian
+from tracker.geometry.ground import road_contact
 from tracker.geometry.overlap import (
     box_area,
     box_intersection,
@@ -39,7 +39,6 @@ __all__ = [
     "propagate_covariance",
     "rigid_fault",
     "road_contact",
-    "road_contact_jacobian",
     "rotation_x",
     "rotation_y",
     "rotation_z",

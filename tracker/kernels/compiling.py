@@ -12,6 +12,7 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 F1, F2, F3, F4 = (Array(float64, n, "C", readonly=True) for n in (1, 2, 3, 4))
 # The same of any strides, as users give them.
 A1, A2 = (Array(float64, n, "A", readonly=True) for n in (1, 2))
+A_I1 = Array(int64, 1, "A", readonly=True)
 I1, I2 = (Array(int64, n, "C", readonly=True) for n in (1, 2))
 B1, B2 = (Array(boolean, n, "C", readonly=True) for n in (1, 2))
 # Outputs, which the caller has made.

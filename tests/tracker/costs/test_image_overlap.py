@@ -4,12 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from tests.tracker.samples import beliefs_at, pairing_of
 from tracker.costs import ImageOverlap
-from tracker.costs.image_overlap import widened
 
 
 def cost_of(expected: list[float], observed: list[float], buffer: float = 0.0) -> np.ndarray:
@@ -32,25 +29,6 @@ def test_boxes_that_only_touch_cost_everything_but_less_with_a_buffer() -> None:
     assert cost_of(*touching) == pytest.approx([1.0])
     # 20 x 20 boxes that share 10 x 20: 200 / 600.
     assert cost_of(*touching, buffer=0.5) == pytest.approx([2 / 3])
-
-
-def test_a_box_is_widened_by_a_fraction_of_its_own_sides() -> None:
-    box = np.array([[100.0, 50.0, 110.0, 70.0]])
-    np.testing.assert_allclose(widened(box, 0.1), [[99.0, 48.0, 111.0, 72.0]])
-    assert widened(box, 0.0) is box
-
-
-@given(st.floats(-500, 500), st.floats(0, 200), st.floats(0, 200), st.floats(0, 2))
-def test_widened_boxes_keep_their_centre_and_scale_their_sides(x, width, height, fraction) -> None:
-    box = np.array([[x, -x, x + width, -x + height]])
-    wide = widened(box, fraction)
-    np.testing.assert_allclose(wide[:, :2] + wide[:, 2:], box[:, :2] + box[:, 2:], atol=1e-9)
-    sides = (1 + 2 * fraction) * (box[:, 2:] - box[:, :2])
-    np.testing.assert_allclose(wide[:, 2:] - wide[:, :2], sides, atol=1e-9)
-
-
-def test_no_boxes_are_widened_to_none() -> None:
-    assert widened(np.zeros((0, 4)), 0.2).shape == (0, 4)
 
 
 def test_the_buffer_grows_with_the_time_since_the_last_look() -> None:

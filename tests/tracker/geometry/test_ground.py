@@ -5,7 +5,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from tracker.geometry import road_contact, road_contact_jacobian, rotation_x, transform
+from tests.tracker.kernels.plain_tracks import road_contact_jacobian
+from tracker.geometry import road_contact, rotation_x, transform
 from tracker.types import Camera
 
 K = np.array([[700.0, 0.0, 600.0], [0.0, 710.0, 170.0], [0.0, 0.0, 1.0]])

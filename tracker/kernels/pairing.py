@@ -1,0 +1,132 @@
+"""Search areas, the pairs inside them, overlaps, and which boxes are kept beside others."""
+
+from math import cos, inf, sin, sqrt
+
+import numpy as np
+
+from tracker.kernels.compiling import (
+    A1,
+    A2,
+    A_I1,
+    F1,
+    F2,
+    F3,
+    FLOAT,
+    I1,
+    OUT1,
+    OUT2,
+    OUT_B1,
+    OUT_B2,
+    inlined,
+    kernel,
+)
+
+
+@kernel(A1, A2, F3, FLOAT, OUT2)
+def stretch(yaw, size, covs, sigmas, stretched):
+    """Sizes (n, 3) that are larger by so many standard deviations of the places."""
+    for car in range(len(yaw)):
+        c, s = cos(yaw[car]), sin(yaw[car])
+        xx, zz = covs[car, 0, 0], covs[car, 1, 1]
+        along = c * (c * xx - 2.0 * s * covs[car, 0, 1]) + s * s * zz
+        across = xx + zz - along  # a covariance's trace does not turn
+        stretched[car, 0] = size[car, 0] + 2.0 * sigmas * sqrt(max(along, 0.0))
+        stretched[car, 1] = size[car, 1]
+        stretched[car, 2] = size[car, 2] + 2.0 * sigmas * sqrt(max(across, 0.0))
+
+
+@kernel(A2, A1, A2, F2, F1, F1, F2, FLOAT, FLOAT, OUT2)
+def box_cuboids(base, yaw, size, P, centre, far, signs, min_corner_depth, min_depth, boxes):
+    """The upright boxes around projected cuboids, clipped to the image, see `project_cuboids`."""
+    half, at = np.empty((3, 3)), np.empty(3)  # homogeneous pixels of half axes, of the base
+    for car in range(len(base)):
+        c, s = cos(yaw[car]), sin(yaw[car])
+        for row in range(3):
+            half[0, row] = 0.5 * size[car, 0] * (c * P[row, 0] - s * P[row, 2])
+            half[1, row] = size[car, 1] * P[row, 1]
+            half[2, row] = 0.5 * size[car, 2] * (s * P[row, 0] + c * P[row, 2])
+            at[row] = base[car, 0] * P[row, 0] + base[car, 1] * P[row, 1] + base[car, 2] * P[row, 2]
+            at[row] += P[row, 3]
+        deepest = -inf
+        for edge in range(4):
+            boxes[car, edge] = inf if edge < 2 else -inf
+        for corner in range(8):
+            a, b, d = signs[corner, 0], signs[corner, 1], signs[corner, 2]
+            depth = at[2] + (a * half[0, 2] + b * half[1, 2] + d * half[2, 2])
+            deepest = max(deepest, depth)
+            for row in range(2):
+                pixel = at[row] + (a * half[0, row] + b * half[1, row] + d * half[2, row])
+                pixel = pixel / max(depth, min_corner_depth) + centre[row]
+                boxes[car, row] = min(boxes[car, row], pixel)
+                boxes[car, 2 + row] = max(boxes[car, 2 + row], pixel)
+        for edge in range(4):
+            boxes[car, edge] = min(max(boxes[car, edge], 0.0), far[edge])
+            if deepest < min_depth:
+                boxes[car, edge] = 0.0
+
+
+@kernel(A2, A2, OUT_B2)
+def find_meeting(a, b, meet):
+    """Which boxes of a (n, 4) share area with which of b (m, 4)."""
+    for row in range(len(a)):
+        for column in range(len(b)):
+            meet[row, column] = (
+                min(a[row, 2], b[column, 2]) > max(a[row, 0], b[column, 0])
+                and min(a[row, 3], b[column, 3]) > max(a[row, 1], b[column, 1])
+            )  # fmt: skip
+
+
+@inlined
+def overlap(a, b, fraction, min_area):
+    """IoU of two boxes, both widened by a fraction of their sides."""
+    shared, one, other = 1.0, 1.0, 1.0
+    for axis in range(2):
+        wide, beside = fraction * (a[axis + 2] - a[axis]), fraction * (b[axis + 2] - b[axis])
+        low, low_beside = a[axis] - wide, b[axis] - beside
+        high, high_beside = a[axis + 2] + wide, b[axis + 2] + beside
+        shared *= max(min(high, high_beside) - max(low, low_beside), 0.0)
+        one *= max(high - low, 0.0)
+        other *= max(high_beside - low_beside, 0.0)
+    return shared / max(one + other - shared, min_area)
+
+
+@kernel(A2, A2, A_I1, A_I1, FLOAT, FLOAT, OUT1)
+def cost_of_overlaps(a, b, rows, columns, fraction, min_area, costs):
+    """1 - IoU of the boxes of these pairs."""
+    for pair in range(len(rows)):
+        costs[pair] = 1.0 - overlap(a[rows[pair]], b[columns[pair]], fraction, min_area)
+
+
+@inlined
+def has_area_inside(box, far):
+    """Whether the part of a box inside the image has area."""
+    wide = min(max(box[2], 0.0), far[2]) > min(max(box[0], 0.0), far[0])
+    return wide and min(max(box[3], 0.0), far[3]) > min(max(box[1], 0.0), far[1])
+
+
+@inlined
+def is_close(box, other, limit):
+    """Whether the IoU of two boxes is larger than a limit."""
+    shared, one, two = 1.0, 1.0, 1.0
+    for axis in range(2):
+        side = min(box[axis + 2], other[axis + 2]) - max(box[axis], other[axis])
+        shared *= max(side, 0.0)
+        one *= max(box[axis + 2] - box[axis], 0.0)
+        two *= max(other[axis + 2] - other[axis], 0.0)
+    return (1.0 + limit) * shared > limit * (one + two)  # shared > limit (both - shared)
+
+
+@kernel(A2, A1, I1, F1, FLOAT, FLOAT, FLOAT, FLOAT, OUT_B1)
+def suppress_boxes(
+    boxes, scores, order, far, min_score, max_iou, max_iou_of_sure, sure_score, kept
+):
+    """Which boxes are kept, see `Suppression`. order: rows, the highest score first."""
+    for row in range(len(boxes)):
+        kept[row] = scores[row] >= min_score and has_area_inside(boxes[row], far)
+    for row in order:
+        if kept[row]:
+            for other in range(len(boxes)):
+                if kept[other] and other != row:
+                    is_sure = scores[other] >= sure_score or scores[row] == scores[other]
+                    limit = max_iou_of_sure if is_sure else max_iou
+                    kept[other] = not is_close(boxes[row], boxes[other], limit)
