@@ -11,6 +11,8 @@ def roundabout(
     parked: float = 1.0,
     vans: int = 14,
     alike: float = 0.0,
+    wander: float = 0.0,
+    bumps: float = 0.0,
     frames: int = 200,
 ) -> Scene:
     """Cars enter a ring, go round it and leave; who enters gives way.
@@ -20,6 +22,10 @@ def roundabout(
     parked: share of the parking places at the kerb that are taken, 0 to 1.
     vans: vans parked where they hide the most.
     alike: share of the car models that look the same, 0 to 1.
+    wander: how much drivers drift in the lane and vary their speed, >= 0; 1: as people.
+    bumps: how much our car pitches and rolls, >= 0; 0: a level ride, 1: as KITTI's car.
     frames: length of the run in frames, at 10 Hz.
     """
-    return live_scene("roundabout", cars, arrivals, frames, alike, parked, vans)
+    return live_scene(
+        "roundabout", cars, arrivals, frames, alike, parked, vans, wander=wander, bumps=bumps
+    )

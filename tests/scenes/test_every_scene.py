@@ -43,3 +43,14 @@ def test_cars_of_one_model_have_its_size(rollout) -> None:
         rollout.scene_meshes.vehicles.shapes, rollout.scene_meshes.vehicles.size, strict=True
     ):
         np.testing.assert_allclose(np.ptp(shape.vertices, axis=0), size, atol=1e-9)
+
+
+def test_drivers_err_and_our_car_tilts_in_a_live_scene_where_that_is_asked_for() -> None:
+    plain, shaken = (
+        record_scene_traffic(find_scene("street", frames=4, wander=level, bumps=level), 3)
+        for level in (0.0, 1.0)
+    )
+    assert plain.tilt is None
+    assert shaken.tilt is not None
+    assert np.abs(shaken.tilt).max() > 0.0
+    assert np.abs(shaken.y[-1] - plain.y[-1]).max() > 0.05
