@@ -36,7 +36,7 @@ TURNS = {"left": (8.0, 4.5), "right": (6.0, 3.4), "straight": None}
 def intersection_give_way(
     *,
     turn: str = "left",
-    rate: float = 0.3,
+    rate: float = 0.4,
     speed: float = 10.0,
     patience: float = 12.0,
     alike: float = 0.0,
