@@ -198,13 +198,13 @@ class Car(IDMVehicle):
         along, aside = lane.local_coordinates(self.position)
         speed = max(self.speed, 0.5)
         aside -= self.drift
-        across = np.clip(self.KP_LATERAL * aside / speed, -MAX_LANE_ANGLE, MAX_LANE_ANGLE)
+        across = max(min(self.KP_LATERAL * aside / speed, MAX_LANE_ANGLE), -MAX_LANE_ANGLE)
         course = self.road.course(self, index, float(along) + speed * self.TAU_PURSUIT)
         error = (course - across - self.heading + np.pi) % (2.0 * np.pi) - np.pi
         most = min(MAX_LATERAL_ACCELERATION * 0.5 * self.LENGTH / speed**2, 1.0)
-        slip = np.clip(0.5 * self.LENGTH / speed * self.KP_HEADING * error, -most, most)
+        slip = max(min(0.5 * self.LENGTH / speed * self.KP_HEADING * error, most), -most)
         angle = np.arctan(2.0 * np.tan(np.arcsin(slip)))
-        return float(np.clip(angle, -self.MAX_STEERING_ANGLE, self.MAX_STEERING_ANGLE))
+        return float(max(min(angle, self.MAX_STEERING_ANGLE), -self.MAX_STEERING_ANGLE))
 
     def choose_lane(self) -> None:
         """Leave a lane that ends as soon as there is a gap; else change as MOBIL says."""

@@ -32,6 +32,7 @@ class CarRoad(Road):
         self._onward: dict[tuple[LaneIndex, Segment], tuple[LaneIndex, bool]] = {}
         self._around: dict[tuple[LaneIndex, int, int], list[tuple[LaneIndex, float]]] = {}
         self._seen: dict[LaneIndex, tuple[Float[Array, " n"], Bool[Array, " n"]]] = {}
+        self._placed: dict[tuple[LaneIndex, int, int], Float[Array, " n"]] = {}
         self._positions = np.zeros((0, 2))
         self._lanes = {index: row for row, index in enumerate(layout.network.lanes_dict())}
         self._circles = np.array([circle_around(lane) for lane in layout.network.lanes_list()])
@@ -55,7 +56,7 @@ class CarRoad(Road):
 
     def forget(self) -> None:
         """Begin a new search: cars have moved, come or gone."""
-        self._seen = {}
+        self._seen, self._placed = {}, {}
         self._positions = np.array([car.position for car in self.vehicles]).reshape(-1, 2)
         x, y, radius = self._circles.T
         apart = np.hypot(x[:, None] - self._positions[:, 0], y[:, None] - self._positions[:, 1])
@@ -68,13 +69,7 @@ class CarRoad(Road):
         """The cars before and behind a car on a lane, each None if there is none."""
         index = lane_index or vehicle.lane_index
         here = float(self.network.get_lane(index).local_coordinates(vehicle.position)[0])
-        place = np.full(len(self.vehicles), np.nan)
-        for ahead, offset in self.lanes_around(vehicle, index):
-            if not self._may_hold[self._lanes[ahead]]:
-                continue
-            along, on_it = self._on_lane(ahead)
-            new = on_it & np.isnan(place)
-            place[new] = along[new] + offset
+        place = self._places(vehicle, index).copy()
         place[vehicle.row] = np.nan
         ahead_of = np.where(place >= here, place, np.inf)
         behind = np.where(place < here, place, -np.inf)
@@ -85,6 +80,21 @@ class CarRoad(Road):
             self.vehicles[front] if np.isfinite(ahead_of[front]) else None,
             self.vehicles[rear] if np.isfinite(behind[rear]) else None,
         )
+
+    def _places(self, vehicle: Any, index: LaneIndex) -> Float[Array, " n"]:
+        """Where all cars are along a lane and what lies before and after it on a car's way; NaN of
+        those that are on none of it. Cars of one way ask the same."""
+        key = (index, vehicle.way, vehicle.leg)
+        if key not in self._placed:
+            place = np.full(len(self.vehicles), np.nan)
+            for ahead, offset in self.lanes_around(vehicle, index):
+                if not self._may_hold[self._lanes[ahead]]:
+                    continue
+                along, on_it = self._on_lane(ahead)
+                new = on_it & np.isnan(place)
+                place[new] = along[new] + offset
+            self._placed[key] = place
+        return self._placed[key]
 
     def _on_lane(self, index: LaneIndex) -> tuple[Float[Array, " n"], Bool[Array, " n"]]:
         """Where all cars are along a lane, and who is on it."""
