@@ -50,21 +50,29 @@ class MeasuredDrive:
     """x, y (metres) and heading (radians) of our car in every frame, in the plane of the road."""
     cars: Tracks
     """The labels with their cuboids in the road frame, in the order of ids and frames."""
+    Ts_world_cam: Float[Array, "t 4 4"] | None = None
+    """Poses of the camera; None: how it pitches is not measured."""
 
     @classmethod
-    def of_labels(cls, name: str, egos: Float[Array, "t 3"], tracks: Tracks) -> "MeasuredDrive":
+    def of_labels(
+        cls,
+        name: str,
+        egos: Float[Array, "t 3"],
+        tracks: Tracks,
+        Ts_world_cam: Float[Array, "t 4 4"] | None = None,
+    ) -> "MeasuredDrive":
         """From all labels; those of other classes and DontCare are left out."""
         assert tracks.kinds is not None
         rows = np.flatnonzero(np.isin(tracks.kinds, REPLAYED_KINDS))
-        return cls(
-            name, egos, tracks.select(rows[np.lexsort((tracks.frames[rows], tracks.ids[rows]))])
-        )
+        order = np.lexsort((tracks.frames[rows], tracks.ids[rows]))
+        return cls(name, egos, tracks.select(rows[order]), Ts_world_cam)
 
     @classmethod
     def of_rollout(cls, rollout: Rollout, truth: Truth) -> "MeasuredDrive":
         """From a run of a scene and what is true in it, by the labels that KITTI would have."""
         name = f"{rollout.scene.name} {rollout.seed}"
-        return cls.of_labels(name, rollout.traffic.ego, labels(truth))
+        Ts_world_cam = rollout.scene.rig.Ts_world_cam(rollout.traffic)
+        return cls.of_labels(name, rollout.traffic.ego, labels(truth), Ts_world_cam)
 
     def __len__(self) -> int:
         return len(self.egos)
@@ -158,6 +166,15 @@ def slopes(values: Float[Array, "n k"], frames: int = SMOOTHED_FRAMES) -> Float[
         return np.asarray(moved)
     found = savgol_filter(values, window, 2, deriv=1, delta=STEP_SECONDS, axis=0)
     return np.asarray(found, dtype=np.float64)
+
+
+def pitch_steps(drive: MeasuredDrive) -> Float[Array, " m"]:
+    """Radians by which the camera pitches from each frame to the next."""
+    if drive.Ts_world_cam is None:
+        return np.zeros(0)
+    R_world_cam = drive.Ts_world_cam[:, :3, :3]
+    R_before_now = R_world_cam[:-1].swapaxes(1, 2) @ R_world_cam[1:]
+    return np.arctan2(R_before_now[:, 2, 1], R_before_now[:, 2, 2])
 
 
 def headways(drive: MeasuredDrive) -> Float[Array, " m"]:
@@ -323,6 +340,11 @@ DRIVE_STATISTICS: Mapping[str, DriveStatistic] = {
         "our |acceleration|, 90 %, m/s2",
         lambda d: np.abs(slopes(d.ego_speed[:, None])[d.ego_drives, 0]),
         _quantile(0.9),
+    ),
+    "pitch_step": DriveStatistic(
+        "pitch of the camera, change in a frame, deg",
+        lambda d: np.degrees(np.abs(pitch_steps(d))),
+        _quantile(0.5),
     ),
     "acceleration": DriveStatistic(
         "|acceleration| of driving cars, m/s2",

@@ -178,7 +178,7 @@ def kitti_reference(root: Path | str | None = None) -> ReferenceDrives:
         assert drive.Ts_world_cam is not None
         assert drive.truth is not None
         egos = planar_poses(drive.Ts_world_cam @ drive.camera.T_cam_road)
-        drives.append(MeasuredDrive.of_labels(name, egos, drive.truth))
+        drives.append(MeasuredDrive.of_labels(name, egos, drive.truth, drive.Ts_world_cam))
     if len(drives) < MIN_DRIVES:
         said = "".join(f"; {', '.join(names)}: {why}" for why, names in left_out.items())
         raise DatasetNotFound(

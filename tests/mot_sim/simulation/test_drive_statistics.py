@@ -107,6 +107,17 @@ def test_a_drive_without_cars_has_counts_and_no_shares() -> None:
     assert measured("ids", drive, ahead) == 3.0
 
 
+def test_the_pitch_of_the_camera_is_followed_from_frame_to_frame() -> None:
+    drive = drive_of(straight(30.0, 0.0, 0.0, SPEED, range(FRAMES)))
+    assert np.isnan(measured("pitch_step", drive))
+    angles = np.radians(np.where(np.arange(FRAMES) % 2, 0.05, 0.0))  # up and down by .05 degrees
+    poses = np.tile(np.eye(4), (FRAMES, 1, 1))
+    poses[:, 1, 1] = poses[:, 2, 2] = np.cos(angles)
+    poses[:, 2, 1], poses[:, 1, 2] = np.sin(angles), -np.sin(angles)
+    drive = MeasuredDrive.of_labels("pitching", drive.egos, drive.cars, poses)
+    assert measured("pitch_step", drive) == pytest.approx(0.05)
+
+
 def test_slopes_are_exact_for_quadratics_and_for_few_values() -> None:
     time = 0.1 * np.arange(30)
     assert slopes((3 * time**2)[:, None])[:, 0] == pytest.approx(6 * time, abs=1e-9)
