@@ -323,7 +323,8 @@ class DriveStatistic:
 
     def shown(self, drives: Sequence[MeasuredDrive]) -> list[Array]:
         """The samples of each drive that has some."""
-        return [each for each in map(self.samples, drives) if len(each)]
+        found = (np.atleast_1d(self.samples(drive)) for drive in drives)
+        return [each for each in found if len(each)]
 
 
 DRIVE_STATISTICS: Mapping[str, DriveStatistic] = {
