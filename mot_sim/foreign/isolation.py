@@ -187,8 +187,8 @@ class IsolatedTracker:
                     raise self._ended()
             else:
                 self._read += part
-        kind, content, (seconds, *taken) = message
-        self._require_moderation(*taken)
+        kind, content, (seconds, resident, printed) = message
+        self._require_moderation(resident, printed)
         self.cpu_seconds += seconds
         if kind == "answer":
             return content

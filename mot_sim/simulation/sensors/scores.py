@@ -63,7 +63,7 @@ class ScoreNoise:
         require_table("scores by_height", HEIGHT_KNOTS, self.by_height)
         require_table("scores by_truncation", TRUNCATION_KNOTS, self.by_truncation)
         require_table("scores truncation_by_height", TRUNCATION_KNOTS, self.truncation_by_height)
-        require_table("scores unlabelled", (1, 2, 3), self.unlabelled)
+        require_table("scores unlabelled", (1.0, 2.0, 3.0), self.unlabelled)
         require_finite("scores other_kinds", self.other_kinds)
         require_rates("scores coupling", self.coupling)
 
