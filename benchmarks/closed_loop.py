@@ -3,7 +3,7 @@
     mot-sim compare --setup all
     python -m benchmarks.closed_loop --root KITTI [--detections rrc] [--seeds 5] [--out DIR]
     python -m benchmarks.closed_loop --root KITTI --profile all
-    python -m benchmarks.closed_loop --root KITTI --scenes street,intersection
+    python -m benchmarks.closed_loop --root KITTI --profile rrc --scenes street,town --scenes-only
 
 What `mot-sim validate-sim` does, on the ten given sequences, and a verdict beside the goals. The
 labelled cars are re-enacted: replayed as worlds, cast with cars of our fleet, drawn, and measured
@@ -70,6 +70,7 @@ def main() -> None:
     parser.add_argument("--trackers", help="names, separated by commas; all without")
     parser.add_argument("--profile", default=HALVES, help="halves, all, a name or a file")
     parser.add_argument("--scenes", help="names, separated by commas, or all; none without")
+    parser.add_argument("--scenes-only", action="store_true", help="without re-enactments")
     parser.add_argument("--keep-ranks", action="store_true", help="keep them with the package")
     parser.add_argument("--frames", type=int, help="of a scene's run")
     parser.add_argument("--out", type=Path, help="folder that keeps what is done")
@@ -84,7 +85,7 @@ def main() -> None:
         scenes = list(SCENES)
     plan = Plan(
         find_contestants(names), arguments.seeds, arguments.profile, scenes, arguments.frames,
-        arguments.out, arguments.jobs,
+        arguments.out, arguments.jobs, arguments.scenes_only,
     )  # fmt: skip
     drives = [kitti_sequence(arguments.root, name, arguments.detections) for name in GIVEN]
     found = validate(plan, drives, lambda what: print(what, file=sys.stderr, flush=True))

@@ -45,6 +45,7 @@ class ValidateSim:
     profile: Annotated[str, option("NAME|FILE", "halves", help=_of_plan("profile"))] = "halves"
     scenes: Annotated[str | None, option("NAMES", "none")] = None
     """Scenes (mot-sim list) whose ranks are compared with the real ones, too."""
+    scenes_only: Annotated[bool, option(help=_of_plan("scenes_only"))] = False
     seeds: Annotated[int, option("N", "5", help=_of_plan("seeds"))] = 5
     frames: Annotated[int | None, option("N", "the scene's own", help=_of_plan("frames"))] = None
     out: Annotated[Path | None, option("DIR", "nothing is kept")] = None
@@ -73,6 +74,7 @@ class ValidateSim:
             self.frames,
             self.out,
             self.jobs,
+            self.scenes_only,
         )
         options = KittiOptions(root=self.root, sequences=self.sequences, detections=self.detections)
         drives = [drive for drive in options.open("labelled") if drive.truth is not None]

@@ -47,8 +47,12 @@ class Plan:
     """Where drawings and scores are kept, so that a later call goes on; None: nowhere."""
     jobs: int = 1
     """Processes."""
+    scenes_only: bool = False
+    """Whether the scenes alone stand beside the real drives, and nothing is re-enacted."""
 
     def __post_init__(self) -> None:
+        if self.scenes_only and not self.scenes:
+            raise BadConfig("--scenes-only: no scene is named; name some with --scenes")
         if self.seeds < 1:
             raise BadConfig(f"--seeds {self.seeds}: give 1 or more")
 
@@ -62,7 +66,8 @@ class Validation:
     """What was found."""
 
     reenacted: Agreement | None
-    """Real drives beside their re-enactments; None: fewer than two trackers came through."""
+    """Real drives beside their re-enactments; None: there are none, or fewer than two trackers
+    came through."""
     scenes: dict[str, Agreement] = field(default_factory=dict)
     """Real drives beside each scene, by its name."""
     failures: Mapping[str, Failure] = field(default_factory=dict)
@@ -74,14 +79,15 @@ def validate(plan: Plan, drives: Sequence[KittiSequence], tell: Tell) -> Validat
 
     drives: with labels, detections of cars and motion. Raises BadConfig for others.
     """
-    require_foretellable(drives, plan.profile == HALVES)
+    require_foretellable(drives, plan.profile == HALVES and not plan.scenes_only)
     shared = None  # the profile of scenes, and of all drives unless each half has its own
     if plan.scenes or plan.profile != HALVES:
         shared = _shared_profile(plan, drives, tell)
-    profiles = _profiles(plan, drives, shared, tell)
-    stages = reenacted(drives, plan.part("drawn"), tell)
     worlds = [real_world(drives)]
-    worlds += [made_world(stages, profiles, seed) for seed in range(plan.seeds)]
+    if not plan.scenes_only:
+        profiles = _profiles(plan, drives, shared, tell)
+        stages = reenacted(drives, plan.part("drawn"), tell)
+        worlds += [made_world(stages, profiles, seed) for seed in range(plan.seeds)]
     of_scenes: dict[str, list[World]] = {}
     for name in plan.scenes:
         tell(f"running {name}")
@@ -94,7 +100,7 @@ def validate(plan: Plan, drives: Sequence[KittiSequence], tell: Tell) -> Validat
         return Validation(None, failures=outcome.failures)
     made = [world.name for world in worlds[1:]]
     return Validation(
-        agreement(plan, outcome, made, True),
+        agreement(plan, outcome, made, True) if made else None,
         {
             name: agreement(plan, outcome, [world.name for world in each], False)
             for name, each in of_scenes.items()

@@ -85,9 +85,14 @@ def test_a_guest_that_is_missing_is_named_and_the_others_go_on(
 
 
 def test_scenes_are_ranked_beside_real_drives(drives: list[KittiSequence]) -> None:
-    plan = Plan(find_contestants(OURS), 2, "rrc", ("crossing",), frames=6)
-    found = validate(plan, drives, lambda _: None)
+    plan = Plan(find_contestants(OURS), 2, "rrc", ("crossing",), frames=6, scenes_only=True)
+    told: list[str] = []
+    found = validate(plan, drives, told.append)
     assert found.scenes["crossing"].worlds == ("crossing, seed 0", "crossing, seed 1")
+    assert found.reenacted is None
+    assert not any("re-enacted" in line or "drawing" in line for line in told)
+    with pytest.raises(BadConfig, match="name some with --scenes"):
+        replace(plan, scenes=())
 
 
 @pytest.mark.parametrize(
