@@ -105,12 +105,12 @@ class IsolatedTracker:
         self._read = bytearray()
         self._printed: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115
         self._socket, theirs = socket.socketpair()
-        self._memory_before = _resident(os.getpid())
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # that we have threads
             self._pid = os.fork()
         if self._pid == 0:
             _serve(make, theirs, self._printed)
+        self._memory_before = _resident(self._pid)
         theirs.close()
         self._closing = finalize(self, _end, self._pid, os.getpid(), self._socket, self._printed)
         self._is_late = bool(self._receive())

@@ -22,9 +22,11 @@ from tracker.errors import BadFile
 
 ROOT = Path(__file__).parents[2]
 OUTSIDE = ("../../victim", "/victim", "..", "a/b", "a\x00b", "0000/../../victim")
-# Who may unpickle: what our own processes packed a moment ago, and files of torch, weights only.
+# Who may unpickle: what our own processes packed a moment ago, those with a user's tracker in them
+# too (its code runs here, whatever it answers), and files of torch, weights only.
 UNPICKLERS = {
     "mot_sim/experiments/executor.py",
+    "mot_sim/foreign/isolation.py",
     "mot_sim/training/learning.py",
 }
 

@@ -122,8 +122,12 @@ def interrupted() -> Iterator[None]:
         def on_end(self, event: Any) -> None:
             pass
 
-    with event.install_listener("numba:compile", Interrupt()):
-        yield
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # xdist's workers ignore it
+    try:
+        with event.install_listener("numba:compile", Interrupt()):
+            yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_ctrl_c_while_it_compiles_breaks_nothing(few: Path) -> None:
