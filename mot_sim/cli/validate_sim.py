@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from mot_sim.cli.options import DETECTIONS, File, Jobs, Root, Verbose, help_of, option
+from mot_sim.cli.options import DETECTIONS, File, Flag, Jobs, Root, Verbose, help_of, option
 from mot_sim.cli.terminal import BROKEN, INTERRUPTED, OK, STDOUT, Terminal
 
 if TYPE_CHECKING:
@@ -45,7 +45,8 @@ class ValidateSim:
     profile: Annotated[str, option("NAME|FILE", "halves", help=_of_plan("profile"))] = "halves"
     scenes: Annotated[str | None, option("NAMES", "none")] = None
     """Scenes (mot-sim list) whose ranks are compared with the real ones, too."""
-    scenes_only: Annotated[bool, option(help=_of_plan("scenes_only"))] = False
+    scenes_only: Flag = False
+    """Rank trackers in the scenes beside the real drives, and re-enact nothing."""
     seeds: Annotated[int, option("N", "5", help=_of_plan("seeds"))] = 5
     frames: Annotated[int | None, option("N", "the scene's own", help=_of_plan("frames"))] = None
     out: Annotated[Path | None, option("DIR", "nothing is kept")] = None
