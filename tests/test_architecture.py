@@ -16,7 +16,8 @@ FACE = "the package's face"
 ROOMS: dict[str, set[str]] = {
     "errors": set(),
     "lazy_names": set(),
-    "kernels": set(),
+    "user_cache": set(),
+    "kernels": {"user_cache"},
     "geometry": {"kernels"},
     "types": {"geometry"},
     "shape": {"types"},
@@ -95,7 +96,8 @@ DOORS: dict[str, set[str]] = {
     | {"tracker.costs", "tracker.association", "tracker.errors"}
     | {"tracker.front_end", "tracker.descriptors"}
     # the components of a configuration
-    | {"tracker.dynamics", "tracker.lifecycle", "tracker.suppression", "tracker.per_class"},
+    | {"tracker.dynamics", "tracker.lifecycle", "tracker.suppression", "tracker.per_class"}
+    | {"tracker.user_cache"},
     "scenes": {"tracker", "tracker.types", "tracker.errors"},
 }
 # Which of our packages a package may know at all.

@@ -13,6 +13,7 @@ from mot_sim.files.writing import write_lines
 from mot_sim.foreign.failure import ExternalTrackerFailed
 from mot_sim.foreign.processes import run_process
 from tracker.errors import BadOutput
+from tracker.user_cache import user_cache
 
 PLACE = "MOT_SIM_GUESTS"  # the environment variable that names where they are kept
 READY = "ready.json"
@@ -24,8 +25,7 @@ def environments_folder() -> Path:
     named = os.environ.get(PLACE)
     if named:
         return Path(named).expanduser().resolve()
-    cache = os.environ.get("XDG_CACHE_HOME")
-    return (Path(cache) if cache else Path.home() / ".cache") / "mot-sim" / "guests"
+    return user_cache("guests")
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from tracker.errors import KernelWarning, NoNumba
+from tracker.user_cache import user_cache
 
 PACKAGE = "tracker.kernels"
 OTHER_MODULES = ("__init__", "compiling", "loading")
@@ -77,8 +78,7 @@ def cache_folder() -> Path:
     named = os.environ.get("NUMBA_CACHE_DIR")
     if named:
         return Path(named)
-    home = os.environ.get("XDG_CACHE_HOME")
-    return (Path(home) if home else Path.home() / ".cache") / "mot-sim" / "kernels"
+    return user_cache("kernels")
 
 
 def load(module: str) -> ModuleType:

@@ -14,6 +14,7 @@ from mot_sim.files.fingerprint import code_digest
 from tracker import Camera, Frame, Sequence, Tracks
 from tracker.errors import BadConfig
 from tracker.types import SequenceWrapper
+from tracker.user_cache import user_cache
 
 DEFAULT_FRAMES = 50  # of an episode, where a test does not say; 5 s
 MAX_EPISODES_IN_MEMORY = 16  # episodes
@@ -116,8 +117,7 @@ def default_cache() -> Path:
     named = os.environ.get("MOT_SIM_CACHE")
     if named:
         return Path(named)
-    home = os.environ.get("XDG_CACHE_HOME")
-    return (Path(home) if home else Path.home() / ".cache") / "mot-sim" / "episodes"
+    return user_cache("episodes")
 
 
 __all__ = ["SeededEpisode", "mot_episode"]
