@@ -157,7 +157,8 @@ class ProgressBar:
             )
         if self.note is not None and now - self.noted > NOTE_SECONDS:
             self.noted = now
-            self.note(", ".join([f"{what}: {self.done:,} of {self.total:,}", *self._words(now)]))
+            far = what if self.total is None else f"{what}: {self.done:,} of {self.total:,}"
+            self.note(", ".join([far, *self._words(now)]))
 
     def _words(self, now: float) -> list[str]:
         """The rate, and the time that is left."""

@@ -50,6 +50,15 @@ def test_without_a_terminal_a_line_tells_now_and_then_how_far_it_is(clock: Clock
     ]
 
 
+def test_a_line_of_work_without_a_known_end_tells_what_is_under_way(clock: Clock) -> None:
+    err, where = StringIO(), Terminal()
+    where.err = Console(file=err, width=100)
+    with where.progress(lines=True) as advance:
+        clock.now = 40.0
+        advance("fitting a profile")
+    assert err.getvalue() == "fitting a profile\n"
+
+
 def test_without_a_terminal_and_lines_nothing_is_told(clock: Clock) -> None:
     assert told(clock, lines=False) == ""
 
