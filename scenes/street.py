@@ -10,6 +10,7 @@ def street(
     arrivals: float = 0.6,
     parked: float = 0.8,
     vans: int = 3,
+    bends: bool = False,
     alike: float = 0.0,
     wander: float = 0.0,
     bumps: float = 0.0,
@@ -21,11 +22,12 @@ def street(
     arrivals: cars per second that enter later, >= 0.
     parked: share of the parking places at the kerb that are taken, 0 to 1.
     vans: vans parked where they hide the most.
+    bends: whether the street bends, and turns two corners; without, it is straight.
     alike: share of the car models that look the same, 0 to 1.
     wander: how much drivers drift in the lane and vary their speed, >= 0; 1: as people.
     bumps: how much our car pitches and rolls, >= 0; 0: a level ride, 1: as KITTI's car.
     frames: length of the run in frames, at 10 Hz.
     """
-    return live_scene(
-        "street", cars, arrivals, frames, alike, parked, vans, wander=wander, bumps=bumps
-    )
+    road = "bent_street" if bends else "street"
+    amounts = "street", cars, arrivals, frames, alike, parked, vans
+    return live_scene(*amounts, road=road, wander=wander, bumps=bumps)

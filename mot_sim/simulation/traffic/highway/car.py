@@ -194,8 +194,9 @@ class Car(IDMVehicle):
         the road to get there: it keeps within STEEPEST of the lane's direction.
         """
         index = self.target_lane_index
-        lane = self.road.network.get_lane(index)
-        along, aside = lane.local_coordinates(self.position)
+        along, aside = self.along, self.aside
+        if index != self.lane_index:
+            along, aside = self.road.network.get_lane(index).local_coordinates(self.position)
         speed = max(self.speed, 0.5)
         aside -= self.drift
         across = max(min(self.KP_LATERAL * aside / speed, MAX_LANE_ANGLE), -MAX_LANE_ANGLE)
@@ -248,6 +249,8 @@ class Car(IDMVehicle):
         elif self.lane_index != self.target_lane_index:
             beside = self.road.beside(self.lane_index)
             self.lane_index = min(beside, key=self._aside_of)
+        else:
+            return
         self.lane = self.road.network.get_lane(self.lane_index)
         self._note_place()
 

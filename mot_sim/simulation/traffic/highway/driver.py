@@ -39,12 +39,13 @@ class Driver:
     briskness: float = field(default=1.0, init=False)
     """Part of the model's accelerations that this driver wants, CALMEST to 1."""
     _second: int = field(default=0, init=False)
-    _block: Float[Array, "k 2"] = field(default_factory=lambda: np.zeros((0, 2)), init=False)
+    _block: list[tuple[float, float]] = field(default_factory=list, init=False)
     _liked: float = field(default=0.0, init=False)
 
     def __post_init__(self) -> None:
         self._liked = LIKED_ASIDE_METRES * float(self._drawn("liked place", 0, 1)[0, 0])
-        self._block = self._next(self._drawn("driver", 0, 1)[0])
+        drift, pace = self._drawn("driver", 0, 1)[0].tolist()
+        self._block = self._next((drift, pace))
         key = np.array([self.number + 1]), np.zeros(1, np.int64)
         calm = float(random_numbers.uniform(self.seed, "briskness", *key)[0, 0])
         self.briskness = 1.0 - min(self.level, 1.0) * (1.0 - CALMEST) * calm
@@ -59,18 +60,20 @@ class Driver:
             self._block = self._next(self._block[-1])
         row = int(seconds) - self._second
         share = seconds - int(seconds)
-        drift, pace = (1.0 - share) * self._block[row] + share * self._block[row + 1]
-        aside = self.level * (self._liked + DRIFT_METRES * float(drift))
+        (drift, pace), (later_drift, later_pace) = self._block[row], self._block[row + 1]
+        drift = (1.0 - share) * drift + share * later_drift
+        pace = (1.0 - share) * pace + share * later_pace
+        aside = self.level * (self._liked + DRIFT_METRES * drift)
         most = MAX_ASIDE_METRES
         return min(max(aside, -most), most), float(np.exp(self.level * PACE_SPREAD * pace))
 
-    def _next(self, state: Float[Array, "2"]) -> Float[Array, "k 2"]:
+    def _next(self, state: tuple[float, float]) -> list[tuple[float, float]]:
         """The processes from the last second of a block on, of unit variance."""
         kept = np.exp([-1.0 / DRIFT_SECONDS, -1.0 / PACE_SECONDS])
-        states = [state]
+        states = [np.array(state)]
         for draw in self._drawn("driver", self._second + 1, BLOCK_SECONDS):
             states.append(kept * states[-1] + np.sqrt(1.0 - kept**2) * draw)
-        return np.array(states)
+        return [(drift, pace) for drift, pace in np.array(states).tolist()]
 
     def _drawn(self, effect: str, first: int, count: int) -> Float[Array, "n 2"]:
         seconds = np.arange(first, first + count)

@@ -68,7 +68,10 @@ class CarRoad(Road):
     def neighbour_vehicles(self, vehicle: Any, lane_index: LaneIndex | None = None) -> Any:
         """The cars before and behind a car on a lane, each None if there is none."""
         index = lane_index or vehicle.lane_index
-        here = float(self.network.get_lane(index).local_coordinates(vehicle.position)[0])
+        if index == vehicle.lane_index:
+            here = vehicle.along
+        else:
+            here = float(self.network.get_lane(index).local_coordinates(vehicle.position)[0])
         place = self._places(vehicle, index).copy()
         place[vehicle.row] = np.nan
         ahead_of = np.where(place >= here, place, np.inf)
@@ -110,7 +113,10 @@ class CarRoad(Road):
         """Metres between the centres along the first car's way; negative if the other is behind."""
         for index, offset in self.lanes_around(car, car.lane_index):
             lane = self.network.get_lane(index)
-            along, aside = lane.local_coordinates(other.position)
+            if index == other.lane_index:
+                along, aside = other.along, other.aside
+            else:
+                along, aside = lane.local_coordinates(other.position)
             if lane.on_lane(other.position, along, aside, margin=LATERAL_MARGIN_METRES):
                 return float(along) + offset - car.along
         return float(car.lane_distance_to(other))

@@ -7,7 +7,6 @@ from math import radians
 from types import MappingProxyType
 
 import numpy as np
-from highway_env.road.lane import AbstractLane
 from highway_env.road.road import RoadNetwork
 from jaxtyping import Float
 from numpy import ndarray as Array
@@ -15,10 +14,7 @@ from numpy import ndarray as Array
 from mot_sim.simulation.traffic.highway.layout import (
     ARM_SPEED,
     DASHED,
-    LANE_OFFSET_METRES,
-    LANE_WIDTH_METRES,
     NONE,
-    SOLID,
     STOP_LINE_METRES,
     Junction,
     Kerb,
@@ -26,20 +22,17 @@ from mot_sim.simulation.traffic.highway.layout import (
     Path,
     Segment,
     Start,
-    circular_lane,
     crossing_segments,
-    straight_lane,
 )
+from mot_sim.simulation.traffic.highway.streets import MIN_KERB_METRES, add_way, kerb_beside
 from mot_sim.simulation.traffic.scripted import Route
 
 STUB_METRES = 45.0  # of a street that leads straight away from a junction, from its line
 GATE_METRES = 120.0  # from the line of a junction to the gate at the edge of the town
 BEND_RADIUS_METRES = 45.0  # of the bends of streets, where they have room for it
-BEND_ACCELERATION = 2.2  # m/s2 sideways at the speed limit of a bend
 KERB_METRES = 42.0  # the longest row of parked cars; between two rows nobody parks
 KERB_GAP_METRES = 14.0
 KERB_SPARE_METRES = 12.0  # from a junction's line to the first parked car
-MIN_KERB_METRES = 13.0
 EGO_START_METRES = 30.0  # along the lane behind the gate
 
 
@@ -208,16 +201,13 @@ class _Town:
     ) -> None:
         """The lanes of a street in one direction, one after the other."""
         pieces = Route(points, BEND_RADIUS_METRES).pieces
-        count, segments = len(pieces), []
-        for number, piece in enumerate(pieces):
-            begins = nodes[0] if number == 0 else f"{places[0]}-{places[1]} {number}"
-            ends = nodes[1] if number == count - 1 else f"{places[0]}-{places[1]} {number + 1}"
-            segments.append((begins, ends))
-            self.network.add_lane(begins, ends, _lane(piece, street.limit, (left, SOLID)))
+        segments = add_way(self.network, pieces, places, nodes, street.limit, left)
+        last = len(pieces) - 1
+        for number, (segment, piece) in enumerate(zip(segments, pieces, strict=True)):
             if not piece[4]:
-                self.fillable.append((begins, ends))
-                self.kerbs += _rows(piece, street.parked, number == 0, number == count - 1)
-        self.streets[places] = tuple(segments)
+                self.fillable.append(segment)
+                self.kerbs += _rows(piece, street.parked, number == 0, number == last)
+        self.streets[places] = segments
         self.metres[places] = float(pieces[:, 5].sum())
 
 
@@ -237,33 +227,14 @@ def _middle_line(street: Street) -> list[tuple[float, float]]:
     return [(float(x), float(y)) for x, y in (*near, *far)]
 
 
-def _lane(piece: Float[Array, "6"], limit: float, lines: tuple[int, int]) -> AbstractLane:
-    """The lane to the right of a piece of a middle line."""
-    _, x, y, heading, curvature, length = piece.tolist()
-    ahead = np.array([np.cos(heading), np.sin(heading)])
-    right = np.array([-ahead[1], ahead[0]])
-    start = np.array([x, y]) + LANE_OFFSET_METRES * right
-    if not curvature:
-        return straight_lane(start, start + length * ahead, limit, lines)
-    radius = 1.0 / curvature - LANE_OFFSET_METRES  # signed: > 0 bends to the right
-    slow = min(limit, float(np.sqrt(BEND_ACCELERATION * abs(radius))))
-    first = heading - np.sign(radius) * 0.5 * np.pi
-    return circular_lane(
-        start + radius * right, abs(radius), first, curvature * length, slow, lines
-    )
-
-
 def _rows(piece: Float[Array, "6"], share: float, is_first: bool, is_last: bool) -> Iterator[Kerb]:
     """Short rows of parking places to the right of a straight piece."""
-    _, x, y, heading, _, length = piece.tolist()
-    ahead = np.array([np.cos(heading), np.sin(heading)])
-    side = np.array([x, y]) + LANE_WIDTH_METRES * np.array([-ahead[1], ahead[0]])
+    length = float(piece[5])
     begin = KERB_SPARE_METRES if is_first else 0.0
     end = length - (KERB_SPARE_METRES if is_last else 0.0)
     while end - begin >= MIN_KERB_METRES:
         long = min(KERB_METRES, end - begin)
-        start = side + begin * ahead
-        yield Kerb((float(start[0]), float(start[1])), heading, long, share)
+        yield kerb_beside(piece, begin, begin + long, share)
         begin += long + KERB_GAP_METRES
 
 

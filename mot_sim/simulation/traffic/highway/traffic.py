@@ -18,12 +18,14 @@ from mot_sim.simulation.traffic.highway.layout import (
     t_junction_layout,
 )
 from mot_sim.simulation.traffic.highway.simulation import EGO_NUMBER, Demand, Simulation
+from mot_sim.simulation.traffic.highway.streets import bent_street_layout
 from mot_sim.simulation.traffic.highway.town import town_layout
 from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS, TrafficState, collisions
 from tracker.errors import BadConfig, UnknownName
 
 # The name of a road: what builds it.
 ROADS: dict[str, Callable[[], Layout]] = {
+    "bent_street": bent_street_layout,
     "highway": highway_layout,
     "intersection": intersection_layout,
     "merge": merge_layout,
