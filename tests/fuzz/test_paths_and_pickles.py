@@ -26,7 +26,8 @@ OUTSIDE = ("../../victim", "/victim", "..", "a/b", "a\x00b", "0000/../../victim"
 # too (its code runs here, whatever it answers), and files of torch, weights only.
 UNPICKLERS = {
     "mot_sim/experiments/executor.py",
-    "mot_sim/foreign/isolation.py",
+    "mot_sim/foreign/serving.py",
+    "mot_sim/foreign/tracker_process.py",
     "mot_sim/training/learning.py",
 }
 

@@ -22,7 +22,6 @@ from mot_sim.foreign.isolation import (
     IsolatedTracker,
     Isolation,
     TrackerStopped,
-    close_tracker,
 )
 from mot_sim.foreign.protocol import FRAME_RATE, Steps, make_steps
 from mot_sim.foreign.register import GUESTS
@@ -93,7 +92,9 @@ class TrackerSpec:
             GUESTS[self.made_by].interpreter()
         elif not self.is_ours:
             try:
-                close_tracker(self.start(Rig.kitti().camera))
+                tracker = self.start(Rig.kitti().camera)
+                if isinstance(tracker, IsolatedTracker):
+                    tracker.close(keep=False)  # what its module prints is heard in a trial
             except BrokenCode:
                 return
             except TrackerStopped as stopped:
@@ -119,7 +120,8 @@ class TrackerSpec:
             return guest
         if not self.isolation.covers(self.made_by in TRACKER_NAMES.ours):
             return self.build(camera, frame_rate)
-        return IsolatedTracker(partial(self.build, camera, frame_rate), self.isolation)
+        code = f"{self.made_by} {TRACKER_NAMES.source(self.made_by)}"
+        return IsolatedTracker(partial(self.build, camera, frame_rate), self.isolation, code)
 
     def build(self, camera: Camera, frame_rate: float = FRAME_RATE) -> Steps:
         """A fresh tracker for this camera. frame_rate: Hz, for those of libraries."""

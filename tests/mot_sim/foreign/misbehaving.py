@@ -5,6 +5,7 @@ import signal
 import sys
 import time
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -94,6 +95,24 @@ class Copies(Sound):
 class CannotBeMade(Sound):
     def __init__(self, kind: str = "RuntimeError") -> None:
         raise {"RuntimeError": RuntimeError, "AttributeError": AttributeError}[kind]("no weights")
+
+
+class Remembers(Sound):
+    """Its answers say how many of its kind were in this process, and what was drawn there."""
+
+    made: ClassVar[list[int]] = []
+    food: ClassVar[object] = None
+
+    def __init__(self) -> None:
+        self.made.append(len(self.made))
+        sys.stdout.write(f"made {self.made[-1]} {np.random.randint(1_000_000)}\n")  # noqa: NPY002
+
+    def step(self, frame: Frame) -> object:
+        if frame.index == 7:
+            self.made.append(os.spawnlp(os.P_NOWAIT, "sleep", "sleep", "60"))
+        if frame.index == 8:
+            Remembers.food = np.ones(10_000_000)  # 80 MB, of which 300 / 8 may stay
+        return rows(frame, [os.getpid()], np.array([[500.0, 190, 560, 230]]))
 
 
 KINDS = {

@@ -97,6 +97,36 @@ def test_a_copy_that_a_tracker_makes_of_itself_changes_nothing() -> None:
         tracker.step(FRAMES[0])
 
 
+def drive_of_one(index: int) -> tuple[int, str]:
+    """The process that a tracker runs in for a frame, and what it printed."""
+    tracker = spec("Remembers").start(CAMERA)
+    assert isinstance(tracker, IsolatedTracker)
+    pid = int(tracker.step(replace(FRAMES[0], index=index)).ids[0])
+    return pid, close_tracker(tracker)
+
+
+def test_a_process_serves_one_trial_after_another_until_something_of_one_stays() -> None:
+    first, said = drive_of_one(0)
+    again, said_again = drive_of_one(0)
+    assert again == first
+    assert said.split()[:2] == ["made", "0"]
+    assert said_again.split()[:2] == ["made", "1"]
+    assert said.split()[2] == said_again.split()[2]  # the numbers that it draws
+    for left_behind in (7, 8):  # a process, memory
+        assert drive_of_one(left_behind)[0] == again
+        again, said = drive_of_one(0)
+        assert said.split()[:2] == ["made", "0"]
+
+
+def test_a_process_from_other_circumstances_serves_nobody(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    first, _ = drive_of_one(0)
+    monkeypatch.setenv("A_SETTING", "other")
+    other, said = drive_of_one(0)
+    assert (other != first, said.split()[1]) == (True, "0")
+
+
 def test_ours_give_the_same_rows_in_a_process_of_their_own() -> None:
     spec = replace(TrackerSpec("default"), isolation=Isolation("all"))
     apart = spec.start(CAMERA)
