@@ -3,8 +3,9 @@
     python -m benchmarks.isolation [--pairs 15] [--frames 100]
 
 A trial is what a sweep does with a tracker and a seed once the truth is recorded: what the detector
-sees, the tracking, the scores. One process serves all the trials of a tracker, as in a sweep. Prints medians of wall and CPU seconds (of this process and its
-children) and of the ratios pair by pair. Goal: 10 % more at most.
+sees, the tracking, the scores. One process serves all the trials of a tracker, as in a sweep.
+Prints medians of wall and CPU seconds (of this process and its children) and of the ratios pair by
+pair. Goal: 10 % more at most.
 """
 
 import argparse

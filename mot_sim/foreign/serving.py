@@ -14,7 +14,6 @@ import traceback
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
 from time import process_time
 from typing import IO, Any, Literal, NoReturn
 
@@ -46,7 +45,8 @@ def packed(content: Request | Message) -> bytes:
 def resident(pid: int) -> float:
     """Bytes of memory that a process has; 0 where that is not known."""
     try:
-        pages = Path(f"/proc/{pid}/statm").read_bytes().split()[1]
+        with open(f"/proc/{pid}/statm", "rb", buffering=0) as file:
+            pages = file.read().split()[1]
     except (OSError, IndexError):
         return 0.0
     return float(int(pages) * os.sysconf("SC_PAGE_SIZE"))
