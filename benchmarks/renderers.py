@@ -4,7 +4,8 @@
 
 20 cars of 990 faces in four lanes, 1242 x 375 pixels: image, depth, instance and semantic ids.
 Machines differ and are shared: beside every figure stands its ratio to a yardstick measured in
-turn with it, the bare call of OpenCV's triangleRasterize on all faces of the same cars.
+turn with it, the bare call of OpenCV's triangleRasterize on all faces of the same cars (OpenCV 5
+has it).
 """
 
 import argparse
@@ -18,11 +19,28 @@ import numpy as np
 
 from mot_sim.plotting import write_image
 from mot_sim.simulation.renderers import RENDERERS, View, find_renderer, silhouettes
-from mot_sim.simulation.renderers.filling import world2cam
 from tests.mot_sim.simulation.renderers.shapes import KITTI, street
+from tracker.types import Camera
 
 FRAMES = 60
 Task = Callable[[View], object]
+
+
+def world2cam(camera: Camera) -> np.ndarray:
+    """From our camera's frame to OpenCV's (y up, z backwards), with K in it as a shear.
+
+    With pixel centres at integers, and OpenCV's at halves, counted from below:
+    x = z (2u + 1 - width) / height and y = z (height - 1 - 2v) / height.
+    """
+    width, height = camera.image_size
+    A = np.zeros((4, 4))
+    A[0, :3] = 2.0 * camera.K[0] / height
+    A[0, 2] += (1.0 - width) / height
+    A[1, :3] = -2.0 * camera.K[1] / height
+    A[1, 2] += (height - 1.0) / height
+    A[2, 2] = -1.0
+    A[3, 3] = 1.0
+    return A
 
 
 def bare_opencv(view: View) -> None:

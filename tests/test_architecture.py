@@ -88,6 +88,7 @@ DOORS: dict[str, set[str]] = {
         "tracker",
         "tracker.lazy_names",
         "tracker.kernels",
+        "tracker.kernels.compiling",
         "tracker.types",
         "tracker.geometry",
         "tracker.shape",

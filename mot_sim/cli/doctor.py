@@ -102,10 +102,11 @@ def find_kernel_cache() -> Check:
 
 def compile_kernels(terminal: Terminal) -> Iterator[Check]:
     """Compile all kernels that are not compiled yet."""
+    from mot_sim.simulation.kernels import PACKAGE
     from tracker.errors import TrackingError
     from tracker.kernels import modules_of, warm
 
-    modules = modules_of()
+    modules = [*modules_of(), *modules_of(PACKAGE)]
     with terminal.progress(len(modules)) as advance:
         try:
             for module, seconds, is_new in warm(modules):

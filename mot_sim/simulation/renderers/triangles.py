@@ -8,11 +8,17 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers.view import MeshInstances
+from tracker.kernels import Kernel
 from tracker.types import Camera
+
+PLACE_FACES = Kernel("mot_sim.simulation.kernels.meshes", "place_faces")
+CUT_TRIANGLES = Kernel("mot_sim.simulation.kernels.meshes", "cut_triangles")
+BOXES_INSIDE = Kernel("mot_sim.simulation.kernels.extents", "boxes_inside")
 
 NEAR_METRES = 0.3  # metres before the camera; nothing nearer is in its view
 TINY_PIXELS = 1e-30  # for the length of an edge along an axis to which it is square
 ROUNDING_PIXELS = 1e-9  # how far from the side that cuts an edge its end may come to lie
+TOLERANCES = np.array([TINY_PIXELS, ROUNDING_PIXELS])
 NO_BOX = (np.inf, np.inf, -np.inf, -np.inf)  # the box around nothing: inverted
 
 
@@ -33,21 +39,17 @@ class Triangles:
     @classmethod
     def of(cls, instances: MeshInstances, camera: Camera, near: float) -> "Triangles":
         """What may appear in the image: back faces culled, cut at the near plane, metres."""
-        corners, objects, faces = [np.zeros((0, 3, 3))], [], [np.zeros(0, np.int64)]
-        for row in np.flatnonzero(sphere_in_view(instances, camera, near)).tolist():
-            mesh, T_cam_object = instances.meshes[row], instances.T_cam_object[row]
-            eye = -T_cam_object[:3, :3].T @ T_cam_object[:3, 3]  # the camera, seen by the object
-            facing = np.flatnonzero(mesh.normals @ eye > mesh.offsets)
-            vertices_cam = mesh.vertices @ T_cam_object[:3, :3].T + T_cam_object[:3, 3]
-            shown = vertices_cam.take(mesh.faces.take(facing, axis=0), axis=0)
-            if shown.size and vertices_cam[:, 2].min() < near:
-                shown, kept = cut_near(shown, near)
-                facing = facing[kept]
-            corners.append(shown)
-            objects.append(np.full(len(shown), row))
-            faces.append(facing)
-        rows = np.concatenate(objects) if objects else np.zeros(0, np.int64)
-        return cls(np.concatenate(corners), rows, np.concatenate(faces))
+        rows = np.flatnonzero(sphere_in_view(instances, camera, near)).tolist()
+        # (A face that the plane cuts may leave two. Memory that is never written to costs nothing.)
+        most = 2 * sum(len(instances.meshes[row].faces) for row in rows)
+        corners, faces = np.empty((most, 3, 3)), np.empty(most, np.int64)
+        Ts_cam_object = np.ascontiguousarray(instances.T_cam_object, float)
+        ends = [0]
+        for row in rows:
+            place = Ts_cam_object[row], near, ends[-1], corners, faces
+            ends.append(PLACE_FACES(*instances.meshes[row].geometry, *place))
+        objects = np.repeat(np.array(rows, np.int64), np.diff(ends))
+        return cls(corners[: ends[-1]], objects, faces[: ends[-1]])
 
     def select(self, keep: Bool[Array, " t"]) -> "Triangles":
         """The chosen ones."""
@@ -78,13 +80,6 @@ class Triangles:
         ends = np.searchsorted(self.objects, np.arange(count + 1))
         return np.stack((ends[:-1], ends[1:]), axis=1)
 
-    @cached_property
-    def depths(self) -> tuple[float, float]:
-        """The smallest and the largest depth; 1, 1 for no triangle."""
-        if not len(self):
-            return 1.0, 1.0
-        return float(self.corners[..., 2].min()), float(self.corners[..., 2].max())
-
 
 def sphere_in_view(instances: MeshInstances, camera: Camera, near: float) -> Bool[Array, " n"]:
     """Whether any of an object's bounding sphere lies in the camera's view, past the near plane."""
@@ -114,34 +109,9 @@ def cut_near(
 
     A triangle with one corner behind the plane leaves a quadrilateral, that is two triangles.
     """
-    behind = corners[..., 2] < near
-    count = behind.sum(axis=1)
-    whole, one, two = (np.flatnonzero(count == number) for number in (0, 1, 2))
-    # Turn each triangle so that its odd corner comes first; its sense of rotation stays.
-    a, b, c = _turned(corners[one], behind[one].argmax(axis=1))
-    ab, ac = _meet(a, b, near), _meet(a, c, near)
-    p, q, r = _turned(corners[two], (~behind[two]).argmax(axis=1))
-    pieces = (
-        corners[whole],
-        np.stack((ab, b, c), axis=1),
-        np.stack((ab, c, ac), axis=1),
-        np.stack((p, _meet(p, q, near), _meet(p, r, near)), axis=1),
-    )
-    return np.concatenate(pieces), np.concatenate((whole, one, one, two))
-
-
-def _turned(corners: Float[Array, "t 3 3"], first: Int[Array, " t"]) -> Float[Array, "3 t 3"]:
-    """The corners, each triangle's begun with the named one; corner by corner."""
-    order = (first[:, None] + np.arange(3)) % 3
-    return np.take_along_axis(corners, order[..., None], axis=1).swapaxes(0, 1)
-
-
-def _meet(a: Float[Array, "t 3"], b: Float[Array, "t 3"], near: float) -> Float[Array, "t 3"]:
-    """Where the edges from a to b meet the near plane; a and b lie on different sides."""
-    share = (near - a[:, 2:]) / (b[:, 2:] - a[:, 2:])
-    met = a + share * (b - a)
-    met[:, 2] = near
-    return met
+    parts, rows = np.empty((2 * len(corners), 3, 3)), np.empty(2 * len(corners), np.int64)
+    count = CUT_TRIANGLES(np.ascontiguousarray(corners), near, parts, rows)
+    return parts[:count], rows[:count]
 
 
 def boxes_inside(triangles: Float[Array, "t 3 2"], far: Float[Array, "2"]) -> Float[Array, "t 4"]:
@@ -150,40 +120,9 @@ def boxes_inside(triangles: Float[Array, "t 3 2"], far: Float[Array, "2"]) -> Fl
     Cut triangles have their corners where edges are cut, and where they cover the rectangle's
     own corners. Inverted where a triangle covers nothing.
     """
-    a, b, c = triangles.swapaxes(0, 1)
-    boxes = np.concatenate(
-        (np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)), axis=1
-    )
-    left, top, right, bottom = boxes.T
-    whole = (left >= 0.0) & (top >= 0.0) & (right <= far[0]) & (bottom <= far[1])
-    beyond = (right < 0.0) | (bottom < 0.0) | (left > far[0]) | (top > far[1])
-    boxes[beyond] = NO_BOX
-    cut = np.flatnonzero(~(whole | beyond))
-    starts = triangles[cut]
-    edges = np.roll(starts, -1, axis=1) - starts
-    # Liang and Barsky's rule: an edge is inside between its last entry and its first exit.
-    sides = np.stack((-starts, far - starts)) / np.where(edges == 0.0, TINY_PIXELS, edges)
-    first = sides.min(axis=0).max(axis=2).clip(min=0.0)
-    last = sides.max(axis=0).min(axis=2).clip(max=1.0)
-    corners = np.array([(u, v) for u in (0.0, far[0]) for v in (0.0, far[1])])
-    ends = np.stack((first, last), axis=1)[..., None] * edges[:, None] + starts[:, None]
-    points = np.concatenate(
-        (ends.reshape(-1, 6, 2), np.broadcast_to(corners, (len(cut), 4, 2))), axis=1
-    )
-    is_inside = (first <= last)[:, [0, 1, 2, 0, 1, 2]]
-    kept = np.concatenate((is_inside, _covered(corners, starts)), axis=1)[..., None]
-    points = np.where(points < ROUNDING_PIXELS, 0.0, points)
-    points = np.where(points > far - ROUNDING_PIXELS, far, points)
-    boxes[cut, :2] = np.where(kept, points, np.inf).min(axis=1)
-    boxes[cut, 2:] = np.where(kept, points, -np.inf).max(axis=1)
+    boxes = np.tile(NO_BOX, (len(triangles), 1))
+    BOXES_INSIDE(np.ascontiguousarray(triangles), far, TOLERANCES, boxes)
     return boxes
-
-
-def _covered(points: Float[Array, "p 2"], triangles: Float[Array, "t 3 2"]) -> Bool[Array, "t p"]:
-    """Which points lie inside each of the triangles, not on its edges."""
-    u, v = (triangles[:, None] - points[:, None]).transpose(3, 0, 1, 2)
-    turns = u * np.roll(v, -1, axis=2) - v * np.roll(u, -1, axis=2)
-    return (turns > 0.0).all(axis=2) | (turns < 0.0).all(axis=2)
 
 
 def enclose(boxes: Float[Array, "m 4"], rows: Int[Array, " k"], parts: Float[Array, "k 4"]) -> None:

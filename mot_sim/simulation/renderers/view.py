@@ -83,6 +83,15 @@ class Mesh:
         return (self.normals * self.corners[:, 0]).sum(axis=1)
 
     @cached_property
+    def geometry(self) -> tuple[Array, Array, Array, Array]:
+        """Vertices, faces, normals and offsets as the kernels take them."""
+        vertices, normals = (
+            np.ascontiguousarray(one, float) for one in (self.vertices, self.normals)
+        )
+        faces, offsets = np.ascontiguousarray(self.faces, np.int64), self.offsets.astype(float)
+        return vertices, faces, normals, offsets
+
+    @cached_property
     def sphere(self) -> tuple[Float[Array, "3"], float]:
         """Centre and radius of a sphere around all vertices."""
         if not len(self.vertices):

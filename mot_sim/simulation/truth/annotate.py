@@ -8,26 +8,26 @@ from jaxtyping import Bool, Float, Int, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.cars.vehicles import Vehicles
-from mot_sim.simulation.renderers import NO_INSTANCE, Layer, MeshInstances, Scan, View, scan_view
+from mot_sim.simulation.renderers import MeshInstances, Scan, View, scan_view
 from mot_sim.simulation.renderers.triangles import NEAR_METRES
 from mot_sim.simulation.scene_meshes import SceneMeshes
 from mot_sim.simulation.traffic.traffic_state import TrafficState
 from mot_sim.simulation.truth.cuboid_boxes import truncation_of
 from mot_sim.simulation.truth.table import (
     MAX_TRUNCATION,
-    KeypointVisibility,
     Occlusions,
     Truth,
     occlusion_level,
 )
 from tracker.geometry import wrap_angle
+from tracker.kernels import Kernel
 from tracker.types import Camera, Tracks
 
 # How far behind its own car's drawn surface a point may seem to lie and still be on it: metres,
 # and besides the slant of a surface over a pixel at grazing angles, in pixels of that depth.
 THICKNESS_METRES = 0.04
 SLANT_PIXELS = 3.0
-NEIGHBOUR_OFFSETS = np.array([(du, dv) for dv in (-1, 0, 1) for du in (-1, 0, 1)])
+JUDGE_KEYPOINTS = Kernel("mot_sim.simulation.kernels.layers", "judge_keypoints")
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,46 +157,20 @@ def seen_keypoints(
     self-occluded, and so are points where their own car, drawn alone, is nearer in all nine pixels
     around; occluded are points at whose pixel another object is seen.
     """
-    pixels = camera.project(points_cam)
-    depth = points_cam[..., 2]
-    width, height = camera.image_size
-    nearest = np.floor(np.where(depth[..., None] > NEAR_METRES, pixels, -9.0) + 0.5).astype(
-        np.int64
+    states = np.empty(points_cam.shape[:2], np.uint8)
+    layers = scanned.layers
+    JUDGE_KEYPOINTS(
+        np.ascontiguousarray(points_cam),
+        np.ascontiguousarray(faces_us),
+        np.searchsorted(layers.instances, ids),
+        np.ascontiguousarray(camera.K, float),
+        NEAR_METRES,
+        layers.nearness,
+        layers.starts,
+        layers.boxes,
+        scanned.numbers,
+        THICKNESS_METRES,
+        SLANT_PIXELS / float(camera.K[0, 0]),
+        states,
     )
-    inside = ((nearest >= 0) & (nearest < (width, height))).all(axis=2) & (depth > NEAR_METRES)
-    states = np.full(depth.shape, KeypointVisibility.TRUNCATED, np.uint8)
-    layers = {layer.instance: layer for layer in scanned.layers}
-    for row, number in enumerate(ids.tolist()):
-        here = np.flatnonzero(inside[row])
-        u, v = nearest[row, here].T
-        shown = scanned.numbers[v, u] + NO_INSTANCE
-        others = (shown != number) & (scanned.nearness[v, u] > 0.0)
-        state = np.where(others, KeypointVisibility.OCCLUDED, KeypointVisibility.VISIBLE)
-        state[~faces_us[row, here]] = KeypointVisibility.SELF_OCCLUDED
-        tested = np.flatnonzero(faces_us[row, here])
-        if number in layers and len(tested):
-            points = nearest[row, here[tested]], depth[row, here[tested]]
-            own = behind_itself(layers[number], scanned, *points, camera)
-            state[tested[own]] = KeypointVisibility.SELF_OCCLUDED
-        states[row, here] = state
-    return pixels, states
-
-
-def behind_itself(
-    layer: Layer,
-    scanned: Scan,
-    pixels: Int[Array, "m 2"],
-    depth: Float[Array, " m"],
-    camera: Camera,
-) -> Bool[Array, " m"]:
-    """Which points their own car hides: all that is drawn around them is nearer than they are."""
-    left, top, _, _ = layer.box
-    rows, columns = layer.nearness.shape
-    u, v = (pixels[:, None] + NEIGHBOUR_OFFSETS - (left, top)).transpose(2, 0, 1)
-    inside = (u >= 0) & (u < columns) & (v >= 0) & (v < rows)
-    nearness = np.zeros(inside.shape, np.float32)
-    nearness[inside] = layer.nearness[v[inside], u[inside]]
-    drawn = nearness > 0.0
-    surface = np.where(drawn, scanned.metres(nearness), 0.0).max(axis=1)
-    allowed = THICKNESS_METRES + SLANT_PIXELS * depth / camera.K[0, 0]
-    return drawn.any(axis=1) & (surface < depth - allowed)
+    return camera.project(points_cam), states

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mot_sim.simulation.renderers.filling import Canvas, near_far
+from mot_sim.simulation.renderers.filling import fill
 from mot_sim.simulation.renderers.triangles import Triangles
 from tests.mot_sim.simulation.renderers.shapes import CROOKED, KITTI, at, box, lump, view_of, wedge
 from tracker.types import Camera
@@ -19,13 +19,10 @@ def soup(corners: np.ndarray) -> Triangles:
 
 def whole_frame(triangles: Triangles, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     """Row of the nearest triangle (-1: none) and its depth (inf: none) at every pixel."""
-    fragments = Canvas(camera).fill(triangles)
-    width, height = camera.image_size
-    rows, depth = np.full((height, width), -1), np.full((height, width), np.inf)
-    inside = slice(fragments.top, fragments.top + len(fragments.numbers))
-    rows[inside] = fragments.numbers - 1
-    depth[inside] = np.where(fragments.numbers > 0, fragments.depth, np.inf)
-    return rows, depth
+    fragments = fill(triangles, camera)
+    depth = np.divide(1.0, fragments.nearness, where=fragments.numbers > 0,
+                      out=np.full(fragments.numbers.shape, np.inf))  # fmt: skip
+    return fragments.numbers - 1, depth
 
 
 def brute_force(triangles: Triangles, camera: Camera) -> tuple[np.ndarray, ...]:
@@ -103,16 +100,6 @@ def test_the_silhouette_ends_within_a_pixel_of_the_projected_vertices(camera, me
         drawn = np.array([u.min() - 0.5, v.min() - 0.5, u.max() + 0.5, v.max() + 0.5])
         exact = np.concatenate((pixels.min(axis=0), pixels.max(axis=0)))
         assert np.abs(drawn - exact).max() <= 1.0
-
-
-def test_the_same_triangles_cover_the_same_pixels_alone_and_in_the_crowd() -> None:
-    triangles = crowd(KITTI)
-    canvas, (width, height) = Canvas(KITTI), KITTI.image_size
-    for row in range(5):
-        alone = triangles.select(triangles.objects == row)
-        rows, _ = whole_frame(alone, KITTI)
-        crop = canvas.draw_alone(alone, (0, 0, width, height), near_far(triangles))
-        assert np.array_equal(crop < 1.0, rows >= 0)
 
 
 def test_no_triangle_covers_no_pixel() -> None:

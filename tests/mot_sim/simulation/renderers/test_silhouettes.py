@@ -177,4 +177,4 @@ def test_a_layer_is_the_object_alone() -> None:
         covered = rendered.instances[top:bottom, left:right] == row
         assert np.array_equal(layer.nearness > 0.0, covered)
         alone = rendered.depth[top:bottom, left:right][covered]
-        np.testing.assert_allclose(scanned.metres(layer.nearness)[covered], alone, rtol=1e-4)
+        np.testing.assert_allclose(1.0 / layer.nearness[covered], alone, rtol=1e-4)

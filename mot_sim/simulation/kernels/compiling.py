@@ -1,0 +1,13 @@
+"""Types of arrays of pixels, beside those that all kernels share."""
+
+from numba import float32, int32, uint8
+from numba.types import Array
+
+# Outputs, which the caller has made, or inputs.
+OUT_F32_1, OUT_F32_2 = (Array(float32, n, "C") for n in (1, 2))
+OUT_I32_2 = Array(int32, 2, "C")
+OUT_U8_1, OUT_U8_2, OUT_U8_3 = (Array(uint8, n, "C") for n in (1, 2, 3))
+# Inputs, which are never written to.
+F32_1, F32_2 = (Array(float32, n, "C", readonly=True) for n in (1, 2))
+I32_1, I32_2 = (Array(int32, n, "C", readonly=True) for n in (1, 2))
+U8_2 = Array(uint8, 2, "C", readonly=True)

@@ -1,0 +1,124 @@
+"""Objects drawn alone, laid over one another, and what their pixels say."""
+
+from math import floor
+
+import numpy as np
+
+from mot_sim.simulation.kernels.compiling import (
+    F32_1,
+    I32_2,
+    OUT_F32_1,
+    OUT_F32_2,
+    OUT_I32_2,
+    OUT_U8_2,
+)
+from mot_sim.simulation.kernels.filling import fill_triangle
+from tracker.kernels.compiling import (
+    B1,
+    B2,
+    F2,
+    F3,
+    FLOAT,
+    I1,
+    I2,
+    OUT2,
+    OUT_I1,
+    OUT_I2,
+    inlined,
+    kernel,
+)
+
+
+@kernel(F3, B1, I2, F2, I2, I1, OUT_F32_1, OUT_F32_2, OUT_I32_2)
+def draw_layers(corners, keep, parts, K, boxes, starts, alone, nearness, numbers):
+    """Draw each layer alone, in its crop, and lay the crops over one another.
+
+    parts: rows (layer, first triangle, last plus one), by layer; of their triangles those of `keep`
+    are drawn. boxes (k, 4): first column and row, last ones plus one, of the crops. alone: the
+    crops' nearness, 1 / m, layer after layer from `starts` on. nearness and numbers, of the image,
+    are so far 0; numbers become 1 + the nearest layer.
+    """
+    part = 0
+    for layer in range(len(boxes)):
+        left, top, right, bottom = boxes[layer]
+        rows, columns = max(bottom - top, 0), max(right - left, 0)
+        crop = alone[starts[layer] : starts[layer] + rows * columns].reshape((rows, columns))
+        crop[:] = 0.0
+        while part < len(parts) and parts[part, 0] == layer:
+            for row in range(parts[part, 1], parts[part, 2]):
+                if keep[row] and crop.size:
+                    fill_triangle(corners[row], K, left, top, crop, None, 0)
+            part += 1
+        for row in range(rows):
+            for column in range(columns):
+                if crop[row, column] > nearness[top + row, left + column]:
+                    nearness[top + row, left + column] = crop[row, column]
+                    numbers[top + row, left + column] = layer + 1
+
+
+@kernel(F32_1, I1, I2, I32_2, OUT_I1, OUT_I1, OUT2, OUT_I2)
+def measure_layers(alone, starts, boxes, numbers, whole, visible, visible_boxes, hidden):
+    """Count the pixels of layers 1 on: all, those seen and their box, and who hides the rest.
+
+    hidden (k, k): pixels of the first that show the second. All are so far 0, the boxes inverted.
+    """
+    for layer in range(1, len(boxes)):
+        left, top, right, bottom = boxes[layer]
+        at = starts[layer]
+        for row in range(top, bottom):
+            for column in range(left, right):
+                if alone[at] > 0.0:
+                    whole[layer] += 1
+                    shown = numbers[row, column] - 1
+                    if shown == layer:
+                        visible[layer] += 1
+                        box = visible_boxes[layer]
+                        box[0], box[1] = min(box[0], column), min(box[1], row)
+                        box[2], box[3] = max(box[2], column), max(box[3], row)
+                    else:
+                        hidden[layer, shown] += 1
+                at += 1
+
+
+@inlined
+def is_behind(alone, start, box, u, v, depth):
+    """Whether all that a layer shows in the nine pixels around one is nearer than a depth."""
+    deepest = np.float32(0.0)
+    for row in range(max(v - 1, box[1]), min(v + 2, box[3])):
+        for column in range(max(u - 1, box[0]), min(u + 2, box[2])):
+            near = alone[start + (row - box[1]) * (box[2] - box[0]) + column - box[0]]
+            if near > 0.0:
+                deepest = max(deepest, np.float32(1.0) / near)
+    return 0.0 < deepest < depth
+
+
+@kernel(F3, B2, I1, F2, FLOAT, F32_1, I1, I2, I32_2, FLOAT, FLOAT, OUT_U8_2)
+def judge_keypoints(
+    points_cam, faces_us, layers, K, near, alone, starts, boxes, numbers, thickness, slant, states
+):
+    """Whether points (n, k, 3) of cars are seen (0), or hidden by their own car (1) or others (2).
+
+    3: outside the image, or not past the near plane. faces_us: whether a point lies on a face that
+    looks at the camera. layers: those of the cars. A car's own surface hides a point that lies
+    more than thickness, m, and slant, shares of its depth, behind it.
+    """
+    height, width = numbers.shape
+    for car in range(len(points_cam)):
+        layer = layers[car]
+        for point in range(points_cam.shape[1]):
+            x, y, z = points_cam[car, point]
+            states[car, point] = 3
+            if not z > near:
+                continue
+            u = floor((K[0, 0] * x + K[0, 1] * y + K[0, 2] * z) / z + 0.5)
+            v = floor((K[1, 0] * x + K[1, 1] * y + K[1, 2] * z) / z + 0.5)
+            if not (0 <= u < width and 0 <= v < height):
+                continue
+            column, row = int(u), int(v)
+            shown = numbers[row, column]
+            states[car, point] = 2 if shown > 0 and shown != layer + 1 else 0
+            depth = z - (thickness + slant * z)
+            if not faces_us[car, point] or is_behind(
+                alone, starts[layer], boxes[layer], column, row, depth
+            ):
+                states[car, point] = 1

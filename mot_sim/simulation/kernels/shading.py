@@ -1,0 +1,116 @@
+"""The lit colours of the triangles that are seen, and how they are laid over a backdrop."""
+
+from math import sqrt
+
+import numpy as np
+
+from mot_sim.simulation.kernels.compiling import (
+    F32_2,
+    I32_1,
+    I32_2,
+    OUT_F32_2,
+    OUT_I32_2,
+    OUT_U8_2,
+    OUT_U8_3,
+    U8_2,
+)
+from tracker.kernels.compiling import F1, F2, F3, FLOAT, inlined, kernel
+
+
+@inlined
+def whole_power(base, exponent):
+    """A number >= 0 to a whole power, by products alone: the same bits everywhere."""
+    found, left = 1.0, int(exponent)
+    while left > 0:
+        if left % 2:
+            found *= base
+        base *= base
+        left //= 2
+    return found
+
+
+@inlined
+def unit_normal(corners, normal):
+    """Write the unit normal away from the object; zero of a triangle without area."""
+    a, b, c = corners[0], corners[1], corners[2]
+    for axis in range(3):
+        one, two = (axis + 1) % 3, (axis + 2) % 3
+        normal[axis] = (b[one] - a[one]) * (c[two] - a[two]) - (b[two] - a[two]) * (c[one] - a[one])
+    length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2])
+    if length > 0.0:
+        for axis in range(3):
+            normal[axis] /= length
+
+
+@inlined
+def dot(a, b):
+    """The product of two vectors."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel(F3, U8_2, I32_2, F1, F1, F2, F2, F1, FLOAT, FLOAT, FLOAT, OUT_U8_2)
+def paint_triangles(
+    corners,
+    codes,
+    numbers,
+    up,
+    sun,
+    diffuse,
+    shine,
+    sky_colour,
+    ground_share,
+    glint,
+    rounding,
+    painted,
+):
+    """Write the lit colours and semantic ids (t, 4) of the triangles that are in numbers.
+
+    codes: their own colours and ids. up and sun: unit vectors in the camera's frame. By semantic
+    id: diffuse, light without direction, light by the cosine to the zenith and to the sun, and
+    whether it goes through; shine as `raster.SHINE`. sky_colour: what is mirrored; ground_share:
+    of it below the horizon; glint: grey levels of the sun. rounding: so that 99.99999 is 100.
+    """
+    seen, normal = np.zeros(len(corners) + 1, np.bool_), np.empty(3)
+    for number in numbers.flat:
+        seen[number] = True
+    for row in range(len(corners)):
+        if not seen[row + 1]:
+            continue
+        unit_normal(corners[row], normal)
+        kind = codes[row, 3]
+        to_zenith, to_light = dot(normal, up), dot(normal, sun)
+        constant, of_zenith, of_sun, through = diffuse[kind]
+        # Light goes through leaves, and from leaf to leaf.
+        direct = 0.4 + 0.35 * to_light if through > 0.0 else max(to_light, 0.0)
+        strength = constant + of_zenith * to_zenith + of_sun * direct
+        straight, flat, narrow = shine[kind]
+        share, mirrored = 0.0, 0.0
+        if narrow > 0.0:
+            point = corners[row, 0]
+            distance = sqrt(dot(point, point))
+            towards = min(max(-dot(normal, point) / distance, 0.0), 1.0)
+            # What is mirrored comes from 2 (n . v) n - v, with v = -point / distance to the eye.
+            to_up = 2.0 * towards * to_zenith + dot(point, up) / distance
+            to_sun = 2.0 * towards * to_light + dot(point, sun) / distance
+            sky = ground_share + (1.0 - ground_share) * min(max(2.0 * to_up + 0.35, 0.0), 1.0)
+            share = (straight + flat * whole_power(1.0 - towards, 4)) * sky
+            mirrored = glint * whole_power(max(to_sun, 1e-3), narrow)
+        for band in range(3):
+            colour = codes[row, band] * strength + (share * sky_colour[band] + mirrored)
+            painted[row, band] = np.uint8(max(min(colour + rounding, 255.0), 0.0))
+        painted[row, 3] = kind
+
+
+@kernel(I32_2, F32_2, U8_2, I32_1, OUT_U8_3, OUT_F32_2, OUT_I32_2, OUT_U8_2)
+def lay_over(numbers, nearness, painted, ids, image, depth, instances, semantics):
+    """Lay triangles, by their numbers, over a backdrop, in place."""
+    for row in range(numbers.shape[0]):
+        for column in range(numbers.shape[1]):
+            triangle = numbers[row, column] - 1
+            if triangle >= 0:
+                image[row, column, 0] = painted[triangle, 0]
+                image[row, column, 1] = painted[triangle, 1]
+                image[row, column, 2] = painted[triangle, 2]
+                semantics[row, column] = painted[triangle, 3]
+                depth[row, column] = np.float32(1.0) / nearness[row, column]
+                instances[row, column] = ids[triangle]
