@@ -80,7 +80,7 @@ def enclose_inside(box, triangle, far, tolerances):
 
 
 @kernel(F3, F1, F1, OUT2)
-def boxes_inside(triangles, far, tolerances, boxes):
+def enclose_triangles(triangles, far, tolerances, boxes):
     """Boxes (t, 4), so far inverted, around what triangles (t, 3, 2) cover of the image, pixels."""
     for row in range(len(triangles)):
         enclose_inside(boxes[row], triangles[row], far, tolerances)
@@ -108,7 +108,8 @@ def extents(corners, parts, K, far, tolerances, pixels, boxes, clipped, farthest
         box, first, end = parts[part]
         whole = boxes[box]
         if whole[0] >= 0.0 and whole[1] >= 0.0 and whole[2] <= far[0] and whole[3] <= far[1]:
-            clipped[box] = whole
+            for edge in range(4):  # (the compiler takes seconds over a whole row)
+                clipped[box, edge] = whole[edge]
         else:
             for row in range(first, end):
                 enclose_inside(clipped[box], pixels[row], far, tolerances)

@@ -43,7 +43,7 @@ def unit_normal(corners, normal):
 
 
 @inlined
-def dot(a, b):
+def dot3(a, b):
     """The product of two vectors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
@@ -78,7 +78,7 @@ def paint_triangles(
             continue
         unit_normal(corners[row], normal)
         kind = codes[row, 3]
-        to_zenith, to_light = dot(normal, up), dot(normal, sun)
+        to_zenith, to_light = dot3(normal, up), dot3(normal, sun)
         constant, of_zenith, of_sun, through = diffuse[kind]
         # Light goes through leaves, and from leaf to leaf.
         direct = 0.4 + 0.35 * to_light if through > 0.0 else max(to_light, 0.0)
@@ -87,11 +87,11 @@ def paint_triangles(
         share, mirrored = 0.0, 0.0
         if narrow > 0.0:
             point = corners[row, 0]
-            distance = sqrt(dot(point, point))
-            towards = min(max(-dot(normal, point) / distance, 0.0), 1.0)
+            distance = sqrt(dot3(point, point))
+            towards = min(max(-dot3(normal, point) / distance, 0.0), 1.0)
             # What is mirrored comes from 2 (n . v) n - v, with v = -point / distance to the eye.
-            to_up = 2.0 * towards * to_zenith + dot(point, up) / distance
-            to_sun = 2.0 * towards * to_light + dot(point, sun) / distance
+            to_up = 2.0 * towards * to_zenith + dot3(point, up) / distance
+            to_sun = 2.0 * towards * to_light + dot3(point, sun) / distance
             sky = ground_share + (1.0 - ground_share) * min(max(2.0 * to_up + 0.35, 0.0), 1.0)
             share = (straight + flat * whole_power(1.0 - towards, 4)) * sky
             mirrored = glint * whole_power(max(to_sun, 1e-3), narrow)

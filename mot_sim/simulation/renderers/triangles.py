@@ -13,7 +13,7 @@ from tracker.types import Camera
 
 PLACE_FACES = Kernel("mot_sim.simulation.kernels.meshes", "place_faces")
 CUT_TRIANGLES = Kernel("mot_sim.simulation.kernels.meshes", "cut_triangles")
-BOXES_INSIDE = Kernel("mot_sim.simulation.kernels.extents", "boxes_inside")
+ENCLOSE_TRIANGLES = Kernel("mot_sim.simulation.kernels.extents", "enclose_triangles")
 
 NEAR_METRES = 0.3  # metres before the camera; nothing nearer is in its view
 TINY_PIXELS = 1e-30  # for the length of an edge along an axis to which it is square
@@ -121,7 +121,7 @@ def boxes_inside(triangles: Float[Array, "t 3 2"], far: Float[Array, "2"]) -> Fl
     own corners. Inverted where a triangle covers nothing.
     """
     boxes = np.tile(NO_BOX, (len(triangles), 1))
-    BOXES_INSIDE(np.ascontiguousarray(triangles), far, TOLERANCES, boxes)
+    ENCLOSE_TRIANGLES(np.ascontiguousarray(triangles), far, TOLERANCES, boxes)
     return boxes
 
 
