@@ -33,7 +33,7 @@ class Layer:
 
 
 @dataclass(frozen=True, eq=False)
-class Crops:
+class Cutouts:
     """All that is drawn alone, in its own crop of the image, layer by layer."""
 
     instances: Int[Array, " k"]
@@ -46,8 +46,8 @@ class Crops:
     """As in `Layer`, of all crops."""
 
     @classmethod
-    def empty(cls, instances: Int[Array, " k"], boxes: Int[Array, "k 4"]) -> "Crops":
-        """Crops in which nothing is drawn yet."""
+    def empty(cls, instances: Int[Array, " k"], boxes: Int[Array, "k 4"]) -> "Cutouts":
+        """Cutouts in which nothing is drawn yet."""
         columns, rows = (boxes[:, 2:] - boxes[:, :2]).clip(min=0).T
         ends = np.cumsum(columns * rows)
         starts = ends - columns * rows
@@ -113,7 +113,7 @@ class Scan:
     """What is seen of each instance."""
     hidden: Hidden
     """Who hides whom."""
-    layers: Crops
+    layers: Cutouts
     """All that is drawn inside the image."""
     numbers: Int32[Array, "h w"]
     """1 + row in `layers` of the nearest; 0: none."""
@@ -159,7 +159,7 @@ def scan_view(view: View, near: float = NEAR_METRES) -> Scan:
     keep, over = np.ones(len(triangles), bool), np.array(NO_BOX)
     MARK_HIDERS(corners, pixels, scenery, clipped, farthest, keep, over)
     clipped[0] = over
-    layers = Crops.empty(np.append(NO_INSTANCE, every), pixel_boxes(clipped, camera))
+    layers = Cutouts.empty(np.append(NO_INSTANCE, every), pixel_boxes(clipped, camera))
     width, height = camera.image_size
     # (Zeros cost nothing where nothing is drawn: the system hands out empty pages.)
     numbers, nearness = np.zeros((height, width), np.int32), np.zeros((height, width), np.float32)
@@ -176,7 +176,7 @@ def silhouettes(view: View, near: float = NEAR_METRES) -> Silhouettes:
 
 
 def _measured(
-    layers: Crops, numbers: Int32[Array, "h w"]
+    layers: Cutouts, numbers: Int32[Array, "h w"]
 ) -> tuple[tuple[Int[Array, " k"], Int[Array, " k"], Float[Array, "k 4"]], Hidden]:
     """Visible and whole counts, visible boxes and occluders of everything that was drawn alone."""
     count = len(layers.instances)
