@@ -20,7 +20,7 @@ import gymnasium as gym  # noqa: E402
 import numpy as np  # noqa: E402
 
 import mot_sim  # noqa: E402, F401  (registers the ids)
-from mot_sim.envs.association_env import hungarian_policy  # noqa: E402
+from mot_sim.envs.association_experts import hungarian_policy  # noqa: E402
 from mot_sim.envs.scene_env import SceneEnv, Scored, TrackObservation  # noqa: E402
 
 ID = "mot_sim/Highway-v0"
@@ -35,7 +35,9 @@ def options(frames: int) -> dict[str, Any]:
 
 def play(env: gym.Env, policy: Callable[[Any], Any]) -> tuple[int, float, float]:
     """Steps, CPU and wall seconds of an episode whose labels are known, its reset left out."""
-    observation, _ = env.reset(options={"episode_seed": 0} if env.spec.id == ID else {"episode": 0})
+    observation, _ = env.reset(
+        options={"episode_seed": 0} if env.spec.id == ID else {"episode_number": 0}
+    )
     steps, ended, cpu, wall = 0, False, process_time(), perf_counter()
     while not ended:
         observation, _, terminated, truncated, _ = env.step(policy(observation))

@@ -6,7 +6,7 @@ Importing mot_sim registers one id per scene, and mot_sim/Association-v0.
 import gymnasium as gym
 
 import mot_sim  # noqa: F401  (registers the ids)
-from mot_sim.envs.association_env import hungarian_policy
+from mot_sim.envs.association_experts import hungarian_policy
 from mot_sim.envs.wrappers import Scored, TrackObservation
 
 # 1. Watch recorded traffic: the observation holds detections and, by the wrapper, tracks.

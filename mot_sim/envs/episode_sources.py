@@ -31,18 +31,23 @@ class EpisodeSource(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class SceneSource:
-    """The episodes of a scene: number i has seed i. Each is run when asked for, and kept."""
+    """The episodes of a scene: number i has seed first_seed + i. Each is run when asked for, and
+    kept."""
 
     scene: Scene
     """The scene."""
     count: int
     """Number of episodes, 1 or more."""
+    first_seed: int = 0
+    """Seed of episode 0, 0 or more."""
     kept: dict[int, SimulatedDrive] = field(default_factory=dict)
     """Episodes that were run, by number."""
 
     def __post_init__(self) -> None:
         if self.count < 1:
             raise BadConfig(f"a pool of {self.count} episodes: give 1 or more")
+        if self.first_seed < 0:
+            raise BadConfig(f"first_seed is {self.first_seed}: give 0 or more")
 
     def __len__(self) -> int:
         return self.count
@@ -55,7 +60,7 @@ class SceneSource:
     def load(self, number: int) -> SimulatedDrive:
         """The episode of that seed."""
         if number not in self.kept:
-            self.kept[number] = record(self.scene, number)
+            self.kept[number] = record(self.scene, self.first_seed + number)
         return self.kept[number]
 
 

@@ -11,6 +11,7 @@ from jaxtyping import UInt8
 from numpy import ndarray as Array
 
 from mot_sim.envs.errors import OutOfTurn, require_action, require_options
+from mot_sim.envs.image_window import RENDER_MODES, ImageWindow, require_render_mode
 from mot_sim.envs.observations import Observation, ObservationBuilder
 from mot_sim.envs.rollouts import (
     LazyRollout,
@@ -31,7 +32,6 @@ from tracker.errors import BadConfig, UnknownName
 from tracker.types import Camera, Frame
 
 TRAFFIC = ("recorded", "live")
-RENDER_MODES = ("rgb_array", "human")
 OPTIONS = (
     "traffic", "render_mode", "image", "max_detections", "renderer", "scale", "kept_runs",
     "continuous",
@@ -249,8 +249,7 @@ def require_words(traffic: str, render_mode: str | None, renderer: str, kept_run
     """Raises UnknownName for words that are none, BadConfig for a negative number."""
     if traffic not in TRAFFIC:
         raise UnknownName.of("traffic", traffic, TRAFFIC)
-    if render_mode not in (None, *RENDER_MODES):
-        raise UnknownName.of("render mode", str(render_mode), RENDER_MODES)
+    require_render_mode(render_mode)
     if renderer != AUTO and renderer not in RENDERER_NAMES:
         raise UnknownName.of("renderer", renderer, (*RENDERERS, AUTO))
     if kept_runs < 0:
@@ -281,36 +280,6 @@ def scaled(scene: Scene, scale: float) -> Scene:
     K[:2, 2] = (K[:2, 2] + 0.5) * scale - 0.5  # pixel centres are at integers
     width, height = (round(scale * side) for side in camera.image_size)
     return replace(scene, rig=Rig(Camera(K, (width, height), camera.T_cam_road)))
-
-
-class ImageWindow:
-    """Shows one image after another; pygame is imported when the first one is shown."""
-
-    def __init__(self, title: str, fps: int) -> None:
-        self.title, self.fps = title, fps
-        self._pygame: Any = None
-
-    def show(self, image: UInt8[Array, "h w 3"]) -> None:
-        """Show an image, and wait until it has been there for its time."""
-        if self._pygame is None:
-            import pygame  # noqa: PLC0415
-
-            self._pygame = pygame
-            pygame.display.init()
-            pygame.display.set_caption(self.title)
-            self._screen = pygame.display.set_mode(image.shape[1::-1])
-            self._clock = pygame.time.Clock()
-        surface = self._pygame.surfarray.make_surface(image.swapaxes(0, 1))
-        self._screen.blit(surface, (0, 0))
-        self._pygame.event.pump()
-        self._pygame.display.flip()
-        self._clock.tick(self.fps)
-
-    def close(self) -> None:
-        """Close it, if it is open."""
-        if self._pygame is not None:
-            self._pygame.display.quit()
-            self._pygame = None
 
 
 __all__ = ["SceneEnv", "Scored", "TrackObservation"]

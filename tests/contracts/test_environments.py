@@ -97,7 +97,7 @@ def test_a_seed_is_an_episode_and_no_seed_is_the_next_one(name) -> None:
     env = make(name, **({"pool": 10**6} if name == ASSOCIATION else {}))
 
     def numbers(seed: int) -> list[Any]:
-        key = "episode" if name == ASSOCIATION else "episode_seed"
+        key = "episode_number" if name == ASSOCIATION else "episode_seed"
         first = env.reset(seed=seed)[1][key]
         return [first, *(env.reset()[1][key] for _ in range(1))]
 
