@@ -4,8 +4,12 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.car_filter.projection import expected_boxes
+from tracker.car_filter.projection import CUBOID_EDGES
+from tracker.kernels import Kernel
 from tracker.types import Camera
+from tracker.types.cuboids import CORNERS
+
+CARRY_BOXES = Kernel("tracker.kernels.car_boxes", "carry_boxes")
 
 # A box grows or shrinks at most this many times in one step.
 MAX_GROWTH = 5.0
@@ -21,10 +25,7 @@ def carried_boxes(
 
     Where the box and the projected cuboid disagree they go on to do so, in proportion.
     """
-    old, new = np.split(expected_boxes(np.concatenate((before, after)), camera), 2)
-    growth = (new[:, 2:] - new[:, :2]) / np.maximum(old[:, 2:] - old[:, :2], 1.0)
-    growth = np.minimum(np.maximum(growth, 1.0 / MAX_GROWTH), MAX_GROWTH)
-    off = boxes[:, :2] + boxes[:, 2:] - old[:, :2] - old[:, 2:]
-    middle = 0.5 * (new[:, :2] + new[:, 2:] + off * growth)
-    half = 0.5 * (boxes[:, 2:] - boxes[:, :2]) * growth
-    return np.concatenate((middle - half, middle + half), axis=1)
+    carried = np.empty(boxes.shape)
+    lens = camera.P_road, camera.far_corner[0], CORNERS, CUBOID_EDGES
+    CARRY_BOXES(boxes, before, after, *lens, MAX_GROWTH, carried)
+    return carried

@@ -6,18 +6,17 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from tracker.car_filter.cues import CarCues, CueModel
 from tracker.car_filter.edges import EdgeModel, border_gaps, hidden_edges
 from tracker.car_filter.estimates import estimate
-from tracker.car_filter.modes import forward_log_probability, switched
-from tracker.car_filter.motion import CarMotion, RoadStep, add_ego_motion_cov
-from tracker.car_filter.projection import project_boxes
+from tracker.car_filter.modes import weighed
+from tracker.car_filter.motion import CarMotion, RoadStep
+from tracker.car_filter.projection import CUBOID_EDGES
 from tracker.car_filter.restarts import places_by_height, restarted
 from tracker.car_filter.road_memory import (
-    MIN_SLOPE_SCORE,
     DirectionPrior,
     RoadMemory,
     RoadModel,
@@ -41,6 +40,7 @@ from tracker.car_filter.states import (
 from tracker.errors import BadConfig
 from tracker.kernels import Kernel
 from tracker.types import CAR_SIZE, CAR_SIZE_STD, Camera, CarEstimates, Detections
+from tracker.types.cuboids import CORNERS
 
 # How lengths, heights and widths of KITTI's labelled cars go together (ten sequences).
 LOG_SIZE_CORRELATION = np.array([[1.0, 0.1, 0.28], [0.1, 1.0, 0.33], [0.28, 0.33, 1.0]])
@@ -57,17 +57,16 @@ UPDATE = Kernel("tracker.kernels.car_update", "update_cars")
 STATE_COVARIANCES = Kernel("tracker.kernels.car_hypotheses", "state_covariances")
 
 
-class FlatUpdate(NamedTuple):
-    """Flat hypotheses after the boxes of their cars."""
+class FittedCars(NamedTuple):
+    """Hypotheses after the boxes of their cars; those that are not followed as before."""
 
-    means: Float[Array, "h 9"]
-    """Their states."""
-    covs: Float[Array, "h 9 9"]
-    """The covariances."""
-    fit: Float[Array, " h"]
-    """Log-likelihoods of the boxes, but for a constant."""
-    misfit: Float[Array, " h"]
-    """Squares of the boxes' standard deviations off, summed over the edges that tell something."""
+    states: CarStates
+    """Their states and covariances, weighted as before the boxes."""
+    fits: Float[Array, "n k"]
+    """Log-likelihoods of the boxes, but for a constant; 0: not followed."""
+    misfits: Float[Array, "n k"]
+    """Squares of the boxes' standard deviations off, summed over the edges that tell something;
+    inf: not followed."""
 
 
 class PredictedCars(NamedTuple):
@@ -77,15 +76,19 @@ class PredictedCars(NamedTuple):
     """In the road frame of the frame."""
     memory: RoadMemory
     """What is known of the road."""
-    at: tuple[Int[Array, " h"], Int[Array, " h"]]
-    """Rows and columns of the hypotheses that are followed."""
     step: RoadStep
     """What happened to all of them."""
+
+    @property
+    def at(self) -> tuple[Int[Array, " h"], Int[Array, " h"]]:
+        """Rows and columns of the hypotheses that are followed."""
+        return self.states.followed()
 
     def places_of(self, rows: Int[Array, " k"], columns: Int[Array, " k"]) -> Int[Array, " k"]:
         """Where these hypotheses, which are followed, stand in `at`."""
         places = np.zeros(self.states.log_weights.shape, np.int64)
-        places[self.at] = np.arange(len(self.at[0]))
+        at = self.at
+        places[at] = np.arange(len(at[0]))
         chosen: Int[Array, " k"] = places[rows, columns]
         return chosen
 
@@ -134,7 +137,7 @@ class CarFilter:
     than that the box is there, since boxes are less noisy than `edges` has it. More: parked cars
     are recognised sooner, slow ones are taken for parked."""
     max_misfit: float = 9.0
-    """A car of which every hypothesis is off by more (see `FlatUpdate.misfit`) begins anew beside
+    """A car of which every hypothesis is off by more (see `FittedCars.misfits`) begins anew beside
     them; more: turns that nobody expected are followed later."""
     moving_share: float = 0.35
     """Probability that a new car moves, 0 < share < 1; more: parked cars are recognised later."""
@@ -176,16 +179,12 @@ class CarFilter:
         if dt > 0.0:
             R = camera.T_road_cam[:3:2, :3] / dt
             memory = memory._replace(camera_velocity_cov=R @ motion_cov[:3, :3] @ R.T)
-        at, roughness = states.followed(), self.roughness(memory)
+        roughness = self.roughness(memory)
         slopes = roughness * slope, roughness * memory.slope
         step = RoadStep(T_road, turn, dt, slopes, roughness, self._log_size, self._size_cov)
-        if len(states) == 0:
-            return PredictedCars(states, memory, at, step)
-        means, covs, moving = states.means[at], states.covs[at], at[1] >= HEADING_COUNT
-        means, covs = self.motion(means, covs, moving, step)
-        add_ego_motion_cov(means, covs, motion_cov, camera)
-        later = _with(states, at, means, covs, states.log_weights)
-        return PredictedCars(later, memory, at, step)
+        if len(states):
+            states = self.motion(states, step, motion_cov, camera)
+        return PredictedCars(states, memory, step)
 
     def update(
         self,
@@ -203,31 +202,24 @@ class CarFilter:
         """
         if len(states) == 0:
             return UpdatedCars(states, memory, np.zeros((0, HYPOTHESIS_COUNT), np.int64))
-        scores, hidden = found.scores, hidden_edges(found.boxes, others)
-        boxes, variances = self.edges(found.boxes, scores, hidden)
+        hidden = hidden_edges(found.boxes, others)
+        boxes, variances = self.edges(found.boxes, found.scores, hidden)
+        bases = SeenBases.of(boxes, found.scores, hidden, camera)
+        memory = self.road.update(memory, bases, believed_heights(states))
+        memory = self.roughness.update(memory, bases, self.size[1])
+        before, told = states.log_weights, np.zeros(states.log_weights.shape)
         cues = CarCues.of(found)
-        usable = ~(hidden[:, 1] | hidden[:, 3]) & (scores > MIN_SLOPE_SCORE)
-        bases = SeenBases.of(boxes, camera)
-        memory = self.road.update(memory, bases, believed_heights(states), usable)
-        memory = self.roughness.update(memory, bases, self.size[1], usable)
-        at = states.followed()
-        means, covs, told = states.means[at], states.covs[at], np.zeros(len(at[0]))
-        behind = np.count_nonzero(hidden, axis=1) > 0
         if cues is not None:
-            seen, by_car = cues.select(at[0]), behind[at[0]]
-            means, covs, told = self.cues(means, covs, seen, by_car, is_first=False)
-        means, covs, fit, misfit = self._update(means, covs, boxes[at[0]], variances[at[0]], camera)
-        fit = fit + forward_log_probability(means[:, SPEED], covs[:, SPEED, SPEED])
-        means[:, SPEED] = np.maximum(means[:, SPEED], 0.0)
-        log_weights = np.full(states.log_weights.shape, -np.inf)
-        log_weights[at] = states.log_weights[at] + self.evidence * fit + told
-        weighed = _with(states, at, means, covs, normalised(log_weights))
-        after, parents = switched(weighed, self.switch)
-        least = np.full(states.log_weights.shape, np.inf)
-        least[at] = misfit
-        whole = ~behind & (border_gaps(found.boxes, camera).min(axis=1) > self.edges.border)
-        whole &= after.log_weights.min(axis=1) <= MIN_LOG_WEIGHT  # there is room
-        lost = np.flatnonzero(whole & (least.min(axis=1) > self.max_misfit))
+            states, told = self._after_cues(states, cues, hidden.any(axis=1), is_first=False)
+        fitted = self._update(states, boxes, variances, camera)
+        after, parents = weighed(
+            fitted.states, before, fitted.fits, told, self.evidence, self.switch
+        )
+        lost = (fitted.misfits.min(axis=1) > self.max_misfit).nonzero()[0]
+        if len(lost):  # whole boxes of cars of which not all hypotheses are followed
+            whole = border_gaps(found.boxes[lost], camera).min(axis=1) > self.edges.border
+            has_room = after.log_weights[lost].min(axis=1) <= MIN_LOG_WEIGHT
+            lost = lost[whole & has_room & ~hidden[lost].any(axis=1)]
         if len(lost):
             again = found.select(lost)
             places = places_by_height(again.boxes, self.size, camera)
@@ -255,21 +247,16 @@ class CarFilter:
         means, covs = self._prior(places, memory)
         hidden, cues = hidden_edges(found.boxes, others), CarCues.of(found)
         boxes, variances = self.edges(found.boxes, found.scores, hidden)
-        of = np.repeat(np.arange(n), HYPOTHESIS_COUNT)
-        before, linear = means.reshape(-1, STATE_SIZE), None
-        cov, told = covs.reshape(-1, STATE_SIZE, STATE_SIZE), np.zeros(len(of))
-        if cues is not None:
-            behind, seen = (np.count_nonzero(hidden, axis=1) > 0)[of], cues.select(of)
-            before, cov, told = self.cues(before, cov, seen, behind, is_first=True)
-        for _ in range(START_ITERATIONS):
-            updated = self._update(before, cov, boxes[of], variances[of], camera, linear)
-            linear = updated.means
         modes = np.log([1.0 - self.moving_share, self.moving_share]).repeat(HEADING_COUNT)
-        return CarStates(
-            updated.means.reshape(means.shape),
-            updated.covs.reshape(covs.shape),
-            normalised(modes + (updated.fit + told).reshape(n, -1)),
-        )
+        states, told = CarStates(means, covs, np.zeros(means.shape[:2])), 0.0
+        if cues is not None:
+            states, told = self._after_cues(states, cues, hidden.any(axis=1), is_first=True)
+        linear = None
+        for _ in range(START_ITERATIONS):
+            fitted = self._update(states, boxes, variances, camera, linear)
+            linear = fitted.states.means
+        log_weights = normalised(modes + (fitted.fits + told))
+        return fitted.states.replaced(log_weights=log_weights)
 
     def estimate(self, states: CarStates, memory: RoadMemory) -> CarEstimates:
         """One state per car: of its likeliest direction, with how likely that is."""
@@ -334,36 +321,40 @@ class CarFilter:
         covs[:, :, LOG_SIZE, LOG_SIZE] = self._size_cov
         return means, covs
 
+    def _after_cues(
+        self, states: CarStates, cues: CarCues, hidden: Bool[Array, " n"], is_first: bool
+    ) -> tuple[CarStates, Float[Array, "n k"]]:
+        """The followed hypotheses after the cues of their cars, and what those count for, nats.
+
+        hidden: which cars another box hides. is_first: nothing was read of them before.
+        """
+        at, told = states.followed(), np.zeros(states.log_weights.shape)
+        means, covs = states.means.copy(), states.covs.copy()
+        seen, behind = cues.select(at[0]), hidden[at[0]]
+        means[at], covs[at], told[at] = self.cues(means[at], covs[at], seen, behind, is_first)
+        return CarStates(means, covs, states.log_weights), told
+
     def _update(
         self,
-        means: Float[Array, "h 9"],
-        covs: Float[Array, "h 9 9"],
-        boxes: Float[Array, "h 4"],
-        variances: Float[Array, "h 4"],
+        states: CarStates,
+        boxes: Float[Array, "n 4"],
+        variances: Float[Array, "n 4"],
         camera: Camera,
-        linear: Float[Array, "h 9"] | None = None,
-    ) -> FlatUpdate:
-        """Hypotheses after boxes, edge by edge, which is the joint update: the noise is diagonal.
+        linear: Float[Array, "n k 9"] | None = None,
+    ) -> FittedCars:
+        """Cars after boxes, edge by edge, which is the joint update: the noise is diagonal.
 
         linear: the states at which the projection is linearised; None: at the means.
         """
-        fit, misfit = np.empty(len(means)), np.empty(len(means))
-        out = np.empty(means.shape), np.empty(covs.shape), fit, misfit
+        means, shape = states.means, states.log_weights.shape
+        out = np.empty(means.shape), np.empty(states.covs.shape), np.empty(shape), np.empty(shape)
         at, is_given = (means, False) if linear is None else (linear, True)
-        seen = boxes, variances, *project_boxes(at, camera)
-        limits = camera.far_corner, self.edges.border, MAX_DEVIATION, self.tightness
-        UPDATE(means, covs, *seen, at, is_given, *limits, *out)
-        return FlatUpdate(*out)
+        before = means, states.covs, states.log_weights, MIN_LOG_WEIGHT, at, is_given
+        lens = camera.P_road, CORNERS, CUBOID_EDGES, camera.far_corner
+        UPDATE(*before, boxes, variances, *lens, self._limits, *out)
+        return FittedCars(CarStates(*out[:2], states.log_weights), *out[2:])
 
-
-def _with(
-    states: CarStates,
-    at: tuple[Int[Array, " h"], Int[Array, " h"]],
-    means: Float[Array, "h 9"],
-    covs: Float[Array, "h 9 9"],
-    log_weights: Float[Array, "n k"],
-) -> CarStates:
-    """The states with others in these places, in arrays of their own."""
-    all_means, all_covs = states.means.copy(), states.covs.copy()
-    all_means[at], all_covs[at] = means, covs
-    return CarStates(all_means, all_covs, log_weights)
+    @cached_property
+    def _limits(self) -> Float[Array, "3"]:
+        """Border of the image, most standard deviations, tightness."""
+        return np.array([self.edges.border, MAX_DEVIATION, self.tightness])

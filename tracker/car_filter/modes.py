@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
-from tracker.car_filter.states import HYPOTHESIS_COUNT, CarStates
+from tracker.car_filter.states import MIN_LOG_WEIGHT, CarStates
 from tracker.kernels import Kernel
 
 # A mode that is less likely than the other by this (nats) has died out.
@@ -16,30 +16,26 @@ MIN_SWITCH_LOG_WEIGHT = -4.0
 # Slower cars (m/s) may have parked; parked ones start with this std of their speed.
 MAX_PARKING_SPEED, STARTING_SPEED_STD = 0.5, 1.5
 SWITCHING_LIMITS = np.array([DEAD_NATS, MIN_SWITCH_LOG_WEIGHT, MAX_PARKING_SPEED])
-SWITCH_MODES = Kernel("tracker.kernels.car_hypotheses", "switch_modes")
+WEIGH_CARS = Kernel("tracker.kernels.car_hypotheses", "weigh_cars")
 
 
-def switched(states: CarStates, share: float) -> tuple[CarStates, Int[Array, "n k"]]:
-    """Cars stop and start: a mode that has died out begins again from the other one.
+def weighed(
+    states: CarStates,
+    before: Float[Array, "n k"],
+    fits: Float[Array, "n k"],
+    told: Float[Array, "n k"],
+    evidence: float,
+    switch: float,
+) -> tuple[CarStates, Int[Array, "n k"]]:
+    """Cars after boxes with the weights that these leave; the hypothesis each one was made of.
 
-    share: the probability with which it does. And the hypothesis that each one was made of. The
-    arrays of `states` are overwritten.
+    states: after the boxes; their arrays are overwritten. before: logarithms of the weights before
+    them. fits, told: nats that the boxes, of which `evidence` counts, and the cues tell. Cars do
+    not drive backwards, which counts as well, and they stop and start: with the probability
+    `switch` a mode that has died out begins again from the other one.
     """
-    parents = np.empty((len(states), HYPOTHESIS_COUNT), np.int64)
-    limits = SWITCHING_LIMITS, STARTING_SPEED_STD**2
-    SWITCH_MODES(states.means, states.covs, states.log_weights, math.log(share), *limits, parents)
-    return states, parents
-
-
-def forward_log_probability(
-    speeds: Float[Array, " h"], variances: Float[Array, " h"]
-) -> Float[Array, " h"]:
-    """Log-probability that cars which seem to drive backwards do not."""
-    from scipy.special import log_ndtr
-
-    backwards = speeds < 0.0
-    if not np.count_nonzero(backwards):
-        return np.zeros(len(speeds))
-    deviation = np.minimum(speeds, 0.0) / np.sqrt(np.maximum(variances, 1e-9))
-    log_probability: Float[Array, " h"] = np.where(backwards, log_ndtr(deviation), 0.0)
-    return log_probability
+    log_weights, parents = np.empty(before.shape), np.empty(before.shape, np.int64)
+    counted = before, MIN_LOG_WEIGHT, fits, told, evidence
+    limits = math.log(switch), SWITCHING_LIMITS, STARTING_SPEED_STD**2
+    WEIGH_CARS(states.means, states.covs, *counted, *limits, log_weights, parents)
+    return CarStates(states.means, states.covs, log_weights), parents

@@ -6,16 +6,23 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.car_filter.states import LOG_SIZE, SPEED, STATE_SIZE, YAW, YAW_RATE
+from tracker.car_filter.states import (
+    LOG_SIZE,
+    MIN_LOG_WEIGHT,
+    SPEED,
+    STATE_SIZE,
+    YAW,
+    YAW_RATE,
+    CarStates,
+)
 from tracker.kernels import Kernel
 from tracker.types import Camera
 
 MOVED = Kernel("tracker.kernels.car_motion", "moved")
-MOVED_WITH_COVARIANCE = Kernel("tracker.kernels.car_motion", "moved_with_covariance")
-ADD_EGO_MOTION = Kernel("tracker.kernels.car_motion", "add_ego_motion")
+PREDICT_CARS = Kernel("tracker.kernels.car_motion", "predict_cars")
 
 # Below this speed (m/s) a car turns less; one that stands still turns this share as much.
 TURNING_SPEED, STANDING_TURN = 3.0, 0.05
@@ -79,19 +86,20 @@ class CarMotion:
         return later
 
     def __call__(
-        self,
-        states: Float[Array, "h 9"],
-        covs: Float[Array, "h 9 9"],
-        moving: Bool[Array, " h"],
-        step: RoadStep,
-    ) -> tuple[Float[Array, "h 9"], Float[Array, "h 9 9"]]:
-        """States and covariances after a step, in the road frame of then."""
-        later, later_covs = np.empty(states.shape), np.empty(covs.shape)
+        self, states: CarStates, step: RoadStep, motion_cov: Float[Array, "6 6"], camera: Camera
+    ) -> CarStates:
+        """What is believed after a step, in the road frame of then; the same weights.
+
+        motion_cov: of the camera, as in `Frame`; a point X of its frame shifts by rho + phi x X.
+        Hypotheses that are not followed stay as they are.
+        """
+        means, covs = np.empty(states.means.shape), np.empty(states.covs.shape)
         off_road = np.array([*self.off_road_std, step.roughness])
         shared = step.T_road, step.numbers, self._times, self._noise, off_road
-        sizes = step.log_size, step.log_size_cov
-        MOVED_WITH_COVARIANCE(states, covs, moving, *shared, *sizes, later, later_covs)
-        return later, later_covs
+        sizes, ego = (step.log_size, step.log_size_cov), (camera.place_shift, motion_cov)
+        before = states.means, states.covs, states.log_weights, MIN_LOG_WEIGHT
+        PREDICT_CARS(*before, *shared, *sizes, *ego, means, covs)
+        return CarStates(means, covs, states.log_weights)
 
     @cached_property
     def _times(self) -> Float[Array, "3"]:
@@ -143,16 +151,3 @@ def _by_motion(states: Float[Array, "h 9"], dt: float) -> Float[Array, "h 2 2"]:
     driven[:, 0, 0], driven[:, 1, 0] = -s * distance, -c * distance
     driven[:, 0, 1], driven[:, 1, 1] = dt * c, -dt * s
     return driven
-
-
-def add_ego_motion_cov(
-    states: Float[Array, "h 9"],
-    covs: Float[Array, "h 9 9"],
-    motion_cov: Float[Array, "6 6"],
-    camera: Camera,
-) -> None:
-    """Add to covariances of states, in the road frame, what an uncertain motion of the camera does.
-
-    motion_cov: as in `Frame`. A point X of the camera's frame shifts by rho + phi x X.
-    """
-    ADD_EGO_MOTION(states, camera.place_shift, motion_cov, covs)

@@ -9,13 +9,15 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
-from tracker.car_filter.states import HEADING_COUNT, LOG_HEIGHT, MOVING, SPEED, YAW, CarStates
+from tracker.car_filter.states import HEADING_COUNT, CarStates
 from tracker.kernels import Kernel
 from tracker.types import Camera
 
 PLACE_BASES = Kernel("tracker.kernels.car_scene", "place_bases")
 SUM_SLOPES = Kernel("tracker.kernels.car_scene", "sum_slopes")
 WEIGH_DIRECTIONS = Kernel("tracker.kernels.car_hypotheses", "weigh_directions")
+WATCH_TRAFFIC = Kernel("tracker.kernels.car_hypotheses", "watch_traffic")
+BELIEVE_HEIGHTS = Kernel("tracker.kernels.car_hypotheses", "believe_heights")
 # Borders between the strips of the road of which traffic is remembered, road x, m.
 STRIP_BORDERS = np.array([-6.0, -1.5, 1.5, 6.0])
 # As far as the first aside (road x, m) the shares of `DirectionPrior` before the camera hold, from
@@ -61,17 +63,25 @@ class SeenBases(NamedTuple):
     """How far from the camera, seen from above."""
     camera_height: float
     """Of the camera above the plane under it, m."""
-    is_inside: Bool[Array, " n"]
-    """Which boxes lie away from the image's border."""
+    is_usable: Bool[Array, " n"]
+    """Which boxes tell something: sure ones, away from the image's border, of which neither the
+    upper nor the lower edge is hidden."""
 
     @classmethod
-    def of(cls, boxes: Float[Array, "n 4"], camera: Camera) -> "SeenBases":
-        """Of cars with these boxes."""
+    def of(
+        cls,
+        boxes: Float[Array, "n 4"],
+        scores: Float[Array, " n"],
+        hidden: Bool[Array, "n 4"],
+        camera: Camera,
+    ) -> "SeenBases":
+        """Of cars with these boxes. hidden: their edges that another box hides."""
         n = len(boxes)
-        fall, reach, is_inside = np.empty(n), np.empty(n), np.empty(n, bool)
-        seen = *camera.pixel_rays_road, camera.K[1, 1], camera.far_corner, MIN_BORDER_GAP
-        PLACE_BASES(boxes, *seen, fall, reach, is_inside)
-        return cls(fall, reach, camera.height, is_inside)
+        fall, reach, is_usable = np.empty(n), np.empty(n), np.empty(n, bool)
+        lens = *camera.pixel_rays_road, camera.K[1, 1], camera.far_corner
+        limits = MIN_BORDER_GAP, MIN_SLOPE_SCORE
+        PLACE_BASES(boxes, scores, hidden, *lens, *limits, fall, reach, is_usable)
+        return cls(fall, reach, camera.height, is_usable)
 
 
 @dataclass(frozen=True)
@@ -104,18 +114,14 @@ class RoadModel:
         return memory._replace(slope=keep * moved, slope_var=var), moved
 
     def update(
-        self,
-        memory: RoadMemory,
-        bases: SeenBases,
-        heights: Float[Array, " n"],
-        usable: Bool[Array, " n"],
+        self, memory: RoadMemory, bases: SeenBases, heights: Float[Array, " n"]
     ) -> RoadMemory:
         """The memory after boxes of cars of these heights, m."""
-        if self.slope_std == 0.0 or len(usable) == 0:
+        if self.slope_std == 0.0 or len(heights) == 0:
             return memory
         noise = MIN_SLOPE_DISTANCE, BASE_STD, self.residual_std, self.repetition
-        seen = bases.fall, bases.reach, bases.is_inside, bases.camera_height
-        information, weighted = SUM_SLOPES(*seen, heights, usable, *noise)
+        seen = bases.fall, bases.reach, bases.is_usable, bases.camera_height
+        information, weighted = SUM_SLOPES(*seen, heights, *noise)
         before = 1.0 / min(memory.slope_var, self.slope_std**2)
         total = before + information
         slope = (before * memory.slope + weighted) / total
@@ -154,18 +160,10 @@ class DirectionPrior:
 
     def update(self, memory: RoadMemory, states: CarStates, dt: float) -> RoadMemory:
         """The memory after `dt` seconds of these cars."""
-        moving = states.means[:, MOVING]
-        weights = np.exp(states.log_weights[:, MOVING]) * (moving[:, :, SPEED] > MIN_TRAFFIC_SPEED)
-        certain = weights.sum(axis=1) > MIN_MOVING_PROBABILITY
-        if not np.count_nonzero(certain):
-            return memory
-        weights, moving = weights[certain], moving[certain]
-        ahead = -np.sin(moving[:, :, YAW])  # along the road that the camera looks down
-        strips = np.searchsorted(STRIP_BORDERS, (weights * moving[:, :, 0]).sum(axis=1))
-        same, oncoming = ((weights * way).sum(axis=1) for way in (ahead > 0.7, ahead < -0.7))
-        count = len(memory.traffic)
-        seen = np.bincount(strips, same, count), np.bincount(strips, oncoming, count)
-        return memory._replace(traffic=memory.traffic + dt * np.stack(seen, axis=1))
+        traffic = memory.traffic.copy()
+        limits = MIN_TRAFFIC_SPEED, MIN_MOVING_PROBABILITY, dt
+        WATCH_TRAFFIC(states.means, states.log_weights, STRIP_BORDERS, *limits, traffic)
+        return memory._replace(traffic=traffic)
 
     def __call__(self, memory: RoadMemory, states: CarStates) -> Float[Array, "n k"]:
         """Probabilities of the hypotheses by their headings as well."""
@@ -186,7 +184,6 @@ class DirectionPrior:
 
 def believed_heights(states: CarStates) -> Float[Array, " n"]:
     """Each car's height by the expected logarithm, m."""
-    heights: Float[Array, " n"] = np.exp(
-        (np.exp(states.log_weights) * states.means[:, :, LOG_HEIGHT]).sum(axis=1)
-    )
+    heights = np.empty(len(states.means))
+    BELIEVE_HEIGHTS(states.means, states.log_weights, heights)
     return heights

@@ -3,9 +3,6 @@
 import math
 from dataclasses import dataclass
 
-from jaxtyping import Bool
-from numpy import ndarray as Array
-
 from tracker.car_filter.road_memory import MIN_SLOPE_DISTANCE, RoadMemory, SeenBases
 from tracker.errors import BadConfig
 from tracker.kernels import Kernel
@@ -49,13 +46,11 @@ class RoughnessModel:
         """The memory `dt` seconds later."""
         return memory._replace(flatness=math.exp(-dt / self.memory_time) * memory.flatness)
 
-    def update(
-        self, memory: RoadMemory, bases: SeenBases, height: float, usable: Bool[Array, " n"]
-    ) -> RoadMemory:
+    def update(self, memory: RoadMemory, bases: SeenBases, height: float) -> RoadMemory:
         """The memory after boxes of a frame. height: the mean car's, m."""
         noise = MIN_SLOPE_DISTANCE, self.flat_std, self.rough_std, MAX_OFF_ROAD
-        seen = bases.fall, bases.reach, bases.is_inside, bases.camera_height
-        told = SUM_FLATNESS(*seen, height, usable, *noise)
+        seen = bases.fall, bases.reach, bases.is_usable, bases.camera_height
+        told = SUM_FLATNESS(*seen, height, *noise)
         return memory._replace(flatness=memory.flatness + 0.5 * told / self.repetition)
 
     def __call__(self, memory: RoadMemory) -> float:

@@ -4,7 +4,7 @@ from math import cos, exp, inf, isfinite, sin
 
 import numpy as np
 
-from tracker.kernels.compiling import BOOL, F2, FLOAT, I2, OUT2, OUT3, inlined, kernel
+from tracker.kernels.compiling import A2, BOOL, F2, FLOAT, I2, OUT2, OUT3, inlined, kernel
 
 # Corners nearer to the camera than this are taken to be this far, m.
 MIN_CORNER_DEPTH = 0.5
@@ -171,3 +171,20 @@ def project_cars(states, P, far_x, signs, edges, boxes, jacobians, is_derived):
     for car in range(len(states)):
         jacobian = jacobians[car] if is_derived else none
         put_box(states[car], P, far_x, signs, edges, pixels, boxes[car], jacobian, is_derived)
+
+
+@kernel(A2, F2, F2, F2, FLOAT, F2, I2, FLOAT, OUT2)
+def carry_boxes(boxes, before, after, P, far_x, signs, edges, max_growth, carried):
+    """Boxes (n, 4) moved and scaled as the cuboids of their cars are, see `carried_boxes`."""
+    pixels, none, old, new = np.empty((8, 3)), np.empty((4, 9)), np.empty(4), np.empty(4)
+    for car in range(len(boxes)):
+        put_box(before[car], P, far_x, signs, edges, pixels, old, none, False)
+        put_box(after[car], P, far_x, signs, edges, pixels, new, none, False)
+        for low in range(2):
+            high = low + 2
+            growth = (new[high] - new[low]) / max(old[high] - old[low], 1.0)
+            growth = min(max(growth, 1.0 / max_growth), max_growth)
+            off = boxes[car, low] + boxes[car, high] - old[low] - old[high]
+            middle = 0.5 * (new[low] + new[high] + off * growth)
+            half = 0.5 * (boxes[car, high] - boxes[car, low]) * growth
+            carried[car, low], carried[car, high] = middle - half, middle + half

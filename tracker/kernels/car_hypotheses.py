@@ -1,6 +1,6 @@
 """What the hypotheses of cars say together: weights, the likeliest state, parked or moving."""
 
-from math import cos, exp, inf, log, pi, sin, sqrt
+from math import cos, erfc, exp, inf, log, pi, sin, sqrt
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from tracker.kernels.compiling import (
     kernel,
 )  # fmt: skip
 
-YAW, SPEED, YAW_RATE = 3, 4, 8
+YAW, SPEED, LOG_HEIGHT, YAW_RATE = 3, 4, 6, 8
 
 
 @inlined
@@ -166,29 +166,91 @@ def begin_again(mean, cov, source, target, var):
     cov[target, SPEED, SPEED] = var
 
 
-@kernel(OUT3, OUT4, OUT2, FLOAT, F1, FLOAT, OUT_I2)
-def switch_modes(means, covs, log_weights, begin, limits, starting_var, parents):
-    """Let modes that have died out begin again, in place, see `switched`.
+@inlined
+def log_forward(speed, var):
+    """Log-probability that a car which seems to drive backwards does not."""
+    deviation = speed / sqrt(max(var, 1e-9))
+    if deviation > -30.0:
+        return log(0.5 * erfc(-deviation * sqrt(0.5)))
+    # the first terms of the series: erfc is 0 farther out
+    square = 1.0 / (deviation * deviation)
+    tail = 1.0 - square * (1.0 - 3.0 * square * (1.0 - 5.0 * square))
+    return -0.5 * deviation * deviation - log(-deviation * sqrt(2.0 * pi)) + log(tail)
 
-    limits: nats of dead modes, the least log-weight of the other one, the speed of parking cars.
+
+@inlined
+def switch_modes(means, covs, weights, begin, limits, starting_var, parents):
+    """Let modes of a car that have died out begin again, in place, see `weigh_cars`."""
+    half, changed = len(weights) // 2, False
+    for parked in range(half):
+        moving = parked + half
+        parents[parked], parents[moving] = parked, moving
+        if weights[parked] < weights[moving] + begin - limits[0]:
+            stops = weights[moving] > limits[1] and means[moving, SPEED] < limits[2]
+            source, target, var = (moving if stops else -1), parked, 0.0
+        elif weights[moving] < weights[parked] + begin - limits[0]:
+            starts = weights[parked] > limits[1]
+            source, target, var = (parked if starts else -1), moving, starting_var
+        else:
+            continue
+        if source >= 0:
+            begin_again(means, covs, source, target, var)
+            weights[target] = weights[source] + begin
+            parents[target], changed = source, True
+    if changed:
+        normalise(weights)
+
+
+@kernel(OUT3, OUT4, F2, FLOAT, F2, F2, FLOAT, FLOAT, F1, FLOAT, OUT2, OUT_I2)
+def weigh_cars(
+    means, covs, before, min_log_weight, fits, told, evidence, begin, limits, starting_var,
+    log_weights, parents,
+):  # fmt: skip
+    """Logarithms of the weights of hypotheses after their boxes, and their parents.
+
+    means, covs: after the boxes, changed in place: no car drives backwards, and modes that have
+    died out begin again, see `weighed`. before: the logarithms before the boxes. fits, told: what
+    boxes and cues count for. limits: nats of dead modes, the least log-weight of the other one,
+    the speed of parking cars.
     """
-    half = means.shape[1] // 2
     for car in range(len(means)):
-        weights, changed = log_weights[car], False
-        for parked in range(half):
-            moving = parked + half
-            parents[car, parked], parents[car, moving] = parked, moving
-            if weights[parked] < weights[moving] + begin - limits[0]:
-                stops = weights[moving] > limits[1] and means[car, moving, SPEED] < limits[2]
-                source, target, var = (moving if stops else -1), parked, 0.0
-            elif weights[moving] < weights[parked] + begin - limits[0]:
-                starts = weights[parked] > limits[1]
-                source, target, var = (parked if starts else -1), moving, starting_var
-            else:
-                continue
-            if source >= 0:
-                begin_again(means[car], covs[car], source, target, var)
-                weights[target] = weights[source] + begin
-                parents[car, target], changed = source, True
-        if changed:
-            normalise(weights)
+        for which in range(means.shape[1]):
+            log_weights[car, which] = -inf
+            if before[car, which] > min_log_weight:
+                fit, speed = fits[car, which], means[car, which, SPEED]
+                if speed < 0.0:
+                    fit += log_forward(speed, covs[car, which, SPEED, SPEED])
+                    means[car, which, SPEED] = 0.0
+                log_weights[car, which] = before[car, which] + evidence * fit + told[car, which]
+        weights = log_weights[car]
+        normalise(weights)
+        switch_modes(means[car], covs[car], weights, begin, limits, starting_var, parents[car])
+
+
+@kernel(F3, F2, F1, FLOAT, FLOAT, FLOAT, OUT2)
+def watch_traffic(means, log_weights, borders, min_speed, min_probability, dt, traffic):
+    """Add the seconds of traffic, the camera's way and oncoming, of cars that move for certain."""
+    count = means.shape[1]
+    for car in range(len(means)):
+        total = aside = same = oncoming = 0.0
+        for which in range(count // 2, count):
+            if means[car, which, SPEED] > min_speed:
+                weight, ahead = exp(log_weights[car, which]), -sin(means[car, which, YAW])
+                total += weight
+                aside += weight * means[car, which, 0]
+                same += weight if ahead > 0.7 else 0.0
+                oncoming += weight if ahead < -0.7 else 0.0
+        if total > min_probability:
+            strip = strip_of(aside, borders)
+            traffic[strip, 0] += dt * same
+            traffic[strip, 1] += dt * oncoming
+
+
+@kernel(F3, F2, OUT1)
+def believe_heights(means, log_weights, heights):
+    """Heights (n,) of cars by the expected logarithm, m."""
+    for car in range(len(means)):
+        expected = 0.0
+        for which in range(means.shape[1]):
+            expected += exp(log_weights[car, which]) * means[car, which, LOG_HEIGHT]
+        heights[car] = exp(expected)

@@ -4,7 +4,19 @@ from math import cos, exp, sin, sqrt
 
 import numpy as np
 
-from tracker.kernels.compiling import A2, B1, F1, F2, F3, OUT2, OUT3, inlined, kernel
+from tracker.kernels.compiling import (
+    A2,
+    F1,
+    F2,
+    F3,
+    F4,
+    FLOAT,
+    OUT2,
+    OUT3,
+    OUT4,
+    inlined,
+    kernel,
+)  # fmt: skip
 
 
 @inlined
@@ -73,66 +85,84 @@ def moved(states, T_road, step, rates, log_size, later):
         put_moved(states[car], T_road, step, rates, log_size, later[car])
 
 
-@kernel(F2, F3, B1, F2, F1, F1, F1, F1, F1, F2, OUT2, OUT3)
-def moved_with_covariance(
-    states, covs, moving, T_road, step, rates, noise, off_road, log_size, log_size_cov,
-    later, covs_out,
+@inlined
+def copy_hypothesis(mean, cov, mean_out, cov_out):
+    """The same state and covariance."""
+    for row in range(9):
+        mean_out[row] = mean[row]
+        for column in range(9):
+            cov_out[row, column] = cov[row, column]
+
+
+@inlined
+def add_noise(cov, pace, reach, is_moving, dt, new, noise, off_road, log_size_cov):
+    """Add to a covariance what changes at random in a step. new: shares of yaw rate, road, size."""
+    cov[0, 0] += noise[0] * dt
+    cov[2, 2] += noise[0] * dt
+    cov[1, 1] += new[1] * off_road[2] * (off_road[0] + off_road[1] * reach) ** 2
+    if is_moving:
+        cov[3, 3] += noise[1] * dt * pace
+        cov[8, 8] += new[0] * noise[2] * pace
+        cov[4, 4] += noise[3] * dt
+    else:
+        cov[3, 3] += noise[4] * dt
+    for side in range(3):
+        for beside in range(3):
+            cov[5 + side, 5 + beside] += new[2] * log_size_cov[side, beside]
+
+
+@inlined
+def add_ego_motion(state, place_shift, motion_cov, jacobian, cov):
+    """Add what an uncertain motion of the camera does to the place and the yaw: J C J'."""
+    for row in range(3):
+        for column in range(6):
+            entry, by_place = 6 * row + column, 0.0
+            for axis in range(3):
+                by_place += state[axis] * place_shift[axis, entry]
+            jacobian[row, column] = by_place + place_shift[3, entry]
+    for row in range(3):
+        for column in range(6):
+            moved = 0.0
+            for inner in range(6):
+                moved += jacobian[row, inner] * motion_cov[inner, column]
+            for other in range(3):
+                cov[row, other] += moved * jacobian[other, column]
+    cov[3, 3] += motion_cov[4, 4]
+
+
+@kernel(F3, F4, F2, FLOAT, F2, F1, F1, F1, F1, F1, F2, F2, A2, OUT3, OUT4)
+def predict_cars(
+    means, covs, log_weights, min_log_weight, T_road, step, rates, noise, off_road, log_size,
+    log_size_cov, place_shift, motion_cov, means_out, covs_out,
 ):  # fmt: skip
-    """States (h, 9) and covariances (h, 9, 9) after a step.
+    """Hypotheses (n, k, 9) and covariances after a step; those not followed stay as they are.
 
-    noise: variances in a second of drift, heading, yaw rate, speed, heading of parked cars; the
-    speed below which cars turn less, and their share then. off_road: std at the camera, per metre,
-    and the road's roughness.
+    The second half of a car's hypotheses moves. noise: variances in a second of drift, heading, yaw
+    rate, speed, heading of parked cars; the speed below which cars turn less, and their share then.
+    off_road: std at the camera, per metre, and the road's roughness.
     """
-    dt = step[1]
+    dt, half = step[1], means.shape[1] // 2
     kept_turn, kept_off, kept_size = exp(-dt / rates[0]), exp(-dt / rates[1]), exp(-dt / rates[2])
-    new_turn, new_off, new_size = 1.0 - kept_turn**2, 1.0 - kept_off**2, 1.0 - kept_size**2
-    by_turn, by_pace = np.empty(2), np.empty(2)
+    new = 1.0 - kept_turn**2, 1.0 - kept_off**2, 1.0 - kept_size**2
+    by_turn, by_pace, jacobian = np.empty(2), np.empty(2), np.empty((3, 6))
     one, other = np.empty((9, 9)), np.empty((9, 9))
-    for car in range(len(states)):
-        state, cov = states[car], covs_out[car]
-        way = state[3] + 0.5 * dt * state[8]
-        c, s, distance = cos(way), sin(way), dt * state[4]
-        by_turn[0], by_turn[1] = -s * distance, -c * distance
-        by_pace[0], by_pace[1] = dt * c, -dt * s
-        # F P F' in two parts, each from both sides
-        drive_rows(covs[car], by_turn, by_pace, dt, one)
-        share_rows(one, T_road, dt, kept_turn, kept_off, kept_size, other)
-        transpose(other, one)
-        drive_rows(one, by_turn, by_pace, dt, other)
-        share_rows(other, T_road, dt, kept_turn, kept_off, kept_size, cov)
-        reach = put_moved(state, T_road, step, rates, log_size, later[car])
-        pace = min(1.0, state[4] / noise[5] + noise[6])
-        cov[0, 0] += noise[0] * dt
-        cov[2, 2] += noise[0] * dt
-        cov[1, 1] += new_off * off_road[2] * (off_road[0] + off_road[1] * reach) ** 2
-        if moving[car]:
-            cov[3, 3] += noise[1] * dt * pace
-            cov[8, 8] += new_turn * noise[2] * pace
-            cov[4, 4] += noise[3] * dt
-        else:
-            cov[3, 3] += noise[4] * dt
-        for side in range(3):
-            for beside in range(3):
-                cov[5 + side, 5 + beside] += new_size * log_size_cov[side, beside]
-
-
-@kernel(F2, F2, A2, OUT3)
-def add_ego_motion(states, place_shift, motion_cov, covs):
-    """Add what an uncertain motion of the camera does to places and yaws: J C J'."""
-    jacobian = np.empty((3, 6))
-    for car in range(len(states)):
-        for row in range(3):
-            for column in range(6):
-                entry, by_place = 6 * row + column, 0.0
-                for axis in range(3):
-                    by_place += states[car, axis] * place_shift[axis, entry]
-                jacobian[row, column] = by_place + place_shift[3, entry]
-        for row in range(3):
-            for column in range(6):
-                moved = 0.0
-                for inner in range(6):
-                    moved += jacobian[row, inner] * motion_cov[inner, column]
-                for other in range(3):
-                    covs[car, row, other] += moved * jacobian[other, column]
-        covs[car, 3, 3] += motion_cov[4, 4]
+    for car in range(len(means)):
+        for which in range(means.shape[1]):
+            state, later, cov = means[car, which], means_out[car, which], covs_out[car, which]
+            if not log_weights[car, which] > min_log_weight:
+                copy_hypothesis(state, covs[car, which], later, cov)
+                continue
+            way = state[3] + 0.5 * dt * state[8]
+            c, s, distance = cos(way), sin(way), dt * state[4]
+            by_turn[0], by_turn[1] = -s * distance, -c * distance
+            by_pace[0], by_pace[1] = dt * c, -dt * s
+            # F P F' in two parts, each from both sides
+            drive_rows(covs[car, which], by_turn, by_pace, dt, one)
+            share_rows(one, T_road, dt, kept_turn, kept_off, kept_size, other)
+            transpose(other, one)
+            drive_rows(one, by_turn, by_pace, dt, other)
+            share_rows(other, T_road, dt, kept_turn, kept_off, kept_size, cov)
+            reach = put_moved(state, T_road, step, rates, log_size, later)
+            pace = min(1.0, state[4] / noise[5] + noise[6])
+            add_noise(cov, pace, reach, which >= half, dt, new, noise, off_road, log_size_cov)
+            add_ego_motion(later, place_shift, motion_cov, jacobian, cov)

@@ -59,8 +59,11 @@ def weigh_edges_of_boxes(
                 variances[car, edge] *= hidden_factors[edge] ** 2
 
 
-@kernel(A2, F2, F1, FLOAT, F1, FLOAT, OUT1, OUT1, OUT_B1)
-def place_bases(boxes, per_pixel, at_origin, focal, far, min_gap, fall, reach, is_inside):
+@kernel(A2, A1, B2, F2, F1, FLOAT, F1, FLOAT, FLOAT, OUT1, OUT1, OUT_B1)
+def place_bases(
+    boxes, scores, hidden, per_pixel, at_origin, focal, far, min_gap, min_score,
+    fall, reach, is_usable,
+):  # fmt: skip
     """Where bases of cars seem to be, per metre of their height, see `SeenBases`."""
     for car in range(len(boxes)):
         depth = focal / max(boxes[car, 3] - boxes[car, 1], 1.0)
@@ -70,19 +73,19 @@ def place_bases(boxes, per_pixel, at_origin, focal, far, min_gap, fall, reach, i
         z = (u * per_pixel[0, 2] + v * per_pixel[1, 2] + at_origin[2]) * depth
         reach[car] = hypot(x, z)
         gap = min(boxes[car, 0], boxes[car, 1], far[2] - boxes[car, 2], far[3] - boxes[car, 3])
-        is_inside[car] = gap > min_gap
+        is_whole = gap > min_gap and not (hidden[car, 1] or hidden[car, 3])
+        is_usable[car] = is_whole and scores[car] > min_score
 
 
-@kernel(F1, F1, B1, FLOAT, A1, B1, FLOAT, FLOAT, FLOAT, FLOAT)
+@kernel(F1, F1, B1, FLOAT, A1, FLOAT, FLOAT, FLOAT, FLOAT)
 def sum_slopes(
-    fall, reach, is_inside, camera_height, heights, usable,
-    min_distance, base_std, residual_std, repetition,
-):  # fmt: skip
+    fall, reach, is_usable, camera_height, heights, min_distance, base_std, residual_std, repetition
+):
     """Information on the road's slope, and its product with the slope that each car tells."""
     information = weighted = 0.0
     for car in range(len(fall)):
         distance = reach[car] * heights[car]
-        if usable[car] and is_inside[car] and distance > min_distance:
+        if is_usable[car] and distance > min_distance:
             below = fall[car] * heights[car] - camera_height
             told = 1.0 / (repetition * ((base_std / distance) ** 2 + residual_std**2))
             information += told
@@ -90,16 +93,15 @@ def sum_slopes(
     return information, weighted
 
 
-@kernel(F1, F1, B1, FLOAT, FLOAT, B1, FLOAT, FLOAT, FLOAT, FLOAT)
+@kernel(F1, F1, B1, FLOAT, FLOAT, FLOAT, FLOAT, FLOAT, FLOAT)
 def sum_flatness(
-    fall, reach, is_inside, camera_height, height, usable,
-    min_distance, flat_std, rough_std, max_deviation,
-):  # fmt: skip
+    fall, reach, is_usable, camera_height, height, min_distance, flat_std, rough_std, max_deviation
+):
     """Twice how much likelier bases of cars of one height are on a flat road, nats."""
     told, most = 0.0, max_deviation**2
     for car in range(len(fall)):
         distance = reach[car] * height
-        if usable[car] and is_inside[car] and distance > min_distance:
+        if is_usable[car] and distance > min_distance:
             square = (fall[car] * height - camera_height) ** 2
             flat = flat_std**2
             rough = flat + (rough_std * distance) ** 2

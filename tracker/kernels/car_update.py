@@ -1,10 +1,26 @@
 """Hypotheses of cars after their boxes: the extended Kalman filter's update, edge by edge."""
 
-from math import log, sqrt
+from math import inf, log, sqrt
 
 import numpy as np
 
-from tracker.kernels.compiling import BOOL, F1, F2, F3, FLOAT, OUT1, OUT2, OUT3, inlined, kernel
+from tracker.kernels.car_boxes import put_box
+from tracker.kernels.car_motion import copy_hypothesis
+from tracker.kernels.compiling import (
+    A2,
+    BOOL,
+    F1,
+    F2,
+    F3,
+    F4,
+    FLOAT,
+    I2,
+    OUT2,
+    OUT3,
+    OUT4,
+    inlined,
+    kernel,
+)  # fmt: skip
 
 
 @inlined
@@ -54,40 +70,66 @@ def weigh_edges(
     return -0.5 * fit, misfit
 
 
-@kernel(F2, F3, F2, F2, F2, F3, F2, BOOL, F1, FLOAT, FLOAT, FLOAT, OUT2, OUT3, OUT1, OUT1)
-def update_cars(
-    means, covs, boxes, variances, expected, jacobians, linear, is_linear_given, far,
-    border, max_deviation, tightness, means_out, covs_out, fit, misfit,
-):  # fmt: skip
-    """States (h, 9), covariances, log-likelihoods and squared deviations after boxes (h, 4).
+@inlined
+def update_car(mean, cov, H, off, told, variances, scratch, limits, mean_out, cov_out):
+    """A hypothesis after its box; what the box counts for, and its squared deviation.
 
-    expected, jacobians: the boxes of the states in `linear`, where it is given, else of `means`.
+    scratch: covariances of edges with the state and with edges, weights, bounded deviations.
+    """
+    by_state, by_edge, weights, bounded = scratch
+    for edge in range(4):
+        by_state[edge] = 0.0
+        for row in range(9):
+            add_scaled(by_state[edge], H[edge, row], cov[row])
+        for other in range(4):
+            by_edge[edge, other] = dot(by_state[edge], H[other])
+    fit, misfit = weigh_edges(
+        off, variances, told, by_state, by_edge, weights, bounded, limits[1], limits[2]
+    )
+    for row in range(9):
+        mean_out[row] = mean[row]
+        for column in range(9):
+            cov_out[row, column] = cov[row, column]
+    for edge in range(4):
+        add_scaled(mean_out, weights[edge] * bounded[edge], by_state[edge])
+        for row in range(9):
+            gain = weights[edge] * by_state[edge, row]
+            add_scaled(cov_out[row], -gain, by_state[edge])
+    return fit, misfit
+
+
+@kernel(F3, F4, F2, FLOAT, F3, BOOL, A2, F2, F2, F2, I2, F1, F1, OUT3, OUT4, OUT2, OUT2)
+def update_cars(
+    means, covs, log_weights, min_log_weight, linear, is_linear_given, boxes, variances, P, signs,
+    edges, far, limits, means_out, covs_out, fits, misfits,
+):  # fmt: skip
+    """Hypotheses (n, k, 9), covariances, log-likelihoods, squared deviations after boxes (n, 4).
+
+    The projection is linearised at `linear`, where it is given, else at `means`. Hypotheses that
+    are not followed stay as they are: log-likelihood 0, deviation inf. limits: border of the
+    image, px; most standard deviations; tightness.
     """
     off, told, weights, bounded = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
-    by_state, by_edge = np.empty((4, 9)), np.empty((4, 4))
+    by_state, by_edge, pixels = np.empty((4, 9)), np.empty((4, 4)), np.empty((8, 3))
+    expected, H = np.empty(4), np.empty((4, 9))
+    scratch = by_state, by_edge, weights, bounded
     for car in range(len(means)):
-        mean, cov, H = means[car], covs[car], jacobians[car]
-        for edge in range(4):
-            off[edge] = boxes[car, edge] - expected[car, edge]
-            if is_linear_given:
-                for column in range(9):
-                    off[edge] -= H[edge, column] * (mean[column] - linear[car, column])
-            cut = is_censored(edge, boxes[car, edge], expected[car, edge], far[edge], border)
-            told[edge] = 0.0 if cut else 1.0
-            by_state[edge] = 0.0
-            for row in range(9):
-                add_scaled(by_state[edge], H[edge, row], cov[row])
-            for other in range(4):
-                by_edge[edge, other] = dot(by_state[edge], H[other])
-        fit[car], misfit[car] = weigh_edges(
-            off, variances[car], told, by_state, by_edge, weights, bounded, max_deviation, tightness
-        )
-        for row in range(9):
-            means_out[car, row] = mean[row]
-            for column in range(9):
-                covs_out[car, row, column] = cov[row, column]
-        for edge in range(4):
-            add_scaled(means_out[car], weights[edge] * bounded[edge], by_state[edge])
-            for row in range(9):
-                gain = weights[edge] * by_state[edge, row]
-                add_scaled(covs_out[car, row], -gain, by_state[edge])
+        for which in range(means.shape[1]):
+            mean, cov = means[car, which], covs[car, which]
+            mean_out, cov_out = means_out[car, which], covs_out[car, which]
+            if not log_weights[car, which] > min_log_weight:
+                copy_hypothesis(mean, cov, mean_out, cov_out)
+                fits[car, which], misfits[car, which] = 0.0, inf
+                continue
+            at = linear[car, which] if is_linear_given else mean
+            put_box(at, P, far[0], signs, edges, pixels, expected, H, True)
+            for edge in range(4):
+                off[edge] = boxes[car, edge] - expected[edge]
+                if is_linear_given:
+                    for column in range(9):
+                        off[edge] -= H[edge, column] * (mean[column] - at[column])
+                cut = is_censored(edge, boxes[car, edge], expected[edge], far[edge], limits[0])
+                told[edge] = 0.0 if cut else 1.0
+            fits[car, which], misfits[car, which] = update_car(
+                mean, cov, H, off, told, variances[car], scratch, limits, mean_out, cov_out
+            )

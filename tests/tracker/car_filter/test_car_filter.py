@@ -30,6 +30,12 @@ def random_states(count: int) -> np.ndarray:
     return states
 
 
+def moving(states: np.ndarray, covs: np.ndarray) -> CarStates:
+    """One hypothesis a car, in the second column: it moves."""
+    log_weights = np.tile([-np.inf, 0.0], (len(states), 1))
+    return CarStates(states[:, None].repeat(2, 1), covs[:, None].repeat(2, 1), log_weights)
+
+
 def cuboids_of(states: np.ndarray) -> Cuboids:
     return Cuboids(states[:, :3], states[:, 3], np.exp(states[:, 5:8]))
 
@@ -96,14 +102,14 @@ def test_the_covariance_follows_the_derivatives_of_the_motion() -> None:
     covs = root @ root.transpose(0, 2, 1)
 
     def go(at: np.ndarray) -> np.ndarray:
-        return motion(at, covs, np.ones(30, bool), shared)[0]
+        return motion(moving(at, covs), shared, NO_COV, LEVEL).means[:, 1]
 
     F = np.empty((30, 9, 9))
     for column in range(9):
         step = np.zeros(9)
         step[column] = 1e-5
         F[:, :, column] = (go(states + step) - go(states - step)) / 2e-5
-    later = motion(states, covs, np.ones(30, bool), shared)[1]
+    later = motion(moving(states, covs), shared, NO_COV, LEVEL).covs[:, 1]
     np.testing.assert_allclose(motion.transitions(states, shared), F, rtol=1e-5, atol=1e-7)
     expected = F @ covs @ F.transpose(0, 2, 1)
     distance = np.hypot(*go(states)[:, :3:2].T)
@@ -120,14 +126,14 @@ def test_an_update_with_small_innovations_equals_filterpys() -> None:
     expected, H = project_boxes(states, LEVEL)
     boxes = expected + rng.normal(0.0, 1.0, (20, 4))
     variances = np.tile([4.0, 9.0, 16.0, 25.0], (20, 1))
-    after = CarFilter(edges=edges)._update(states, covs, boxes, variances, LEVEL)
+    after = CarFilter(edges=edges)._update(moving(states, covs), boxes, variances, LEVEL).states
     for row in range(20):
         kalman = KalmanFilter(dim_x=9, dim_z=4)
         kalman.x, kalman.P = states[row].copy(), covs[row].copy()
         innovation = boxes[row] - expected[row]
         kalman.update(H[row] @ states[row] + innovation, R=np.diag(variances[row]), H=H[row])
-        np.testing.assert_allclose(after.means[row], kalman.x, rtol=1e-8, atol=1e-8)
-        np.testing.assert_allclose(after.covs[row], kalman.P, rtol=1e-6, atol=1e-8)
+        np.testing.assert_allclose(after.means[row, 1], kalman.x, rtol=1e-8, atol=1e-8)
+        np.testing.assert_allclose(after.covs[row, 1], kalman.P, rtol=1e-6, atol=1e-8)
 
 
 def drive(
@@ -209,8 +215,8 @@ def test_the_image_border_cuts_only_cars_that_go_on_beyond_it() -> None:
     cut = CarFilter(edges=EdgeModel(border=box[0, 0] + 50.0))
     for shift, is_told in ((20.0, False), (-20.0, True)):
         boxes = box + [[shift, 0.0, 0.0, 0.0], [1.5 * shift, 0.0, 0.0, 0.0]]
-        shared = states.repeat(2, 0), cov.repeat(2, 0), boxes, np.full((2, 4), 400.0)
-        means = cut._update(*shared, LEVEL).means
+        before = moving(states.repeat(2, 0), cov.repeat(2, 0))
+        means = cut._update(before, boxes, np.full((2, 4), 400.0), LEVEL).states.means[:, 1]
         assert (np.abs(means[0] - means[1]).max() > 1e-3) == is_told
 
 
@@ -235,8 +241,8 @@ def test_the_road_falls_where_boxes_of_cars_stand_lower() -> None:
     for _ in range(30):
         memory, _ = road.predict(memory, np.eye(4), 0.1)
         boxes = outlines(cuboids, LEVEL)
-        bases = SeenBases.of(boxes, LEVEL)
-        memory = road.update(memory, bases, np.full(3, 1.5), np.ones(3, bool))
+        bases = SeenBases.of(boxes, np.ones(3), np.zeros((3, 4), bool), LEVEL)
+        memory = road.update(memory, bases, np.full(3, 1.5))
     assert memory.slope == pytest.approx(slope, abs=0.002)
     turned, before = road.predict(memory, np.eye(4), 0.0)
     assert turned.slope == pytest.approx(memory.slope) == before
@@ -250,8 +256,9 @@ def test_exact_boxes_far_away_tell_a_flat_road(off: float, is_flat: bool) -> Non
     for index in range(40):
         base = np.stack([z - 45.0, off * z * (-1) ** (index + np.arange(4)), z], axis=1)
         cuboids = Cuboids(base, np.full(4, -np.pi / 2), np.tile([0.1, 1.6, 1.6], (4, 1)))
-        bases = SeenBases.of(outlines(cuboids, LEVEL), LEVEL)
-        memory = model.update(model.predict(memory, 0.1), bases, 1.5, np.ones(4, bool))
+        seen = outlines(cuboids, LEVEL), np.ones(4), np.zeros((4, 4), bool)
+        bases = SeenBases.of(*seen, LEVEL)
+        memory = model.update(model.predict(memory, 0.1), bases, 1.5)
     assert model(memory) < 0.05 if is_flat else model(memory) > 0.95
     later = model.predict(memory, 1000.0)
     assert model(later) == pytest.approx(model(RoadMemory()))  # forgotten

@@ -9,7 +9,8 @@ from numpy import ndarray as Array
 from tests.tracker.kernels.plain_boxes import plain_project_boxes
 from tests.tracker.kernels.plain_hypotheses import plain_censored
 from tracker.car_filter import CarFilter, CarMotion
-from tracker.car_filter.filter import MAX_DEVIATION, FlatUpdate
+from tracker.car_filter.carried_boxes import MAX_GROWTH
+from tracker.car_filter.filter import MAX_DEVIATION
 from tracker.car_filter.motion import (
     GROUND,
     PARKED_TURN_STD,
@@ -106,8 +107,8 @@ def plain_update(
     variances: Float[Array, "h 4"],
     camera: Camera,
     linear: Float[Array, "h 9"] | None = None,
-) -> FlatUpdate:
-    """Hypotheses after boxes, edge by edge, which is the joint update: the noise is diagonal.
+) -> tuple[Float[Array, "h 9"], Float[Array, "h 9 9"], Float[Array, " h"], Float[Array, " h"]]:
+    """States, covariances, log-likelihoods and squared deviations after boxes, edge by edge, which is the joint update: the noise is diagonal.
 
     linear: the states at which the projection is linearised; None: at the means.
     """
@@ -134,4 +135,20 @@ def plain_update(
     fit = -0.5 * (self.tightness * np.log(var) + squares).sum(axis=1)
     step = ((weights * bounded)[:, None] @ by_state)[:, 0]
     covs = covs - by_state.transpose(0, 2, 1) @ (weights[:, :, None] * by_state)
-    return FlatUpdate(means + step, covs, fit, squares.sum(axis=1))
+    return means + step, covs, fit, squares.sum(axis=1)
+
+
+def plain_carried(
+    boxes: Float[Array, "n 4"],
+    before: Float[Array, "n 9"],
+    after: Float[Array, "n 9"],
+    camera: Camera,
+) -> Float[Array, "n 4"]:
+    """Boxes of cars in state `before`, moved and scaled as their cuboids are until `after`."""
+    old, new = (plain_project_boxes(states, camera)[0] for states in (before, after))
+    growth = (new[:, 2:] - new[:, :2]) / np.maximum(old[:, 2:] - old[:, :2], 1.0)
+    growth = np.minimum(np.maximum(growth, 1.0 / MAX_GROWTH), MAX_GROWTH)
+    off = boxes[:, :2] + boxes[:, 2:] - old[:, :2] - old[:, 2:]
+    middle = 0.5 * (new[:, :2] + new[:, 2:] + off * growth)
+    half = 0.5 * (boxes[:, 2:] - boxes[:, :2]) * growth
+    return np.concatenate((middle - half, middle + half), axis=1)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
+from scipy.special import log_ndtr
 
 from tracker.beliefs import BOTTOM_CENTRE
 from tracker.car_filter import (
@@ -28,7 +29,10 @@ from tracker.car_filter.road_memory import (
     BASE_STD,
     MIDDLE,
     MIN_BORDER_GAP,
+    MIN_MOVING_PROBABILITY,
     MIN_SLOPE_DISTANCE,
+    MIN_SLOPE_SCORE,
+    MIN_TRAFFIC_SPEED,
     STRIP_BORDERS,
     SeenBases,
 )
@@ -36,6 +40,8 @@ from tracker.car_filter.roughness import MAX_OFF_ROAD, RoughnessModel
 from tracker.car_filter.states import (
     HEADING_COUNT,
     HYPOTHESIS_COUNT,
+    LOG_HEIGHT,
+    MIN_LOG_WEIGHT,
     MOVING,
     PARKED,
     SPEED,
@@ -92,13 +98,19 @@ def plain_hidden_edges(
     return hidden
 
 
-def plain_bases(boxes: Float[Array, "n 4"], camera: Camera) -> SeenBases:
+def plain_bases(
+    boxes: Float[Array, "n 4"],
+    scores: Float[Array, " n"],
+    hidden: Bool[Array, "n 4"],
+    camera: Camera,
+) -> SeenBases:
     """Where bases seem to be."""
     depth = camera.K[1, 1] / np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
     rays = camera.rays_road(boxes.dot(BOTTOM_CENTRE)) * depth[:, None]
     gap = border_gaps(boxes, camera).min(axis=1)
     reach = np.hypot(rays[:, 0], rays[:, 2])
-    return SeenBases(rays[:, 1], reach, camera.height, gap > MIN_BORDER_GAP)
+    usable = (gap > MIN_BORDER_GAP) & (scores > MIN_SLOPE_SCORE) & ~hidden[:, 1] & ~hidden[:, 3]
+    return SeenBases(rays[:, 1], reach, camera.height, usable)
 
 
 def plain_at(
@@ -106,7 +118,7 @@ def plain_at(
 ) -> tuple[Float[Array, " n"], Float[Array, " n"], Bool[Array, " n"]]:
     """Below the plane, away, and which tell something."""
     distance = self.reach * heights
-    tells = self.is_inside & (distance > MIN_SLOPE_DISTANCE)
+    tells = self.is_usable & (distance > MIN_SLOPE_DISTANCE)
     return self.fall * heights - self.camera_height, np.maximum(distance, 1e-3), tells
 
 
@@ -115,14 +127,13 @@ def plain_slope(
     memory: RoadMemory,
     bases: SeenBases,
     heights: Float[Array, " n"],
-    usable: Bool[Array, " n"],
 ) -> RoadMemory:
     """The memory after boxes of cars of these heights, m."""
-    if self.slope_std == 0.0 or len(usable) == 0:
+    if self.slope_std == 0.0 or len(heights) == 0:
         return memory
     below, distance, tells = plain_at(bases, heights)
     var = (BASE_STD / distance) ** 2 + self.residual_std**2
-    information = (usable & tells) / (self.repetition * var)
+    information = tells / (self.repetition * var)
     before = 1.0 / min(memory.slope_var, self.slope_std**2)
     total = before + information.sum()
     slope = (before * memory.slope + (information * below / distance).sum()) / total
@@ -134,11 +145,9 @@ def plain_flatness(
     memory: RoadMemory,
     bases: SeenBases,
     height: float,
-    usable: Bool[Array, " n"],
 ) -> RoadMemory:
     """The memory after boxes of a frame. height: the mean car's, m."""
-    below, distance, tells = plain_at(bases, np.array([height]))
-    usable = usable & tells
+    below, distance, usable = plain_at(bases, np.array([height]))
     if not np.count_nonzero(usable):
         return memory
     square, distance = np.square(below[usable]), distance[usable]
@@ -221,6 +230,52 @@ def _shares(weights: Float[Array, "n k"], chosen: Bool[Array, "n k"]) -> Float[A
     """The weights of the chosen hypotheses, which sum up to 1 over a row."""
     shares: Float[Array, "n k"] = weights * chosen * (weights > MIN_WEIGHT)
     return shares / shares.sum(axis=1, keepdims=True)
+
+
+def plain_forward(speeds: Float[Array, " h"], variances: Float[Array, " h"]) -> Float[Array, " h"]:
+    """Log-probability that cars which seem to drive backwards do not."""
+    deviation = np.minimum(speeds, 0.0) / np.sqrt(np.maximum(variances, 1e-9))
+    log_probability: Float[Array, " h"] = np.where(speeds < 0.0, log_ndtr(deviation), 0.0)
+    return log_probability
+
+
+def plain_weighed(
+    states: CarStates,
+    before: Float[Array, "n k"],
+    fits: Float[Array, "n k"],
+    told: Float[Array, "n k"],
+    evidence: float,
+    switch: float,
+) -> tuple[CarStates, Int[Array, "n k"]]:
+    """Weights after boxes, no car driving backwards, modes that have died out begun again."""
+    at, means = (before > MIN_LOG_WEIGHT).nonzero(), states.means.copy()
+    speeds, variances = means[*at, SPEED], states.covs[*at, SPEED, SPEED]
+    means[*at, SPEED] = np.maximum(speeds, 0.0)
+    log_weights = np.full(before.shape, -np.inf)
+    fit = fits[at] + plain_forward(speeds, variances)
+    log_weights[at] = before[at] + evidence * fit + told[at]
+    return plain_switched(CarStates(means, states.covs, normalised(log_weights)), switch)
+
+
+def plain_traffic(states: CarStates, dt: float, memory: RoadMemory) -> Float[Array, "5 2"]:
+    """Seconds of traffic in each strip after `dt` seconds of these cars."""
+    moving = states.means[:, MOVING]
+    weights = np.exp(states.log_weights[:, MOVING]) * (moving[:, :, SPEED] > MIN_TRAFFIC_SPEED)
+    certain = weights.sum(axis=1) > MIN_MOVING_PROBABILITY
+    weights, moving = weights[certain], moving[certain]
+    ahead = -np.sin(moving[:, :, YAW])  # along the road that the camera looks down
+    strips = np.searchsorted(STRIP_BORDERS, (weights * moving[:, :, 0]).sum(axis=1))
+    same, oncoming = ((weights * way).sum(axis=1) for way in (ahead > 0.7, ahead < -0.7))
+    seen = np.bincount(strips, same, 5), np.bincount(strips, oncoming, 5)
+    return memory.traffic + dt * np.stack(seen, axis=1)
+
+
+def plain_heights(states: CarStates) -> Float[Array, " n"]:
+    """Each car's height by the expected logarithm, m."""
+    heights: Float[Array, " n"] = np.exp(
+        (np.exp(states.log_weights) * states.means[:, :, LOG_HEIGHT]).sum(axis=1)
+    )
+    return heights
 
 
 def plain_switched(states: CarStates, share: float) -> tuple[CarStates, Int[Array, "n k"]]:

@@ -17,8 +17,8 @@ from tracker.car_filter import (
 )
 from tracker.car_filter.edges import hidden_edges
 from tracker.car_filter.estimates import estimate
-from tracker.car_filter.modes import switched
-from tracker.car_filter.road_memory import SeenBases
+from tracker.car_filter.modes import weighed
+from tracker.car_filter.road_memory import SeenBases, believed_heights
 from tracker.car_filter.roughness import RoughnessModel
 from tracker.car_filter.states import normalised
 
@@ -58,14 +58,37 @@ def test_directions_and_estimates(seed: int, count: int) -> None:
     same(stated.covs, plain.plain_stated(CarFilter(), expected, memory, 1.5).covs)
 
 
-@given(seeds, counts, st.sampled_from([0.02, 0.5]))
-def test_modes_that_begin_again(seed: int, count: int, share: float) -> None:
-    expected, parents = plain.plain_switched(some_states(seed, count), share)
-    found, found_parents = switched(some_states(seed, count), share)
+@given(seeds, counts, st.sampled_from([0.02, 0.5]), st.sampled_from([0.1, 1e3]))
+def test_weights_and_modes_that_begin_again(
+    seed: int, count: int, switch: float, least_speed: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    shape = count, 16
+    fits, told = rng.normal(-2.0, 2.0, shape), rng.choice([0.0, -1.0, 0.5], shape)
+
+    def fitted() -> CarStates:
+        states = some_states(seed, count)
+        states.means[:, :, 4] -= least_speed * (states.means[:, :, 4] == 0.0)
+        return states
+
+    counted = fitted().log_weights, fits, told, 0.5, switch
+    expected, parents = plain.plain_weighed(fitted(), *counted)
+    found, found_parents = weighed(fitted(), *counted)
     np.testing.assert_array_equal(found_parents, parents)
     same(found.means, expected.means)
     same(found.covs, expected.covs)
     same(np.exp(found.log_weights), np.exp(expected.log_weights))
+
+
+@given(seeds, counts)
+def test_traffic_and_heights(seed: int, count: int) -> None:
+    states, memory = some_states(seed, count), RoadMemory()
+    states.means[: count // 2, 8:, 4] += 20.0  # some move for certain
+    states.log_weights[: count // 2, :8] = -20.0
+    states = states.replaced(log_weights=normalised(states.log_weights))
+    found = DirectionPrior().update(memory, states, 0.1).traffic
+    same(found, plain.plain_traffic(states, 0.1, memory))
+    same(believed_heights(states), plain.plain_heights(states))
 
 
 @pytest.mark.parametrize("spread", [1e-3, 60.0, 1e6])
@@ -80,14 +103,15 @@ def test_edges_and_the_road(seed: int, count: int, others: int, spread: float) -
     unbiased, variances = edges(boxes, scores, hidden)
     same(unbiased, plain.plain_unbiased(edges, boxes))
     same(variances, plain.plain_variances(edges, unbiased, scores, hidden))
-    bases, expected = SeenBases.of(boxes, LEVEL), plain.plain_bases(boxes, LEVEL)
+    seen = boxes, scores, hidden, LEVEL
+    bases, expected = SeenBases.of(*seen), plain.plain_bases(*seen)
     for one, other in zip(bases, expected, strict=True):
         same(one, other)
     road, roughness, memory = RoadModel(), RoughnessModel(), RoadMemory(0.01, 0.001)
-    heights, usable = rng.uniform(0.5, 3.0, count), rng.random(count) < 0.8
-    assert road.update(memory, bases, heights, usable)[:2] == pytest.approx(
-        plain.plain_slope(road, memory, bases, heights, usable)[:2]
+    heights = rng.uniform(0.5, 3.0, count)
+    assert road.update(memory, bases, heights)[:2] == pytest.approx(
+        plain.plain_slope(road, memory, bases, heights)[:2]
     )
-    assert roughness.update(memory, bases, 1.5, usable).flatness == pytest.approx(
-        plain.plain_flatness(roughness, memory, bases, 1.5, usable).flatness, abs=1e-9
+    assert roughness.update(memory, bases, 1.5).flatness == pytest.approx(
+        plain.plain_flatness(roughness, memory, bases, 1.5).flatness, abs=1e-9
     )
