@@ -108,7 +108,9 @@ def plain_update(
     camera: Camera,
     linear: Float[Array, "h 9"] | None = None,
 ) -> tuple[Float[Array, "h 9"], Float[Array, "h 9 9"], Float[Array, " h"], Float[Array, " h"]]:
-    """States, covariances, log-likelihoods and squared deviations after boxes, edge by edge, which is the joint update: the noise is diagonal.
+    """States, covariances, log-likelihoods and squared deviations after boxes, edge by edge.
+
+    That is the joint update, since the noise is diagonal.
 
     linear: the states at which the projection is linearised; None: at the means.
     """
