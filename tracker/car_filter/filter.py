@@ -57,7 +57,7 @@ UPDATE = Kernel("tracker.kernels.car_update", "update_cars")
 STATE_COVARIANCES = Kernel("tracker.kernels.car_hypotheses", "state_covariances")
 
 
-class FittedCars(NamedTuple):
+class BoxFits(NamedTuple):
     """Hypotheses after the boxes of their cars; those that are not followed as before."""
 
     states: CarStates
@@ -137,7 +137,7 @@ class CarFilter:
     than that the box is there, since boxes are less noisy than `edges` has it. More: parked cars
     are recognised sooner, slow ones are taken for parked."""
     max_misfit: float = 9.0
-    """A car of which every hypothesis is off by more (see `FittedCars.misfits`) begins anew beside
+    """A car of which every hypothesis is off by more (see `BoxFits.misfits`) begins anew beside
     them; more: turns that nobody expected are followed later."""
     moving_share: float = 0.35
     """Probability that a new car moves, 0 < share < 1; more: parked cars are recognised later."""
@@ -210,7 +210,7 @@ class CarFilter:
         before, told = states.log_weights, np.zeros(states.log_weights.shape)
         cues = CarCues.of(found)
         if cues is not None:
-            states, told = self._after_cues(states, cues, hidden.any(axis=1), is_first=False)
+            states, told = self._after_cues(states, cues, hidden, is_first=False)
         fitted = self._update(states, boxes, variances, camera)
         after, parents = weighed(
             fitted.states, before, fitted.fits, told, self.evidence, self.switch
@@ -248,9 +248,9 @@ class CarFilter:
         hidden, cues = hidden_edges(found.boxes, others), CarCues.of(found)
         boxes, variances = self.edges(found.boxes, found.scores, hidden)
         modes = np.log([1.0 - self.moving_share, self.moving_share]).repeat(HEADING_COUNT)
-        states, told = CarStates(means, covs, np.zeros(means.shape[:2])), 0.0
+        states, told = CarStates(means, covs, np.zeros(means.shape[:2])), np.zeros(1)
         if cues is not None:
-            states, told = self._after_cues(states, cues, hidden.any(axis=1), is_first=True)
+            states, told = self._after_cues(states, cues, hidden, is_first=True)
         linear = None
         for _ in range(START_ITERATIONS):
             fitted = self._update(states, boxes, variances, camera, linear)
@@ -322,15 +322,15 @@ class CarFilter:
         return means, covs
 
     def _after_cues(
-        self, states: CarStates, cues: CarCues, hidden: Bool[Array, " n"], is_first: bool
+        self, states: CarStates, cues: CarCues, hidden: Bool[Array, "n 4"], is_first: bool
     ) -> tuple[CarStates, Float[Array, "n k"]]:
         """The followed hypotheses after the cues of their cars, and what those count for, nats.
 
-        hidden: which cars another box hides. is_first: nothing was read of them before.
+        hidden: which edges of their boxes another one hides. is_first: no cue was read before.
         """
         at, told = states.followed(), np.zeros(states.log_weights.shape)
         means, covs = states.means.copy(), states.covs.copy()
-        seen, behind = cues.select(at[0]), hidden[at[0]]
+        seen, behind = cues.select(at[0]), hidden[at[0]].any(axis=1)
         means[at], covs[at], told[at] = self.cues(means[at], covs[at], seen, behind, is_first)
         return CarStates(means, covs, states.log_weights), told
 
@@ -341,7 +341,7 @@ class CarFilter:
         variances: Float[Array, "n 4"],
         camera: Camera,
         linear: Float[Array, "n k 9"] | None = None,
-    ) -> FittedCars:
+    ) -> BoxFits:
         """Cars after boxes, edge by edge, which is the joint update: the noise is diagonal.
 
         linear: the states at which the projection is linearised; None: at the means.
@@ -352,7 +352,7 @@ class CarFilter:
         before = means, states.covs, states.log_weights, MIN_LOG_WEIGHT, at, is_given
         lens = camera.P_road, CORNERS, CUBOID_EDGES, camera.far_corner
         UPDATE(*before, boxes, variances, *lens, self._limits, *out)
-        return FittedCars(CarStates(*out[:2], states.log_weights), *out[2:])
+        return BoxFits(CarStates(*out[:2], states.log_weights), *out[2:])
 
     @cached_property
     def _limits(self) -> Float[Array, "3"]:
