@@ -6,11 +6,12 @@ from itertools import pairwise
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float, Float32, UInt8
+from jaxtyping import Float, Float32, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers.surroundings import Colour, Level, Panorama, Road, Sky
 from mot_sim.simulation.renderers.view import Semantic
+from tracker.kernels import Kernel
 from tracker.types import Camera
 
 # Rows near the horizon see many texels at once: they are drawn up to so many times higher, and
@@ -19,7 +20,7 @@ MAX_SUPERSAMPLING = 4
 MAX_TEXELS_PER_ROW = 3.0  # that a drawn row may skip
 MIN_TEXELS_PER_PIXEL = 0.33  # where a finer picture is to be had
 SKY_TOP_SLOPE = 0.35  # slope above the horizon from which on the sky has its top colour
-_KINDS = np.where(np.arange(256) > 127, Semantic.ROAD, Semantic.GROUND).astype(np.uint8)
+CHOOSE_PICTURES = Kernel("mot_sim.simulation.kernels.backdrop", "choose_pictures")
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +33,8 @@ class Horizon:
     """255 where the road plane is, else 0."""
     first: int
     """First row with road; the image's height where there is none."""
+    deepest: Float[Array, " r"]
+    """The largest depth in each row from `first` on, metres."""
     slope: Float32[Array, "h w"]
     """How steeply each pixel's ray rises, metres up per metre of depth; 0 at the horizon."""
 
@@ -48,7 +51,8 @@ def horizon(camera: Camera) -> Horizon:
     rows = np.flatnonzero(below.any(axis=1))
     first = int(rows[0]) if len(rows) else height
     mask = np.where(below, 255, 0).astype(np.uint8)
-    return Horizon(depth.astype(np.float32), mask, first, (-falling).astype(np.float32))
+    deepest, depth = depth[first:].max(axis=1), depth.astype(np.float32)
+    return Horizon(depth, mask, first, deepest, (-falling).astype(np.float32))
 
 
 def sky_image(camera: Camera, sky: Sky) -> UInt8[Array, "h w 3"]:
@@ -142,23 +146,25 @@ def bands(camera: Camera, road: Road) -> tuple[tuple[int, int, int], ...]:
 
 def cuts(camera: Camera, road: Road) -> tuple[tuple[int, int, int, int], ...]:
     """The bands, and which of the road's levels each one shows."""
-    first, (_width, height) = horizon(camera).first, camera.image_size
+    first, (width, height) = horizon(camera).first, camera.image_size
     if first >= height:
         return ()
-    levels = road.levels
+    A_image_road = camera.K @ camera.T_cam_road[:3][:, [0, 2, 3]]
     rows = np.arange(first, height)
-    chosen = np.full(len(rows), len(levels) - 1)
-    finer = np.ones(len(rows), int)
-    sharp = np.zeros(len(rows), bool)
-    for number in reversed(range(len(levels))):
-        along, across, inside = _footprints(camera, levels[number])
-        takes = inside & ~sharp if number < len(levels) - 1 else np.ones(len(rows), bool)
-        steps = np.ceil(np.log2(np.maximum(along, 1e-9) / MAX_TEXELS_PER_ROW)).clip(
-            0, np.log2(MAX_SUPERSAMPLING)
-        )
-        smooth = 2 ** np.maximum.accumulate(steps[::-1])[::-1]
-        chosen[takes], finer[takes] = number, smooth[takes].astype(int)
-        sharp |= takes & (across >= MIN_TEXELS_PER_PIXEL)
+    chosen, finer = np.empty(len(rows), np.int64), np.empty(len(rows), np.int64)
+    CHOOSE_PICTURES(
+        np.stack([level.A_texture_road for level in road.levels]) @ np.linalg.inv(A_image_road),
+        np.array([level.texture.size for level in road.levels], float),
+        np.array([level.reach for level in road.levels], float),
+        horizon(camera).deepest,
+        first,
+        width,
+        MAX_TEXELS_PER_ROW,
+        MAX_SUPERSAMPLING,
+        MIN_TEXELS_PER_PIXEL,
+        chosen,
+        finer,
+    )
     changes = (np.diff(finer) != 0) | (np.diff(chosen) != 0)
     edges = [0, *(np.flatnonzero(changes) + 1).tolist(), len(rows)]
     return tuple(
@@ -167,48 +173,11 @@ def cuts(camera: Camera, road: Road) -> tuple[tuple[int, int, int, int], ...]:
     )
 
 
-def _footprints(
-    camera: Camera, level: Level
-) -> tuple[Float[Array, " r"], Float[Array, " r"], Bool[Array, " r"]]:
-    """For each row with road: a pixel's texels down and across; whether the level covers it."""
-    first, (width, height) = horizon(camera).first, camera.image_size
-    A_texture_image = np.linalg.inv(road_warp(camera, level))
-    rows = np.arange(first, height + 1, dtype=float)
-    middle = 0.5 * width
-    u = np.array([middle, middle + 1.0, -0.5, width - 0.5])[:, None] + np.zeros_like(rows)
-    seen = np.tensordot(A_texture_image, np.stack((u, u * 0.0 + rows, u * 0.0 + 1.0)), axes=1)
-    points = seen[:2] / seen[2]
-    along = np.hypot(*np.diff(points[:, 0], axis=1))
-    across = np.hypot(*(points[:, 1] - points[:, 0]))[:-1]
-    size = np.array(level.texture.size)[:, None, None] - 1.0
-    inside = ((points[:, 2:] >= 0.0) & (points[:, 2:] <= size)).all(axis=(0, 1))
-    inside = inside[:-1] & inside[1:]
-    if np.isfinite(level.reach):
-        inside &= horizon(camera).depth[first:].max(axis=1) <= level.reach
-    return along, across, inside
-
-
-def road_semantics(
-    camera: Camera, road: Road, rgba: UInt8[Array, "r w 4"] | None = None
-) -> UInt8[Array, "h w"]:
+def road_semantics(camera: Camera, road: Road) -> UInt8[Array, "h w"]:
     """Sky, road or ground at each pixel, without any object.
 
-    rgba: what `road_rgba` gave; taken where the road has levels, whose alpha tells.
+    Road inside the texture, exactly; ground around it. Only of a road without finer levels.
     """
-    if road.finer:
-        seen, (width, height) = horizon(camera), camera.image_size
-        kinds = np.full((height, width), Semantic.SKY, np.uint8)
-        if seen.first >= height:
-            return kinds
-        alpha = cv2.extractChannel(road_rgba(camera, road) if rgba is None else rgba, 3)
-        below = cv2.LUT(alpha, _KINDS)
-        cv2.copyTo(below, seen.below[seen.first :], kinds[seen.first :])
-        return kinds
-    return _plain_semantics(camera, road)
-
-
-def _plain_semantics(camera: Camera, road: Road) -> UInt8[Array, "h w"]:
-    """Road inside the texture, exactly; ground around it."""
     seen, (width, height) = horizon(camera), camera.image_size
     kinds = np.full((height, width), Semantic.SKY, np.uint8)
     columns, rows = road.texture.size

@@ -1,6 +1,5 @@
 """The embedded renderer: OpenCV fills triangles, everything else is a look-up by triangle."""
 
-import cv2
 import numpy as np
 from jaxtyping import Float, Int32, UInt8
 from numpy import ndarray as Array
@@ -15,6 +14,7 @@ from tracker.errors import BadConfig
 from tracker.kernels import Kernel
 
 PAINT_TRIANGLES = Kernel("mot_sim.simulation.kernels.shading", "paint_triangles")
+LAY_GROUND = Kernel("mot_sim.simulation.kernels.backdrop", "lay_ground")
 LAY_OVER = Kernel("mot_sim.simulation.kernels.shading", "lay_over")
 
 SKY_COLOUR = np.array([196.0, 208.0, 220.0])
@@ -61,19 +61,17 @@ class RasterRenderer:
             return Rendered(image, depth, instances, np.zeros(image.shape[:2], np.uint8))
         seen = horizon(camera)
         rgba = road_rgba(camera, road)
-        ground = cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB) if len(rgba) else rgba[..., :3]
-        if self.shadows and len(view.instances) and len(ground):
-            ground = shade_image(ground, shadow_mask(view, self.near)[seen.first :], view.sun.shade)
-        cv2.copyTo(ground, seen.below[seen.first :], image[seen.first :])
-        return Rendered(image, seen.depth.copy(), instances, road_semantics(camera, road, rgba))
-
-
-def shade_image(
-    image: UInt8[Array, "h w 3"], mask: UInt8[Array, "h w"], shade: float
-) -> UInt8[Array, "h w 3"]:
-    """The image with less light: all of `shade` is taken where the mask is 255."""
-    left = cv2.convertScaleAbs(mask, alpha=-shade, beta=255.0)
-    return cv2.multiply(image, cv2.merge((left, left, left)), scale=1.0 / 255.0)
+        semantics = np.full(image.shape[:2], Semantic.SKY, np.uint8)
+        dark = np.zeros(image.shape[:2], np.uint8)
+        if self.shadows and len(view.instances) and len(rgba):
+            dark = shadow_mask(view, self.near)
+        # What is left of the light: all of `shade` is taken where the mask is 255.
+        light = np.round(255.0 - view.sun.shade * np.arange(256)).astype(np.uint8)
+        ids = int(Semantic.ROAD), int(Semantic.GROUND)
+        LAY_GROUND(rgba, seen.below, dark, light, seen.first, *ids, image, semantics)
+        if not road.finer:  # whose alpha is that of a plain picture: the border is exact
+            semantics = road_semantics(camera, road)
+        return Rendered(image, seen.depth.copy(), instances, semantics)
 
 
 def _lay(rendered: Rendered, view: View, triangles: Triangles) -> None:
@@ -87,11 +85,12 @@ def _lay(rendered: Rendered, view: View, triangles: Triangles) -> None:
 
 def paint(view: View, triangles: Triangles, numbers: Int32[Array, "h w"]) -> UInt8[Array, "t 4"]:
     """The lit colours and semantic ids of triangles; only those in numbers, 1 + row, are known."""
-    codes = np.concatenate([
-        view.instances.meshes[row].codes[triangles.faces[start:end]]
-        for row, (start, end) in enumerate(triangles.slices(len(view.instances)).tolist())
-        if start < end
-    ])  # fmt: skip
+    codes = np.empty((len(triangles), 4), np.uint8)
+    packed = codes.view(np.uint32)[:, 0]
+    for row, (start, end) in enumerate(triangles.slices(len(view.instances)).tolist()):
+        if start < end:
+            own = view.instances.meshes[row].codes.view(np.uint32)[:, 0]
+            np.take(own, triangles.faces[start:end], out=packed[start:end], mode="clip")
     R_cam_road, sun, painted = view.camera.T_cam_road[:3, :3], view.sun, np.empty_like(codes)
     PAINT_TRIANGLES(
         triangles.corners,

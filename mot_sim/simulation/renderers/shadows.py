@@ -12,7 +12,10 @@ from mot_sim.simulation.renderers.surroundings import Sun
 from mot_sim.simulation.renderers.triangles import clip_polygon, side_planes
 from mot_sim.simulation.renderers.view import Mesh, View
 from tracker.geometry import transform
+from tracker.kernels import Kernel
 from tracker.types import Camera
+
+PROJECT_OUTLINES = Kernel("mot_sim.simulation.kernels.backdrop", "project_outlines")
 
 SUBPIXEL_BITS = 4  # fractional bits of the polygons' corners
 MAX_PIXEL = 8000.0  # pixels; OpenCV's fixed-point corners overflow beyond 16 bits
@@ -129,21 +132,22 @@ def drawn(
     camera: Camera, corners: Float[Array, "k 2"], ends: Int[Array, " n"], near: float
 ) -> list[Int32[Array, "_ 2"]]:
     """Outlines on the road in OpenCV's fixed-point pixels, their parts behind `near` cut off."""
-    T = camera.T_cam_road
-    points_cam = corners @ T[:3, [0, 2]].T + T[:3, 3]
-    starts = np.concatenate(([0], ends[:-1]))
-    whole = np.minimum.reduceat(points_cam[:, 2], starts) >= near
-    pixels = camera.project(points_cam)
-    whole[whole] &= np.maximum.reduceat(np.abs(pixels).max(axis=1), starts)[whole] < MAX_PIXEL
-    # (What is farther out, or behind the camera, is not of a whole outline: any number will do.)
-    fixed, polygons = _fixed(np.nan_to_num(pixels).clip(-MAX_PIXEL, MAX_PIXEL)), []
-    for start, end, is_whole in zip(starts.tolist(), ends.tolist(), whole.tolist(), strict=True):
+    T, fixed, whole = (
+        camera.T_cam_road,
+        np.empty(corners.shape, np.int32),
+        np.empty(len(ends), bool),
+    )
+    places = np.ascontiguousarray(corners), ends, T, np.ascontiguousarray(camera.K, float)
+    PROJECT_OUTLINES(*places, near, MAX_PIXEL, float(1 << SUBPIXEL_BITS), fixed, whole)
+    polygons, start = [], 0
+    for end, is_whole in zip(ends.tolist(), whole.tolist(), strict=True):
         if is_whole:
             polygons.append(fixed[start:end])
-            continue
-        polygon = _cut(camera, points_cam[start:end], near)
-        if len(polygon) >= 3:
-            polygons.append(_fixed(polygon))
+        else:
+            polygon = _cut(camera, corners[start:end] @ T[:3, [0, 2]].T + T[:3, 3], near)
+            if len(polygon) >= 3:
+                polygons.append(_fixed(polygon))
+        start = end
     return polygons
 
 

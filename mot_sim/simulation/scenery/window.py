@@ -17,7 +17,10 @@ from mot_sim.simulation.scenery.ground import (
     TILE_TEXELS,
     Ground,
 )
+from tracker.kernels import Kernel
 from tracker.types import Camera
+
+MARK_TILES = Kernel("mot_sim.simulation.kernels.backdrop", "mark_tiles")
 
 WINDOW_TILES = 6  # tiles along a window's sides: 38.4 m on the finest level, 614 m on the coarsest
 # Metres ahead that the finest level is painted for, each coarser one twice as far: from there on
@@ -162,21 +165,9 @@ def _needed(
         return np.zeros((WINDOW_TILES, WINDOW_TILES), bool)
     outline = seen @ T_world_road[:2, [0, 2]].T + T_world_road[:2, 3]
     outline = outline / side - origin
-    steps = np.arange(WINDOW_TILES + 1, dtype=float)
-    low, high = outline.min(axis=0), outline.max(axis=0)
-    touched = np.ones((WINDOW_TILES, WINDOW_TILES), bool)
-    touched &= ((steps[:-1] < high[0]) & (steps[1:] > low[0]))[None]
-    touched &= ((steps[:-1] < high[1]) & (steps[1:] > low[1]))[:, None]
-    edges = np.roll(outline, -1, axis=0) - outline
-    normals = np.stack((edges[:, 1], -edges[:, 0]), axis=1)
-    middle = outline.mean(axis=0)
-    normals *= np.sign(((outline - middle) * normals).sum(axis=1))[:, None]  # outwards
-    offsets = (outline * normals).sum(axis=1)
-    corner = np.where(normals < 0.0, 1.0, 0.0)  # a tile's innermost corner, edge by edge
-    u = steps[:-1, None] + corner[:, 0]
-    v = steps[:-1, None] + corner[:, 1]
-    inner = u[None] * normals[:, 0] + v[:, None] * normals[:, 1]
-    return touched & (inner <= offsets + 1e-9).all(axis=2)
+    touched = np.empty(WINDOW_TILES * WINDOW_TILES, bool)
+    MARK_TILES(outline, WINDOW_TILES, touched)
+    return touched.reshape(WINDOW_TILES, WINDOW_TILES)
 
 
 @lru_cache(maxsize=32)

@@ -1,0 +1,139 @@
+"""The road below the horizon, with the shadows on it; which picture of it each row shows."""
+
+from math import hypot, inf
+
+import numpy as np
+
+from mot_sim.simulation.kernels.compiling import OUT_I32_2, OUT_U8_2, OUT_U8_3, U8_1, U8_2, U8_3
+from tracker.kernels.compiling import (
+    F1,
+    F2,
+    F3,
+    FLOAT,
+    I1,
+    INT,
+    OUT_B1,
+    OUT_I1,
+    inlined,
+    kernel,
+)
+
+
+@kernel(U8_3, U8_2, U8_2, U8_1, INT, INT, INT, OUT_U8_3, OUT_U8_2)
+def lay_ground(rgba, below, dark, light, first, road, ground, image, semantics):
+    """Lay the road (r, w, 4), from row `first` on, over the sky, where the plane is below.
+
+    dark: of shadows at each pixel; light (256,): what is left under it, 255 of all. road and
+    ground: ids of what is painted, alpha over 127, and of what is around.
+    """
+    for row in range(first, image.shape[0]):
+        for column in range(image.shape[1]):
+            if below[row, column] > 0:
+                left = np.int64(light[dark[row, column]])
+                for band in range(3):
+                    # (Rounded to the nearest; two are never equally near.)
+                    value = np.int64(rgba[row - first, column, band]) * left
+                    image[row, column, band] = (2 * value + 255) // 510
+                semantics[row, column] = road if rgba[row - first, column, 3] > 127 else ground
+
+
+@inlined
+def texel(A, u, v):
+    """Where a pixel lies in a picture."""
+    depth = A[2, 0] * u + A[2, 1] * v + A[2, 2]
+    return (
+        (A[0, 0] * u + A[0, 1] * v + A[0, 2]) / depth,
+        (A[1, 0] * u + A[1, 1] * v + A[1, 2]) / depth,
+    )
+
+
+@inlined
+def is_inside(point, size):
+    """Whether a point lies in a picture, not on its last half texels."""
+    return 0.0 <= point[0] <= size[0] - 1.0 and 0.0 <= point[1] <= size[1] - 1.0
+
+
+@kernel(F3, F2, F1, F1, INT, INT, FLOAT, INT, FLOAT, OUT_I1, OUT_I1)
+def choose_pictures(
+    As_texture_image, sizes, reaches, deepest, first, width, max_skip, max_finer, enough, chosen,
+    finer,
+):  # fmt: skip
+    """Which picture, from fine to coarse, each row from `first` on shows, and how much higher.
+
+    As_texture_image (k, 3, 3) lead to pictures of sizes (k, 2), shown up to depths `reaches`;
+    deepest: the depth of each row. A picture is taken where its pixels are at least `enough`
+    texels wide, the last one everywhere; a row is drawn so many times higher, up to max_finer,
+    that no more than max_skip texels lie between two.
+    """
+    rows, last, middle = len(chosen), len(sizes) - 1, 0.5 * width
+    sharp = np.zeros(rows, np.bool_)
+    for picture in range(last, -1, -1):
+        A, steepest = As_texture_image[picture], 1
+        for row in range(rows - 1, -1, -1):
+            v = float(first + row)
+            here, below = texel(A, middle, v), texel(A, middle, v + 1.0)
+            beside = texel(A, middle + 1.0, v)
+            along = hypot(below[0] - here[0], below[1] - here[1])
+            across = hypot(beside[0] - here[0], beside[1] - here[1])
+            while steepest < max_finer and along > max_skip * steepest:
+                steepest *= 2  # from the bottom up it never falls
+            inside = deepest[row] <= reaches[picture] or reaches[picture] == inf
+            for u in (-0.5, width - 0.5):
+                for each in (v, v + 1.0):
+                    inside = inside and is_inside(texel(A, u, each), sizes[picture])
+            if picture == last or (inside and not sharp[row]):
+                chosen[row], finer[row] = picture, steepest
+                sharp[row] = sharp[row] or across >= enough
+
+
+@kernel(F2, INT, OUT_B1)
+def mark_tiles(outline, count, touched):
+    """Which of count x count tiles of side 1, row by row, a convex outline (n, 2) touches."""
+    low_u, low_v, high_u, high_v, middle_u, middle_v = inf, inf, -inf, -inf, 0.0, 0.0
+    for u, v in outline:
+        low_u, low_v, high_u, high_v = min(low_u, u), min(low_v, v), max(high_u, u), max(high_v, v)
+        middle_u, middle_v = middle_u + u / len(outline), middle_v + v / len(outline)
+    for row in range(count):
+        for column in range(count):
+            inside = column < high_u and column + 1 > low_u and row < high_v and row + 1 > low_v
+            for edge in range(len(outline)):
+                u, v = outline[edge]
+                after_u, after_v = outline[(edge + 1) % len(outline)]
+                right, down = after_v - v, u - after_u  # square to the edge, outwards
+                turn = right * (u - middle_u) + down * (v - middle_v)
+                if turn < 0.0:
+                    right, down = -right, -down
+                elif turn == 0.0:
+                    continue
+                # A tile's innermost corner counts.
+                inner_u = column + (1.0 if right < 0.0 else 0.0)
+                inner_v = row + (1.0 if down < 0.0 else 0.0)
+                inside = inside and right * (inner_u - u) + down * (inner_v - v) <= 1e-9
+            touched[row * count + column] = inside
+
+
+@kernel(F2, I1, F2, F2, FLOAT, FLOAT, FLOAT, OUT_I32_2, OUT_B1)
+def project_outlines(corners, ends, T_cam_road, K, near, most, scale, fixed, whole):
+    """Where corners (k, 2), x and z on the road, are seen: pixels times scale, rounded to fixed.
+
+    ends (n,): rows after the outlines' last corners. Whole are outlines that lie past the near
+    plane and within `most` pixels of the first one; what is fixed of others means nothing.
+    """
+    start = 0
+    for outline in range(len(ends)):
+        whole[outline] = True
+        for row in range(start, ends[outline]):
+            x, z = corners[row, 0], corners[row, 1]
+            a = T_cam_road[0, 0] * x + T_cam_road[0, 2] * z + T_cam_road[0, 3]
+            b = T_cam_road[1, 0] * x + T_cam_road[1, 2] * z + T_cam_road[1, 3]
+            depth = T_cam_road[2, 0] * x + T_cam_road[2, 2] * z + T_cam_road[2, 3]
+            if not depth >= near:
+                whole[outline] = False
+                break
+            for axis in range(2):
+                pixel = (K[axis, 0] * a + K[axis, 1] * b + K[axis, 2] * depth) / depth
+                if not abs(pixel) < most:
+                    whole[outline] = False
+                    break
+                fixed[row, axis] = np.int32(np.rint(pixel * scale))
+        start = ends[outline]
