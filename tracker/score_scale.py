@@ -53,6 +53,11 @@ class ScoreMemory(NamedTuple):
     landmarks: Float[Array, " q"] = np.zeros(0)
     """Scores at SHARES of the confirmed boxes, ascending, of the judgement `ranked`."""
 
+    @property
+    def says_nothing(self) -> bool:
+        """Whether scores were found to tell nothing of their boxes."""
+        return self.judgement == "even"
+
     def told_apart(self) -> "ScoreMemory":
         """With all watched boxes among the confirmed or the vanished ones."""
         boxes = np.concatenate([boxes for boxes, _ in self.frames])
@@ -105,7 +110,7 @@ class ScoreScale:
 
     def probabilities(self, memory: ScoreMemory, scores: Float[Array, " n"]) -> Float[Array, " n"]:
         """What scores of the detector are worth."""
-        if memory.judgement == "even":
+        if memory.says_nothing:
             return np.full(len(scores), self.strong)
         if memory.judgement == "ranked":
             return np.interp(scores, memory.landmarks, PROBABILITIES)

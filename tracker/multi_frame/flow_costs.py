@@ -36,8 +36,16 @@ class FlowCosts:
         if not (np.isfinite(numbers).all() and min(numbers) >= 0.0 and self.birth > 0.0):
             raise BadConfig(f"{self}: give finite numbers, none below 0, and a birth above 0")
 
-    def of_scores(self, scores: Float[Array, " n"]) -> Float[Array, " n"]:
-        """The cost of nodes: minus the log odds of their scores, which are probabilities."""
+    def of_scores(
+        self, scores: Float[Array, " n"], say_nothing: bool = False
+    ) -> Float[Array, " n"]:
+        """The cost of nodes: minus the log odds of their scores, which are probabilities.
+
+        say_nothing: scores do not tell cars from clutter, so links alone do, and every node gains
+        as much as it may.
+        """
+        if say_nothing:
+            return np.full(len(scores), -MAX_SCORE_NATS)
         p = np.clip(scores, 1e-9, 1.0 - 1e-9)
         return np.clip(np.log((1.0 - p) / p), -MAX_SCORE_NATS, MAX_SCORE_NATS)
 

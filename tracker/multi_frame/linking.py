@@ -40,6 +40,8 @@ class FrameNodes:
     """Number of its first node."""
     detections: Detections
     """Its detections after suppression, one per node."""
+    node_costs: Float[Array, " n"]
+    """What each node costs, nats; negative: it gains."""
     observed: Beliefs
     """Where each detection alone puts its car, in this frame's road frame."""
     beliefs: Beliefs
@@ -151,6 +153,7 @@ class Linker:
             frame.time,
             first,
             detections,
+            self.flow_costs.of_scores(scores, memory.says_nothing),
             observed,
             new.beliefs,
             arcs,

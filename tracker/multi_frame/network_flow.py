@@ -70,9 +70,9 @@ class NetworkFlow:
     def paths(self) -> dict[int, Int[Array, " k"]]:
         """The cheapest tracks through all frames so far: of each id its nodes, increasing."""
         frames = self.state.frames
-        scores = np.concatenate([np.zeros(0), *(frame.detections.scores for frame in frames)])
-        births = np.full(len(scores), self.flow_costs.birth)
-        flow = cheapest_flow(self.flow_costs.of_scores(scores), births, arcs_of(frames))
+        node_costs = np.concatenate([np.zeros(0), *(frame.node_costs for frame in frames)])
+        births = np.full(len(node_costs), self.flow_costs.birth)
+        flow = cheapest_flow(node_costs, births, arcs_of(frames))
         used = flow.used.nonzero()[0]
         tracks = flow.tracks[used]
         return {

@@ -194,12 +194,12 @@ class Window:
     def _solve(self) -> Paths:
         """The cheapest paths over the ends of the tracks so far and the nodes of the window."""
         state = self.state
-        scores = np.concatenate([frame.detections.scores for frame in state.window])
+        new_costs = np.concatenate([frame.node_costs for frame in state.window])
         first = state.window[0].first
         order = np.argsort(state.ends)
         end_ids, end_origins, end_count = state.ids[order], state.origins[order], len(order)
-        nodes = np.concatenate((state.ends[order], first + np.arange(len(scores))))
-        node_costs = np.concatenate((np.zeros(end_count), self.flow_costs.of_scores(scores)))
+        nodes = np.concatenate((state.ends[order], first + np.arange(len(new_costs))))
+        node_costs = np.concatenate((np.zeros(end_count), new_costs))
         births = np.full(len(nodes), self.flow_costs.birth)
         births[:end_count] = 0.0
         flow = cheapest_flow(node_costs, births, arcs_between(nodes, arcs_of(state.window)))

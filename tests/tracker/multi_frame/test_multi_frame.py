@@ -77,6 +77,20 @@ def test_clutter_that_comes_and_goes_vanishes_and_a_weak_car_that_stays_does_not
 
 
 @both
+@pytest.mark.parametrize("score", [0.4, 1.0])
+def test_where_every_score_is_the_same_three_boxes_in_a_row_are_a_car(framework, score) -> None:
+    cars = [Car(0.0, 25.0), Car(4.0, 40.0)]
+    frames = drive(cars, count=5, score=lambda *_: score).frames
+    flash = np.array([[100.0, 150.0, 180.0, 220.0]])
+    boxes = np.vstack((frames[2].detections.boxes, flash))
+    frames[2] = replace(frames[2], detections=Detections(boxes, np.full(3, score)))
+    rows = rows_of(framework(Tracker.default(LEVEL)), frames[:3])
+    last = rows.select(rows.frames == 2)
+    assert np.bincount(rows.frames, minlength=3).tolist() == [2, 2, 2]
+    np.testing.assert_array_equal(last.boxes, boxes[:2])
+
+
+@both
 def test_links_over_many_frames_are_possible_only_within_the_memory(framework) -> None:
     """The paper's tracker forgets at once: so do its costs in another framework."""
     missed = drive([Car(0.0, 25.0)], count=20, hidden=lambda frame, _: frame == 9)
