@@ -9,8 +9,8 @@ def highway(
     cars: int = 50,
     arrivals: float = 1.5,
     alike: float = 0.0,
-    wander: float = 0.0,
-    bumps: float = 0.0,
+    wander: float = 1.0,
+    bumps: float = 1.0,
     frames: int = 200,
 ) -> Scene:
     """Three lanes, one way.

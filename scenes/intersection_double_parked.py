@@ -50,6 +50,8 @@ def intersection_double_parked(
 ) -> Scene:
     """One lane each way: vans in our lane hide who comes towards us and who crosses behind.
 
+    Scripted: nobody reacts to our car.
+
     vans: that stand in our lane one behind the other, 1 or 2.
     rate: cars per second in each other lane, 0 to 0.5.
     speed: of these cars in m/s, 6 to 14.

@@ -44,6 +44,8 @@ def intersection_give_way(
 ) -> Scene:
     """Our road ends at one with two lanes each way, whose cars go first and hide one another.
 
+    Scripted: nobody reacts to our car.
+
     turn: left (across traffic from the left, into that from the right), right, or straight.
     rate: cars per second in each lane of the cross road, 0 to 0.5.
     speed: of these cars in m/s, 6 to 14.

@@ -46,6 +46,8 @@ def intersection_left_turn(
 ) -> Scene:
     """Two lanes each way: we turn left across both, and cars come towards us behind who waits.
 
+    Scripted: nobody reacts to our car.
+
     rate: oncoming cars per second that go straight on, in the outer lane, 0 to 0.6.
     speed: of them in m/s, 6 to 16.
     waiting: cars that come towards us and wait to turn left, 0 to 4: they hide the others.

@@ -41,6 +41,8 @@ def intersection_queues(
 ) -> Scene:
     """Two lanes each way at lights: others cross, then they queue, and the queues go.
 
+    Scripted: nobody reacts to our car.
+
     queued: cars that wait in each lane of our road, 1 to 8.
     place: how many of them are before us in our lane, 0 to 3, fewer than queued.
     red: seconds until the lights change, 3 to 60.

@@ -10,13 +10,13 @@ def street(
     arrivals: float = 0.6,
     parked: float = 0.8,
     vans: int = 3,
-    bends: bool = False,
+    bends: bool = True,
     alike: float = 0.0,
-    wander: float = 0.0,
-    bumps: float = 0.0,
+    wander: float = 1.0,
+    bumps: float = 1.0,
     frames: int = 200,
 ) -> Scene:
-    """One lane each way, 500 m, cars parked on both sides.
+    """One lane each way, 500 m, with bends and corners; cars parked on both sides.
 
     cars: cars that drive at the beginning.
     arrivals: cars per second that enter later, >= 0.

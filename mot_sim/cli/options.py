@@ -331,7 +331,8 @@ def _of_kind(kind: type, name: str, value: str) -> "mot_sim.simulation.scene.Kno
     from tracker.errors import BadConfig
 
     spelled = {"true": True, "false": False}
+    words = {bool: "true or false", int: "a whole number", float: "a number"}
     try:
         return spelled[value.lower()] if kind is bool else kind(value)
     except (ValueError, KeyError):
-        raise BadConfig(f"--knobs {name}={value}: give a value of type {kind.__name__}") from None
+        raise BadConfig(f"--knobs {name}={value}: give {words[kind]}") from None

@@ -65,7 +65,7 @@ def test_knobs_of_the_scene_are_turned_and_kept(mot_sim: CommandLine, out: Path)
     for wrong, told in (
         ("sped=3", "unknown knob of scene small: 'sped'; known: frames, furniture, houses, pitch"),
         ("speed", "--knobs speed: write NAME=VALUE"),
-        ("speed=fast", "--knobs speed=fast: give a value of type float"),
+        ("speed=fast", "--knobs speed=fast: give a number"),
     ):
         outcome = mot_sim("record", "small", "--out", out.parent / "b", "--knobs", wrong)
         assert outcome.code == 2

@@ -9,6 +9,7 @@ from mot_sim.simulation.traffic.highway.layout import Layout, Path, Segment
 
 ASKING_METRES = 28.0  # metres before the line from which a driver asks to cross
 PATIENCE_TICKS = 100  # ticks that one who waits lets others go first: 5 s
+YIELDING_PATIENCE_TICKS = 400  # the same, others that have priority: then one of them stops for it
 DECISION_METRES = 18.0  # metres before a give-way line from which a driver may decide to go
 SPARE_SECONDS = 1.5  # seconds between us and the next car where we merge
 PULL_AWAY_ACCELERATION = 1.5  # m/s2 of a car that pulls away
@@ -78,8 +79,11 @@ class RightOfWay:
         blocked = self.layout.crossings[after]
         taken = [other.path[leg] for other, leg in self.going.items()]
         for other in earlier:
-            if self.waits.get(other, 0) > PATIENCE_TICKS:
-                taken.append(other.path[other.leg + 1])
+            segment = other.path[other.leg + 1]
+            is_first = after in self.layout.yields.get(segment, ())
+            patience = YIELDING_PATIENCE_TICKS if is_first else PATIENCE_TICKS
+            if self.waits.get(other, 0) > patience:
+                taken.append(segment)
         if any(segment in blocked for segment in taken):
             return False
         return after not in self.layout.yields or not self._must_yield(car, after, cars)

@@ -1,11 +1,12 @@
 """The road with its cars: a fast search of neighbours, and highway-env's step without impacts."""
 
+from bisect import bisect_left
 from typing import Any
 
 import numpy as np
 from highway_env.road.lane import AbstractLane, StraightLane
 from highway_env.road.road import LaneIndex, Road
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.simulation.traffic.highway.layout import Layout, Segment
@@ -31,12 +32,12 @@ class CarRoad(Road):
         self._beside: dict[Segment, list[LaneIndex]] = {}
         self._onward: dict[tuple[LaneIndex, Segment], tuple[LaneIndex, bool]] = {}
         self._around: dict[tuple[LaneIndex, int, int], list[tuple[LaneIndex, float]]] = {}
-        self._seen: dict[LaneIndex, tuple[Float[Array, " n"], Bool[Array, " n"]]] = {}
-        self._placed: dict[tuple[LaneIndex, int, int], Float[Array, " n"]] = {}
+        self._seen: dict[LaneIndex, list[tuple[int, float]]] = {}
+        self._placed: dict[tuple[LaneIndex, int, int], tuple[list[float], list[int]]] = {}
         self._positions = np.zeros((0, 2))
         self._lanes = {index: row for row, index in enumerate(layout.network.lanes_dict())}
         self._circles = np.array([circle_around(lane) for lane in layout.network.lanes_list()])
-        self._may_hold = np.ones(len(self._lanes), dtype=bool)
+        self._may_hold = [True] * len(self._lanes)
         self.changing: list[Any] = []  # cars on their way to another lane
 
     def act(self) -> None:
@@ -60,7 +61,7 @@ class CarRoad(Road):
         self._positions = np.array([car.position for car in self.vehicles]).reshape(-1, 2)
         x, y, radius = self._circles.T
         apart = np.hypot(x[:, None] - self._positions[:, 0], y[:, None] - self._positions[:, 1])
-        self._may_hold = (apart < radius[:, None]).any(axis=1)
+        self._may_hold = (apart < radius[:, None]).any(axis=1).tolist()
         for row, car in enumerate(self.vehicles):
             car.row = row
         self.changing = [car for car in self.vehicles if car.lane_index != car.target_lane_index]
@@ -72,41 +73,42 @@ class CarRoad(Road):
             here = vehicle.along
         else:
             here = float(self.network.get_lane(index).local_coordinates(vehicle.position)[0])
-        place = self._places(vehicle, index).copy()
-        place[vehicle.row] = np.nan
-        ahead_of = np.where(place >= here, place, np.inf)
-        behind = np.where(place < here, place, -np.inf)
-        # Of cars at one place highway-env takes the last in front and the first behind.
-        front = len(place) - 1 - int(np.argmin(ahead_of[::-1])) if len(place) else 0
-        rear = int(np.argmax(behind)) if len(place) else 0
+        places, rows = self._places(vehicle, index)
+        ahead = bisect_left(places, here)
+        behind = ahead - 1
+        if ahead < len(rows) and rows[ahead] == vehicle.row:
+            ahead += 1
+        if behind >= 0 and rows[behind] == vehicle.row:
+            behind -= 1
         return (
-            self.vehicles[front] if np.isfinite(ahead_of[front]) else None,
-            self.vehicles[rear] if np.isfinite(behind[rear]) else None,
+            self.vehicles[rows[ahead]] if ahead < len(rows) else None,
+            self.vehicles[rows[behind]] if behind >= 0 else None,
         )
 
-    def _places(self, vehicle: Any, index: LaneIndex) -> Float[Array, " n"]:
-        """Where all cars are along a lane and what lies before and after it on a car's way; NaN of
-        those that are on none of it. Cars of one way ask the same."""
+    def _places(self, vehicle: Any, index: LaneIndex) -> tuple[list[float], list[int]]:
+        """Where cars are along a lane and what lies before and after it on a car's way, from the
+        rear to the front, and which they are. Cars of one way ask the same."""
         key = (index, vehicle.way, vehicle.leg)
         if key not in self._placed:
-            place = np.full(len(self.vehicles), np.nan)
+            place: dict[int, float] = {}
             for ahead, offset in self.lanes_around(vehicle, index):
-                if not self._may_hold[self._lanes[ahead]]:
-                    continue
-                along, on_it = self._on_lane(ahead)
-                new = on_it & np.isnan(place)
-                place[new] = along[new] + offset
-            self._placed[key] = place
+                if self._may_hold[self._lanes[ahead]]:
+                    for row, along in self._on_lane(ahead):
+                        place.setdefault(row, along + offset)
+            # Of cars at one place highway-env takes the last in front and the first behind.
+            order = sorted(place, key=lambda row: (place[row], -row))
+            self._placed[key] = [place[row] for row in order], order
         return self._placed[key]
 
-    def _on_lane(self, index: LaneIndex) -> tuple[Float[Array, " n"], Bool[Array, " n"]]:
-        """Where all cars are along a lane, and who is on it."""
+    def _on_lane(self, index: LaneIndex) -> list[tuple[int, float]]:
+        """Who is on a lane, and how far along it."""
         if index not in self._seen:
             lane = self.network.get_lane(index)
             along, aside = project(lane, self._positions)
             inside = (along >= -OVERHANG_METRES) & (along < lane.length + OVERHANG_METRES)
             on_it = inside & (np.abs(aside) <= 0.5 * lane.width_at(0.0) + LATERAL_MARGIN_METRES)
-            self._seen[index] = along, on_it
+            rows = np.flatnonzero(on_it)
+            self._seen[index] = list(zip(rows.tolist(), along[rows].tolist(), strict=True))
         return self._seen[index]
 
     def distance(self, car: Any, other: Any) -> float:

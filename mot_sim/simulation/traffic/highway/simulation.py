@@ -82,7 +82,7 @@ def choose_slots(layout: Layout, count: int, longest: float, seed: int, name: st
     free = slots(layout, longest, seed)
     if count > len(free):
         raise BadConfig(
-            f"{count} cars on the {name}: it holds {len(free)} of {longest:g} m beside ours at "
+            f"{count} cars on the {name}: it holds {len(free)} of {longest:.3g} m beside ours at "
             "time 0; ask for fewer, or let more arrive"
         )
     return free[:count]
@@ -118,7 +118,7 @@ def park(
         part += [kerb.share] * len(new)
     by_distance = np.argsort([np.hypot(*place[:2]) for place in places], kind="stable")
     if vans > len(places):
-        raise BadConfig(f"{vans} parked vans: the kerbs hold {len(places)}")
+        raise BadConfig(f"{vans} parked vans: the kerbs hold {len(places)}; ask for fewer")
     count = len(places)
     chance = random_numbers.uniform(seed, "parked", np.arange(count), np.zeros(count, np.int64), 3)
     is_van = np.zeros(count, dtype=bool)
