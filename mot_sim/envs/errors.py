@@ -3,7 +3,8 @@
 from typing import Any
 
 from gymnasium.error import InvalidAction, ResetNeeded
-from gymnasium.spaces import Space
+from gymnasium.spaces import Box, Space
+from numpy import ndarray as Array
 
 from tracker.errors import TrackingError, UnknownName
 
@@ -18,7 +19,9 @@ class OutOfTurn(TrackingError, ResetNeeded):
 
 def require_action(space: Space, action: Any, meaning: str) -> None:
     """BadAction for what is not in the space; meaning: what the actions are."""
-    if not space.contains(action):
+    # Gymnasium warns of what is no array and looks into it; here it is refused.
+    is_array = isinstance(action, Array) or not isinstance(space, Box)
+    if not (is_array and space.contains(action)):
         raise BadAction(f"action {action!r} is not in {space}: {meaning}")
 
 

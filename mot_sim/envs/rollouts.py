@@ -115,9 +115,10 @@ class LiveRollout(Rollout):
     """One element: the meshes of the cars now, and the camera."""
 
     @classmethod
-    def begin(cls, scene: Scene, seed: int, continuous: bool = False) -> "LiveRollout":
-        """A new rollout. Raises BadConfig for a scene whose ego car cannot be driven."""
-        driver = driver_of(scene, seed)
+    def begin(
+        cls, scene: Scene, seed: int, driver: Driven, continuous: bool = False
+    ) -> "LiveRollout":
+        """A new rollout of the scene's traffic of that seed, see `driver_of`."""
         driver.continuous = continuous
         first = driver.reset_live(random_numbers.named_stream(seed, "traffic"))
         rollout = cls(scene, seed, RecordedTraffic.of([first]), driver)
@@ -139,9 +140,8 @@ class LiveRollout(Rollout):
         """The states so far, of which the last are kept."""
         return self.log
 
-    def advance(self, command: str) -> None:
-        """0.1 s of traffic under a command."""
-        self.driver.command(command)
+    def advance(self) -> None:
+        """0.1 s of traffic, whose ego car does what it was told last."""
         now, known = self.driver.step(), self.scene_meshes.vehicles
         self.log.append(now)
         is_new = ~np.isin(now.ids, known.ids)

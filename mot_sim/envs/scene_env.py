@@ -10,9 +10,20 @@ from gymnasium import spaces
 from jaxtyping import UInt8
 from numpy import ndarray as Array
 
+from mot_sim.envs.driving_tasks import (
+    ACTION_SPACES,
+    META_ACTIONS,
+    REWARDS,
+    WATCH_ACTIONS,
+    apply_action,
+    copied,
+    steered,
+)
 from mot_sim.envs.errors import OutOfTurn, require_action, require_options
+from mot_sim.envs.highway_env_config import refuse_config
 from mot_sim.envs.image_window import RENDER_MODES, ImageWindow, require_render_mode
-from mot_sim.envs.observations import Observation, ObservationBuilder
+from mot_sim.envs.kinematics import kinematic_space, observe_kinematics
+from mot_sim.envs.observations import ObservationBuilder, require_padding
 from mot_sim.envs.rollouts import (
     LazyRollout,
     LiveRollout,
@@ -26,30 +37,36 @@ from mot_sim.simulation.registry import knobs_of
 from mot_sim.simulation.renderers import AUTO, RENDERER_NAMES, RENDERERS
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scene import Knob, Rollout, Scene
-from mot_sim.simulation.traffic.driving import COMMANDS, driving_reward
+from mot_sim.simulation.traffic.driving import Driven
 from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS
 from tracker.errors import BadConfig, UnknownName
 from tracker.types import Camera, Frame
 
 TRAFFIC = ("recorded", "live")
+OBSERVATIONS = ("detections", "kinematics")
+MAX_OFF_ROAD_STEPS = 10  # 1 s; then the episode is truncated
 OPTIONS = (
-    "traffic", "render_mode", "image", "max_detections", "renderer", "scale", "kept_runs",
-    "continuous",
+    "traffic", "actions", "observation", "max_vehicles", "reward", "render_mode", "image",
+    "max_detections", "renderer", "scale", "kept_runs", "continuous",
 )  # fmt: skip
 SCALE_LIMITS = (0.1, 2.0)
 
 
-class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
+class SceneEnv(ReplayPickle, gym.Env[Any, Any]):
     """A scene at 10 Hz, to watch (traffic `recorded`) or to drive in (`live`).
 
     Observation: image (where `image`), boxes and scores of the detections with their mask,
-    odometry (T_now_before; at first the identity), time. Action: of COMMANDS; recorded traffic
-    cannot answer and knows `autopilot` (0) alone. Reward: `driving_reward`, of recorded traffic
-    0. An episode is terminated when the ego car of live traffic crashes, and truncated at the
-    last frame of the scene or where the road of the ego car ends. info: `truth` (a FrameTruth),
+    odometry (T_now_before; at first the identity), time; or `kinematics` of live traffic, see
+    `observe_kinematics`: nothing is sensed then. Action: of META_ACTIONS, or `continuous`:
+    throttle and steering; recorded traffic cannot answer and knows `watch` (0) alone. Reward: of
+    REWARDS; of recorded traffic 0. An episode is terminated when the ego car of live traffic
+    crashes, and truncated at the last frame of the scene, where the road of the ego car ends, and
+    once it has been off the road for 1 s. info: `truth` (a FrameTruth; not with kinematics),
     which is never observed, `frame`, `episode_seed`, from which all of the episode follows, and
     `crashed`.
 
+    traffic: None: live where actions, kinematics or `continuous` are asked for, else recorded.
+    actions: `meta` or `continuous`. max_vehicles: rows of the kinematics, the ego car's included.
     scale: of the image's sides. kept_runs: how many episodes of recorded traffic are kept with
     their labels, in case their seed comes again. continuous: where its road ends the ego car of
     live traffic begins a new way elsewhere; its motion to there is not known. knobs: of the
@@ -66,7 +83,11 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         self,
         scene: str = "crossing",
         *,
-        traffic: str = "recorded",
+        traffic: str | None = None,
+        actions: str | None = None,
+        observation: str = "detections",
+        max_vehicles: int = 5,
+        reward: str = "progress",
         render_mode: str | None = None,
         image: bool = True,
         max_detections: int = 64,
@@ -79,6 +100,10 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         self._arguments = {
             "scene": scene,
             "traffic": traffic,
+            "actions": actions,
+            "observation": observation,
+            "max_vehicles": max_vehicles,
+            "reward": reward,
             "render_mode": render_mode,
             "image": image,
             "max_detections": max_detections,
@@ -88,20 +113,23 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
             "continuous": continuous,
             **knobs,
         }
-        require_words(traffic, render_mode, renderer, kept_runs)
+        is_live = require_words(traffic, actions, observation, continuous)
+        require_render_mode(render_mode)
+        require_more(renderer, reward, kept_runs, max_vehicles)
         self.metadata = deepcopy(SceneEnv.metadata)
         self.render_mode = render_mode
         self.scene = scaled(find_long_scene(scene, knobs), scale)
-        self.is_live = traffic == "live"
-        if continuous and not self.is_live:
-            raise BadConfig(
-                "continuous=True is for traffic='live': recorded runs end with the road"
-            )
-        self._continuous = continuous
-        if self.is_live:
-            driver_of(self.scene, 0)
+        self.is_live, self._continuous = is_live, continuous
+        self._actions_kind = (actions or "meta") if is_live else None
+        if is_live:
+            self._driver(0)
+        self._is_kinematic, self._max_vehicles = observation == "kinematics", max_vehicles
+        self._reward = REWARDS[reward]
         self._observations = ObservationBuilder(
-            self.camera, image, max_detections, self.scene.frame_count * STEP_SECONDS
+            self.camera,
+            image and not self._is_kinematic,
+            max_detections,
+            self.scene.frame_count * STEP_SECONDS,
         )
         self._renderer, self._kept = renderer, kept_runs
         self._rollouts: OrderedDict[int, LazyRollout] = OrderedDict()
@@ -109,11 +137,16 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         self._images: RenderedImages | None = None
         self._episode: int | None = None
         self._actions: list[Any] = []
-        self._crashed = False
+        self._crashed, self._off_road = False, 0
         self._image: UInt8[Array, "h w 3"] | None = None
         self._window: ImageWindow | None = None
-        self.observation_space = self._observations.space()
-        self.action_space = spaces.Discrete(len(COMMANDS) if self.is_live else 1)
+        seen: spaces.Space[Any] = self._observations.space()
+        self.observation_space = kinematic_space(max_vehicles) if self._is_kinematic else seen
+        self.action_space = (
+            spaces.Discrete(len(WATCH_ACTIONS))
+            if self._actions_kind is None
+            else ACTION_SPACES[self._actions_kind]()
+        )
 
     @property
     def camera(self) -> Camera:
@@ -133,7 +166,7 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observation, dict[str, Any]]:
+    ) -> tuple[Any, dict[str, Any]]:
         """The first frame of a new episode.
 
         options: `episode_seed` plays the episode of that seed. Raises UnknownName for others.
@@ -143,15 +176,14 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         self._begin(int(self.np_random.integers(2**31) if chosen is None else chosen))
         return self._observe()
 
-    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """The frame 0.1 s later. Raises OutOfTurn and BadAction."""
         self._now()
         if self._is_over:
             raise OutOfTurn(f"a step after the end, at frame {self._index}: call reset() first")
-        named = COMMANDS[: int(self.action_space.n)]  # type: ignore[attr-defined]
-        require_action(self.action_space, action, f"0 to {len(named) - 1} are {', '.join(named)}")
-        self._advance(int(action))
-        reward = driving_reward(self._rollout.driver.driving()) if self.is_live else 0.0
+        require_action(self.action_space, action, self._meaning)
+        self._advance(copied(action))
+        reward = self._reward(self._rollout.driver.driving()) if self.is_live else 0.0
         observation, info = self._observe()
         return observation, reward, self._crashed, self._is_at_end, info
 
@@ -171,6 +203,14 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         self._rollouts.clear()
 
     @property
+    def _meaning(self) -> str:
+        """What the actions are, for who gives others."""
+        if self._actions_kind == "continuous":
+            return "give throttle and steering, two float32 from -1 to 1"
+        named = META_ACTIONS if self.is_live else WATCH_ACTIONS
+        return f"0 to {len(named) - 1} are {', '.join(named)}" if self.is_live else "0 is watch"
+
+    @property
     def _index(self) -> int:
         return len(self._actions)
 
@@ -181,7 +221,9 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
     @property
     def _is_at_end(self) -> bool:
         """Whether this is the last frame, or the ego car's road has ended."""
-        if self.is_live and self._rollout.driver.has_ended:
+        if self.is_live and (
+            self._rollout.driver.has_ended or self._off_road >= MAX_OFF_ROAD_STEPS
+        ):
             return True
         return self._index + 1 >= (self.frame_count if self.is_live else len(self._rollout))
 
@@ -196,10 +238,11 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
 
     def _begin(self, episode: int) -> None:
         """Start the episode of a seed."""
-        self._episode, self._actions, self._crashed = episode, [], False
+        self._episode, self._actions, self._crashed, self._off_road = episode, [], False, 0
         self._images, self._image = None, None
         if self.is_live:
-            live = LiveRollout.begin(self.scene, episode, self._continuous)
+            driver = self._driver(episode)
+            live = LiveRollout.begin(self.scene, episode, driver, self._continuous)
             self._current = LazyRollout(live)
             return
         self._current = self._rollouts.pop(episode, None) or LazyRollout(
@@ -212,22 +255,32 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
     def _advance(self, action: Any) -> None:
         """0.1 s of traffic."""
         if self.is_live:
-            self._rollout.advance(COMMANDS[action])
-            self._crashed = self._rollout.driver.driving().crashed
+            apply_action(self._rollout.driver, action)
+            self._rollout.advance()
+            driving = self._rollout.driver.driving()
+            self._crashed = driving.crashed
+            self._off_road = 0 if driving.on_road else self._off_road + 1
         self._actions.append(action)
         self._image = None
 
-    def _observe(self) -> tuple[Observation, dict[str, Any]]:
+    def _observe(self) -> tuple[Any, dict[str, Any]]:
         """The observation of this moment, and the info."""
-        observation = self._observations.observe(self.frame)
         if self.render_mode == "human":
             self._show()
-        return observation, {
-            "truth": self._now().truth(self._index),
-            "frame": self._index,
-            "episode_seed": self._episode,
-            "crashed": self._crashed,
-        }
+        info = {"frame": self._index, "episode_seed": self._episode, "crashed": self._crashed}
+        if self._is_kinematic:
+            state, speed = (
+                self._rollout.traffic_states[self._index],
+                self._rollout.driver.driving().speed,
+            )
+            return observe_kinematics(state, speed, self._max_vehicles), info
+        observation = self._observations.observe(self.frame)
+        return observation, {"truth": self._now().truth(self._index), **info}
+
+    def _driver(self, episode: int) -> Driven:
+        """The traffic of an episode, which takes the actions of this environment."""
+        driver = driver_of(self.scene, episode)
+        return steered(self.scene, driver) if self._actions_kind == "continuous" else driver
 
     def _draw(self) -> UInt8[Array, "h w 3"]:
         """The image of this moment, rendered once."""
@@ -245,20 +298,44 @@ class SceneEnv(ReplayPickle, gym.Env[Observation, Any]):
         self._window.show(self._draw())
 
 
-def require_words(traffic: str, render_mode: str | None, renderer: str, kept_runs: int) -> None:
-    """Raises UnknownName for words that are none, BadConfig for a negative number."""
-    if traffic not in TRAFFIC:
-        raise UnknownName.of("traffic", traffic, TRAFFIC)
-    require_render_mode(render_mode)
+def require_words(
+    traffic: str | None, actions: str | None, observation: str, continuous: bool
+) -> bool:
+    """Whether traffic is live. Raises UnknownName, BadConfig for what recorded traffic lacks."""
+    for what, word, known in (
+        ("traffic", traffic, TRAFFIC),
+        ("actions", actions, ACTION_SPACES),
+        ("observation", observation, OBSERVATIONS),
+    ):
+        if word is not None and word not in known:
+            raise UnknownName.of(what, str(word), known)
+    asked = {
+        f"actions={actions!r}": actions is not None,
+        "observation='kinematics'": observation == "kinematics",
+        "continuous=True": continuous,
+    }
+    wanted = [option for option, is_asked in asked.items() if is_asked]
+    if traffic == "recorded" and wanted:
+        raise BadConfig(f"{wanted[0]} is for traffic='live': recorded traffic cannot answer")
+    return traffic == "live" or bool(wanted)
+
+
+def require_more(renderer: str, reward: str, kept_runs: int, max_vehicles: int) -> None:
+    """Raises UnknownName for words that are none, BadConfig for numbers out of range."""
     if renderer != AUTO and renderer not in RENDERER_NAMES:
         raise UnknownName.of("renderer", renderer, (*RENDERERS, AUTO))
+    if reward not in REWARDS:
+        raise UnknownName.of("reward", reward, REWARDS)
     if kept_runs < 0:
         raise BadConfig(f"kept_runs is {kept_runs}: give 0 or more")
+    require_padding("max_vehicles", max_vehicles)
 
 
 def find_long_scene(name: str, knobs: dict[str, Knob]) -> Scene:
     """The scene of a name and its knobs, two or more frames long."""
     known = knobs_of(name)
+    if "config" in knobs:
+        refuse_config(knobs["config"], name, known)
     for knob in knobs:
         if knob not in known:
             raise UnknownName.of(f"option or knob of scene {name}:", knob, (*OPTIONS, *known))

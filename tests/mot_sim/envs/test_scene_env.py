@@ -4,7 +4,9 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+from mot_sim.envs.driving_tasks import META_ACTIONS, progress_reward
 from mot_sim.envs.errors import BadAction, OutOfTurn
+from mot_sim.envs.kinematics import observe_kinematics
 from mot_sim.envs.observations import ObservationBuilder, surest
 from mot_sim.envs.rollouts import FrameTruth, LazyRollout
 from mot_sim.envs.scene_env import SceneEnv
@@ -12,11 +14,13 @@ from mot_sim.simulation.episode import record
 from mot_sim.simulation.imaging import RenderedImages
 from mot_sim.simulation.registry import find_scene
 from mot_sim.simulation.scene import Rollout
-from mot_sim.simulation.traffic.driving import COMMANDS, Driving, driving_reward
+from mot_sim.simulation.traffic.driving import Driving, driving_reward
+from mot_sim.simulation.traffic.traffic_state import TrafficState
 from tracker.errors import BadConfig, UnknownName
 from tracker.types import Detections
 
 FRAMES = 20
+AUTOPILOT = META_ACTIONS.index("autopilot")
 SPARSE = {"cars": 4, "arrivals": 0.0, "frames": 6}
 
 
@@ -156,6 +160,12 @@ def test_truth_is_equal_only_where_everything_is(env) -> None:
         ({"scale": 0.0}, BadConfig, "scale is 0"),
         ({"kept_runs": -1}, BadConfig, "kept_runs is -1"),
         ({"traffic": "live"}, BadConfig, "crossing has no live traffic"),
+        ({"actions": "continuous"}, BadConfig, "crossing has no live traffic"),
+        ({"actions": "meat"}, UnknownName, "Did you mean 'meta'"),
+        ({"traffic": "recorded", "actions": "meta"}, BadConfig, "actions='meta' is for traffic='l"),
+        ({"observation": "kinematic"}, UnknownName, "Did you mean 'kinematics'"),
+        ({"max_vehicles": 0}, BadConfig, "max_vehicles is 0"),
+        ({"reward": "progres"}, UnknownName, "Did you mean 'progress'"),
         ({"scene": "highway", "cars": -2}, BadConfig, "cars"),
     ],
 )
@@ -172,7 +182,7 @@ def test_wrong_uses_are_refused(env) -> None:
         with pytest.raises(OutOfTurn, match=r"call reset\(\) first"):
             use()
     env.reset(options={"episode_seed": 3})
-    with pytest.raises(BadAction, match=r"action 1 is not in Discrete\(1\): 0 to 0 are autopilot"):
+    with pytest.raises(BadAction, match=r"action 1 is not in Discrete\(1\): 0 is watch"):
         env.step(1)
 
 
@@ -194,7 +204,7 @@ def test_under_autopilot_live_traffic_does_what_was_recorded(live) -> None:
         )
         assert told["truth"] == was_told["truth"]
         np.testing.assert_array_equal(one["boxes"], other["boxes"])
-        one, *_, told = live.step(0)
+        one, *_, told = live.step(AUTOPILOT)
         other, *_, was_told = recorded.step(0)
 
 
@@ -202,9 +212,9 @@ def drive(env: SceneEnv, command: str, steps: int) -> list[Driving]:
     env.reset(options={"episode_seed": 5})
     seen = []
     for _ in range(steps):
-        _, reward, *_ = env.step(COMMANDS.index(command))
+        _, reward, *_ = env.step(META_ACTIONS.index(command))
         seen.append(env._rollout.driver.driving())
-        assert reward == driving_reward(seen[-1])
+        assert reward == progress_reward(seen[-1])
     return seen
 
 
@@ -230,7 +240,7 @@ def test_cars_that_come_later_are_cast_as_if_they_had_always_been_known() -> Non
     recorded.reset(options={"episode_seed": 2})
     before = len(live._rollout.scene_meshes.vehicles)
     for _ in range(39):
-        live._advance(0)
+        live._advance(AUTOPILOT)
     cast, whole = live._rollout.scene_meshes.vehicles, recorded._rollout.scene_meshes.vehicles
     assert len(cast) > before
     np.testing.assert_array_equal(cast.ids, whole.ids)
@@ -257,18 +267,18 @@ def test_a_crash_ends_a_live_episode() -> None:
     env.reset(seed=0)
     terminated = truncated = False
     while not (terminated or truncated):
-        _, reward, terminated, truncated, told = env.step(COMMANDS.index("faster"))
+        _, reward, terminated, truncated, told = env.step(META_ACTIONS.index("faster"))
     assert terminated
     assert told["crashed"]
-    assert reward <= 0.5 / 1.5
+    assert reward == -1.0
     with pytest.raises(OutOfTurn, match="after the end"):
-        env.step(0)
+        env.step(AUTOPILOT)
 
 
 def test_live_traffic_is_drawn_frame_after_frame() -> None:
     env = SceneEnv("highway", traffic="live", scale=0.1, **SPARSE)
     first, _ = env.reset(options={"episode_seed": 0})
-    later = [env.step(0)[0]["image"] for _ in range(3)]
+    later = [env.step(AUTOPILOT)[0]["image"] for _ in range(3)]
     assert all(image.shape == first["image"].shape for image in later)
     assert (later[-1] != first["image"]).any()
 
@@ -284,7 +294,7 @@ def test_an_episode_ends_with_the_road_or_goes_on_with_flat_memory() -> None:
         env.reset(options={"episode_seed": 0})
         unknown = 0
         for _ in range(160):
-            _, _, terminated, truncated, told = env.step(COMMANDS.index("faster"))
+            _, _, terminated, truncated, told = env.step(META_ACTIONS.index("faster"))
             unknown += env.frame.T_now_before is None
             if truncated:
                 break
@@ -296,4 +306,99 @@ def test_an_episode_ends_with_the_road_or_goes_on_with_flat_memory() -> None:
     with pytest.raises(IndexError, match="kept are 159 to 160"):
         found[True][3].rollout.traffic_states[3]
     with pytest.raises(BadConfig, match="continuous=True is for traffic='live'"):
-        SceneEnv("street", continuous=True)
+        SceneEnv("street", traffic="recorded", continuous=True)
+
+
+def test_actions_stand_in_the_order_of_highway_env() -> None:
+    from highway_env.envs.common.action import DiscreteMetaAction
+
+    theirs = [name.lower() for _, name in sorted(DiscreteMetaAction.ACTIONS_ALL.items())]
+    assert [*theirs, "autopilot"] == list(META_ACTIONS)
+
+
+def test_an_action_makes_traffic_live() -> None:
+    assert not SceneEnv("highway", **SPARSE).is_live
+    for asked in ({"actions": "meta"}, {"observation": "kinematics"}, {"continuous": True}):
+        env = SceneEnv("highway", **asked, **SPARSE)
+        assert env.is_live
+        assert env.action_space.n == len(META_ACTIONS)
+
+
+def test_the_ego_car_is_steered_off_the_road_and_the_episode_truncated() -> None:
+    env = SceneEnv("highway", actions="continuous", image=False, cars=0, arrivals=0.0, frames=200)
+    env.reset(seed=0)
+    begin = env._rollout.driver.driving().speed
+    for _ in range(5):
+        *_, told = env.step(np.array([-1.0, 0.0], np.float32))
+    assert env._rollout.driver.driving().speed == pytest.approx(begin - 5.0 * 0.5, abs=1e-6)
+    rewards, truncated, terminated = [], False, False
+    while not (truncated or terminated):
+        _, reward, terminated, truncated, told = env.step(np.array([0.0, 0.1], np.float32))
+        rewards.append(reward)
+    assert (terminated, truncated) == (False, True)
+    assert told["frame"] < 100
+    assert rewards[0] > 0.5
+    assert rewards[-10:] == [0.0] * 10
+    for wrong in (1, np.zeros(3, np.float32), np.array([2.0, 0.0], np.float32), "left"):
+        with pytest.raises(BadAction, match="give throttle and steering"):
+            SceneEnv.step(started(env), wrong)
+
+
+def started(env: SceneEnv) -> SceneEnv:
+    env.reset(seed=0)
+    return env
+
+
+def test_kinematics_by_hand() -> None:
+    at = np.array([0.0, 0.0, 0.0, 1.0, 500.0])
+    state = TrafficState(
+        time=0.0, ids=np.arange(5), x=np.array([30.0, 20.0, -50.0, 12.0, 400.0]), y=at,
+        heading=np.array([0.0, np.pi, 0.0, 0.0, 0.0]), speed=np.array([20.0, 8.0, 9.0, 10.0, 1.0]),
+        size=np.ones((5, 3)), ego=np.array([10.0, 0.0, 0.0]), ego_size=np.ones(3),
+    )  # fmt: skip
+    seen = observe_kinematics(state, 16.0, 4)
+    expected = [
+        [1.0, 0.05, 0.0, 0.2, 0.0],
+        [1.0, 0.01, 0.005, -0.075, 0.0],
+        [1.0, 0.05, 0.0, -0.3, 0.0],
+        [1.0, 0.1, 0.0, 0.05, 0.0],
+    ]
+    np.testing.assert_allclose(seen, expected, atol=1e-6)
+    assert not observe_kinematics(state, 16.0, 6)[4:].any()
+    env = SceneEnv("highway", observation="kinematics", **SPARSE)
+    observation, told = env.reset(seed=0)
+    assert observation in env.observation_space
+    assert observation[0, 0] == 1.0
+    assert "truth" not in told
+
+
+@pytest.mark.parametrize(
+    ("driving", "reward"),
+    [
+        (Driving(15.0, 30.0, 0, 3, True, False), 0.5),
+        (Driving(40.0, 30.0, 0, 3, True, False), 1.0),
+        (Driving(0.0, 30.0, 0, 3, True, False), 0.0),
+        (Driving(-9.0, 30.0, 0, 1, True, False), 0.0),
+        (Driving(30.0, 30.0, 2, 3, False, False), 0.0),
+        (Driving(30.0, 30.0, 2, 3, True, True), -1.0),
+    ],
+)
+def test_progress_is_paid(driving, reward) -> None:
+    assert progress_reward(driving) == reward
+
+
+@pytest.mark.parametrize(
+    ("config", "error", "told"),
+    [
+        ({"vehicles_count": 20}, BadConfig, "vehicles_count: cars=20"),
+        ({"duration": 40}, BadConfig, "frames=401 for 40 s"),
+        ({"action": {"type": "ContinuousAction"}}, BadConfig, "actions='continuous'"),
+        ({"observation": {"type": "Kinematics"}}, BadConfig, "observation='kinematics'"),
+        ({"vehicle_count": 3}, UnknownName, "Did you mean 'vehicles_count'"),
+        ({}, BadConfig, "drop the empty config"),
+        (3, BadConfig, "options are keywords"),
+    ],
+)
+def test_a_config_is_answered_with_keywords(config, error, told) -> None:
+    with pytest.raises(error, match=told):
+        SceneEnv("highway", config=config)
