@@ -136,7 +136,7 @@ class LiveRollout(Rollout):
         return self.meshes[-1]
 
     @property
-    def traffic_states(self) -> Sequence[TrafficState]:  # type: ignore[override]
+    def traffic_states(self) -> Recent[Any]:  # type: ignore[override]
         """The states so far, of which the last are kept."""
         return self.log
 
