@@ -107,9 +107,16 @@ def _motion_model(dt: float, acceleration_std: float) -> tuple[Array, Array]:
 
     Covariances as rows of 16 numbers times the former are F P F'.
     """
-    from filterpy.common import Q_discrete_white_noise
-
     F = np.eye(4)
     F[0, 2] = F[1, 3] = dt
-    Q = Q_discrete_white_noise(2, dt, acceleration_std**2, block_size=2, order_by_dim=False)
-    return np.kron(F, F).T.copy(), Q
+    return np.kron(F, F).T.copy(), acceleration_noise(dt, acceleration_std)
+
+
+def acceleration_noise(dt: float, std: float) -> Float[Array, "4 4"]:
+    """The covariance of (x, z, velocity x, velocity z) after dt seconds of constant acceleration.
+
+    std: of the acceleration on each axis, m/s^2. Equal to filterpy's `Q_discrete_white_noise`,
+    whose package loads scipy.stats.
+    """
+    one_axis = [[0.25 * dt**4, 0.5 * dt**3], [0.5 * dt**3, dt**2]]
+    return np.kron(one_axis, np.eye(2)) * std**2

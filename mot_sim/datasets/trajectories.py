@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
-from scipy.spatial.transform import Rotation, Slerp
 
 from mot_sim.datasets.camera_files import (
     POSE_COLUMNS,
@@ -59,6 +58,8 @@ class Trajectory:
         """
         if self.times is None:
             return self.Ts_world_cam
+        from scipy.spatial.transform import Rotation, Slerp
+
         slack = MAX_BEYOND * self.step
         for time in (times[:1], times[-1:]):
             if ((time < self.times[0] - slack) | (time > self.times[-1] + slack)).any():
@@ -81,6 +82,8 @@ def write_trajectory(trajectory: Trajectory, path: Path) -> None:
     if trajectory.times is None:
         write_poses(trajectory.Ts_world_cam, path)
         return
+    from scipy.spatial.transform import Rotation
+
     poses = trajectory.Ts_world_cam
     quaternions = Rotation.from_matrix(poses[:, :3, :3]).as_quat()
     rows = np.column_stack([poses[:, :3, 3], quaternions]).tolist()
@@ -116,6 +119,8 @@ def read_trajectory(path: Path, frame_rate: float, metric: bool = True) -> Traje
         raise BadFile(f"{path}: a single pose; give those of a drive")
     Ts_world_cam = np.tile(np.eye(4), (len(table), 1, 1))
     if columns == TUM_COLUMNS:
+        from scipy.spatial.transform import Rotation
+
         quaternions = table.finite(TUM_COLUMNS[4:])
         off = np.abs(np.linalg.norm(quaternions, axis=1) - 1.0) > MAX_LENGTH_ERROR
         cure = "TUM's order is qx qy qz qw, of length 1"

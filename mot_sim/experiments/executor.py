@@ -16,8 +16,6 @@ from threading import Event, Thread
 from typing import Any, TypeVar
 
 import cv2
-from joblib import Parallel, delayed, effective_n_jobs, parallel_config
-from joblib.externals.loky.process_executor import TerminatedWorkerError
 from threadpoolctl import threadpool_limits
 
 from mot_sim.files.named_objects import importable
@@ -97,6 +95,9 @@ class WorkerPool:
                 for place, task in enumerate(tasks):
                     yield place, function(task)
             return
+        from joblib import effective_n_jobs
+        from joblib.externals.loky.process_executor import TerminatedWorkerError
+
         left = dict(enumerate(tasks))
         while left:
             try:
@@ -117,6 +118,8 @@ class WorkerPool:
         self, function: Callable[[Task], Result], task: Task, lost: Callable[[Task], Result]
     ) -> Result:
         """The result of a task that nothing else is done beside."""
+        from joblib.externals.loky.process_executor import TerminatedWorkerError
+
         try:
             ((_, result),) = self._spread(function, {0: task}, jobs=2)
         except TerminatedWorkerError:
@@ -140,6 +143,8 @@ class WorkerPool:
 
         Tasks travel as bytes: Dask would scatter objects to one worker, and lose them with it.
         """
+        from joblib import Parallel, delayed, parallel_config
+
         with parallel_config(**self.backend):
             work = Parallel(n_jobs=jobs or self.jobs, batch_size=1, return_as="generator_unordered")
             here = str(Path.cwd())
@@ -176,6 +181,8 @@ def one_thread() -> Iterator[None]:
 
 def _is_loss(error: Exception) -> bool:
     """Whether workers or their scheduler are gone; other errors are of files."""
+    from joblib.externals.loky.process_executor import TerminatedWorkerError
+
     is_dask = type(error).__module__.startswith("distributed.")
     return isinstance(error, TerminatedWorkerError | TimeoutError) or is_dask
 

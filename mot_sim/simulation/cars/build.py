@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
-from scipy.linalg import eigh
 
 from mot_sim.simulation.cars.coarse import LEVEL_DISTANCES, SHIPPED_COARSE, simplify
 from mot_sim.simulation.cars.design import BODIES, BODY_SHARES, draw_designs
@@ -56,6 +55,8 @@ def components(halves: Float[Array, "n h 3"], bodies: Int[Array, " n"]) -> Compo
     population's variance. The signs are fixed: the coordinate that moves most moves
     towards +.
     """
+    from scipy.linalg import eigh
+
     mean = halves.mean(axis=0)
     offsets = (halves - mean).reshape(len(halves), -1)
     marks = (half_keypoints(halves)[:, :18] - half_keypoints(mean)[:18]).reshape(len(halves), -1)

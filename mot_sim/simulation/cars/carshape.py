@@ -2,14 +2,17 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-import trimesh
 from jaxtyping import Float, Int, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.cars.topology import PARTS
 from tracker.errors import BadConfig, UnknownName
+
+if TYPE_CHECKING:
+    import trimesh
 
 # RGB, and the share of cars: roughly German streets around 2011, when KITTI was driven.
 PAINTS: dict[str, tuple[tuple[int, int, int], float]] = {
@@ -99,12 +102,16 @@ class CarShape:
         """The RGB of every face."""
         return part_colours(self.parts, paint)
 
-    def mesh(self, paint: Paint = "silver") -> trimesh.Trimesh:
+    def mesh(self, paint: Paint = "silver") -> "trimesh.Trimesh":
         """The whole car with its colours, its vertices in the order of `vertices`."""
+        import trimesh
+
         return trimesh.Trimesh(
             self.vertices, self.faces, face_colors=self.colours(paint), process=False
         )
 
-    def piece(self, number: int) -> trimesh.Trimesh:
+    def piece(self, number: int) -> "trimesh.Trimesh":
         """One closed piece: 0 the shell, 1..4 the wheels, 5, 6 the mirrors, 7, 8 the plates."""
+        import trimesh
+
         return trimesh.Trimesh(self.vertices, self.faces[self.pieces == number])

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
-from scipy.optimize import lsq_linear
 
 from mot_sim.simulation.cars.carshape import PAINTS, CarShape, choose
 from mot_sim.simulation.cars.design import BODIES, BODY_SHARES
@@ -164,6 +163,8 @@ class Fleet:
 
         body: the likeliest of that body; None: of all cars.
         """
+        from scipy.optimize import lsq_linear
+
         if not (np.isfinite(size).all() and (size > 0.0).all()):
             raise BadConfig(f"car of size {size.tolist()}: give length, height, width > 0")
         if body is not None and body not in BODIES:

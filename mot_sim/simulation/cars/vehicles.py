@@ -6,7 +6,6 @@ from functools import cache, cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int, Shaped
 from numpy import ndarray as Array
-from trimesh.triangles import closest_point
 
 from mot_sim.simulation.cars.carshape import CarShape, paint_colour
 from mot_sim.simulation.cars.design import BODIES
@@ -94,6 +93,8 @@ class Vehicles(Rows):
 @cache
 def keypoint_faces() -> tuple[Int[Array, " f"], ...]:
     """For each keypoint the faces of the fleet's mesh that it lies on, or is a corner of."""
+    from trimesh.triangles import closest_point
+
     fleet = load_fleet(1)
     mean = fleet.car(np.zeros(1))
     corners = mean.vertices[mean.faces]

@@ -6,7 +6,6 @@ from hashlib import sha256
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
-from scipy.spatial.transform import Rotation
 
 from mot_sim.datasets.camera_files import write_poses
 from mot_sim.datasets.kitti.calibration import Calibration, write_calibration
@@ -135,6 +134,8 @@ def noisy_poses(
     std: of the left perturbation of T_now_before, translation, then rotation vector, metres and
     radians. The first pose is exact; a frame's random numbers depend on (seed, frame) alone.
     """
+    from scipy.spatial.transform import Rotation
+
     count = len(Ts_world_cam)
     drawn = random_numbers.normal(seed, "odometry", np.zeros(count, np.int64), np.arange(count), 6)
     moves = drawn * np.array(std)

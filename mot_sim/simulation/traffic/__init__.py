@@ -1,7 +1,7 @@
 """Traffic: who drives where, in world coordinates, at 10 Hz.
 
-`mot_sim.simulation.traffic.highway` drives cars live; it is not imported here, since highway-env
-is heavy.
+`mot_sim.simulation.traffic.highway` drives cars live; it is not imported here: scripted scenes do
+without highway-env.
 """
 
 from mot_sim.simulation.traffic.kitti_replay import kitti_recording, kitti_replay

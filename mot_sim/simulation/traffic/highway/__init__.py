@@ -1,8 +1,13 @@
-"""Live traffic by highway-env; the only folder that imports it.
+"""Live traffic by highway-env; the only folder that imports it."""
 
-Importing this brings highway_env, pygame, matplotlib and pandas: do so inside a function.
-"""
+from mot_sim.simulation.traffic.highway.parts import load_parts
 
-from mot_sim.simulation.traffic.highway.traffic import CRASHES, ROADS, HighwayTraffic
+load_parts()  # before any of our modules here imports them
+
+from mot_sim.simulation.traffic.highway.traffic import (  # noqa: E402
+    CRASHES,
+    ROADS,
+    HighwayTraffic,
+)
 
 __all__ = ["CRASHES", "ROADS", "HighwayTraffic"]
