@@ -28,9 +28,7 @@ from mot_sim.experiments.executor import one_thread
 from mot_sim.experiments.stress.suites import read_suites
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import Recordings, drive_of
-from mot_sim.experiments.sweep.seeded_episodes import default_cache
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
-from mot_sim.files.fingerprint import code_digest
 from mot_sim.metrics.breaks import Breaks, Matches
 from mot_sim.simulation.episodes.extra import Extra
 from mot_sim.simulation.sensors import Miscalibration, Odometry, Sightings, Timing
@@ -215,7 +213,7 @@ class Ground:
     def of(cls, scene: str, seed: int) -> "Ground":
         """A seed of a scene under the noise of RRC."""
         conditions = Conditions.of(scene, {"scene.frames": FRAMES})
-        recorded = Recordings(default_cache() / code_digest()[:16]).truth(conditions, seed)
+        recorded = Recordings.shared().truth(conditions, seed)
         every = labels(recorded.annotations.truth)
         matches = Ground.track(conditions, recorded, seed, every)
         torn = set(Breaks.of(matches).switches.cars.tolist())

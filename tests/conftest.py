@@ -1,8 +1,10 @@
 """Fixtures for the whole suite: where KITTI is, a browser, the reproducible hypothesis profile."""
 
+import atexit
 import os
 import shutil
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -28,6 +30,10 @@ UNHOOKED = ("tracker.kernels", "mot_sim.simulation.kernels")
 # Compiled kernels are kept from run to run, for all workers and their processes.
 KERNELS = Path(__file__).parents[1] / ".numba_cache"
 os.environ.setdefault("NUMBA_CACHE_DIR", str(KERNELS))
+# Recorded truths are shared by all workers of a run, and by no two runs.
+if "MOT_SIM_CACHE" not in os.environ:
+    os.environ["MOT_SIM_CACHE"] = tempfile.mkdtemp(prefix="mot-sim-truth-")
+    atexit.register(shutil.rmtree, os.environ["MOT_SIM_CACHE"], ignore_errors=True)
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -77,6 +77,7 @@ COMMANDS = CommandRegister(
         "show": "show:Show",
         "teaser": "teaser:Teaser",
         "doctor": "doctor:Doctor",
+        "cache": "cache:Cache",
         "scenes": "scenes:Scenes",
         "record": "record:Record",
         "verify": "verify:Verify",

@@ -128,12 +128,12 @@ def find_opencv() -> Check:
     }
     shown = ", ".join(f"{name} {number}" for name, number in sorted(builds.items()))
     try:
-        rasterizes = hasattr(import_module("cv2"), "triangleRasterize")
+        warps = hasattr(import_module("cv2"), "warpPerspective")
     except ImportError:
-        rasterizes = False
-    if not rasterizes:
-        cure = "pip install --force-reinstall 'opencv-python-headless>=5'"
-        return Check("OpenCV build", "broken", f"{shown or 'none'}: no triangleRasterize; {cure}")
+        warps = False
+    if not warps:
+        cure = "pip install --force-reinstall 'opencv-python-headless>=4.11'"
+        return Check("OpenCV build", "broken", f"{shown or 'none'}: no warpPerspective; {cure}")
     if set(builds) == {"opencv-python-headless"}:
         return Check("OpenCV build", "ok", f"{shown}, no other beside it")
     advice = "uninstall all but opencv-python-headless, then reinstall that"

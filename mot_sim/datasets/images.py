@@ -129,7 +129,7 @@ def _is_whole(raw: bytes) -> bool:
 
 
 def _decode(path: Path) -> UInt8[Array, "h w 3"]:
-    image = decoded(path, cv2.IMREAD_COLOR_RGB)
+    image = decoded(path, cv2.IMREAD_COLOR)
     if image is None:
         raise BadFile(f"{path}: not an image that OpenCV can decode")
-    return image
+    return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)

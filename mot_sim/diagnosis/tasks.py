@@ -17,7 +17,6 @@ from mot_sim.experiments.stress.suites import find_suites, read_suites
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import Recordings
 from mot_sim.experiments.sweep.paths import Level
-from mot_sim.experiments.sweep.seeded_episodes import default_cache
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
 from mot_sim.files.fingerprint import DIGEST_LETTERS, code_digest, digest
 from mot_sim.simulation.episodes.extra import Extra
@@ -172,7 +171,7 @@ def scene_tasks(
     if min(seeds) < 0:
         raise BadConfig(f"--first-seed {min(seeds)}: give 0 or more")
     conditions = Conditions.of(scene, settings)
-    recordings = default_cache() / code_digest()[:16]
+    recordings = Recordings.shared().folder
     for seed in seeds:
         yield SceneTask(conditions, seed, tracker_spec, recordings, attribute)
 

@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from functools import lru_cache
 from hashlib import sha256
@@ -33,6 +33,13 @@ UNDECIDING_ROOMS = {
 DECIDING_FILES = {
     f"sweep/{name}.py" for name in ("conditions", "tracker_specs", "drives", "paths", "trial")
 }
+# What records traffic and truth: folders and files of our packages.
+TRUTH_PLACES = (
+    *("scenes", "mot_sim/simulation", "mot_sim/files", "mot_sim/datasets"),
+    *(f"tracker/{room}" for room in ("types", "geometry", "kernels", "shape", "lazy_names.py")),
+    *(f"mot_sim/experiments/sweep/{name}.py" for name in ("conditions", "drives")),
+)
+NO_TRUTH_PLACES = ("mot_sim/simulation/sensors/fitting",)
 CODE_SUFFIXES = (".py", ".npz", ".toml", ".onnx", ".json")
 
 
@@ -78,14 +85,32 @@ def _kind(kind: type) -> str:
 @lru_cache(maxsize=1)
 def code_digest() -> str:
     """Of the source of everything that computes a trial, and of the versions it runs on."""
+    return _digest_of(_has_weight)
+
+
+@lru_cache(maxsize=1)
+def truth_digest() -> str:
+    """The same of what records the traffic and the truth of a run: no tracker, no detector."""
+    return _digest_of(records_truth)
+
+
+def _digest_of(counts: Callable[[Path], bool]) -> str:
+    """Of the files of our packages that count, by their path from the package on."""
     total = sha256()
     for package in PACKAGES:
         home = _home(package)
         for path in sorted(path for path in home.rglob("*") if path.suffix in CODE_SUFFIXES):
             name = path.relative_to(home.parent)
-            if _has_weight(name):
+            if counts(name):
                 total.update(f"{name.as_posix()}\n".encode() + path.read_bytes())
     return digest([SWEEP_FORMAT, total.hexdigest(), versions()])
+
+
+def records_truth(name: Path) -> bool:
+    """Whether a file of our packages can change the recorded truth of a run."""
+    return any(f"{name.as_posix()}/".startswith(f"{place}/") for place in TRUTH_PLACES) and not any(
+        f"{name.as_posix()}/".startswith(f"{place}/") for place in NO_TRUTH_PLACES
+    )
 
 
 def _has_weight(name: Path) -> bool:

@@ -1,7 +1,8 @@
 """Strokes on an RGB image: smooth polygons and lines, text."""
 
-from functools import cache
+from functools import lru_cache
 from itertools import pairwise
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -12,7 +13,7 @@ from mot_sim.plotting.colours import Colour
 
 FRACTION_BITS = 4  # fractional bits: corners are placed to a sixteenth of a pixel
 MAX_COORDINATE = 8000.0  # pixels; OpenCV's fixed-point corners overflow beyond 16 bits
-FONT_WEIGHT = 600
+FONT_FILE = "DejaVuSans.ttf"  # of matplotlib
 
 Image = UInt8[Array, "h w 3"]
 
@@ -84,16 +85,34 @@ def draw_text(
     image: Image, words: str, place: tuple[int, int], colour: Colour, size: int = 16
 ) -> int:
     """Write words with their base line at place; gives the x where they end."""
-    end, _ = cv2.putText(image, words, place, colour, _font(), size, FONT_WEIGHT)
-    return int(end[0])
+    letters, above = _letters(words, size)
+    (left, base), (rows, columns) = place, letters.shape
+    top = base - above
+    first_row, first_column = max(-top, 0), max(-left, 0)
+    part = image[max(top, 0) : max(top + rows, 0), max(left, 0) : max(left + columns, 0)]
+    ink = letters[first_row:, first_column:][: part.shape[0], : part.shape[1], None] / 255.0
+    part[:] = np.rint(part + ink * (np.array(colour, float) - part)).astype(np.uint8)
+    return left + columns
 
 
 def text_width(words: str, size: int = 16) -> int:
     """How many pixels wide the words will be."""
-    _, _, width, _ = cv2.getTextSize((4096, 4096), words, (0, 2048), _font(), size, FONT_WEIGHT)
-    return int(width)
+    return _letters(words, size)[0].shape[1]
 
 
-@cache
-def _font() -> cv2.FontFace:
-    return cv2.FontFace("sans")
+@lru_cache(maxsize=1024)
+def _letters(words: str, size: int) -> tuple[UInt8[Array, "h w"], int]:
+    """How much ink words have at each pixel, 255 all; and how many rows are above the base line."""
+    from matplotlib import get_data_path  # noqa: PLC0415 - importing mot_sim waits for no plots
+    from matplotlib.ft2font import FT2Font  # noqa: PLC0415
+
+    if not words:
+        return np.zeros((0, 0), np.uint8), 0
+    # (A font draws into a picture of its own: each has one.)
+    font = FT2Font(str(Path(get_data_path(), "fonts", "ttf", FONT_FILE)))
+    font.set_size(size, 72)  # a point is a pixel
+    font.set_text(words, 0.0)
+    font.draw_glyphs_to_bitmap(antialiased=True)
+    letters = np.array(font.get_image(), np.uint8)
+    _, height = font.get_width_height()
+    return letters, round((height - font.get_descent()) / 64.0)

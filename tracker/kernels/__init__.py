@@ -4,6 +4,22 @@ A module here holds functions for numba, each with one signature (`kernel`), and
 the tracker's but its neighbours. The typed functions of other rooms call them through a `Kernel`.
 """
 
-from tracker.kernels.loading import Kernel, Warmed, cache_folder, load, modules_of, warm
+from tracker.kernels.loading import (
+    Kernel,
+    Warmed,
+    cache_folder,
+    folders_in_use,
+    load,
+    modules_of,
+    warm,
+)
 
-__all__ = ["Kernel", "Warmed", "cache_folder", "load", "modules_of", "warm"]
+__all__ = [
+    "Kernel",
+    "Warmed",
+    "cache_folder",
+    "folders_in_use",
+    "load",
+    "modules_of",
+    "warm",
+]

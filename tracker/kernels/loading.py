@@ -81,6 +81,11 @@ def cache_folder() -> Path:
     return user_cache("kernels")
 
 
+def folders_in_use(modules: Iterable[str]) -> set[Path]:
+    """Where these modules are kept, compiled from today's code; others are of other code."""
+    return {cache_folder() / _digest(module) for module in modules}
+
+
 def load(module: str) -> ModuleType:
     """The module, compiled. What is damaged in the cache is made anew."""
     with _lock:

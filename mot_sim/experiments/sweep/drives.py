@@ -1,8 +1,12 @@
 """What trackers are given: truth recorded once a scene and seed, then seen under conditions."""
 
+import os
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
+from tempfile import TemporaryFile
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -11,7 +15,8 @@ from numpy import ndarray as Array
 from mot_sim.datasets.recorded import DetectionLog, RecordedSequence
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.files.cache_folder import read_or_make
-from mot_sim.files.fingerprint import code_digest, digest
+from mot_sim.files.fingerprint import digest, truth_digest
+from mot_sim.files.kept import keep_within, mark_used, size_limit
 from mot_sim.files.settings import versions
 from mot_sim.metrics.spatial import SpatialScores, spatial_scores
 from mot_sim.simulation.episode import episode_of
@@ -23,6 +28,7 @@ from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS
 from mot_sim.simulation.truth import annotate, labels
 from tracker.geometry import invert
 from tracker.types import Sequence, Tracks
+from tracker.user_cache import user_cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,12 +55,12 @@ class TrialSequence:
 
 def traffic_key(conditions: Conditions, seed: int) -> str:
     """The name of the recorded traffic: equal for all conditions that share it."""
-    return digest([code_digest(), "traffic", conditions.traffic(), seed])
+    return digest([truth_digest(), "traffic", conditions.traffic(), seed])
 
 
 def truth_key(conditions: Conditions, seed: int) -> str:
     """The name of the recorded truth."""
-    return digest([code_digest(), "truth", conditions.truth(), seed])
+    return digest([truth_digest(), "truth", conditions.truth(), seed])
 
 
 @dataclass(frozen=True)
@@ -68,6 +74,22 @@ class Recordings:
     folder: Path
     """The folder; traffic lies in `traffic` inside it, truth in `truth`."""
 
+    @classmethod
+    def shared(cls) -> "Recordings":
+        """Those that everything here shares; what was used longest ago goes beyond a limit."""
+        return cls(default_cache() / truth_digest()[:16])
+
+    @classmethod
+    def beside(cls, folder: Path) -> "Recordings":
+        """The shared ones, or others in a folder where the shared ones cannot be written."""
+        shared = cls.shared()
+        try:
+            shared.folder.mkdir(parents=True, exist_ok=True)
+            with TemporaryFile(dir=shared.folder):
+                return shared
+        except OSError:
+            return cls(folder)
+
     def truth_path(self, conditions: Conditions, seed: int) -> Path:
         """Where the truth lies, or will lie."""
         return self.folder / "truth" / f"{truth_key(conditions, seed)}.npz"
@@ -79,12 +101,24 @@ class Recordings:
     def truth(self, conditions: Conditions, seed: int) -> Extra:
         """Traffic, cast and truth; those read last are kept in memory."""
         path = self.truth_path(conditions, seed)
-        return read_or_make(path, _read, lambda path: self._annotate(conditions, seed, path))
+        return self._kept(path, _read, lambda path: self._annotate(conditions, seed, path))
+
+    def _kept(self, path: Path, read: Callable[[Path], Any], make: Callable[[Path], None]) -> Any:
+        """What a file holds, made if need be; shared files beyond the limit are removed."""
+
+        def make_within(path: Path) -> None:
+            make(path)
+            if self.folder.parent == default_cache():
+                keep_within(default_cache(), size_limit(), [path])
+
+        found = read_or_make(path, read, make_within)
+        mark_used(path)
+        return found
 
     def traffic(self, conditions: Conditions, seed: int) -> RecordedTraffic:
         """Who is where."""
         path = self.traffic_path(conditions, seed)
-        return read_or_make(
+        return self._kept(
             path,
             RecordedTraffic.load,
             lambda path: record_scene_traffic(conditions.make_scene(), seed).save(path),
@@ -100,6 +134,12 @@ class Recordings:
         knobs = dict(conditions.traffic()["knobs"])
         metadata = Metadata(scene.name, knobs, seed, len(take), None, (), versions(), {})
         write_extra(path, metadata, arrays_of(episode))
+
+
+def default_cache() -> Path:
+    """Where recordings lie when nobody says where."""
+    named = os.environ.get("MOT_SIM_CACHE")
+    return Path(named) if named else user_cache("episodes")
 
 
 @lru_cache(maxsize=4)

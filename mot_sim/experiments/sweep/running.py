@@ -78,8 +78,11 @@ class SweepPlan:
         """Of all trials; points that come to the same share them."""
         return list(dict.fromkeys(trial.key for trial in self.trials))
 
-    def jobs(self, done: Mapping[str, Any]) -> list[Job]:
-        """What is left to do: a job a condition and seed, those of one truth together."""
+    def jobs(self, done: Mapping[str, Any], recordings: Recordings) -> list[Job]:
+        """What is left to do: a job a condition and seed, those of one truth together.
+
+        recordings: where traffic and truth are kept.
+        """
         wanted: dict[tuple[int, str], list[Trial]] = {}
         planned = set(done)
         for trial in self.trials:
@@ -92,6 +95,7 @@ class SweepPlan:
                 code=self.code,
                 rules=self.design.rules,
                 spatial=self.design.spatial,
+                recordings=recordings,
                 conditions=self.design.conditions[trials[0].number],
                 seed=trials[0].seed,
                 trials=tuple((trial.key, trial.contender) for trial in trials),
@@ -105,7 +109,7 @@ def truth_jobs(jobs: list[Job]) -> list[Job]:
     """A job for each truth that is not recorded yet."""
     found: dict[Path, Job] = {}
     for job in jobs:
-        path = Recordings(job.folder).truth_path(job.conditions, job.seed)
+        path = job.recordings.truth_path(job.conditions, job.seed)
         if path not in found and not path.is_file():
             found[path] = replace(job, trials=())
     return list(found.values())
@@ -141,7 +145,9 @@ def sweep(
         plan = SweepPlan(design, path)
         kept = SweepFolder.open(path, design.description(), extend=extend, overwrite=overwrite)
         done = kept.finished(plan.keys, failed_too=not retry)
-        todo = plan.jobs(done)
+        # (The machines of a cluster share the sweep's folder, and perhaps nothing else.)
+        alone = scheduler is None
+        todo = plan.jobs(done, Recordings.beside(path) if alone else Recordings(path))
         if todo:
             with executor.open() as pool:
                 _run(pool, todo, len(done), len(plan.keys), progress)

@@ -1,6 +1,5 @@
 """Episodes for tests: made once from scene, seed and knobs, then kept in memory and on disk."""
 
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -10,11 +9,9 @@ from mot_sim.experiments.executor import one_thread
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import Recordings, TrialSequence, drive_of
 from mot_sim.experiments.sweep.paths import Level
-from mot_sim.files.fingerprint import code_digest
 from tracker import Camera, Frame, Sequence, Tracks
 from tracker.errors import BadConfig
 from tracker.types import SequenceWrapper
-from tracker.user_cache import user_cache
 
 DEFAULT_FRAMES = 50  # of an episode, where a test does not say; 5 s
 MAX_EPISODES_IN_MEMORY = 16  # episodes
@@ -97,27 +94,18 @@ def mot_episode(
     axes: dict[str, Level] = {"scene.profile": profile, "scene.frames": frames}
     for name, value in knobs.items():
         axes[name if "." in name else f"scene.{name}"] = value
-    place = default_cache() if cache is None else Path(cache)
-    return SeededEpisode(scene, seed, axes, _drive(scene, seed, tuple(axes.items()), place))
+    kept = Recordings.shared() if cache is None else Recordings(Path(cache))
+    return SeededEpisode(scene, seed, axes, _drive(scene, seed, tuple(axes.items()), kept))
 
 
 @lru_cache(maxsize=MAX_EPISODES_IN_MEMORY)
 def _drive(
-    scene: str, seed: int, axes: tuple[tuple[str, Level], ...], cache: Path
+    scene: str, seed: int, axes: tuple[tuple[str, Level], ...], kept: Recordings
 ) -> TrialSequence:
     """The run under these conditions."""
     conditions = Conditions.of(scene, dict(axes))
     with one_thread():
-        recorded = Recordings(cache / code_digest()[:16]).truth(conditions, seed)
-        return drive_of(conditions, recorded, seed)
-
-
-def default_cache() -> Path:
-    """Where truths lie when nobody says where."""
-    named = os.environ.get("MOT_SIM_CACHE")
-    if named:
-        return Path(named)
-    return user_cache("episodes")
+        return drive_of(conditions, kept.truth(conditions, seed), seed)
 
 
 __all__ = ["SeededEpisode", "mot_episode"]

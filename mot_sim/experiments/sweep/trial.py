@@ -126,6 +126,8 @@ class Job:
     """Rules of scoring, one of `mot_sim.metrics.RULES`."""
     spatial: bool
     """Whether cuboids are scored, too."""
+    recordings: Recordings
+    """Where traffic and truth are kept."""
     conditions: Conditions
     """What the trials are run under."""
     seed: int
@@ -191,7 +193,7 @@ def without_lost(job: Job) -> tuple[JobDone, list[Job]]:
 def _drive(job: Job) -> TrialSequence | str:
     """What the trackers are given; or what went wrong with it."""
     try:
-        recorded = Recordings(job.folder).truth(job.conditions, job.seed)
+        recorded = job.recordings.truth(job.conditions, job.seed)
         if not job.trials:
             return ""
         return drive_of(job.conditions, recorded, job.seed)

@@ -71,14 +71,14 @@ def labelled(drive: KittiSequence) -> LabelledSequence:
 def made_drives(
     folder: Path, scenes: Many[str], seeds: Many[int], settings: dict[str, Level]
 ) -> tuple[LabelledSequence, ...]:
-    """Synthetic drives, a scene and seed each; their truth is recorded once, in the folder."""
+    """Synthetic drives, a scene and seed each; truth is kept with all others, or in the folder."""
     if not scenes or not seeds:
         raise BadConfig("no drives: give at least one scene and one seed")
-    found = []
+    found, recordings = [], Recordings.beside(folder)
     for scene in scenes:
         conditions = Conditions.of(scene, settings)
         for seed in seeds:
-            drive = drive_of(conditions, Recordings(folder).truth(conditions, seed), seed)
+            drive = drive_of(conditions, recordings.truth(conditions, seed), seed)
             arriving = drive.sequence
             assert isinstance(arriving, Timed)  # `drive_of` makes no other
             found.append(LabelledSequence.of(arriving, drive.truth, f"{scene}/{seed}"))

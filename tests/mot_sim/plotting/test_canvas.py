@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
+import pytest
 
 from mot_sim.plotting import canvas
 from mot_sim.plotting.colours import PAINT_COLOURS, colour_of_id, ink_on
@@ -42,6 +43,20 @@ def test_text_is_as_wide_as_foretold() -> None:
     columns = np.flatnonzero(image.any(axis=(0, 2)))
     assert columns.min() >= 9
     assert columns.max() <= end + 1
+
+
+@pytest.mark.parametrize("place", [(-9, 12), (90, 62), (30, -2), (500, 500)])
+def test_text_that_leaves_the_image_is_cut(place: tuple[int, int]) -> None:
+    image, large = blank(), np.zeros((80, 160, 3), np.uint8)
+    canvas.draw_text(image, "gap 4.2 m", place, (255, 255, 255))
+    canvas.draw_text(large, "gap 4.2 m", (place[0] + 20, place[1] + 10), (255, 255, 255))
+    assert np.array_equal(image, large[10:70, 20:120])
+
+
+def test_no_word_draws_nothing() -> None:
+    image = blank()
+    assert canvas.draw_text(image, "", (10, 40), (255, 255, 255)) == 10
+    assert not image.any()
 
 
 def test_ids_have_stable_and_different_colours() -> None:

@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from mot_sim.experiments.sweep import Design, WorkersLost
+from mot_sim.experiments.sweep import Design, WorkersLost, drives
 from mot_sim.experiments.sweep import trial as worker
 from mot_sim.experiments.sweep.running import sweep
 from tests.mot_sim.experiments.small import BARE, numbers, small_design, trial_files
@@ -58,14 +58,17 @@ def test_a_finished_sweep_is_read_and_not_repeated(
 
 
 def test_what_is_lost_or_damaged_is_done_again_to_the_same_bits(
-    swept: tuple[Path, pa.Table], tmp_path: Path
+    swept: tuple[Path, pa.Table], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = copy_of(swept, tmp_path)
+    monkeypatch.setenv("MOT_SIM_CACHE", str(tmp_path / "shared"))
+    truth = drives.Recordings.shared().truth_path(small_design().conditions[0], 0)
+    truth.parent.mkdir(parents=True)
+    truth.write_bytes(b"no truth")
     gone, cut, changed, *kept = trial_files(folder)
     gone.unlink()
     cut.write_text(cut.read_text()[:100])
     changed.write_text(changed.read_text().replace('"IDSW": ', '"IDSW": 9'))
-    next((folder / "truth").glob("*.npz")).write_bytes(b"no truth")
     before = times(folder)
     again = sweep(small_design(), folder)
     assert numbers(again).equals(numbers(swept[1]))
@@ -144,11 +147,26 @@ def test_points_that_come_to_the_same_share_their_trials(
     assert table["detector.misses"].to_pylist() == [None] * 4 + [1.0] * 4 + [None] * 4
 
 
-def test_an_axis_of_the_scene_has_a_truth_for_each_level(tmp_path: Path) -> None:
+def test_an_axis_of_the_scene_has_a_truth_for_each_level_which_sweeps_share(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MOT_SIM_CACHE", str(tmp_path / "shared"))
     design = small_design(axes={"scene.frames": (2, 3)}, seeds=1, trackers=("default",))
-    table = sweep(design, tmp_path)
+    table = sweep(design, tmp_path / "one")
     assert table["frames"].to_pylist() == [2, 3]
-    assert len(list((tmp_path / "truth").iterdir())) == 2
+    assert len(list((tmp_path / "shared").rglob("truth/*.npz"))) == 2
+    with patch.object(drives, "annotate", side_effect=AssertionError("made again")):
+        again = sweep(design, tmp_path / "other")
+    assert numbers(again).equals(numbers(table))
+
+
+def test_where_the_shared_truths_cannot_be_written_they_lie_in_the_sweeps_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("no folder")
+    monkeypatch.setenv("MOT_SIM_CACHE", str(tmp_path / "file"))
+    sweep(small_design(axes={"scene.frames": (2,)}, seeds=1, trackers=("default",)), tmp_path / "s")
+    assert len(list((tmp_path / "s" / "truth").iterdir())) == 1
 
 
 def change(folder: Path, **entries: object) -> None:

@@ -1,17 +1,24 @@
 """Episodes for tests: the same in every run, made once, copied for every tracker."""
 
+import sys
 from pathlib import Path
+from types import FrameType
 from unittest.mock import patch
 
 import numpy as np
 import pytest
 
 from mot_sim.experiments.sweep import drives, seeded_episodes
+from mot_sim.experiments.sweep.conditions import Conditions
+from mot_sim.files.fingerprint import PACKAGES, records_truth
 from mot_sim.testing import SeededEpisode, mot_episode
 from tests.mot_sim.conftest import BARE
 from tracker import Sequence
 from tracker.errors import BadConfig, TrackingError, UnknownName
 
+ROOT = Path(__file__).parents[4]
+# Of what runs while truth is recorded, what decides nothing of it.
+UNDECIDING: set[Path] = set()
 JITTER = {"detector.jitter": 2.0}
 
 
@@ -103,9 +110,30 @@ def test_what_cannot_be_run_is_refused(
 
 def test_the_cache_is_where_the_environment_says(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MOT_SIM_CACHE", "/somewhere")
-    assert seeded_episodes.default_cache() == Path("/somewhere")
+    assert drives.default_cache() == Path("/somewhere")
     monkeypatch.delenv("MOT_SIM_CACHE")
     monkeypatch.setenv("XDG_CACHE_HOME", "/caches")
-    assert seeded_episodes.default_cache() == Path("/caches/mot-sim/episodes")
+    assert drives.default_cache() == Path("/caches/mot-sim/episodes")
     monkeypatch.delenv("XDG_CACHE_HOME")
-    assert seeded_episodes.default_cache().parts[-3:] == (".cache", "mot-sim", "episodes")
+    assert drives.default_cache().parts[-3:] == (".cache", "mot-sim", "episodes")
+
+
+def test_all_code_that_runs_while_truth_is_recorded_counts_for_its_key(tmp_path: Path) -> None:
+    """What is not in the digest may change without a new truth: none of it may run."""
+    ran: set[str] = set()
+
+    def note(frame: FrameType, event: str, argument: object) -> None:
+        if event == "call":
+            ran.add(frame.f_code.co_filename)
+
+    conditions = Conditions.of("intersection", {"scene.frames": 2})
+    sys.setprofile(note)
+    try:
+        drives.Recordings(tmp_path).truth(conditions, 5)
+    finally:
+        sys.setprofile(None)
+    ours = {Path(file).relative_to(ROOT) for file in ran if Path(file).is_relative_to(ROOT)}
+    ours = {path for path in ours if path.parts[0] in PACKAGES}
+    assert Path("mot_sim/simulation/truth/annotate.py") in ours
+    assert {path for path in ours if not records_truth(path)} <= UNDECIDING
+    assert not records_truth(Path("tracker/tracker.py"))

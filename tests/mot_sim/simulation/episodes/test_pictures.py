@@ -48,7 +48,7 @@ def test_masks_hold_the_id_plus_one_and_zero_for_nobody() -> None:
 def test_the_files_hold_what_was_rendered(recorded: Path) -> None:
     places, frame = EpisodeFiles(recorded, "0000"), 3
     truth = RenderedImages(Rollout.of(small(), SEED)).render(frame)
-    image = cv2.imread(str(places.picture("images", frame)), cv2.IMREAD_COLOR_RGB)
+    image = cv2.imread(str(places.picture("images", frame)))[..., ::-1]
     np.testing.assert_array_equal(image, truth.image)
     near = truth.depth < 255.0
     depth = read_depth(places.picture("depth", frame))
