@@ -13,6 +13,7 @@ from mot_sim.simulation.kernels.compiling import (
     OUT_U8_2,
     OUT_U8_3,
     U8_2,
+    U8_3,
 )
 from tracker.kernels.compiling import F1, F2, F3, FLOAT, inlined, kernel
 
@@ -114,3 +115,29 @@ def lay_over(numbers, nearness, painted, ids, image, depth, instances, semantics
                 semantics[row, column] = painted[triangle, 3]
                 depth[row, column] = np.float32(1.0) / nearness[row, column]
                 instances[row, column] = ids[triangle]
+
+
+@kernel(I32_2, I32_1, U8_2, U8_3, OUT_U8_3)
+def smooth_edges(numbers, objects, painted, behind, image):
+    """Mix the colours of four samples where they show different objects, in place.
+
+    numbers (2 h, 2 w): the nearest triangles at the samples, four a pixel; objects (t,): whose
+    they are. behind: the backdrop, which samples without a triangle show.
+    """
+    for row in range(image.shape[0]):
+        for column in range(image.shape[1]):
+            nearest = numbers[2 * row, 2 * column]
+            first = objects[nearest - 1] if nearest > 0 else -1
+            is_edge = False
+            for sample in range(1, 4):
+                other = numbers[2 * row + sample // 2, 2 * column + sample % 2]
+                is_edge = is_edge or (objects[other - 1] if other > 0 else -1) != first
+            if is_edge:
+                for band in range(3):
+                    total = 2  # rounds to the nearest
+                    for sample in range(4):
+                        each = numbers[2 * row + sample // 2, 2 * column + sample % 2]
+                        total += np.int64(
+                            painted[each - 1, band] if each > 0 else behind[row, column, band]
+                        )
+                    image[row, column, band] = total // 4

@@ -51,6 +51,7 @@ __all__ = [
 # The name of a renderer: the module and the class that hold it, imported when asked for.
 RENDERERS: dict[str, str] = {
     "raster": "mot_sim.simulation.renderers.raster:RasterRenderer",
+    "smooth": "mot_sim.simulation.renderers.raster:SmoothRenderer",
     "mesh": "mot_sim.simulation.renderers.mesh:MeshRenderer",
 }
 RENDERER_NAMES = NameRegister("renderer", RENDERERS)

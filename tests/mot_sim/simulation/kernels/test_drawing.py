@@ -18,7 +18,7 @@ from mot_sim.simulation.renderers import (
     scan_view,
 )
 from mot_sim.simulation.renderers.filling import fill
-from mot_sim.simulation.renderers.raster import RasterRenderer, paint
+from mot_sim.simulation.renderers.raster import RasterRenderer, SmoothRenderer, paint
 from mot_sim.simulation.renderers.triangles import Triangles, boxes_inside, cut_near
 from mot_sim.simulation.truth.annotate import seen_keypoints
 from tests.mot_sim.simulation.kernels import plain_pixels as pixels
@@ -195,3 +195,29 @@ def test_objects_are_laid_over_the_backdrop(seed: int, count: int) -> None:
         codes = paint(view, triangles, found.numbers)[found.numbers[covered] - 1]
         np.testing.assert_array_equal(rendered.image[covered], codes[:, :3])
         np.testing.assert_array_equal(rendered.semantics[covered], codes[:, 3])
+
+
+@FEW
+@given(seeds, st.integers(1, 6))
+def test_smooth_edges_mix_four_samples_and_nothing_else_changes(seed: int, count: int) -> None:
+    view = some_view(seed, count)
+    plain_one, smooth = RasterRenderer().render(view), SmoothRenderer().render(view)
+    for name in ("depth", "instances", "semantics"):
+        np.testing.assert_array_equal(getattr(plain_one, name), getattr(smooth, name))
+    triangles, behind = triangles_of(view), RasterRenderer().backdrop(view).image
+    if not len(triangles):
+        np.testing.assert_array_equal(smooth.image, plain_one.image)
+        return
+    aside = np.array([[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]])
+    colours, objects = [], []
+    for shift in aside:  # each sample by a camera of its own
+        K = SMALL.K.copy()
+        K[:2, 2] -= shift
+        numbers = fill(triangles, replace(SMALL, K=K)).numbers
+        painted = paint(view, triangles, numbers)[numbers - 1, :3]
+        colours.append(np.where((numbers > 0)[..., None], painted, behind))
+        objects.append(np.where(numbers > 0, triangles.objects[numbers - 1], -1))
+    mixed = (np.sum(colours, axis=0, dtype=int) + 2) // 4
+    is_edge = (np.array(objects) != objects[0]).any(axis=0)
+    expected = np.where(is_edge[..., None], mixed, plain_one.image)
+    assert (smooth.image != expected).any(axis=2).sum() <= 1  # a centre on an edge, once

@@ -28,7 +28,7 @@ def no_pyrender(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_embedded_renderer_is_the_default() -> None:
     assert isinstance(find_renderer(), RasterRenderer)
     assert isinstance(find_renderer("raster"), Renderer)
-    assert list(RENDERERS) == ["raster", "mesh"]
+    assert list(RENDERERS) == ["raster", "smooth", "mesh"]
 
 
 def test_an_unknown_renderer_is_named_with_its_neighbour() -> None:
