@@ -42,7 +42,7 @@ class Record:
     frames: Annotated[int | None, option("N", "as long as the scene is")] = None
     """Frames per episode."""
     renderer: Annotated[str, option("NAME", "raster")] = "raster"
-    """raster; smooth (raster with smooth edges); mesh (needs OpenGL); auto: mesh where that works."""
+    """raster; smooth (with smooth edges); mesh (needs OpenGL); auto: mesh where that works."""
     no_images: Flag = False
     """Write no images: labels, detections and motion alone."""
     depth: Flag = False

@@ -1,7 +1,7 @@
 """The ground from above, tile by tile: every tile is a function of roads, seed and place."""
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import cv2
 import numpy as np
@@ -12,6 +12,9 @@ from mot_sim.simulation.random_numbers import named_stream
 from mot_sim.simulation.scenery.patches import Patches
 from mot_sim.simulation.scenery.road_damage import damage_of, tracks_of
 from mot_sim.simulation.traffic.roads import PAINTS, Roads
+from tracker.kernels import Kernel
+
+MIX_TILE = Kernel("mot_sim.simulation.kernels.tiles", "mix_tile")
 
 TEXEL_METRES = 0.025  # metres, of the finest pictures
 LEVEL_COUNT = 5  # each one twice as coarse as the one before
@@ -28,7 +31,11 @@ GRASS_COLOUR = np.array([86, 101, 56], np.float32)
 DRY_GRASS_COLOUR = np.array([124, 116, 78], np.float32)
 SLAB_METRES = 0.5  # metres
 MAX_CRACK_LEVEL = 2  # of detail: cracks are finer than the texels of coarser levels
-Colour = tuple[int, int, int]
+# Of asphalt, pavement, kerb, line, grass and dry grass.
+TILE_COLOURS = np.array(
+    [ASPHALT_COLOUR, PAVEMENT_COLOUR, KERB_COLOUR, LINE_COLOUR, GRASS_COLOUR, DRY_GRASS_COLOUR],
+    np.float32,
+)
 Place = tuple[int, int, int]  # of a tile: its level, column and row
 
 
@@ -145,85 +152,37 @@ class Ground:
         """A tile's picture; alpha is 255 on what cars drive on."""
         texel = TEXEL_METRES * 2**level
         low = TILE_TEXELS * texel * np.array([column, row], dtype=float)
+        place = level, column, row
         weights = self._weights(low, texel)
-        slow = self.grain.slow_at(level, column, row)
-        planes = [np.zeros((TILE_TEXELS, TILE_TEXELS), np.float32) for _ in range(3)]
-        alpha = np.zeros((TILE_TEXELS, TILE_TEXELS), np.uint8)
-        bare: Float32[Array, "t t"] | None = None
-        if weights is not None:
-            alpha = np.maximum(weights[0], weights[3])
-            shares = self._shares(weights, slow, (level, column, row))
-            for share, colour in shares:
-                for channel, tone in enumerate(colour):
-                    planes[channel] += share * np.float32(tone)
-            bare = _rest(weights)
-        if weights is None or bare is not None:
-            self._add_grass(planes, slow, bare, (level, column, row))
-        light = self._light(low, texel)
-        if light is not None:
-            planes = [plane * light for plane in planes]
-        return cv2.merge((*(cv2.convertScaleAbs(plane) for plane in planes), alpha))
-
-    def _shares(
-        self, weights: list[UInt8[Array, "t t"]], slow: Float32[Array, "t t"], place: Place
-    ) -> list[tuple[Float32[Array, "t t"], Colour]]:
-        """How bright each paint is in each texel, 0 where it is not, and its colour."""
-        level, column, row = place
-        low, texel = (
-            TILE_TEXELS * TEXEL_METRES * 2**level * np.array([column, row], float),
-            TEXEL_METRES * 2**level,
+        is_painted = [bool(weights[..., channel].any()) for channel in range(4)]
+        asphalt = is_painted[0] or is_painted[3]  # which shows where a line is worn
+        rgba = np.empty((TILE_TEXELS, TILE_TEXELS, 4), np.uint8)
+        MIX_TILE(
+            weights,
+            self._tone(level, low, texel) if asphalt else _plain_tone(),
+            self._slabs(*place) if is_painted[1] else _plain_slabs(),
+            self._shade(low, texel),
+            self.grain.at("stones", *place),
+            self.grain.at("blades", *place),
+            self.grain.slow_at(*place),
+            TILE_COLOURS,
+            self.wear,
+            rgba,
         )
-        share = [one * np.float32(1.0 / 255.0) if one.any() else None for one in weights]
-        stones = self.grain.at("stones", level, column, row)
-        asphalt, pavement, kerb, line = share
-        if line is not None:
-            worn = (stones + 0.9 * slow + (1.6 * self.wear - 2.6)) * 0.8
-            lost = line * np.clip(worn, 0.0, 0.85)
-            line, asphalt = line - lost, lost if asphalt is None else asphalt + lost
-        found = []
-        if asphalt is not None:
-            asphalt *= self._tone(level, low, texel) * (1.0 + 0.085 * stones + 0.05 * slow)
-            found.append((asphalt, ASPHALT_COLOUR))
-        if pavement is not None:
-            pavement *= self._slabs(level, column, row) * (1.0 + 0.05 * stones + 0.04 * slow)
-            found.append((pavement, PAVEMENT_COLOUR))
-        found += [
-            (one * (np.float32(1.0) + np.float32(0.05) * stones), colour)
-            for one, colour in ((kerb, KERB_COLOUR), (line, LINE_COLOUR))
-            if one is not None
-        ]
-        return found
+        return rgba
 
-    def _weights(self, low: Array, texel: float) -> list[UInt8[Array, "t t"]] | None:
-        """How much asphalt, pavement, kerb and line is in each texel; None where there is none."""
+    def _weights(self, low: Array, texel: float) -> UInt8[Array, "t t 4"]:
+        """How much asphalt, pavement, kerb and line is in each texel."""
         if not len(self.surfaces.within(low, low + TILE_TEXELS * texel)):
-            return None
+            return np.zeros((TILE_TEXELS, TILE_TEXELS, 4), np.uint8)
         size = SUPERSAMPLING * TILE_TEXELS
         weights = self.surfaces.fill(
             np.zeros((size, size, 4), np.uint8), low, texel / SUPERSAMPLING
         )
-        return list(
-            cv2.split(cv2.resize(weights, (TILE_TEXELS, TILE_TEXELS), interpolation=cv2.INTER_AREA))
-        )
+        return cv2.resize(weights, (TILE_TEXELS, TILE_TEXELS), interpolation=cv2.INTER_AREA)
 
-    def _add_grass(
-        self,
-        planes: list[Float32[Array, "t t"]],
-        slow: Float32[Array, "t t"],
-        bare: Float32[Array, "t t"] | None,
-        place: Place,
-    ) -> None:
-        """Add what grows on the bare share of each texel (None: on all of it), in place."""
-        blades = 1.0 + 0.16 * self.grain.at("blades", *place)
-        if bare is not None:
-            blades *= bare
-        dry = np.clip(0.3 + 0.35 * slow, 0.0, 1.0) * blades
-        for channel in range(3):
-            planes[channel] += blades * GRASS_COLOUR[channel]
-            planes[channel] += dry * (DRY_GRASS_COLOUR - GRASS_COLOUR)[channel]
-
-    def _tone(self, level: int, low: Array, texel: float) -> Float32[Array, "t t"]:
-        """How bright the asphalt is: tracks of wheels, patches, covers, cracks; 1 = its own."""
+    def _tone(self, level: int, low: Array, texel: float) -> UInt8[Array, "t t"]:
+        """How bright the asphalt is: tracks of wheels, patches, covers, cracks; 128 = its own."""
         tone = np.full((TILE_TEXELS, TILE_TEXELS), 128, np.uint8)
         self.tracks.fill(tone, low, texel)
         soft = round(0.2 / texel)
@@ -236,13 +195,13 @@ class Ground:
             points = [(self.cracks.corners[row] - low) / texel - 0.5 for row in found]
             lines = [np.round(one * 16.0).astype(np.int32) for one in points]
             cv2.polylines(tone, lines, False, (62 + 22 * level,), 1, cv2.LINE_AA, 4)
-        return tone * np.float32(1.0 / 128.0)
+        return tone
 
     def _slabs(self, level: int, column: int, row: int) -> Float32[Array, "t t"]:
         """How bright slabs of the pavement are, and the dark joints between them."""
         side = SLAB_METRES / (TEXEL_METRES * 2**level)  # texels
         if side < 4.0:
-            return np.ones((TILE_TEXELS, TILE_TEXELS), np.float32)
+            return _plain_slabs()
         u, v = (
             column * TILE_TEXELS + np.arange(TILE_TEXELS),
             row * TILE_TEXELS + np.arange(TILE_TEXELS),
@@ -256,20 +215,22 @@ class Ground:
         tone[:, u % side < 1.0] *= joint
         return tone
 
-    def _light(self, low: Array, texel: float) -> Float32[Array, "t t"] | None:
-        """What the shadows of trees and houses leave of the light; None where there are none."""
+    def _shade(self, low: Array, texel: float) -> UInt8[Array, "t t"]:
+        """How much of the light the shadows of trees and houses take; 255 = all."""
         if not len(self.shadows.within(low, low + TILE_TEXELS * texel)):
-            return None
+            return np.zeros((TILE_TEXELS, TILE_TEXELS), np.uint8)
         margin = 8  # around, so that the blur knows of what lies beside the tile
         wide = np.zeros((TILE_TEXELS + 2 * margin, TILE_TEXELS + 2 * margin), np.uint8)
         self.shadows.fill(wide, low - margin * texel, texel)
         soft = max(2 * round(0.15 / texel / 2) + 1, 1)
-        shade = cv2.blur(wide, (soft, soft))[margin:-margin, margin:-margin]
-        return np.float32(1.0) - shade * np.float32(1.0 / 255.0)
+        return np.ascontiguousarray(cv2.blur(wide, (soft, soft))[margin:-margin, margin:-margin])
 
 
-def _rest(weights: list[UInt8[Array, "t t"]]) -> Float32[Array, "t t"] | None:
-    """The share of each texel that nothing is painted on; None where there is no such texel."""
-    total = cv2.add(cv2.add(weights[0], weights[1]), cv2.add(weights[2], weights[3]))
-    left: UInt8[Array, "t t"] = cv2.bitwise_not(total)
-    return left * np.float32(1.0 / 255.0) if left.any() else None
+@cache
+def _plain_tone() -> UInt8[Array, "t t"]:
+    return np.full((TILE_TEXELS, TILE_TEXELS), 128, np.uint8)
+
+
+@cache
+def _plain_slabs() -> Float32[Array, "t t"]:
+    return np.ones((TILE_TEXELS, TILE_TEXELS), np.float32)

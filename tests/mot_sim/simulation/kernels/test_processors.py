@@ -32,7 +32,7 @@ def add(table):
 episode = record(find_scene("intersection", frames=6), 1, renderer="raster")
 add(episode.exact)
 add(episode.occlusions)
-tracker = Tracker.default()
+tracker = Tracker.default(episode.camera)
 for frame in episode:
     found.update(frame.image.tobytes())
     add(tracker.step(frame))
