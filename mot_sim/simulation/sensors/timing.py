@@ -11,6 +11,7 @@ from mot_sim.datasets.recorded import RecordedSequence
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.sensors.checks import require_rates, require_sigmas
 from mot_sim.simulation.sensors.correlated_noise import FRAME_ID, Autocorrelation, bursts
+from tracker.errors import BadConfig
 from tracker.types import Frame, SequenceWrapper
 
 MAX_STAMP_ERROR_STEPS = 0.45  # steps that a time stamp is off at most, so that time goes forward
@@ -28,8 +29,13 @@ class Timing:
     """Std of a time stamp's error, seconds, >= 0; at most 0.45 of a step is applied."""
     latency: float = 0.0
     """Seconds, >= 0, by which detections are older than their frame, rounded to whole frames."""
+    every: int = 1
+    """The detector looks at every so-many-th frame, 1 or more; others come without detections, as
+    frames that nobody looked at."""
 
     def __post_init__(self) -> None:
+        if self.every < 1:
+            raise BadConfig(f"timing every {self.every}: give a whole number of frames, 1 or more")
         require_rates("timing drops", self.drops)
         require_sigmas("timing jitter, latency", self.jitter, self.latency)
 
@@ -59,7 +65,7 @@ class Timing:
             sequence.frame_indices, self.delivered(sequence.frame_count, seed, step)
         )
         stamps = self.stamps(kept, seed, step)
-        return Timed(sequence.subset(kept.tolist()), stamps, round(self.latency / step))
+        return Timed(sequence.subset(kept.tolist()), stamps, round(self.latency / step), self.every)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,10 +78,14 @@ class Timed(SequenceWrapper):
     """Time stamp of each frame, seconds, increasing."""
     late: int = 0
     """How many frames older than their frame the detections are, >= 0."""
+    every: int = 1
+    """Frames whose index is a multiple of it have detections."""
 
     def __iter__(self) -> Iterator[Frame]:
         for frame, stamp in zip(self.sequence, self.stamps.tolist(), strict=True):
             detections = frame.detections
             if self.late:
                 detections = self.sequence.detections_at(frame.index - self.late)
+            if frame.index % self.every:
+                detections = None
             yield replace(frame, time=stamp, detections=detections)
