@@ -3,12 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
 from functools import lru_cache
-from math import radians
+from math import inf, radians
 from typing import Any
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Float, Int
 from numpy import ndarray as Array
+from scipy.special import expit, logit
 
 from mot_sim.experiments.sweep.paths import (
     Level,
@@ -38,6 +39,7 @@ from tracker.types import Camera
 
 # Knobs that no box, no label and no motion hangs on, while no pictures are drawn.
 KNOBS_OF_PICTURES = ("profile", "weather")
+MIN_DOUBT = 1e-9  # in a score, so that its log-odds are finite
 # What the names of axes begin with, beside the names of EFFECTS.
 AXIS_ROOTS = ("scene", "rig", "detector", "odometry", "timing", "miscalibration")
 
@@ -99,6 +101,8 @@ class NoiseLevels:
     """Factor on the rates of false alarms and second boxes, finite, >= 0; raising it adds more."""
     cues: float = 1.0
     """Factor on the noise of yaw, size, keypoints, shape and appearance, finite, >= 0."""
+    confidence: float = 1.0
+    """Factor on the log-odds of scores, finite, >= 0; lowering it brings all scores near 0.5."""
     weather: str = "clear"
     """One of `mot_sim.simulation.sensors.WEATHERS`; the profile is changed to what it becomes in
     it."""
@@ -209,10 +213,18 @@ class Conditions:
     def make_detector(self) -> Detector:
         """The detector, in its weather."""
         told = self.detector
+        if not 0.0 <= told.confidence < inf:
+            raise BadConfig(f"detector.confidence {told.confidence:g}: give a number, 0 or more")
         return Detector(
             in_weather(self.effects, told.weather), told.jitter, told.misses, told.score_noise,
             told.clutter, told.cues,
         )  # fmt: skip
+
+    def seen_scores(self, scores: Float[Array, " n"]) -> Float[Array, " n"]:
+        """The detector's scores, 0 to 1, as these conditions show them."""
+        if self.detector.confidence == 1.0:
+            return scores
+        return expit(self.detector.confidence * logit(scores.clip(MIN_DOUBT, 1.0 - MIN_DOUBT)))
 
     def frames(self, count: int) -> Int[Array, " k"]:
         """The frames of so many that come at the frame rate, before any is lost."""

@@ -159,11 +159,12 @@ def drive_of(conditions: Conditions, recorded: Extra, seed: int) -> TrialSequenc
     boxes = wrong.shake(log.detections.boxes, log.frames, camera, seed, STEP_SECONDS)
     rig = conditions.rig.rig
     poses = rig.Ts_world_cam(recorded.traffic)
+    scores = conditions.seen_scores(log.detections.scores)
     whole = RecordedSequence(
         name=f"{conditions.scene}/{seed}",
         camera=wrong.believed(conditions.rig.believed, seed),
         frame_count=count,
-        log=DetectionLog(log.frames, replace(log.detections, boxes=boxes)),
+        log=DetectionLog(log.frames, replace(log.detections, boxes=boxes, scores=scores)),
         frame_indices=conditions.frames(count),
         Ts_world_cam=conditions.odometry(poses, seed, STEP_SECONDS),
         motion_cov=conditions.odometry.motion_cov(poses, STEP_SECONDS),
