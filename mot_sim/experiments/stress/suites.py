@@ -23,7 +23,7 @@ from mot_sim.tables import (
     is_count,
     with_ends,
 )
-from tracker.errors import BadFile, UnknownName
+from tracker.errors import BadConfig, BadFile, UnknownName
 
 SUITES = Path(__file__).with_name("suites.toml")
 SEEDS = 8  # that the bounds were measured on
@@ -128,13 +128,24 @@ def suite_names(known: Mapping[str, Suite]) -> NameRegister:
 def find_suites(names: Sequence[str], known: Mapping[str, Suite]) -> list[Suite]:
     """The suites of these names; all of the known ones for no name.
 
-    A name is a known one, one of an installed package, or `module:name` of a Suite, or of what
-    gives one. Raises UnknownName, and BadConfig for what is no suite.
+    A name is a known one, one of an installed package, or `module:name` of a Suite, of what gives
+    one, or of the Path of a TOML file: that stands for its suite of the name, or for all that it
+    holds. Raises UnknownName, and BadConfig for what is no suite.
     """
-    found, register = [], suite_names(known)
+    found: list[Suite] = []
+    register = suite_names(known)
     for name in names or known:
-        suite = register.find(name)
-        found.append(suite if isinstance(suite, Suite) else register.make(name, Suite))
+        named = register.find(name)
+        if isinstance(named, Path):
+            inside = read_suites(named)
+            found += [inside[name]] if name in inside else inside.values()
+        else:
+            found.append(named if isinstance(named, Suite) else register.make(name, Suite))
+    twice = sorted(
+        {each.name for each in found if [one.name for one in found].count(each.name) > 1}
+    )
+    if twice:
+        raise BadConfig(f"suite {twice[0]} is there twice: its lines could not be told apart")
     return found
 
 
