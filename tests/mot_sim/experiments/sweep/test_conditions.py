@@ -52,6 +52,17 @@ def test_what_only_trackers_see_shares_the_truth() -> None:
     assert before.with_level("scene.frames", 7).traffic() != before.traffic()
 
 
+def test_less_confidence_brings_scores_near_a_half_in_their_order() -> None:
+    scores = np.array([0.0, 0.3, 0.5, 0.9, 1.0])
+    assert plain().seen_scores(scores).tolist() == scores.tolist()
+    seen = plain(detector__confidence=0.1).seen_scores(scores)
+    assert (np.diff(seen) > 0.0).all()
+    np.testing.assert_allclose(seen[1:4], [0.47883, 0.5, 0.55471], atol=1e-5)  # 9**0.1 = 1.2457
+    assert plain(detector__confidence=0.0).seen_scores(scores).tolist() == [0.5] * 5
+    with pytest.raises(BadConfig, match=r"detector\.confidence -1: give a number"):
+        plain(detector__confidence=-1.0)
+
+
 def test_the_believed_camera_is_the_true_one_but_for_its_errors() -> None:
     mount = Mount(height=2.0, pitch_deg=3.0)
     np.testing.assert_array_equal(mount.believed.T_cam_road, mount.rig.camera.T_cam_road)

@@ -119,6 +119,13 @@ def test_a_dropped_frame_leaves_the_others_as_they_are() -> None:
         assert (frame.detections.boxes == whole[frame.index].detections.boxes).all()
 
 
+def test_a_detector_that_skips_frames_did_not_look_at_them() -> None:
+    whole, skipping = list(drive()), list(Timing(every=3)(drive(), 1))
+    assert len(skipping) == 50
+    assert [frame.index for frame in skipping if frame.detections is not None] == [*range(0, 50, 3)]
+    assert (skipping[9].detections.boxes == whole[9].detections.boxes).all()
+
+
 def test_weather_makes_things_worse_and_clear_skies_change_nothing() -> None:
     profile = find_profile("rrc")
     assert in_weather(profile, "clear") == profile
@@ -143,6 +150,7 @@ def test_weather_makes_things_worse_and_clear_skies_change_nothing() -> None:
         lambda: Miscalibration(focal=-0.1),
         lambda: Timing(drops=1.1),
         lambda: Timing(jitter=-0.1),
+        lambda: Timing(every=0),
     ],
 )
 def test_what_no_sensor_does_is_refused(make) -> None:
