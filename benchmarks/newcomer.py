@@ -3,9 +3,10 @@
     python -m benchmarks.newcomer [--page first|stress] [--repository ADDRESS] [--keep DIR]
 
 Both pages begin with the installation of the first steps. The goal of `first` counts it, that of
-`stress` (until the JUnit file of the suite `smoke` is written) does not. The page's commands run word for word in one shell, in an empty folder, with an empty home and no
-variables of the user's but those of pip; its files are saved where the page says. Only the address
-of the repository is filled in: this checkout's last commit, unless another is named.
+`stress` (until the JUnit file of the suite `smoke` is written) does not. A page's commands run
+word for word in one shell, in an empty folder, with an empty home and no variables of the user's
+but those of pip; its files are saved where the page says. Only the address of the repository is
+filled in: this checkout's last commit, unless another is named.
 """
 
 import argparse

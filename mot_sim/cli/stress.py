@@ -154,6 +154,7 @@ class Stress:
             if not each.passed:
                 where = f"{each.suite}, {each.tracker}"
                 terminal.note(f"worse than the baseline: {where}: {each.metric} {each.told}")
+        self._keep(suites, verdicts, len(suites), drifts)
         same = sum(each.passed for each in drifts)
         terminal.note(f"{same} of {len(drifts)} scores are as good as those of {self.baseline}")
         return drifts
@@ -197,14 +198,25 @@ class Stress:
                     )
         return found
 
-    def _keep(self, suites: "Sequence[Suite]", found: "Sequence[Verdict]", done: int) -> None:
+    def _keep(
+        self,
+        suites: "Sequence[Suite]",
+        found: "Sequence[Verdict]",
+        done: int,
+        drifts: "Sequence[BaselineVerdict]" = (),
+    ) -> None:
         """Keep the verdicts so far, for the report. done: number of suites."""
+        from mot_sim.experiments.stress.baseline import drift_table
         from mot_sim.experiments.stress.suites import suite_table, verdict_table
 
         trials = len(self.trackers.split(",")) * self.seeds
         title = ", ".join(suite.name for suite in suites[:3]) + ", ..." * (len(suites) > 3)
         keep(
-            self.out, "stress", f"stress: {title}", (verdict_table(found), suite_table(suites)),
+            self.out, "stress", f"stress: {title}",
+            (
+                verdict_table(found), *([drift_table(drifts)] if drifts else []),
+                suite_table(suites),
+            ),
             finished=done == len(suites), trials=(done * trials, len(suites) * trials),
         )  # fmt: skip
 

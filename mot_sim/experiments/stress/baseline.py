@@ -4,14 +4,16 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 from mot_sim.experiments.stress.suites import Suite, Verdict, score_word
+from mot_sim.experiments.sweep.summary import INTERVAL_NOTE
 from mot_sim.files.documents import CONTENT_ERRORS, read_json
 from mot_sim.files.fingerprint import digest
 from mot_sim.files.writing import write_lines
-from mot_sim.tables import Interval
+from mot_sim.tables import Column, Interval, Table, with_ends
 from tracker.errors import BadConfig, BadFile
 
 BASELINE_FORMAT = 1
@@ -149,6 +151,23 @@ def against_baseline(content: dict[str, Any], verdicts: Sequence[Verdict]) -> li
     return found
 
 
+def drift_table(drifts: Sequence[BaselineVerdict]) -> Table:
+    """A row a suite, tracker and metric: the score now beside that of the baseline."""
+    columns = (
+        Column.named("suite", "name"), Column.named("tracker", "name"), "metric",
+        *with_ends("baseline"), *with_ends("reached"), "worse by", "verdict",
+    )  # fmt: skip
+    rows = [
+        (
+            each.suite, each.tracker, each.metric, *each.before.cells[:3], *each.reached.cells[:3],
+            each.worse_by if isfinite(each.worse_by) else None,
+            "as good" if each.passed else "WORSE",
+        )
+        for each in drifts
+    ]  # fmt: skip
+    return Table.of("drifts", "Beside the baseline", columns, rows, INTERVAL_NOTE)
+
+
 def our_version() -> str:
     """Of mot-sim, as it is installed."""
     try:
@@ -174,6 +193,7 @@ def _before(kept: Any, where: str) -> Interval:
 __all__ = [
     "BaselineVerdict",
     "against_baseline",
+    "drift_table",
     "read_baseline",
     "require_baseline",
     "write_baseline",

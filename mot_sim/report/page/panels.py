@@ -43,29 +43,42 @@ def _curves(result: Result) -> Iterator[Panel]:
 
 
 def _stress(result: Result) -> Iterator[Panel]:
-    """What was reached in every suite beside the bound, a chart a metric."""
+    """What was reached in every suite beside the bound, and beside the baseline."""
     table = result.table("verdicts")
-    if table is None or not table.has("suite", "tracker", "metric", "bound", "reached"):
-        return
-    rows = table.as_records()
-    trackers = list(dict.fromkeys(str(row["tracker"]) for row in rows))
-    charts = []
+    if table is not None and table.has("suite", "tracker", "metric", "bound", "reached"):
+        yield Panel("Reached and required", tuple(_suite_charts(table, "bound")))
+    table = result.table("drifts")
+    if table is not None and table.has("suite", "tracker", "metric", "baseline", "reached"):
+        yield Panel("Now and the baseline", tuple(_suite_charts(table, "baseline")))
+
+
+def _suite_charts(table: Table, beside: str) -> Iterator[tuple[str, Chart]]:
+    """A chart a metric: what every tracker reached, suite by suite, and another column beside it.
+
+    beside: the column of bounds, one a suite, or of what each tracker reached before.
+    """
+    rows = [row for row in table.as_records() if row["reached"] is not None]
     for metric in _in_order(list(dict.fromkeys(str(row["metric"]) for row in rows))):
-        mine = [row for row in rows if row["metric"] == metric and row["reached"] is not None]
+        trackers: dict[str, list[dict[str, Cell]]] = {}
+        for row in rows:
+            if row["metric"] == metric:
+                trackers.setdefault(str(row["tracker"]), []).append(row)
         scale = 100.0 if is_rate(metric) else 1.0
-        series = [
-            _series(tracker, [row for row in mine if row["tracker"] == tracker],
-                    "suite", "reached", scale, place)
-            for place, tracker in enumerate(trackers)
-        ]  # fmt: skip
-        limits = {row["suite"]: row for row in mine if row["bound"] is not None}
-        if limits:
-            bound = _series("bound", list(limits.values()), "suite", "bound", scale, BOUND_COLOUR)
-            series.append(replace(bound, is_limit=True))
-        charts.append((title_of(metric), _rows_chart(
-            f"stress-{metric}", f"{metric}: reached, and the bound", metric, scale, series,
-        )))  # fmt: skip
-    yield Panel("Reached and required", tuple(charts))
+        series: list[Series] = []
+        for place, (tracker, mine) in enumerate(trackers.items()):
+            if beside == "baseline":
+                before = _series(f"{tracker}, {beside}", mine, "suite", beside, scale, BOUND_COLOUR)
+                series.append(before)
+            series.append(_series(tracker, mine, "suite", "reached", scale, place))
+        if beside == "bound":
+            limits = {row["suite"]: row for mine in trackers.values() for row in mine}
+            wanted = [row for row in limits.values() if row["bound"] is not None]
+            bound = _series(beside, wanted, "suite", beside, scale, BOUND_COLOUR)
+            series += [replace(bound, is_limit=True)] if wanted else []
+        title = f"{metric}: reached, and the {beside}"
+        name = "stress" if beside == "bound" else beside
+        chart = _rows_chart(f"{name}-{metric}", title, metric, scale, series)
+        yield title_of(metric), chart
 
 
 def _break(result: Result) -> Iterator[Panel]:

@@ -80,7 +80,8 @@ def _sweep(result: Result) -> Iterator[Sentence]:
 
 
 def _stress(result: Result) -> Iterator[Sentence]:
-    """How many bounds are kept, and which are not."""
+    """How many bounds are kept, and which are not; how many scores are as good as before."""
+    yield from _drifts(result)
     table = result.table("verdicts")
     if table is None or not table.has("suite", "tracker", "metric", "verdict"):
         return
@@ -101,6 +102,27 @@ def _stress(result: Result) -> Iterator[Sentence]:
         )
     if len(bad) > MAX_NAMED:
         yield Sentence(f"{len(bad) - MAX_NAMED} more are not kept: see the table.", "bad")
+
+
+def _drifts(result: Result) -> Iterator[Sentence]:
+    """The scores that are worse than the baseline."""
+    table = result.table("drifts")
+    if table is None or not table.has("suite", "tracker", "metric", "baseline", "verdict"):
+        return
+    rows = table.as_records()
+    bad = [row for row in rows if row["verdict"] != "as good"]
+    told = f"{len(rows) - len(bad)} of {len(rows)} scores are as good as the baseline."
+    yield Sentence(told, "bad" if bad else "good")
+    for row in bad[:MAX_NAMED]:
+        part = is_rate(str(row["metric"]))
+        now, before = (_mean(table, row, name, part) for name in ("reached", "baseline"))
+        yield Sentence(
+            f"{row['suite']}, {row['tracker']}: {row['metric']} is {now or 'nothing'}, the "
+            f"baseline {before}.",
+            "bad",
+        )
+    if len(bad) > MAX_NAMED:
+        yield Sentence(f"{len(bad) - MAX_NAMED} more are worse: see the table.", "bad")
 
 
 def _break(result: Result) -> Iterator[Sentence]:

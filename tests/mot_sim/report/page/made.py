@@ -46,7 +46,7 @@ def sweep_result(name: str = "default", made: Made = MADE, files: tuple[str, ...
 
 
 def stress_result() -> Result:
-    """Two suites; one bound is not kept."""
+    """Two suites; one bound is not kept, and one score is worse than the baseline."""
     columns = (
         "suite", "tracker", "metric", "must be", "bound", "reached", "reached low",
         "reached high", "seeds", "verdict", "failed", "error",
@@ -56,7 +56,19 @@ def stress_result() -> Result:
         ("fog", "default", "IDSW", "at most", 1.8, *score(2.4, 1.0), 8, "FAIL", 0, None),
         ("night", "default", "HOTA", "at least", 0.7, *score(0.72), 8, "pass", 0, None),
     )
-    return Result("stress", "stress: fog, night", MADE, (Table.of("verdicts", "", columns, rows),))
+    beside = (
+        "suite", "tracker", "metric", "baseline", "baseline low", "baseline high", "reached",
+        "reached low", "reached high", "worse by", "verdict",
+    )  # fmt: skip
+    drifts = (
+        ("fog", "default", "HOTA", *score(0.72), *score(0.71), 0.01, "as good"),
+        ("fog", "default", "IDSW", *score(1.2, 0.8), *score(2.4, 1.0), 1.2, "WORSE"),
+    )
+    tables = (
+        Table.of("verdicts", "", columns, rows),
+        Table.of("drifts", "Beside the baseline", beside, drifts),
+    )
+    return Result("stress", "stress: fog, night", MADE, tables)
 
 
 def break_result() -> Result:

@@ -15,7 +15,7 @@ from tests.mot_sim.report.page.made import EVERY, EVIL, MADE, sweep_result
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 pytestmark = pytest.mark.browser
 
-CHARTS = 11  # of a result of every kind
+CHARTS = 12  # of a result of every kind
 # Text and what is behind it, as far as both are plain colours: their ratio of contrast.
 CONTRAST = """
 () => {
@@ -132,7 +132,7 @@ def test_without_scripting_tables_and_still_charts_are_there(visit, every: Path)
         assert box["height"] > 100
 
 
-@pytest.mark.parametrize("width", [340, 768, 1440])
+@pytest.mark.parametrize("width", [340, 390, 768, 1400])
 def test_the_page_fits_every_width(drawn: Watched, width: int) -> None:
     drawn.page.set_viewport_size({"width": width, "height": 900})
     # charts follow a new width a moment later

@@ -60,7 +60,7 @@ def test_every_kind_of_result_has_words_and_a_section(every_text: str) -> None:
 
 def test_a_stress_test_that_only_measured_keeps_and_breaks_no_bound() -> None:
     asked = stress_result()
-    (table,) = asked.tables
+    table, _ = asked.tables
     at = table.names.index("verdict")
     rows = tuple((*row[:at], None, *row[at + 1 :]) for row in table.rows)
     said = [each.text for each in verdicts_of(replace(asked, tables=(replace(table, rows=rows),)))]
@@ -86,6 +86,8 @@ def test_the_summary_says_what_came_of_each(every_text: str) -> None:
     assert "default: 2 trials failed." in cards[0]
     assert "2 of 3 bounds are kept." in cards[1]
     assert "fog, default: IDSW is 2.4 ±1.0, must be at most 1.8." in cards[1]
+    assert "1 of 2 scores are as good as the baseline." in cards[1]
+    assert "fog, default: IDSW is 2.4 ±1.0, the baseline 1.20 ±0.80." in cards[1]
     assert "default: 2.3 [2.1, 2.7]. paper: none up to 4." in cards[2]
     assert "By HOTA: default 88.00, iou 70.00. mine failed: exit code 3" in cards[3]
     assert "most MOTA: * the paper 91.40" in cards[4]
@@ -115,7 +117,7 @@ def test_tables_need_no_script(every_text: str) -> None:
 def test_every_chart_has_a_still_picture_with_its_values_in_words(every_text: str) -> None:
     page = Page(every_text).root
     panels = page.every("figure", class_="panel")
-    assert len(panels) == len(plots(every_text)) == 11
+    assert len(panels) == len(plots(every_text)) == 12
     for panel in panels:
         (still,) = panel.every("img", class_="still")
         assert still.attributes["src"].startswith("data:image/svg+xml;base64,")
@@ -231,11 +233,12 @@ def test_figures_are_written_for_papers(one: Path, tmp_path: Path) -> None:
     report = write_report([one], tmp_path / "r.html", figures=tmp_path / "figures")
     names = sorted(path.name for path in (tmp_path / "figures").iterdir())
     assert names == [
-        f"result-1-stress-1-stress-{metric}.{ending}"
+        f"result-1-stress-{panel}-{metric}.{ending}"
+        for panel in ("1-stress", "2-baseline")
         for metric in ("HOTA", "IDSW")
         for ending in ("pdf", "png", "svg")
     ]
-    assert len(report.figures) == 6
+    assert len(report.figures) == 12
     with pytest.raises(OutputExists, match="not empty"):
         write_report([one], tmp_path / "s.html", figures=tmp_path / "figures")
 
