@@ -29,7 +29,7 @@ from mot_sim.plotting.colours import (
     colour_of_id,
     ink_on,
 )
-from mot_sim.plotting.drawing import plain_ground, tag
+from mot_sim.plotting.drawing import Area, plain_ground, tag
 from mot_sim.simulation.imaging import RenderedImages
 from mot_sim.simulation.scene import Rollout
 from tracker.errors import BadOutput
@@ -174,10 +174,13 @@ def _draw_boxes(
     tracks = scenario.output.select(scenario.output.frames == frame)
     placed, shown = _inside(tracks.boxes, window)
     switched = np.isin(tracks.ids[shown], (case.old_track_id, case.track_id))
-    for at in np.argsort(switched, kind="stable").tolist():
+    order, taken = np.argsort(switched, kind="stable").tolist(), list[Area]()
+    for at in order:
+        colour = colour_of_id(int(tracks.ids[shown[at]]))
+        draw_box(crop, placed[at], colour, 3 if switched[at] else 1)
+    for at in reversed(order):  # the tags of other cars give way
         track_id = int(tracks.ids[shown[at]])
-        draw_box(crop, placed[at], colour_of_id(track_id), 3 if switched[at] else 1)
-        tag(crop, str(track_id), placed[at], colour_of_id(track_id))
+        tag(crop, str(track_id), placed[at], colour_of_id(track_id), taken=taken)
     for corners, row in zip(boxes, rows.tolist(), strict=True):
         if cars.ids[row] == case.car:
             draw_dashed_box(crop, corners, TRUE_COLOUR, 2, 5.0)

@@ -7,7 +7,7 @@ from numpy import ndarray as Array
 from mot_sim.envs.association_actions import Decision
 from mot_sim.plotting.canvas import draw_box, draw_dashed_box
 from mot_sim.plotting.colours import DETECTION_COLOUR, WRONG_COLOUR, colour_of_id
-from mot_sim.plotting.drawing import plain_ground, tag
+from mot_sim.plotting.drawing import Area, plain_ground, tag
 from tracker import CostMatrix
 from tracker.types import Camera
 
@@ -36,16 +36,17 @@ def draw_association(
     placed |= {
         column: (new, "new") for column, new in zip(born, decision.born_ids.tolist(), strict=True)
     }
+    taken: list[Area] = []
     # Near cars, whose boxes end lower, are drawn last.
     for column in np.argsort(boxes[:, 3], kind="stable").tolist():
         corners = boxes[column]
         if column in placed:
             track_id, label = placed[column]
             draw_box(image, corners, colour_of_id(track_id), 2)
-            tag(image, f"{track_id}: {label}", corners, colour_of_id(track_id))
+            tag(image, f"{track_id}: {label}", corners, colour_of_id(track_id), taken=taken)
         elif decision.refused[column]:
             draw_box(image, corners, WRONG_COLOUR, 2)
-            tag(image, "refused", corners, WRONG_COLOUR, below=True)
+            tag(image, "refused", corners, WRONG_COLOUR, below=True, taken=taken)
         else:
             draw_box(image, corners, DETECTION_COLOUR, 1)
     return image

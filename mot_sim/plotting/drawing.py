@@ -35,6 +35,9 @@ SWITCH_FRAMES = 6  # frames that a switch is marked for, the first one most
 AREA_TINT_SHARE = 0.16
 MIN_TAGGED_PIXELS = 28.0  # of height; the words would hide lower cars
 MIN_TAGGED_NEUTRAL_PIXELS = 60.0
+TAG_PIXELS = 18  # height of a tag
+MAX_TAG_STEPS = 4  # tags that may stand one over another beside a box
+Area = tuple[int, int, int, int]  # left, top, right, bottom, pixels
 
 
 def draw_detections(image: Image, detections: Detections) -> None:
@@ -43,16 +46,20 @@ def draw_detections(image: Image, detections: Detections) -> None:
         draw_box(image, corners, DETECTION_COLOUR)
 
 
-def draw_tracks(image: Image, tracks: Tracks, outlines: bool = True) -> None:
+def draw_tracks(
+    image: Image, tracks: Tracks, outlines: bool = True, taken: list[Area] | None = None
+) -> None:
     """Boxes in the colours of their ids, each with its id; the lower ones (nearer) on top.
 
-    outlines: False leaves the ids alone.
+    outlines: False leaves the ids alone. taken: see `tag`.
     """
-    for row in np.argsort(tracks.boxes[:, 3], kind="stable").tolist():
+    taken = [] if taken is None else taken
+    rows = np.argsort(tracks.boxes[:, 3], kind="stable").tolist()
+    for row in rows if outlines else ():
+        draw_box(image, tracks.boxes[row], colour_of_id(int(tracks.ids[row])), 3)
+    for row in reversed(rows):  # the tags of distant cars give way
         colour = colour_of_id(int(tracks.ids[row]))
-        if outlines:
-            draw_box(image, tracks.boxes[row], colour, 3)
-        tag(image, str(tracks.ids[row]), tracks.boxes[row], colour)
+        tag(image, str(tracks.ids[row]), tracks.boxes[row], colour, taken=taken)
 
 
 def draw_areas(image: Image, ids: Int[Array, " n"], areas: Float[Array, "n 4"]) -> None:
@@ -64,50 +71,101 @@ def draw_areas(image: Image, ids: Int[Array, " n"], areas: Float[Array, "n 4"]) 
         draw_dashed_box(image, areas[row], colour_of_id(int(ids[row])), 1)
 
 
-def draw_true_boxes(image: Image, found: Tracks, missed: Tracks, neutral: Tracks) -> None:
-    """True boxes: white; missed: red, large ones in words; neutral: grey."""
+def draw_true_boxes(
+    image: Image,
+    found: Tracks,
+    missed: Tracks,
+    neutral: Tracks,
+    taken: list[Area] | None = None,
+) -> None:
+    """True boxes: white; missed: red, large ones in words; neutral: grey. taken: see `tag`."""
     for corners in neutral.boxes:
         draw_dashed_box(image, corners, NEUTRAL_COLOUR, 1, 3.0)
         if corners[3] - corners[1] >= MIN_TAGGED_NEUTRAL_PIXELS:
-            tag(image, "neutral", corners, NEUTRAL_COLOUR, below=True)
+            tag(image, "neutral", corners, NEUTRAL_COLOUR, below=True, taken=taken)
     for corners in found.boxes:
         draw_dashed_box(image, corners, TRUE_COLOUR, 1, 4.0)
     for corners in missed.boxes:
         is_large = corners[3] - corners[1] >= MIN_TAGGED_PIXELS
         draw_dashed_box(image, corners, WRONG_COLOUR, 2 if is_large else 1)
         if is_large:
-            tag(image, "missed", corners, WRONG_COLOUR, below=True)
+            tag(image, "missed", corners, WRONG_COLOUR, below=True, taken=taken)
 
 
-def draw_false(image: Image, false: Tracks) -> None:
-    """A red cross over every box that is no car's."""
+def draw_false(image: Image, false: Tracks, taken: list[Area] | None = None) -> None:
+    """A red cross over every box that is no car's. taken: see `tag`."""
     for left, top, right, bottom in false.boxes:
         draw_line(image, np.array([(left, top), (right, bottom)]), WRONG_COLOUR, 2)
         draw_line(image, np.array([(left, bottom), (right, top)]), WRONG_COLOUR, 2)
-        tag(image, "false", np.array([left, top, right, bottom]), WRONG_COLOUR, below=True)
+        corners = np.array([left, top, right, bottom])
+        tag(image, "false", corners, WRONG_COLOUR, below=True, taken=taken)
 
 
-def draw_switch(image: Image, corners: Float[Array, "4"], old: int, new: int, age: int = 0) -> None:
-    """A yellow frame around the box of a car that was given a new id `age` frames ago."""
+def draw_switch(
+    image: Image,
+    corners: Float[Array, "4"],
+    old: int,
+    new: int,
+    age: int = 0,
+    taken: list[Area] | None = None,
+) -> None:
+    """A yellow frame around the box of a car that was given a new id `age` frames ago.
+
+    taken: see `tag`.
+    """
     share = 1.0 - age / SWITCH_FRAMES
     width = max(1, round(5 * share))
     grown = corners + np.array([-4.0, -4.0, 4.0, 4.0])
     draw_box(image, grown, SWITCH_COLOUR, width)
     if age < SWITCH_FRAMES // 2:
         tint(image, corners, SWITCH_COLOUR, 0.35 * share)
-    tag(image, f"switch {old} > {new}", grown, SWITCH_COLOUR, below=True)
+    tag(image, f"switch {old} > {new}", grown, SWITCH_COLOUR, below=True, taken=taken)
 
 
 def tag(
-    image: Image, words: str, corners: Float[Array, "4"], colour: Colour, below: bool = False
+    image: Image,
+    words: str,
+    corners: Float[Array, "4"],
+    colour: Colour,
+    below: bool = False,
+    taken: list[Area] | None = None,
 ) -> None:
-    """A tag on the upper, or under the lower, left corner of a box, moved into the image."""
-    width = text_width(words) + 8
-    left = int(np.clip(round(corners[0]) - 1, 0, max(image.shape[1] - width, 0)))
-    bottom = round(corners[3]) + 18 if below else round(corners[1])
-    bottom = int(np.clip(bottom, 18, image.shape[0] - 1))
-    cv2.rectangle(image, (left, bottom - 18), (left + width, bottom), colour, cv2.FILLED)
+    """A tag on the upper, or under the lower, left corner of a box, moved into the image.
+
+    taken: the places of the tags that stand, to which this one gives way, and is added; None: none.
+    """
+    taken = [] if taken is None else taken
+    places = _tag_places(image, text_width(words) + 8, corners, below)
+    place = min(places, key=lambda each: sum(_shared_pixels(each, other) for other in taken))
+    taken.append(place)
+    left, top, right, bottom = place
+    cv2.rectangle(image, (left, top), (right, bottom), colour, cv2.FILLED)
     draw_text(image, words, (left + 4, bottom - 3), ink_on(colour))
+
+
+def _tag_places(image: Image, width: int, corners: Float[Array, "4"], below: bool) -> list[Area]:
+    """Where a tag may stand, the best place first: at its edge, further away from it, beside it."""
+    height, room = image.shape[0], max(image.shape[1] - width, 0)
+    edge = round(corners[3]) + TAG_PIXELS if below else round(corners[1])
+    away = TAG_PIXELS if below else -TAG_PIXELS
+    first, last = round(corners[0]) - 1, round(corners[2]) + 1
+    wanted = [
+        (start, edge + step * away)
+        for step in range(MAX_TAG_STEPS)
+        for start in (first, last - width)
+    ]
+    wanted += [(last, edge), (first - width, edge)]
+    found = []
+    for start, end in wanted:
+        left, bottom = int(np.clip(start, 0, room)), int(np.clip(end, TAG_PIXELS, height - 1))
+        found.append((left, bottom - TAG_PIXELS, left + width, bottom))
+    return found
+
+
+def _shared_pixels(a: Area, b: Area) -> int:
+    """How many pixels two tags share."""
+    width = min(a[2], b[2]) - max(a[0], b[0])
+    return max(width, 0) * max(min(a[3], b[3]) - max(a[1], b[1]), 0)
 
 
 def plain_ground(camera: Camera, words: str) -> Image:

@@ -20,6 +20,7 @@ from mot_sim.plotting.colours import (
 )
 from mot_sim.plotting.drawing import (
     SWITCH_FRAMES,
+    Area,
     draw_areas,
     draw_detections,
     draw_false,
@@ -216,7 +217,8 @@ class Film:
             draw_areas(view, standing.expected.ids, standing.areas)
         if layers.cuboids:
             draw_cuboids(view, standing.now, self.drive.camera)
-        draw_tracks(view, rows, outlines=not layers.cuboids)
+        taken: list[Area] = []
+        draw_tracks(view, rows, outlines=not layers.cuboids, taken=taken)
         if layers.detections:
             draw_detections(view, self.drive.log.at(index))
         if layers.wireframes:
@@ -229,22 +231,27 @@ class Film:
             true = Wireframes.true(self.drive.exact, index)
             draw_wireframes(view, true, [TRUE_COLOUR] * len(true))
         if self._verdicts is not None:
-            self._draw_verdicts(view, index, self._verdicts)
+            self._draw_verdicts(view, index, self._verdicts, taken)
         return view
 
-    def _draw_verdicts(self, view: Image, index: int, verdicts: Verdicts) -> None:
+    def _draw_verdicts(
+        self, view: Image, index: int, verdicts: Verdicts, taken: list[Area]
+    ) -> None:
         def now(tracks: Tracks) -> Tracks:
             return tracks.select(tracks.frames == index)
 
-        draw_true_boxes(view, now(verdicts.found), now(verdicts.missed), now(verdicts.neutral))
-        draw_false(view, now(verdicts.false))
+        found, missed, neutral = (
+            now(each) for each in (verdicts.found, verdicts.missed, verdicts.neutral)
+        )
+        draw_true_boxes(view, found, missed, neutral, taken)
+        draw_false(view, now(verdicts.false), taken)
         ages = index - verdicts.switches.frames
         for row in np.flatnonzero((ages >= 0) & (ages < SWITCH_FRAMES)).tolist():
             name = int(verdicts.switches.track_ids[row])
             here = self.tracks.select((self.tracks.frames == index) & (self.tracks.ids == name))
             if len(here):
                 old = int(verdicts.switches.old_track_ids[row])
-                draw_switch(view, here.boxes[0], old, name, int(ages[row]))
+                draw_switch(view, here.boxes[0], old, name, int(ages[row]), taken)
 
     def _title(self, index: int) -> Image:
         switches = None

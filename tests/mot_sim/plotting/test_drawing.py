@@ -17,6 +17,7 @@ from mot_sim.plotting.colours import (
 )
 from mot_sim.plotting.drawing import (
     SWITCH_FRAMES,
+    Area,
     draw_areas,
     draw_false,
     draw_switch,
@@ -55,6 +56,20 @@ def test_labels_stay_in_the_image(corner) -> None:
     u, v = corner
     draw_tracks(image, one((u, v, u + 11.0, v + 14.0), 123))
     assert count(image, colour_of_id(123)) > 200
+
+
+def test_labels_give_way_to_one_another() -> None:
+    image = blank()
+    taken: list[Area] = []
+    boxes = np.array([BOX, (104.0, 100.0, 196.0, 148.0), (108.0, 101.0, 190.0, 146.0)])
+    three = Tracks(np.zeros(3, np.int64), np.array([41, 52, 63]), boxes)
+    draw_tracks(image, three, taken=taken)
+    draw_true_boxes(image, three.select(np.zeros(3, bool)), three, Tracks.empty(), taken)
+    assert len(taken) == 6
+    for number, (left, top, right, bottom) in enumerate(taken):
+        for other in taken[:number]:
+            assert right <= other[0] or other[2] <= left or bottom <= other[1] or other[3] <= top
+    assert taken[0][3] == 100  # the nearest car's stands at its box
 
 
 def test_search_areas_are_tinted_inside_and_leave_the_rest_alone() -> None:
