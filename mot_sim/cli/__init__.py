@@ -81,6 +81,7 @@ COMMANDS = CommandRegister(
         "scenes": "scenes:Scenes",
         "record": "record:Record",
         "verify": "verify:Verify",
+        "detect": "detect:Detect",
         "calibrate": "calibrate:Calibrate",
         "calibrate-camera": "calibrate_camera:CalibrateCamera",
         "validate-sim": "validate_sim:ValidateSim",
