@@ -6,7 +6,7 @@ import pytest
 from mot_sim.simulation.registry import find_scene
 from mot_sim.simulation.scene import record_scene_traffic
 from mot_sim.simulation.traffic.highway import ROADS, HighwayTraffic
-from mot_sim.simulation.traffic.highway.car import Car
+from mot_sim.simulation.traffic.highway.car import TICK_SECONDS, Car
 from mot_sim.simulation.traffic.highway.layout import Layout, Path, Segment
 from mot_sim.simulation.traffic.highway.paint import painted
 from mot_sim.simulation.traffic.highway.right_of_way import RightOfWay
@@ -53,6 +53,21 @@ def test_who_comes_from_a_side_street_waits_for_who_has_priority(
     rules.update(road.vehicles)
     assert ours.held == waits
     assert minor not in layout.yields or major not in layout.yields[minor]
+
+
+@pytest.mark.parametrize(("seconds", "stops"), [(8.0, False), (21.0, True)])
+def test_who_has_priority_stops_only_for_one_who_has_waited_long(
+    layout: Layout, seconds: float, stops: bool
+) -> None:
+    road, rules = CarRoad(layout, np.random.default_rng(0)), RightOfWay(layout)
+    waits = before(road, 0, ("church line3", "church leave0"), 1.0, 0.0)
+    before(road, 1, ("church line2", "church leave0"), 30.0, 10.0)  # does not ask yet
+    for _ in range(round(seconds / TICK_SECONDS)):
+        rules.update(road.vehicles)
+    assert waits.held
+    theirs = before(road, 2, ("church line2", "church leave0"), 15.0, 10.0)
+    rules.update(road.vehicles)
+    assert theirs.held == stops
 
 
 def test_only_side_streets_have_lines_and_bends_have_dashes(layout: Layout) -> None:
