@@ -20,6 +20,8 @@ def intersection_blind_corner(
     parked: float = 0.3,
     vans: int = 0,
     alike: float = 0.0,
+    wander: float = 0.0,
+    bumps: float = 0.0,
     frames: int = 200,
 ) -> Scene:
     """Four arms, one lane each way, a house at every corner.
@@ -30,11 +32,14 @@ def intersection_blind_corner(
     parked: share of the parking places at the kerb that are taken, 0 to 1.
     vans: vans parked where they hide the most.
     alike: share of the car models that look the same, 0 to 1.
+    wander: how much drivers drift in the lane and vary their speed, >= 0; 1: as people.
+    bumps: how much our car pitches and rolls, >= 0; 0: a level ride, 1: as KITTI's car.
     frames: length of the run in frames, at 10 Hz.
     """
     name = "intersection_blind_corner"
     require_between(name, setback=(setback, MIN_SETBACK_METRES, 15.0))
-    scene = live_scene(name, cars, arrivals, frames, alike, parked, vans, road="intersection")
+    amounts = name, cars, arrivals, frames, alike, parked, vans
+    scene = live_scene(*amounts, road="intersection", wander=wander, bumps=bumps)
     away = LANE_METRES + setback
     plots = tuple(
         Plot((x * away, y * away), 0.0 if x > 0.0 else pi, (x > 0.0) == (y > 0.0))
