@@ -4,7 +4,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 
-.PHONY: demo test test-all test-gl test-browser test-lowest environments fuzz docs lint format clean help
+.PHONY: demo test test-all test-gl test-rl test-browser test-lowest environments fuzz docs lint format clean help
 
 help:
 	@echo "make demo      track and score a synthetic crossing (no data needed): out/demo"
@@ -12,6 +12,7 @@ help:
 	@echo "make test-all  the slow ones too (kills, clusters, training, fresh environments), all"
 	@echo "               with the shapes of all arrays checked"
 	@echo "make test-gl   those that need OpenGL (EGL), in an environment with the extra gl"
+	@echo "make test-rl   environments under Stable-Baselines3, in an environment with rl and video"
 	@echo "make test-browser  those that need a Chromium; the site is built before"
 	@echo "make test-lowest   the core on the lowest versions that pyproject.toml allows"
 	@echo "make fuzz      every reader with 100,000 bad files (INPUTS=...); hours, resumable"
@@ -55,6 +56,16 @@ $(GL_STAMP): pyproject.toml
 test-gl: $(GL_STAMP)
 	.venv-gl/bin/python -m pytest -m gl --must-run gl $(UNCHECKED) tests/mot_sim/simulation
 
+# An environment of its own: Stable-Baselines3 brings torch.
+RL_STAMP := .venv-rl/.installed
+$(RL_STAMP): pyproject.toml
+	$(PYTHON) -m venv .venv-rl
+	.venv-rl/bin/python -m pip install --quiet --editable '.[rl,video]' 'pytest>=8,<10' 'hypothesis>=6.100,<7'
+	@touch $@
+
+test-rl: $(RL_STAMP)
+	.venv-rl/bin/python -m pytest -m slow --must-run slow $(UNCHECKED) tests/contracts/test_environment_wrappers.py
+
 test-browser: docs
 	$(BIN)/python -m pytest -m browser --must-run browser $(UNCHECKED) tests/mot_sim/report tests/test_site.py
 
@@ -97,4 +108,4 @@ format: $(STAMP)
 	$(BIN)/ruff format .
 
 clean:
-	rm -rf $(VENV) .venv-gl .venv-lowest .numba_cache out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage
+	rm -rf $(VENV) .venv-gl .venv-rl .venv-lowest .numba_cache out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage

@@ -27,6 +27,8 @@ LITTLE = {
     "cars": 3, "arrivals": 0.2, "parked": 0.1, "vans": 0,
     "houses": 0.0, "trees": 0.0, "furniture": 0.0,
 }  # fmt: skip
+# With pictures in every run; the others' worlds take seconds: in the long run alone.
+DRAWN = {ASSOCIATION, "mot_sim/Crossing-v0"}
 SEED = 123  # the one that Gymnasium's own checks use
 
 
@@ -83,12 +85,10 @@ def test_there_is_an_id_for_every_scene() -> None:
     assert "mot_sim/TJunction-v0" in IDS
 
 
-@pytest.mark.parametrize("name", IDS)
-def test_gymnasium_finds_nothing_wrong(name, monkeypatch) -> None:
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+@pytest.mark.parametrize("name", sorted({*IDS} - DRAWN))
+def test_gymnasium_finds_nothing_wrong(name) -> None:
     env = make(name)
-    # Pictures of all scenes are drawn elsewhere; a world takes a second to build.
-    check_env(env.unwrapped, skip_render_check=name != "mot_sim/Crossing-v0")
+    check_env(env.unwrapped, skip_render_check=True)
     env.close()
 
 
