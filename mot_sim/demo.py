@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from mot_sim.plotting.canvas import Image
 from mot_sim.plotting.video import put_in_place
 from mot_sim.report import Film, Layers
 from mot_sim.simulation.episode import Episode, Scene, record
+from mot_sim.simulation.imaging import ImagesAhead, RenderedImages
 from mot_sim.simulation.registry import SCENES, find_scene
 from mot_sim.tables import score_table
 from tracker import Tracker
@@ -163,11 +165,18 @@ def _make(
     write_labels(episode.truth, result.truth, episode.camera.T_road_cam)
     write_lines(result.scores_json, [json.dumps(_as_json(episode, scores), indent=1)])
     write_lines(result.scores_table, score_table(scores, "tracker").as_markdown().splitlines())
+    assert isinstance(episode.images, RenderedImages)
+    images = ImagesAhead(episode.images)
     film = Film(
-        episode, outputs[name], name, Layers(truth=True, cuboids=True, follow=False), episode.truth
+        replace(episode, images=images),
+        outputs[name],
+        name,
+        Layers(truth=True, cuboids=True, follow=False),
+        episode.truth,
     )
     frames = _frames(film, {frame: folder / still for frame, still in stills.items()}, progress)
-    write_video(result.video, frames, episode.frame_rate)
+    with closing(images):
+        write_video(result.video, frames, episode.frame_rate)
     return result
 
 

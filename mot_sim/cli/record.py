@@ -43,6 +43,8 @@ class Record:
     """Frames per episode."""
     renderer: Annotated[str, option("NAME", "raster")] = "raster"
     """raster; smooth (with smooth edges); mesh (needs OpenGL); auto: mesh where that works."""
+    jobs: Annotated[int, option("N", "all cores")] = -1
+    """Processes that draw, on this machine; -1: one per core. The files are the same."""
     no_images: Flag = False
     """Write no images: labels, detections and motion alone."""
     depth: Flag = False
@@ -98,7 +100,7 @@ class Record:
             "semantics": self.masks,
         }
         parts = tuple(part for part, wanted in chosen.items() if wanted)
-        return PictureOptions(parts, renderer_name(find_renderer(self.renderer)))
+        return PictureOptions(parts, renderer_name(find_renderer(self.renderer)), self.jobs)
 
     def _settings(
         self,

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import UInt8
 from numpy import ndarray as Array
 
+from mot_sim.simulation.cores import in_order
 from mot_sim.simulation.renderers import RENDERERS, Rendered, Renderer, View, find_renderer
 from mot_sim.simulation.scene import Rollout
 from mot_sim.simulation.scenery import post_process
@@ -66,6 +67,29 @@ class RenderedImages:
     def load(self, frame: int) -> UInt8[Array, "h w 3"] | None:
         """The RGB image of a frame; None beyond the rollout."""
         return self.render(frame).image if 0 <= frame < len(self.rollout) else None
+
+
+class ImagesAhead:
+    """Images of the next frames, drawn by several processes before they are asked for.
+
+    Satisfies `ImageSource`: in order from frame 0 on, any other frame is drawn when it is asked
+    for. To be closed.
+    """
+
+    def __init__(self, images: RenderedImages, jobs: int = -1) -> None:
+        self._images, self._next = images, 0
+        self._ahead = in_order(images.load, len(images.rollout), jobs)
+
+    def load(self, frame: int) -> UInt8[Array, "h w 3"] | None:
+        """The RGB image of a frame; None beyond the rollout."""
+        if frame == self._next < len(self._images.rollout):
+            self._next += 1
+            return next(self._ahead)
+        return self._images.load(frame)
+
+    def close(self) -> None:
+        """End the processes."""
+        self._ahead.close()
 
 
 def renderer_name(renderer: Renderer) -> str:

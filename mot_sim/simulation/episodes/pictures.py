@@ -21,6 +21,7 @@ MAX_UINT16 = 2**16 - 1
 PNG_SETTINGS = [cv2.IMWRITE_PNG_COMPRESSION, 1]  # half the time of level 6, files a third larger
 
 Pixels = Shaped[Array, "h w *c"]
+Encoded = dict[str, tuple[bytes, bytes]]
 
 
 @dataclass(eq=False)
@@ -37,15 +38,24 @@ class Pictures:
     def __post_init__(self) -> None:
         self.hashes = {part: [] for part in self.parts}
 
-    def add(self, frame: int, rendered: Rendered) -> None:
-        """Write the pictures of a frame, each as a whole. Raises BadOutput."""
+    def encode(self, rendered: Rendered) -> Encoded:
+        """The files of a frame, and what their pixels hash to, by kind of picture."""
+        found = {}
         for part in self.parts:
-            pixels = ENCODERS[part](rendered)
+            pixels, png = ENCODERS[part](rendered), b""
             if self.places is not None:
-                done, png = cv2.imencode(".png", pixels, PNG_SETTINGS)
+                done, packed = cv2.imencode(".png", pixels, PNG_SETTINGS)
                 assert done
-                write_bytes(self.places.picture(part, frame), png.tobytes())
-            self.hashes[part].append(_hash(pixels))
+                png = packed.tobytes()
+            found[part] = png, _hash(pixels)
+        return found
+
+    def add(self, frame: int, encoded: Encoded) -> None:
+        """Write the pictures of the next frame, each as a whole. Raises BadOutput."""
+        for part, (png, pixels_hash) in encoded.items():
+            if self.places is not None:
+                write_bytes(self.places.picture(part, frame), png)
+            self.hashes[part].append(pixels_hash)
 
     def digests(self, count: int) -> dict[str, str]:
         """SHA-256 of the pixels of the first frames, a part each."""

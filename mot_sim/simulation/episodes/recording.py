@@ -1,13 +1,14 @@
 """Records an episode of a scene, frame by frame, into the files of a KITTI tree."""
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass
 
 from mot_sim.files.settings import versions
+from mot_sim.simulation.cores import core_count, in_order
 from mot_sim.simulation.episode import episode_of
 from mot_sim.simulation.episodes.extra import Metadata, array_digests, arrays_of, write_extra
-from mot_sim.simulation.episodes.pictures import Pictures
+from mot_sim.simulation.episodes.pictures import Encoded, Pictures
 from mot_sim.simulation.episodes.places import PICTURES, EpisodeFiles
 from mot_sim.simulation.episodes.texts import write_texts
 from mot_sim.simulation.imaging import RenderedImages
@@ -24,11 +25,14 @@ class PictureOptions:
     """Kinds of pictures, of PICTURES, each named once; empty: none is drawn."""
     renderer: str = "raster"
     """A name of RENDERERS, or `auto`."""
+    jobs: int = 1
+    """Processes that draw: 1 or more, or -1 for one per core; the files are the same."""
 
     def __post_init__(self) -> None:
         for part in self.parts:
             if part not in PICTURES:
                 raise UnknownName.of("kind of picture", part, PICTURES)
+        core_count(self.jobs)
         if len(set(self.parts)) < len(self.parts):
             raise BadConfig(f"pictures {', '.join(self.parts)}: name each kind once")
 
@@ -55,7 +59,7 @@ def record_episode(
         rollout = Rollout.of(scene, seed)
         drawn = RenderedImages(rollout, options.renderer) if options.parts else None
         parts, pictures, interrupt = _look(
-            rollout, drawn, Pictures(options.parts, places), progress
+            rollout, drawn, Pictures(options.parts, places), options.jobs, progress
         )
         if interrupt is not None and not parts:
             raise interrupt
@@ -75,7 +79,7 @@ def replay_digests(
     """What every part hashes to when the scene is run again; text files go to `scratch`."""
     rollout = Rollout.of(scene, seed)
     drawn = RenderedImages(rollout, options.renderer) if options.parts else None
-    parts, pictures, interrupt = _look(rollout, drawn, Pictures(options.parts), None)
+    parts, pictures, interrupt = _look(rollout, drawn, Pictures(options.parts), options.jobs, None)
     if interrupt is not None:
         raise interrupt
     return dict(_finish(rollout, parts, pictures, drawn, scratch).sha256)
@@ -85,21 +89,25 @@ def _look(
     rollout: Rollout,
     drawn: RenderedImages | None,
     pictures: Pictures,
+    jobs: int,
     progress: Callable[[], None] | None,
 ) -> tuple[list[Annotations], Pictures, KeyboardInterrupt | None]:
     """The truth of frame after frame, its pictures written; until the end or an interruption."""
     parts: list[Annotations] = []
+    states, scene_meshes = rollout.traffic_states, rollout.scene_meshes
+
+    def look(frame: int) -> tuple[Annotations, Encoded]:
+        state, before = states[frame], states[frame - 1] if frame else None
+        part = annotate_frame(state, scene_meshes, frame, before, rollout.scenery_in(state))
+        return part, {} if drawn is None else pictures.encode(drawn.render(frame))
+
     try:
-        for frame, state in enumerate(rollout.traffic_states):
-            before = rollout.traffic_states[frame - 1] if frame else None
-            part = annotate_frame(
-                state, rollout.scene_meshes, frame, before, rollout.scenery_in(state)
-            )
-            if drawn is not None:
-                pictures.add(frame, drawn.render(frame))
-            parts.append(part)
-            if progress is not None:
-                progress()
+        with closing(in_order(look, len(rollout), jobs if pictures.parts else 1)) as looked:
+            for part, encoded in looked:
+                pictures.add(len(parts), encoded)
+                parts.append(part)
+                if progress is not None:
+                    progress()
     except KeyboardInterrupt as interrupt:
         return parts, pictures, interrupt
     return parts, pictures, None

@@ -42,6 +42,11 @@ def test_two_processes_write_the_same_bytes(recorded: Path, tmp_path: Path) -> N
     assert contents(tmp_path) == contents(recorded)
 
 
+def test_several_processes_that_draw_write_the_same_bytes(recorded: Path, tmp_path: Path) -> None:
+    record_episode(small(), SEED, EpisodeFiles(tmp_path, "0000"), replace(ALL, jobs=2))
+    assert contents(tmp_path) == contents(recorded)
+
+
 def test_other_environments_in_the_process_change_nothing(recorded: Path, tmp_path: Path) -> None:
     other = HighwayTraffic("highway", cars=4, arrivals=0.5, crashes="label")
     other.reset(np.random.default_rng(5))
