@@ -18,7 +18,10 @@ from mot_sim.simulation.renderers.ground import horizon
 from mot_sim.simulation.scenery.lamps import lit_at_night
 from mot_sim.simulation.scenery.rain import rained_on
 from mot_sim.simulation.scenery.weather import Weather
+from tracker.kernels import Kernel
 from tracker.types import Camera
+
+DIM_AND_ADD = Kernel("mot_sim.simulation.kernels.air", "dim_and_add")
 
 Image = UInt8[Array, "h w 3"]
 
@@ -168,11 +171,11 @@ def with_air(image: Image, shot: Shot) -> Image:
     if weather.vignetting and shot.lens_follows_air:
         lens = _vignette(shot.camera, weather.vignetting)
         seen *= lens
-        added = lens - seen
     else:
-        added = np.float32(1.0) - seen
-    image = _dimmed(image, seen)
-    return cv2.add(image, cv2.merge([cv2.convertScaleAbs(added, alpha=one) for one in weather.air]))
+        lens = _vignette(shot.camera, 0.0)
+    through = np.empty_like(image)
+    DIM_AND_ADD(np.ascontiguousarray(image), seen, lens, np.array(weather.air, float), through)
+    return through
 
 
 def with_glare(image: Image, shot: Shot) -> Image:
