@@ -6,11 +6,13 @@ from pathlib import Path
 
 import pytest
 
+from mot_sim.cli.options import parse_knobs
 from mot_sim.simulation import registry
 from mot_sim.simulation.episodes import EpisodeFiles, read_episode
 from mot_sim.simulation.episodes import recording as recording_module
 from tests.mot_sim.cli.conftest import CommandLine, files
 from tests.mot_sim.simulation.episodes.small import FRAMES
+from tracker.errors import BadConfig
 
 
 @pytest.fixture(autouse=True)
@@ -70,6 +72,14 @@ def test_knobs_of_the_scene_are_turned_and_kept(mot_sim: CommandLine, out: Path)
         outcome = mot_sim("record", "small", "--out", out.parent / "b", "--knobs", wrong)
         assert outcome.code == 2
         assert outcome.err.startswith(f"error: {told}")
+
+
+def test_a_switch_of_a_scene_is_true_or_false() -> None:
+    scene = "intersection_left_turn"
+    assert parse_knobs(scene, "truck=True,waiting=2") == {"truck": True, "waiting": 2}
+    for wrong, told in (("truck=1", "true or false"), ("waiting=2.5", "a whole number")):
+        with pytest.raises(BadConfig, match=f"--knobs {wrong}: give {told}"):
+            parse_knobs(scene, wrong)
 
 
 @pytest.mark.parametrize(
