@@ -6,7 +6,8 @@
 --continuous: every scene of live traffic is driven for so many steps, our car on one new way after
 the other. Printed for the last 1,000 steps: cars on the road, those that move, cars that came in;
 over all steps: ways that our car began, cars that crashed, states that show cars in one another
-that are not marked as crashed, MB of memory gained after the first tenth, steps a second.
+that are not marked as crashed, MB of memory gained after the first tenth, steps a second. Ctrl-C
+ends a run early; its row says after how many steps.
 
 CPU seconds of one thread. Machines differ and are shared: beside every figure stands its ratio
 to a yardstick of the same run, highway-env's own `highway-v0` road with the same number of cars
@@ -16,6 +17,7 @@ to a yardstick of the same run, highway-env's own `highway-v0` road with the sam
 import argparse
 import os
 import resource
+import sys
 import tempfile
 
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -113,7 +115,7 @@ def live_scenes() -> list[str]:
 
 def continuous_table(names: list[str], seeds: int, steps: int) -> None:
     """Long runs: whether traffic moves at their ends."""
-    titles = ("driving", "moving", "came", "ways", "crashed", "unmarked", "MB", "steps/s")
+    titles = ("steps", "driving", "moving", "came", "ways", "crashed", "unmarked", "MB", "steps/s")
     print(f"{'scene':14}{'seed':>5}" + "".join(f"{title:>9}" for title in titles), flush=True)
     for name in names:
         for seed in range(seeds):
@@ -128,29 +130,37 @@ def continuous_run(name: str, seed: int, steps: int) -> tuple[float, ...]:
     assert isinstance(traffic, HighwayTraffic)
     traffic.continuous = True
     parked = int((traffic.reset_live(named_stream(seed, "traffic")).speed == 0.0).sum())
-    last, early = min(LAST_STEPS, steps), max(steps // 10, 1)
-    driving, moving, newest, before, unmarked, base = [], [], 0, 0, 0, 0.0
+    counts: list[tuple[int, int, int]] = []  # after each step: driving, moving, highest number
     crashed: set[int] = set()
-    start = process_time()
-    for step in range(1, steps + 1):
-        state = traffic.step()
-        newest = max(newest, int(state.ids.max(initial=0)))
-        assert state.crashed is not None
-        crashed |= set(state.ids[state.crashed].tolist())
-        if step % CHECKED_EACH == 0:
-            touching = np.setdiff1d(collisions(state), state.ids[state.crashed])
-            unmarked += bool(len(touching[touching >= 0]))
-        if step == early:
-            base = memory()
-        if step == steps - last:
-            before = newest
-        if step > steps - last:
-            driving.append(len(state) - parked)
-            moving.append(int((state.speed > 0.5).sum()))
-    speed = steps / (process_time() - start)
+    unmarked, base, start = 0, 0.0, process_time()
+    try:
+        for step in range(1, steps + 1):
+            state = traffic.step()
+            assert state.crashed is not None
+            counts.append(
+                (len(state) - parked, int((state.speed > 0.5).sum()), int(state.ids.max(initial=0)))
+            )
+            crashed |= set(state.ids[state.crashed].tolist())
+            if step % CHECKED_EACH == 0:
+                touching = np.setdiff1d(collisions(state), state.ids[state.crashed])
+                unmarked += bool(len(touching[touching >= 0]))
+            if step == max(steps // 10, 1):
+                base = memory()
+            if step % LAST_STEPS == 0:
+                moving = np.mean(counts[-LAST_STEPS:], axis=0)[1]
+                print(f"{name}, seed {seed}: {step} steps, {moving:.1f} cars move",
+                      file=sys.stderr, flush=True)  # fmt: skip
+    except KeyboardInterrupt:
+        print(f"{name}, seed {seed}: ended after {len(counts)} steps", file=sys.stderr)
+        if not counts:
+            raise
+    speed = len(counts) / (process_time() - start)
+    numbers = np.maximum.accumulate([number for _, _, number in counts])
+    came = numbers[-1] - numbers[-min(LAST_STEPS + 1, len(counts))]
+    driving, moving, _ = np.mean(counts[-LAST_STEPS:], axis=0)
+    grown = memory() - base if base else float("nan")
     return (
-        float(np.mean(driving)), float(np.mean(moving)), newest - before, traffic.ego_ways,
-        len(crashed), unmarked, memory() - base, speed,
+        len(counts), driving, moving, came, traffic.ego_ways, len(crashed), unmarked, grown, speed,
     )  # fmt: skip
 
 
