@@ -32,7 +32,7 @@ $(STAMP): pyproject.toml
 demo: $(STAMP)
 	$(BIN)/mot-sim demo --out out/demo --overwrite
 
-PYTEST := $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
+PYTEST := $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder --durations=25
 UNCHECKED := -o addopts=--strict-markers
 
 # Checking the shape of every array doubles the time: here for the tracker and the contracts, with

@@ -76,6 +76,7 @@ def test_two_crossing_cars_keep_their_ids() -> None:
     assert ids_of(Tracker.default(LEVEL), seen) == {0: [0], 1: [1]}
 
 
+@pytest.mark.unchecked  # many frames of one shape
 def test_a_car_that_stands_still_for_300_frames_keeps_one_id() -> None:
     tracker = Tracker.default(LEVEL)
     assert ids_of(tracker, drive([Car(0.0, 25.0)], count=300)) == {0: [0]}
@@ -155,6 +156,7 @@ def test_500_boxes_a_frame_are_500_tracks(preset) -> None:
         assert sorted(tracks.ids.tolist()) == list(range(500))
 
 
+@pytest.mark.unchecked  # many frames of one shape
 @PRESETS
 def test_a_thousand_empty_frames_give_no_tracks_and_no_memory(preset) -> None:
     tracker = preset(LEVEL)

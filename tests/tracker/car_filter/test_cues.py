@@ -66,6 +66,7 @@ def test_a_yaw_that_fits_no_way_at_all_changes_little() -> None:
     np.testing.assert_allclose(cov, covs, atol=1e-4)
 
 
+@pytest.mark.unchecked  # many frames of one shape
 def test_a_parked_car_faces_us_once_its_yaw_says_so() -> None:
     """By its side of the road it would face our way."""
     car = Cuboids(np.array([[3.5, 0.0, 15.0]]), np.array([np.pi / 2]), np.array([[4.4, 1.6, 1.8]]))
