@@ -24,7 +24,7 @@ def core_count(jobs: int) -> int:
     return jobs if jobs > 0 else os.cpu_count() or 1
 
 
-def in_order(
+def frame_by_frame(
     work: Callable[[int], Result], count: int, jobs: int = 1
 ) -> Generator[Result, None, None]:
     """What work gives for frames 0, 1, ...; with several jobs, processes are a little ahead.

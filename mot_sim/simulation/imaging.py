@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import UInt8
 from numpy import ndarray as Array
 
-from mot_sim.simulation.cores import in_order
+from mot_sim.simulation.cores import frame_by_frame
 from mot_sim.simulation.renderers import RENDERERS, Rendered, Renderer, View, find_renderer
 from mot_sim.simulation.scene import Rollout
 from mot_sim.simulation.scenery import post_process
@@ -78,7 +78,7 @@ class ImagesAhead:
 
     def __init__(self, images: RenderedImages, jobs: int = -1) -> None:
         self._images, self._next = images, 0
-        self._ahead = in_order(images.load, len(images.rollout), jobs)
+        self._ahead = frame_by_frame(images.load, len(images.rollout), jobs)
 
     def load(self, frame: int) -> UInt8[Array, "h w 3"] | None:
         """The RGB image of a frame; None beyond the rollout."""

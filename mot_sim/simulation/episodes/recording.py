@@ -5,7 +5,7 @@ from contextlib import closing, suppress
 from dataclasses import dataclass
 
 from mot_sim.files.settings import versions
-from mot_sim.simulation.cores import core_count, in_order
+from mot_sim.simulation.cores import core_count, frame_by_frame
 from mot_sim.simulation.episode import episode_of
 from mot_sim.simulation.episodes.extra import Metadata, array_digests, arrays_of, write_extra
 from mot_sim.simulation.episodes.pictures import Encoded, Pictures
@@ -102,7 +102,7 @@ def _look(
         return part, {} if drawn is None else pictures.encode(drawn.render(frame))
 
     try:
-        with closing(in_order(look, len(rollout), jobs if pictures.parts else 1)) as looked:
+        with closing(frame_by_frame(look, len(rollout), jobs if pictures.parts else 1)) as looked:
             for part, encoded in looked:
                 pictures.add(len(parts), encoded)
                 parts.append(part)

@@ -7,7 +7,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from mot_sim.simulation.cores import core_count, in_order
+from mot_sim.simulation.cores import core_count, frame_by_frame
 from mot_sim.simulation.imaging import ImagesAhead, RenderedImages
 from mot_sim.simulation.scene import Rollout
 from tests.mot_sim.simulation.episodes.small import small
@@ -27,7 +27,7 @@ def fails(frame: int) -> int:
 @pytest.mark.parametrize("count", [0, 1, 9])
 @pytest.mark.parametrize("jobs", [1, 2, 3])
 def test_results_come_in_order_from_as_many_processes(count: int, jobs: int) -> None:
-    found = list(in_order(whose, count, jobs))
+    found = list(frame_by_frame(whose, count, jobs))
     assert [frame for frame, _ in found] == list(range(count))
     processes = {process for _, process in found}
     assert (os.getpid() in processes) == (count > 0 and (jobs == 1 or count < 5))
@@ -38,12 +38,12 @@ def test_results_come_in_order_from_as_many_processes(count: int, jobs: int) -> 
 def test_what_fails_is_told_after_what_came_before(jobs: int) -> None:
     found: list[int] = []
     with pytest.raises(BadConfig, match="frame 5"):
-        found.extend(in_order(fails, 12, jobs))
+        found.extend(frame_by_frame(fails, 12, jobs))
     assert found in ([0, 1, 2, 3, 4], [0, 1, 2, 3])  # of the block that failed, or before it
 
 
 def test_processes_end_with_it() -> None:
-    with closing(in_order(whose, 100, 2)) as results:
+    with closing(frame_by_frame(whose, 100, 2)) as results:
         _, process = next(results)
     with pytest.raises(ProcessLookupError):
         os.kill(process, signal.SIGCONT)
