@@ -85,9 +85,9 @@ class PlantedJitter(Jitter):
 
     spot: Spot = Spot()
 
-    def __call__(self, boxes: Array, sightings: Sightings, *rest: Any) -> Array:
+    def __call__(self, boxes: Array, sightings: Sightings, *rest: Any, back: int = 0) -> Array:
         """See `Jitter`."""
-        moved = super().__call__(boxes, sightings, *rest)
+        moved = super().__call__(boxes, sightings, *rest, back=back)
         sides = np.tile(moved[:, 2:] - moved[:, :2], 2) * np.tile(self.spot.shift, 2)
         return moved + sides * self.spot.here(sightings.ids, sightings.frames)[:, None]
 

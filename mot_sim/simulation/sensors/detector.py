@@ -74,6 +74,8 @@ class Responses(Rows):
     """Boxes with their errors, pixels; may reach out of the image."""
     scores: Float[Array, " n"]
     """Confidence, 0 to 1."""
+    sure: Float[Array, " n"]
+    """Confidence with all noise of scores and before any suppression, 0 to 1: errors go by it."""
     reported: Bool[Array, " n"]
     """Whether it is reported: taken for a car, and not missed."""
     provenance: Provenance
@@ -185,13 +187,15 @@ class Detector:
         boxes = sightings.boxes
         if effects.visible_part is not None and self.jitter > 0.0:
             boxes = effects.visible_part(sightings)
-        if effects.jitter is not None:
-            boxes = effects.jitter(boxes, sightings, seed, step, self.jitter)
-        scores = np.ones(len(sightings))
+        scores = sure = np.ones(len(sightings))
         if effects.scores is not None:
-            scores = effects.scores(sightings, ease, seed, step, self.score_noise)
+            scores = sure = effects.scores(sightings, ease, seed, step, self.score_noise)
+            if self.score_noise != 1.0:  # boxes are as far off as with all of it
+                sure = effects.scores(sightings, ease, seed, step, 1.0)
+        if effects.jitter is not None:
+            boxes = effects.jitter(boxes, sightings, sure, seed, step, self.jitter)
         provenance = Provenance.of("object", sightings.ids)
-        return Responses(sightings, boxes, scores, taken_for_cars & ~missed, provenance)
+        return Responses(sightings, boxes, scores, sure, taken_for_cars & ~missed, provenance)
 
     def _suppressed(
         self, responses: Responses, seed: int, camera: Camera, step: float
@@ -247,12 +251,12 @@ class Detector:
         )
         parts = [self._second_boxes(sightings.select(rows), boxes, scores, seed, step)]
         jitter, duplicates = self.effects.jitter, self.effects.duplicates
-        if jitter is not None and jitter.hold > 0.0 and duplicates.at_jumps > 0.0:
+        if jitter is not None and jitter.hold > 0.0 and duplicates.has_jumps:
             found = responses.select(responses.reported)
             true = found.sightings.boxes
-            before = jitter(true, found.sightings, seed, step, self.jitter, back=1)
+            before = jitter(true, found.sightings, found.sure, seed, step, self.jitter, back=1)
             rows, scores = duplicates.left_behind(
-                found.sightings, found.boxes, before, seed, self.clutter
+                found.sightings, found.boxes, before, found.scores, seed, self.clutter
             )
             seen = found.sightings.select(rows)
             parts.append(self._second_boxes(seen, before[rows], scores, seed, step))

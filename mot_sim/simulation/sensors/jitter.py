@@ -50,6 +50,8 @@ class EdgeNoise:
     by_extremes: float = 0.0
     """`spread` grows by e^(by_extremes * ln(height / 50 px)^2); more: larger errors of very small
     and of very large boxes."""
+    unsure: float = 0.0
+    """`spread` grows by e^(unsure * (1 - score)); more: larger errors where scores are low."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
     """How x is correlated over time; slower: boxes drift instead of jumping."""
 
@@ -57,7 +59,7 @@ class EdgeNoise:
         require_sigmas("jitter spread, tail", self.spread, self.tail)
         require_finite(
             "jitter bias, skew, ...", self.bias, self.bias_pixels, self.bias_hidden, self.skew,
-            self.hidden, self.by_height, self.by_extremes,
+            self.hidden, self.by_height, self.by_extremes, self.unsure,
         )  # fmt: skip
 
     def shape(self, x: Float[Array, " n"]) -> Float[Array, " n"]:
@@ -70,13 +72,16 @@ class EdgeNoise:
         pixels = self.bias_pixels / np.maximum(side, MIN_SIDE_PIXELS)
         return self.bias + pixels + self.bias_hidden * (USUAL_VISIBLE - visible)
 
-    def growth(self, visible: Float[Array, " n"], height: Float[Array, " n"]) -> Float[Array, " n"]:
+    def growth(
+        self, visible: Float[Array, " n"], height: Float[Array, " n"], scores: Float[Array, " n"]
+    ) -> Float[Array, " n"]:
         """What `spread` is multiplied with; height: of the box, pixels."""
         tall = np.log(height.clip(*HEIGHT_RANGE) / USUAL_HEIGHT)
         return np.exp(
             self.hidden * (USUAL_VISIBLE - visible)
             + self.by_height * tall
             + self.by_extremes * tall**2
+            + self.unsure * (1.0 - scores)
         )
 
 
@@ -117,6 +122,7 @@ class Jitter:
         self,
         boxes: Float[Array, "n 4"],
         sightings: Sightings,
+        scores: Float[Array, " n"],
         seed: int,
         step: float,
         level: float = 1.0,
@@ -142,7 +148,7 @@ class Jitter:
         visible, height = sightings.visible, sightings.height
         errors = [
             edge.mean(visible, sides[:, place % 2])
-            + edge.spread * edge.growth(visible, height) * edge.shape(x[:, place])
+            + edge.spread * edge.growth(visible, height, scores) * edge.shape(x[:, place])
             for place, edge in enumerate(self.edges)
         ]
         return move_edges(boxes, level * np.stack(errors, axis=1))

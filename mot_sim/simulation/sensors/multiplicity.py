@@ -23,6 +23,7 @@ from tracker.errors import BadConfig
 from tracker.geometry import box_iou
 
 MIN_DUPLICATE_IOU = 0.1  # IoU with an object from which a false box is about it
+UNSURE_SCORE = 0.9  # of a box, below which a detector is not sure of it
 MAX_JUMP_IOU = 0.85  # of a box with itself a frame before, its car aside: from here it jumps
 EXAMPLE_COLUMNS = ("dx", "dy", "dw", "dh", "log_odds")
 
@@ -50,6 +51,8 @@ class Duplicates:
     at_jumps: float = 0.0
     """Rate, 0 to 1, at which a box that jumps is also reported where it was before (only where
     jitter holds errors); more: two boxes that take each other's place."""
+    at_unsure_jumps: float = 0.0
+    """The same of boxes with a score below UNSURE_SCORE."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
     """How second boxes are correlated over time; slower: they stay for more frames."""
 
@@ -57,12 +60,17 @@ class Duplicates:
         for rates in (self.seen, self.missed):
             require_table("duplicates", VISIBLE_KNOTS, rates)
             require_rates("duplicates", *rates)
-        require_rates("duplicates at_jumps", self.at_jumps)
+        require_rates("duplicates at_jumps, ...", self.at_jumps, self.at_unsure_jumps)
         for name in EXAMPLE_COLUMNS:
             require_finite(f"duplicates {name}", *getattr(self, name))
         counts = {name: len(getattr(self, name)) for name in EXAMPLE_COLUMNS}
         if len(set(counts.values())) > 1 or not counts["dx"]:
             raise BadConfig(f"duplicates: {counts} examples; give as many of each, one or more")
+
+    @property
+    def has_jumps(self) -> bool:
+        """Whether any box that jumps is left behind."""
+        return max(self.at_jumps, self.at_unsure_jumps) > 0.0
 
     @cached_property
     def examples(self) -> Float[Array, "e 5"]:
@@ -106,19 +114,22 @@ class Duplicates:
         sightings: Sightings,
         boxes: Float[Array, "n 4"],
         before: Float[Array, "n 4"],
+        scores: Float[Array, " n"],
         seed: int,
         level: float = 1.0,
     ) -> tuple[Int[Array, " k"], Float[Array, " k"]]:
         """The rows whose box of before is reported too, and its scores.
 
-        boxes: with their errors; before: the same with those of the frame before.
+        boxes: with their errors; before: the same with those of the frame before; scores: of the
+        boxes.
         """
         chance, which = random_numbers.uniform(
             seed, "duplicate/jump", sightings.ids, sightings.frames, 2
         ).T
+        rate = np.where(scores < UNSURE_SCORE, self.at_unsure_jumps, self.at_jumps)
         rows = np.flatnonzero(
             (box_iou(boxes, before) < MAX_JUMP_IOU)
-            & (chance < level * self.at_jumps)
+            & (chance < level * rate)
             & (sightings.visible > 0.0)
         )
         picked = (which[rows] * len(self.dx)).astype(np.int64)

@@ -25,7 +25,7 @@ from mot_sim.simulation.sensors.scores import ScoreNoise
 from mot_sim.simulation.sensors.suppression import OverlapSuppression
 from tracker.errors import BadConfig, BadFile, UnknownName
 
-VERSION = 2  # of the files; a newer one may mean what this code does not know
+VERSION = 3  # of the files; a newer one may mean what this code does not know
 EXACT = ("log_odds",)  # written with all digits: detectors tie many boxes at a few scores
 FOLDER = Path(__file__).parent / "profiles"
 PROFILES = ("cues", "perfect", "permatrack", "pointrcnn", "rrc", "subcnn")
@@ -131,8 +131,10 @@ def read_profile(path: Path) -> Profile:
         if version == 1 and key in FORMER_TABLES:
             given[key] = FORMER_TABLES[key](table, where)
         else:
+            if version == 2 and key == "duplicates" and isinstance(table, dict):
+                table.setdefault("at_unsure_jumps", table.get("at_jumps", 0.0))
             given[key] = dataclass_from_table(TABLES[key], table, where)
-    if version < VERSION and "misses" in given and "suppression" not in given:
+    if version == 1 and "misses" in given and "suppression" not in given:
         log.warning(
             "%s: a profile of version %d, without [suppression]: cars close behind others are "
             "found too often; fit it again with `mot-sim calibrate`", path, version,

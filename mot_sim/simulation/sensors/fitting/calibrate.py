@@ -15,8 +15,8 @@ from mot_sim.simulation.sensors.fitting.fit_false import (
     false_counts,
     fit_clutter,
     fit_duplicates,
-    jumps,
-    left_behind,
+    handed_over_counts,
+    jump_counts,
 )
 from mot_sim.simulation.sensors.fitting.fit_lives import (
     ALL_LIVES,
@@ -214,12 +214,25 @@ def _correct_false(
     duplicates, factor = profile.duplicates, 1.0
     if duplicates is not None:
         by_chance = without.near + share.near * rate / DENSE_CLUTTER
-        factor = _factor(wanted.near - by_chance, with_second.near - without.near)
+        over, made_over = handed_over_counts([real]), handed_over_counts(quiet)
+        factor = _factor(
+            wanted.near - by_chance - float(over.sum()),
+            with_second.near - without.near - float(made_over.sum()),
+        )
+        at_jumps = np.array([duplicates.at_jumps, duplicates.at_unsure_jumps])
+        if at_jumps.any():
+            at_jumps *= [
+                _factor(*pair) for pair in zip(over.tolist(), made_over.tolist(), strict=True)
+            ]
+        else:
+            at_jumps = over / np.maximum(jump_counts(quiet), 1.0)
+        at_jumps = np.minimum(at_jumps, 1.0).round(4)
         duplicates = replace(
             duplicates,
             seen=tuple(min(factor * each, 1.0) for each in duplicates.seen),
             missed=tuple(min(factor * each, 1.0) for each in duplicates.missed),
-            at_jumps=_left_behind_rate(real, quiet),
+            at_jumps=float(at_jumps[0]),
+            at_unsure_jumps=float(at_jumps[1]),
         )
     clutter = profile.clutter
     if clutter is not None:
@@ -227,12 +240,6 @@ def _correct_false(
         rate = max(wanted.far - others, 0.0) / max(share.far, 1e-9) * DENSE_CLUTTER
         clutter = replace(clutter, rate=min(rate, MAX_CLUTTER))
     return replace(profile, duplicates=duplicates, clutter=clutter, lives=lives)
-
-
-def _left_behind_rate(real: DetectorMeasurements, made: Sequence[DetectorMeasurements]) -> float:
-    """The rate at which made jumps must leave a box behind, to be as many as the real ones."""
-    count = float(np.mean([len(jumps(each.found)[0]) for each in made]))
-    return round(min(left_behind(real) / max(count, 1.0), 1.0), 4)
 
 
 def measured_of(

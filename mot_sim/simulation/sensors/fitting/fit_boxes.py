@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 from scipy.optimize import minimize
-from scipy.special import ndtr, ndtri
+from scipy.special import expit, ndtr, ndtri
 from scipy.stats import rankdata
 
 from mot_sim.simulation import random_numbers
@@ -115,11 +115,12 @@ def _fit_edge(hits: Found, place: int) -> tuple[EdgeNoise, Float[Array, " n"]]:
     side = np.maximum(sides[:, place % 2], MIN_SIDE_PIXELS)
     hidden = USUAL_VISIBLE - sightings.visible
     tall = np.log(sightings.height.clip(*HEIGHT_RANGE) / USUAL_HEIGHT)
+    unsure = 1.0 - expit(hits.log_odds)
     one = np.ones(len(errors))
     means = np.stack((one, 1.0 / side, hidden), axis=1)
     mean = least_absolute(means, errors)
     rest = errors - means @ mean
-    design = np.stack((one, hidden, tall, tall**2), axis=1)
+    design = np.stack((one, hidden, tall, tall**2, unsure), axis=1)
     grows = np.linalg.lstsq(design, np.log(np.abs(rest) + MIN_EDGE_ERROR), rcond=None)[0]
     growth = np.exp(design[:, 1:] @ grows[1:])
     rest = rest / growth
@@ -134,6 +135,7 @@ def _fit_edge(hits: Found, place: int) -> tuple[EdgeNoise, Float[Array, " n"]]:
         hidden=float(grows[1]),
         by_height=float(grows[2]),
         by_extremes=float(grows[3]),
+        unsure=float(grows[4]),
     )
     return edge, ndtri((rankdata(rest) - 0.5) / len(rest))
 

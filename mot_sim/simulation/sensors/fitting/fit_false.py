@@ -6,15 +6,14 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
+from scipy.special import expit
 
-from mot_sim.metrics.matching import same_frame_pairs
 from mot_sim.simulation.sensors.boxes import box_errors
 from mot_sim.simulation.sensors.clutter import Clutter
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation
 from mot_sim.simulation.sensors.fitting.fit_lives import of_lives
 from mot_sim.simulation.sensors.fitting.fit_misses import latent_autocorrelation
 from mot_sim.simulation.sensors.fitting.measure import (
-    DRIVE_ID_STRIDE,
     DetectorMeasurements,
     FalseBoxes,
     Found,
@@ -22,9 +21,14 @@ from mot_sim.simulation.sensors.fitting.measure import (
 )
 from mot_sim.simulation.sensors.fitting.statistics import lagged, linked
 from mot_sim.simulation.sensors.fitting.tetrachoric import RatedEvents, nearest_autocorrelation
-from mot_sim.simulation.sensors.jitter import move_edges
+from mot_sim.simulation.sensors.jitter import edge_errors, move_edges
 from mot_sim.simulation.sensors.misses import VISIBLE_KNOTS
-from mot_sim.simulation.sensors.multiplicity import MAX_JUMP_IOU, MIN_DUPLICATE_IOU, Duplicates
+from mot_sim.simulation.sensors.multiplicity import (
+    MAX_JUMP_IOU,
+    MIN_DUPLICATE_IOU,
+    UNSURE_SCORE,
+    Duplicates,
+)
 from mot_sim.simulation.sensors.quantiles import Quantiles
 from tracker.geometry import box_iou
 
@@ -32,7 +36,6 @@ MAX_DUPLICATE_RATE = 0.5  # no rate of second boxes is higher
 MIN_SAMPLE = 8  # boxes from which a distribution is taken; fewer give the plain default
 SCORE_QUANTILES = 41  # few boxes have the high scores that trackers take for sure
 LIFETIME_LAGS = (1, 2, 3, 5, 8)
-MIN_SAME_IOU = 0.8  # of a second box with where a box was a frame before, or is a frame later
 MIN_TWIN_IOU = 0.5  # of a second box with the first one, from which they are twins
 MAX_EXAMPLES = 64  # of second boxes that a profile keeps
 MAX_LIFETIME_SECONDS = 1.2  # seconds on average: what is seen for longer moves through the image
@@ -70,6 +73,9 @@ def fit_duplicates(measured: DetectorMeasurements, step: float) -> Duplicates | 
     about = (false.iou >= MIN_DUPLICATE_IOU) & ~((false.iou >= 0.5) & trucks[false.nearest])
     if about.sum() < MIN_SAMPLE:
         return None
+    beside = about & ~handed_over(measured)  # the others are left behind where boxes jump
+    if beside.sum() >= MIN_SAMPLE:
+        about = beside
     second = false.select(about)
     event = np.zeros(len(found), bool)
     event[second.nearest] = True
@@ -102,24 +108,46 @@ def jumps(found: Found) -> tuple[Int[Array, " k"], Int[Array, " k"]]:
     return before[far], after[far]
 
 
-def left_behind(measured: DetectorMeasurements) -> int:
-    """How many jumps have both boxes in one frame: the one of before and the one of after."""
+def handed_over(measured: DetectorMeasurements) -> Bool[Array, " m"]:
+    """Which false boxes are twins that a tracker may take for the car: of the two boxes the second
+    one is nearer to that of a frame before or after, or the car has no box then."""
     found, false = measured.found, measured.false
-    before, after = jumps(found)
-    places = []
-    for row, error in ((after, before), (before, after)):
-        boxes = move_edges(found.sightings.boxes[row], found.edges[error])
-        drives = found.ids[row] // DRIVE_ID_STRIDE
-        there = np.zeros(len(row), bool)
-        for number in np.unique(drives).tolist():
-            mine = np.flatnonzero(drives == number)
-            theirs = np.flatnonzero(false.drives == number)
-            order = mine[np.argsort(found.frames[row[mine]], kind="stable")]
-            a, b = same_frame_pairs(found.frames[row[order]], false.frames[theirs])
-            near = box_iou(boxes[order[a]], false.boxes[theirs[b]]) > MIN_SAME_IOU
-            there[order[a[near]]] = True
-        places.append(there)
-    return int((places[0] | places[1]).sum())
+    unit = np.array([0.0, 0.0, 1.0, 1.0])
+    twins = np.flatnonzero(are_twins(measured))
+    rows = false.nearest[twins]
+    first = unit + found.edges[rows]
+    second = unit + edge_errors(false.boxes[twins], found.sightings.boxes[rows])
+    over = np.zeros(len(twins), bool)
+    earlier, later = lagged(found.ids, found.frames, 1)
+    for row, other in ((later, earlier), (earlier, later)):
+        beside = np.full(len(found), -1)
+        beside[row] = other
+        known = beside[rows]
+        box = unit + found.edges[known]  # NaN where the car was not found
+        over |= (known < 0) | ~(box_iou(box, second) <= box_iou(box, first))
+    handed = np.zeros(len(false), bool)
+    handed[twins[over]] = True
+    return handed
+
+
+def handed_over_counts(measured: Sequence[DetectorMeasurements]) -> Float[Array, " 2"]:
+    """How many there are beside a first box that is sure, and beside one that is not, on average
+    over some simulations."""
+    return _by_score(
+        [each.found.log_odds[each.false.nearest[handed_over(each)]] for each in measured]
+    )
+
+
+def jump_counts(measured: Sequence[DetectorMeasurements]) -> Float[Array, " 2"]:
+    """How many boxes jump that are sure, and that are not, on average over some simulations."""
+    return _by_score([each.found.log_odds[jumps(each.found)[1]] for each in measured])
+
+
+def _by_score(log_odds: Sequence[Float[Array, " n"]]) -> Float[Array, " 2"]:
+    """Means over simulations of how many boxes have a score from UNSURE_SCORE, and a lower one."""
+    unsure = [int((expit(each) < UNSURE_SCORE).sum()) for each in log_odds]
+    total = [len(each) for each in log_odds]
+    return np.array([np.mean(total) - np.mean(unsure), np.mean(unsure)])
 
 
 def are_twins(measured: DetectorMeasurements) -> Bool[Array, " m"]:

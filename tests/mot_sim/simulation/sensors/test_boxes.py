@@ -79,15 +79,18 @@ def test_second_boxes_are_whole_examples_beside_the_first_box() -> None:
 def test_a_box_that_jumps_may_be_left_behind() -> None:
     sightings = crowd(200, 20, visible=0.95)
     double = Duplicates(dx=(0.1, 0.2), dy=(0.0,) * 2, dw=(0.0,) * 2, dh=(0.0,) * 2,
-                        log_odds=(2.0, -2.0), at_jumps=0.5)  # fmt: skip
+                        log_odds=(2.0, -2.0), at_jumps=0.5, at_unsure_jumps=1.0)  # fmt: skip
+    sure = np.ones(len(sightings))
     before = sightings.boxes.copy()
     jumped = sightings.ids % 2 == 0
     before[jumped] += 12.0
-    rows, scores = double.left_behind(sightings, sightings.boxes, before, 1)
+    rows, scores = double.left_behind(sightings, sightings.boxes, before, sure, 1)
     assert jumped[rows].all()
     assert len(rows) / jumped.sum() == pytest.approx(0.5, abs=0.04)
     assert set(scores.round(3)) == {0.119, 0.881}
-    assert not len(double.left_behind(sightings, sightings.boxes, before, 1, 0.0)[0])
+    assert not len(double.left_behind(sightings, sightings.boxes, before, sure, 1, 0.0)[0])
+    rows, _ = double.left_behind(sightings, sightings.boxes, before, 0.8 * sure, 1)
+    assert rows.tolist() == np.flatnonzero(jumped).tolist()
 
 
 def test_two_overlapping_cars_may_share_one_box() -> None:

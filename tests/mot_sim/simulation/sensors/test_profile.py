@@ -34,7 +34,7 @@ def test_perfect_has_no_effect() -> None:
 @pytest.mark.parametrize(
     ("text", "error", "told"),
     [
-        ("version = 3", BadFile, "version 3; this mot-sim reads up to 2"),
+        ("version = 4", BadFile, "version 4; this mot-sim reads up to 3"),
         ("name = 'x'", BadFile, "version None"),
         ("version = 1\n[mises]\nbase = 1", UnknownName, "Did you mean 'misses'"),
         ("version = 1\n[misses]\nbasis = 1", UnknownName, "Did you mean 'base'"),
@@ -68,8 +68,9 @@ def test_an_older_profile_is_read_and_what_it_lacks_is_said(tmp_path: Path, capl
         f"{path}: a profile of version 1, without [suppression]: cars close behind others are "
         "found too often; fit it again with `mot-sim calibrate`"
     ]
-    path.write_text("version = 2\n[misses]\nbase = 3")
+    path.write_text("version = 2\n[misses]\nbase = 3\n[duplicates]\nat_jumps = 0.1")
     assert read_profile(path).misses.base == 3.0
+    assert read_profile(path).duplicates.at_unsure_jumps == 0.1  # it meant all boxes
     assert len(caplog.records) == 1
 
 

@@ -8,6 +8,11 @@ import pytest
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.simulation.sensors import Autocorrelation, Profile, Sightings
 from mot_sim.simulation.sensors.fitting.calibrate import fit_profile, simulate
+from mot_sim.simulation.sensors.fitting.fit_false import (
+    handed_over,
+    handed_over_counts,
+    jump_counts,
+)
 from mot_sim.simulation.sensors.fitting.fit_report import curves, fit_lines, fit_picture
 from mot_sim.simulation.sensors.fitting.measure import LabelledDetections, measure
 from mot_sim.simulation.sensors.fitting.statistics import Distance, gap_lengths, ks_distance, lagged
@@ -177,3 +182,17 @@ def test_boxes_that_jump_and_twins_are_reported() -> None:
     assert told["boxes that jump: IoU below 0.8"] == pytest.approx(0.2)
     assert told["boxes that jump: IoU below 0.7"] == 0.0
     assert told["twins of 1000 right boxes"] == pytest.approx(1000.0 / 11.0)
+
+
+def test_twins_that_a_tracker_may_take_for_the_car_are_told_from_the_others() -> None:
+    one = LabelledDetections(labels(1, 9), empty(), 9, CAMERA)
+    boxes = one.labels.boxes.copy()
+    boxes[4:] += [10.0, 0.0, 10.0, 0.0]  # it jumps
+    twins = np.array([boxes[1] + [0.0, 0.0, 0.0, 9.0], boxes[3]])  # beside it, left behind
+    frames, scores = np.array([*range(9), 1, 4]), np.array([1.0] * 4 + [0.8] * 5 + [0.9] * 2)
+    order = np.argsort(frames, kind="stable")
+    both = Detections(np.concatenate((boxes, twins)), scores).select(order)
+    measured = measure([replace(one, log=DetectionLog(frames[order], both))])
+    assert handed_over(measured).tolist() == [False, True]
+    assert handed_over_counts([measured]).tolist() == [0.0, 1.0]
+    assert jump_counts([measured]).tolist() == [0.0, 1.0]
