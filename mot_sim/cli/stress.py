@@ -117,6 +117,10 @@ class Stress:
                 require_writable(path)
         if self.update_baseline and self.baseline is None:
             raise BadConfig("--update-baseline: which one? give --baseline FILE")
+        if self.baseline is not None and self.seeds < 2:
+            raise BadConfig(
+                f"--baseline with --seeds {self.seeds}: no interval; give --seeds 2 or more"
+            )
         for option_name in ("baseline", "junit", "markdown"):
             if self.measure and getattr(self, option_name) is not None:
                 raise BadConfig(f"--measure judges nothing: leave out --{option_name}")

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from mot_sim.experiments.sweep.bounds import Bound, bounds_of
+from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.design import Design
 from mot_sim.experiments.sweep.paths import Level
 from mot_sim.experiments.sweep.running import Progress, sweep
@@ -116,7 +117,12 @@ def _suite(name: str, table: Any, path: Path) -> Suite:
                 raise BadFile(f"{where}: {key}: {name_of} = {value!r}: give one value")
             if isinstance(value, str) and value.endswith(".toml"):
                 require_inside(value, where, path.parent, Path.cwd())
-    bounds = bounds_of(given.pop("bounds"))
+    if given["frames"] < 1:
+        raise BadFile(f"{where}: frames = {given['frames']}: give 1 or more")
+    try:
+        bounds = bounds_of(given.pop("bounds"))
+    except (BadConfig, UnknownName) as error:
+        raise BadFile(f"{where}: bounds: {error}") from None
     return Suite(name=name, bounds=bounds, **given)
 
 
@@ -164,6 +170,10 @@ def stress(
     folder: where finished trials stay, for many suites together; None: nowhere. Raises as
     `sweep` does.
     """
+    try:
+        Conditions.of(suite.scene, suite.settings)
+    except (BadConfig, UnknownName) as error:
+        raise BadConfig(f"suite {suite.name}: {error}") from None
     design = suite.design(trackers, seeds, first_seed)
     place = None if folder is None else folder / RUNS
     table = sweep(design, place, jobs=jobs, extend=place is not None, progress=progress)

@@ -176,6 +176,14 @@ def test_a_tracker_that_fails_is_named_and_fails_the_command(
     assert "frame 2: ZeroDivisionError" in " ".join(told.err.split())
 
 
+def test_a_suite_that_cannot_be_run_is_named(suites: Path) -> None:
+    suite = read_suites(suites)["easy"]
+    with pytest.raises(BadConfig, match=r"suite easy: unknown axis 'scene\.huoses'.*scene\.houses"):
+        stress(replace(suite, settings={"scene.huoses": 0.0}))
+    with pytest.raises(BadConfig, match="suite easy: unknown scene 'crosing'"):
+        stress(replace(suite, scene="crosing"))
+
+
 def test_measuring_shows_the_bounds_and_fails_nothing(
     suites: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -200,8 +208,18 @@ def test_suites_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
         ("[a]\nframe = 3", UnknownName, "Did you mean 'frames'"),
         (
             '[a]\nabout = ""\nscene = "crossing"\nframes = 3\nbounds = {}',
-            BadConfig,
-            "no bound",
+            BadFile,
+            "suite a: bounds: no bound",
+        ),
+        (
+            '[a]\nabout = ""\nscene = "crossing"\nframes = 3\nbounds = { HOAT = 1 }',
+            BadFile,
+            "suite a: bounds: unknown score 'HOAT'",
+        ),
+        (
+            '[a]\nabout = ""\nscene = "crossing"\nframes = 0\nbounds = { HOTA = 1 }',
+            BadFile,
+            "suite a: frames = 0: give 1 or more",
         ),
     ],
 )
