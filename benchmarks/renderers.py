@@ -18,7 +18,9 @@ import cv2
 import numpy as np
 
 from mot_sim.plotting import write_image
-from mot_sim.simulation.renderers import RENDERERS, View, find_renderer, silhouettes
+from mot_sim.simulation.renderers import NEAR_METRES, RENDERERS, View, find_renderer, silhouettes
+from mot_sim.simulation.renderers.filling import fill
+from mot_sim.simulation.renderers.triangles import Triangles
 from tests.mot_sim.simulation.renderers.shapes import KITTI, street
 from tracker.types import Camera
 
@@ -62,6 +64,32 @@ def bare_opencv(view: View) -> None:
     )
 
 
+def apart_from_opencv(view: View) -> tuple[int, int, int]:
+    """Pixels with another triangle than OpenCV finds, with another object; of how many.
+
+    Two triangles that share an edge may each take a pixel on it.
+    """
+    triangles = Triangles.of(view.instances, view.camera, NEAR_METRES)
+    points = triangles.corners.reshape(-1, 3).astype(np.float32)
+    width, height = view.camera.image_size
+    numbers, depth = np.zeros((height, width, 3), np.float32), np.ones((height, width), np.float32)
+    colours = np.zeros_like(points)
+    colours[:, 0] = np.repeat(np.arange(1, len(triangles) + 1) / float(1 << 24), 3)
+    settings = cv2.TriangleRasterizeSettings()
+    settings.setCullingMode(cv2.RASTERIZE_CULLING_NONE)
+    settings.setShadingType(cv2.RASTERIZE_SHADING_FLAT)
+    settings.setGlCompatibleMode(cv2.RASTERIZE_COMPAT_INVDEPTH)
+    depths = triangles.corners[..., 2].min() * 0.999, triangles.corners[..., 2].max() * 1.001
+    rows = np.arange(len(points), dtype=np.int32).reshape(-1, 3)
+    drawing = world2cam(view.camera), 0.5 * np.pi, *depths, settings
+    cv2.triangleRasterize(points, rows, colours, numbers, depth, *drawing)
+    theirs = np.round(numbers[..., 0] * float(1 << 24)).astype(np.int64)
+    ours = fill(triangles, view.camera).numbers
+    objects = np.concatenate(([-1], triangles.objects))
+    others = np.count_nonzero(objects[ours] != objects[theirs])
+    return np.count_nonzero(ours != theirs), others, ours.size
+
+
 def measure(tasks: dict[str, Task], views: list[View]) -> dict[str, tuple[float, float]]:
     """Milliseconds a frame of each task, taken in turn: CPU time and wall time, medians."""
     times: dict[str, list[tuple[float, float]]] = {name: [] for name in tasks}
@@ -100,6 +128,8 @@ def main() -> None:
     times = measure(tasks, views)
     yardstick = times["bare triangleRasterize"][0]
     width, height = KITTI.image_size
+    one, other, of = np.sum([apart_from_opencv(view) for view in views], axis=0).tolist()
+    print(f"{one} of {of} pixels show another triangle than OpenCV's, {other} another object")
     print(f"{width} x {height}, {seen} of {len(views[0].instances)} cars seen, {FRAMES} frames")
     print("task                      CPU ms   wall ms   frames/CPU s   x yardstick")
     for name, (cpu, wall) in times.items():
