@@ -1,6 +1,6 @@
 """How fast views are drawn: frames a second on one core, with and without silhouettes.
 
-    python -m benchmarks.renderers [--renderer mesh] [--out FOLDER]
+    python -m benchmarks.renderers [--renderer mesh] [--growth] [--out FOLDER]
 
 20 cars of 990 faces in four lanes, 1242 x 375 pixels: image, depth, instance and semantic ids.
 Machines differ and are shared: beside every figure stands its ratio to a yardstick measured in
@@ -10,6 +10,7 @@ has it).
 
 import argparse
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from statistics import median
 from time import perf_counter, process_time
@@ -104,9 +105,34 @@ def measure(tasks: dict[str, Task], views: list[View]) -> dict[str, tuple[float,
     }
 
 
+def grown(scale: float) -> Camera:
+    """KITTI's camera with so many times the pixels along each side."""
+    K = np.diag((scale, scale, 1.0)) @ KITTI.K
+    width, height = KITTI.image_size
+    return replace(KITTI, K=K, image_size=(round(scale * width), round(scale * height)))
+
+
+def growth(frames: int) -> None:
+    """Print how image and labels' counts grow with cars and with pixels, CPU ms, medians."""
+    renderer, yard = find_renderer("raster"), street()
+    print("cars   image size    image ms   counts ms   x yardstick")
+    for cars, scale in ((5, 1.0), (10, 1.0), (20, 1.0), (40, 1.0), (20, 0.5), (20, 2.0)):
+        camera = grown(scale)
+        views = [street(camera, cars, seed) for seed in range(frames)]
+        tasks: dict[str, Task] = {
+            "yard": lambda _: bare_opencv(yard), "image": renderer.render, "counts": silhouettes
+        }  # fmt: skip
+        times = measure(tasks, views[:1] + views)
+        yardstick, image, counts = (times[name][0] for name in tasks)
+        size = "{} x {}".format(*camera.image_size)
+        print(f"{cars:4d}   {size:11s}{image:11.1f}{counts:12.1f}"
+              f"{image / yardstick:9.2f} {counts / yardstick:.2f}", flush=True)  # fmt: skip
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--renderer", default="raster", choices=sorted(RENDERERS))
+    parser.add_argument("--growth", action="store_true", help="with cars and with pixels")
     parser.add_argument("--out", type=Path, help="a folder for one of the frames")
     arguments = parser.parse_args()
     cv2.setNumThreads(1)
@@ -134,6 +160,9 @@ def main() -> None:
     print("task                      CPU ms   wall ms   frames/CPU s   x yardstick")
     for name, (cpu, wall) in times.items():
         print(f"{name:24s} {cpu:7.1f} {wall:9.1f} {1e3 / cpu:14.0f} {cpu / yardstick:13.1f}")
+
+    if arguments.growth:
+        growth(8)
 
 
 if __name__ == "__main__":
