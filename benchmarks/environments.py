@@ -1,9 +1,11 @@
 """How fast the environments step: pixel-free over labels that are known, and many at once.
 
     python -m benchmarks.environments [--steps N]
+    python -m benchmarks.environments --worlds [--steps 5000] [--scenes highway,town]
 
 Steps a second of one thread, by CPU and by wall time; machines differ and are shared. Every
-figure is the best of three.
+figure is the best of three. The last part compares with highway-env's intersection, whose step is
+1 s of traffic, in simulated seconds. --worlds: what becomes of long live runs under autopilot.
 """
 
 import argparse
@@ -21,11 +23,19 @@ import numpy as np  # noqa: E402
 
 import mot_sim  # noqa: E402, F401  (registers the ids)
 from mot_sim.envs.association_experts import hungarian_policy  # noqa: E402
+from mot_sim.envs.driving_tasks import META_ACTIONS  # noqa: E402
+from mot_sim.envs.registration import environment_id  # noqa: E402
+from mot_sim.envs.rollouts import driver_of  # noqa: E402
 from mot_sim.envs.scene_env import SceneEnv, Scored, TrackObservation  # noqa: E402
+from mot_sim.simulation.registry import SCENES, find_scene  # noqa: E402
+from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS  # noqa: E402
+from tracker.errors import BadConfig  # noqa: E402
 
 ID = "mot_sim/Highway-v0"
 CARS = 30
 ROUNDS = 3
+STEPS_COMPARED = 20
+STANDING_REWARD = 0.01  # of the speed limit
 
 
 def options(frames: int) -> dict[str, Any]:
@@ -60,7 +70,7 @@ def report_live(frames: int) -> None:
     env.reset(seed=0)
     start = process_time()
     for _ in range(frames - 1):
-        env.step(0)
+        env.step(META_ACTIONS.index("autopilot"))
     rate = (frames - 1) / (process_time() - start)
     print(f"{'live traffic, labels made on the way':42} {rate:8.1f} steps/s (CPU)")
 
@@ -87,11 +97,100 @@ def report_many(workers: int, steps: int, known: bool) -> float:
     return best
 
 
+def report_resets() -> None:
+    """What the reset to an episode that is new costs, in steps of the same episode."""
+    for name in ("mot_sim/Crossing-v0", ID):
+        for traffic in ("recorded", "live"):
+            if traffic == "live" and name != ID:
+                continue
+            env = gym.make(name, image=False, frames=60, traffic=traffic)
+            env.reset(seed=0)
+            costs = []
+            for seed in range(1, 1 + ROUNDS):
+                start = process_time()
+                env.reset(seed=seed)
+                reset, start = process_time() - start, process_time()
+                for _ in range(STEPS_COMPARED):
+                    env.step(env.action_space.n - 1)
+                costs.append(reset * STEPS_COMPARED / (process_time() - start))
+            print(f"{name + ', ' + traffic + ': a new reset':42} {min(costs):8.1f} steps")
+
+
+def simulated_seconds(env: gym.Env, idle: Any, seconds: float, steps: int) -> float:
+    """Simulated seconds per CPU second; seconds: of one step."""
+    env.reset(seed=0)
+    start = process_time()
+    for _ in range(steps):
+        _, _, terminated, truncated, _ = env.step(idle)
+        if terminated or truncated:
+            env.reset()
+    return steps * seconds / (process_time() - start)
+
+
+def report_beside_highway_env() -> None:
+    """Driving at an intersection, resets included, as highway-env does it and as we do."""
+    import highway_env  # noqa: F401  (registers its ids)
+
+    theirs = simulated_seconds(gym.make("intersection-v1"), np.zeros(2, np.float32), 1.0, 40)
+    options = {"actions": "meta", "frames": 130}
+    autopilot = META_ACTIONS.index("autopilot")
+    print(f"{'highway-env intersection-v1':42} {theirs:8.2f} simulated s per CPU s")
+    for seen in ("kinematics", "detections"):
+        env = gym.make("mot_sim/Intersection-v0", observation=seen, image=False, **options)
+        ours = simulated_seconds(env, autopilot, STEP_SECONDS, 100)
+        print(f"{'mot_sim/Intersection-v0, ' + seen:42} {ours:8.2f} simulated s per CPU s")
+
+
+def report_worlds(scenes: list[str], steps: int) -> None:
+    """Long runs of live traffic under autopilot: rewards, ends, and how long the ego car stood."""
+    print(f"{'scene':28}  steps  reward last 1000  stood s new ways end")
+    for name in scenes:
+        env = gym.make(
+            environment_id(name), continuous=True, observation="kinematics", frames=steps + 1
+        )
+        env.reset(options={"episode_seed": 0})
+        rewards: list[float] = []
+        stood = longest = 0
+        end = "none"
+        for _ in range(steps):
+            _, reward, terminated, truncated, _ = env.step(META_ACTIONS.index("autopilot"))
+            rewards.append(float(reward))
+            stood = stood + 1 if reward <= STANDING_REWARD else 0
+            longest = max(longest, stood)
+            if terminated or truncated:
+                end = "crash" if terminated else "last frame" if len(rewards) == steps else "road"
+                break
+        ways = env.unwrapped._rollout.driver.ego_ways
+        print(
+            f"{name:28} {len(rewards):6d} {np.mean(rewards):7.3f} {np.mean(rewards[-1000:]):9.3f} "
+            f"{longest * STEP_SECONDS:8.1f} {ways:8d} {end}",
+            flush=True,
+        )
+
+
+def live_scenes() -> list[str]:
+    """The scenes that can be driven in."""
+    found = []
+    for name in SCENES:
+        try:
+            driver_of(find_scene(name), 0)
+        except BadConfig:
+            continue
+        found.append(name)
+    return found
+
+
 def main() -> None:
     """Print all figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--steps", type=int, default=100, help="of an episode")
-    steps = parser.parse_args().steps
+    parser.add_argument("--worlds", action="store_true", help="long live runs instead")
+    parser.add_argument("--scenes", help="of --worlds, by commas; default: all that are live")
+    given = parser.parse_args()
+    steps = given.steps
+    if given.worlds:
+        report_worlds(given.scenes.split(",") if given.scenes else live_scenes(), steps)
+        return
     env = gym.make(ID, **options(steps + 1))
     seen = [env.reset(options={"episode_seed": 0})[1]["truth"]]
     scene: SceneEnv = env.unwrapped  # type: ignore[assignment]
@@ -106,6 +205,8 @@ def main() -> None:
     report("Association-v0, Hungarian policy", gym.make("mot_sim/Association-v0", **short),
            hungarian_policy)  # fmt: skip
     report_live(min(steps, 30))
+    report_resets()
+    report_beside_highway_env()
     for known in (True, False):
         one, two = (report_many(workers, steps, known) for workers in (1, 2))
         print(f"{'two workers against one':42} {two / one:8.2f} times")

@@ -20,7 +20,12 @@ from mot_sim.envs.association_experts import find_expert
 from mot_sim.envs.association_observation import association_space, observe_association
 from mot_sim.envs.episode_sources import EpisodeSource, FolderSource, SceneSource
 from mot_sim.envs.errors import OutOfTurn, require_action, require_options
-from mot_sim.envs.image_window import RENDER_MODES, ImageWindow, require_render_mode
+from mot_sim.envs.image_window import (
+    RENDER_MODES,
+    ImageWindow,
+    require_render_mode,
+    warn_without_mode,
+)
 from mot_sim.envs.observations import Observation, require_padding, surest
 from mot_sim.envs.rollouts import ReplayPickle, scene_made
 from mot_sim.envs.wrappers import RunningClear, counted_labels
@@ -170,10 +175,11 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
     def render(self) -> UInt8[Array, "h w 3"] | None:
         """The frame that was decided last, or after `reset` the first one.
 
-        None without a render mode, or where it goes to a window. Raises OutOfTurn before the
-        first reset.
+        None where it goes to a window, and, with a warning, without a render mode. Raises
+        OutOfTurn before the first reset.
         """
         self._require_begun()
+        warn_without_mode(self.render_mode)
         if self.render_mode == "human":
             self._show()
         return self._draw() if self.render_mode == "rgb_array" else None

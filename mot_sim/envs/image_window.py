@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from gymnasium import logger
 from jaxtyping import UInt8
 from numpy import ndarray as Array
 
@@ -14,6 +15,15 @@ def require_render_mode(render_mode: str | None) -> None:
     """UnknownName for what is neither None nor one of RENDER_MODES."""
     if render_mode not in (None, *RENDER_MODES):
         raise UnknownName.of("render mode", str(render_mode), RENDER_MODES)
+
+
+def warn_without_mode(render_mode: str | None) -> None:
+    """Gymnasium's warning for a picture that nobody asked for when the environment was made."""
+    if render_mode is None:
+        logger.warn(
+            "render() gives None without a render mode: gym.make(id, render_mode='rgb_array') for "
+            "arrays, 'human' for a window"
+        )
 
 
 class ImageWindow:

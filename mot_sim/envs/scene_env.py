@@ -21,7 +21,12 @@ from mot_sim.envs.driving_tasks import (
 )
 from mot_sim.envs.errors import OutOfTurn, require_action, require_options
 from mot_sim.envs.highway_env_config import refuse_config
-from mot_sim.envs.image_window import RENDER_MODES, ImageWindow, require_render_mode
+from mot_sim.envs.image_window import (
+    RENDER_MODES,
+    ImageWindow,
+    require_render_mode,
+    warn_without_mode,
+)
 from mot_sim.envs.kinematics import kinematic_space, observe_kinematics
 from mot_sim.envs.observations import ObservationBuilder, require_padding
 from mot_sim.envs.rollouts import (
@@ -188,8 +193,9 @@ class SceneEnv(ReplayPickle, gym.Env[Any, Any]):
         return observation, reward, self._crashed, self._is_at_end, info
 
     def render(self) -> UInt8[Array, "h w 3"] | None:
-        """The camera's image; None without the render mode, or where it goes to a window."""
+        """The camera's image; None in a window, and, with a warning, without a render mode."""
         self._now()
+        warn_without_mode(self.render_mode)
         if self.render_mode == "human":
             self._show()
         return self._draw().copy() if self.render_mode == "rgb_array" else None

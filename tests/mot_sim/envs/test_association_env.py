@@ -260,7 +260,8 @@ def test_the_decision_is_drawn(env) -> None:
     red = [(image == (255, 48, 40)).all(axis=2).sum() for image in (undecided, new, refused)]
     assert red[0] == red[1] == 0 < red[2]
     assert (new != undecided).any()
-    assert env.render() is None
+    with pytest.warns(UserWarning, match="render_mode='rgb_array'"):
+        assert env.render() is None
 
 
 def test_experts_act_and_become_a_data_set(env) -> None:
