@@ -260,6 +260,7 @@ def test_the_decision_is_drawn(env) -> None:
     red = [(image == (255, 48, 40)).all(axis=2).sum() for image in (undecided, new, refused)]
     assert red[0] == red[1] == 0 < red[2]
     assert (new != undecided).any()
+    env.reset(options={"episode_number": 0})
     with pytest.warns(UserWarning, match="render_mode='rgb_array'"):
         assert env.render() is None
 
