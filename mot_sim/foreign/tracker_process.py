@@ -21,7 +21,8 @@ from weakref import finalize
 from mot_sim.foreign.processes import kill_group, last_lines
 from mot_sim.foreign.serving import IDLE_SECONDS, LENGTH, Message, Request, packed, resident, serve
 
-GRACE = 1.0  # seconds in which a process must be gone, or must have forgotten its tracker
+GRACE = 1.0  # seconds in which a process must have forgotten its tracker
+ENDING = 5.0  # seconds in which a process whose pipe is closed must be gone, on a busy machine too
 MAX_IDLE = 8  # processes that wait for a next trial
 IDLE_SHARE = 1.0 / MAX_IDLE  # of the memory limit that one of them may hold
 
@@ -105,7 +106,7 @@ class TrackerProcess:
 
     def exit_status(self) -> int | None:
         """Its exit status, a signal below 0; None: it is there, though its pipe is closed."""
-        deadline = monotonic() + GRACE
+        deadline = monotonic() + ENDING
         while (state := self._state()) is None:
             if monotonic() > deadline:
                 return None
