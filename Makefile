@@ -41,7 +41,8 @@ UNCHECKED := -o addopts=--strict-markers
 test: $(STAMP)
 	$(PYTEST) -m "not slow" $(UNCHECKED) --cov --cov-report=term
 	$(PYTEST) -m "not slow and not kitti" --hypothesis-profile few tests/tracker tests/contracts \
-	    --ignore tests/contracts/test_environments.py
+	    --ignore tests/contracts/test_environments.py \
+	    --ignore tests/contracts/test_environment_wrappers.py
 
 test-all: $(STAMP)
 	$(PYTEST)
