@@ -49,8 +49,10 @@ def test_an_mp4_is_h264_as_browsers_play_it(tmp_path) -> None:
 def test_the_colours_of_an_mp4_come_back(tmp_path) -> None:
     frames = decoded(write_video(tmp_path / "film.mp4", FRAMES, 10.0))
     assert len(frames) == len(FRAMES)
+    # (The reader of OpenCV 4 takes every film for one with the colours of standard television.)
+    apart = 12.0 if int(cv2.__version__.split(".")[0]) >= 5 else 25.0
     for frame, colour in zip(frames, COLOURS, strict=True):
-        assert np.abs(frame[20:40, 30:60].mean(axis=(0, 1)) - colour).max() < 12.0
+        assert np.abs(frame[20:40, 30:60].mean(axis=(0, 1)) - colour).max() < apart
 
 
 def test_a_gif_loops_and_keeps_its_colours(tmp_path) -> None:

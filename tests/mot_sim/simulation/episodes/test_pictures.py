@@ -71,7 +71,7 @@ def test_the_hash_is_of_pixels_and_their_order(recorded: Path) -> None:
     places, drawn = EpisodeFiles(recorded, "0000"), RenderedImages(Rollout.of(small(), SEED))
     pictures = Pictures(tuple(PICTURES))
     for frame in range(FRAMES):
-        pictures.add(frame, drawn.render(frame))
+        pictures.add(frame, pictures.encode(drawn.render(frame)))
     for part, digest in pictures.digests(FRAMES).items():
         assert digest_of_folder(places, part, FRAMES) == digest
     assert pictures.digests(2) != pictures.digests(3)
