@@ -65,7 +65,8 @@ $(RL_STAMP): pyproject.toml
 	@touch $@
 
 test-rl: $(RL_STAMP)
-	.venv-rl/bin/python -m pytest -m slow --must-run slow $(UNCHECKED) tests/contracts/test_environment_wrappers.py
+	.venv-rl/bin/python -m pytest -m slow --must-run slow $(UNCHECKED) \
+	    tests/contracts/test_environment_wrappers.py tests/test_examples.py
 
 test-browser: docs
 	$(BIN)/python -m pytest -m browser --must-run browser $(UNCHECKED) tests/mot_sim/report tests/test_site.py

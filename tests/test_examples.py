@@ -4,12 +4,16 @@ import ast
 import os
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
-EXAMPLES = {path.stem: path for path in sorted((ROOT / "examples").glob("*.py"))}
+TRAINING = "train_association"  # needs minutes and an extra: tests of its own
+EXAMPLES = {
+    path.stem: path for path in sorted((ROOT / "examples").glob("*.py")) if path.stem != TRAINING
+}
 PRINTED = "# Printed:\n"  # begins the comment at the end of a script
 PICTURES = {"noise_sweep": "noise_sweep.png", "own_scene": "own_scene.png"}
 
@@ -64,3 +68,35 @@ def test_the_examples_are_short_and_say_what_they_show() -> None:
         assert 20 <= len(text.splitlines()) <= 60, name
         assert ast.get_docstring(ast.parse(text)), name
         assert claimed(name), name
+
+
+def train(folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    """Train who is who, as little as can be."""
+    return subprocess.run(
+        [sys.executable, str(ROOT / "examples" / f"{TRAINING}.py"), *options],
+        cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True, text=True, timeout=600, check=False,
+    )  # fmt: skip
+
+
+@pytest.mark.skipif(find_spec("sb3_contrib") is not None, reason="the extra rl is installed")
+def test_training_says_what_is_missing(tmp_path: Path) -> None:
+    done = train(tmp_path)
+    assert done.returncode == 1
+    assert "pip install 'mot-sim[rl]'" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(find_spec("sb3_contrib") is None, reason="needs the extra rl")
+def test_who_is_who_is_learned_and_what_is_learned_is_kept(tmp_path: Path) -> None:
+    little = ("--frames", "12", "--episodes", "2", "--learners", "cloned", "improved")
+    done = train(tmp_path, *little, "--steps", "512", "--out", "kept")
+    assert done.returncode == 0, done.stderr
+    assert {path.name for path in (tmp_path / "kept").iterdir()} == {"cloned.zip", "improved.zip"}
+    rows = [line for line in done.stdout.splitlines() if line.startswith("| ")]
+    assert [row.split(" | ")[0].strip("| ") for row in rows] == [
+        "policy", "random", "random within the masks", "greedy", "Hungarian", "cloned", "improved",
+    ]  # fmt: skip
+    shares = {row.split(" | ")[0].strip("| "): float(row.split()[-2]) for row in rows[1:]}
+    assert shares["cloned"] > 0.5 > shares["random"]
