@@ -138,13 +138,13 @@ def agent(kind: type[PPO] | type[MaskablePPO], pool: dict[str, int], frames: int
 def clone(model: PPO, shown: ImitationDataset, epochs: int = 30) -> None:
     """Behaviour cloning: the expert's choice is made likely for every detection that is there."""
     policy, rng = model.policy, np.random.default_rng(0)
-    optimizer = torch.optim.Adam(policy.parameters(), lr=1e-3)
+    optimizer = torch.optim.Adam(policy.parameters(), lr=3e-3)
     seen = {key: torch.as_tensor(column).float() for key, column in shown.observations.items()}
     masks = torch.as_tensor(shown.masks).reshape(len(shown), SIZE["max_detections"], -1)
     actions, there = torch.as_tensor(shown.actions), seen["detections"]
     for epoch in range(epochs):
         losses = []
-        for rows in np.array_split(rng.permutation(len(shown)), max(len(shown) // 64, 1)):
+        for rows in np.array_split(rng.permutation(len(shown)), max(len(shown) // 16, 1)):
             features = policy.extract_features({key: part[rows] for key, part in seen.items()})
             logits = policy.mlp_extractor.forward_actor(features).reshape(masks[rows].shape)
             logits = logits.masked_fill(~masks[rows], -1e8).transpose(1, 2)

@@ -90,7 +90,7 @@ def test_training_says_what_is_missing(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(find_spec("sb3_contrib") is None, reason="needs the extra rl")
 def test_who_is_who_is_learned_and_what_is_learned_is_kept(tmp_path: Path) -> None:
-    little = ("--frames", "12", "--episodes", "2", "--learners", "cloned", "improved")
+    little = ("--frames", "30", "--episodes", "4", "--learners", "cloned", "improved")
     done = train(tmp_path, *little, "--steps", "512", "--out", "kept")
     assert done.returncode == 0, done.stderr
     assert {path.name for path in (tmp_path / "kept").iterdir()} == {"cloned.zip", "improved.zip"}
@@ -99,4 +99,4 @@ def test_who_is_who_is_learned_and_what_is_learned_is_kept(tmp_path: Path) -> No
         "policy", "random", "random within the masks", "greedy", "Hungarian", "cloned", "improved",
     ]  # fmt: skip
     shares = {row.split(" | ")[0].strip("| "): float(row.split()[-2]) for row in rows[1:]}
-    assert shares["cloned"] > 0.5 > shares["random"]
+    assert shares["cloned"] > 0.9 > 0.5 > shares["random"]
