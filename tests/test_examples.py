@@ -99,4 +99,5 @@ def test_who_is_who_is_learned_and_what_is_learned_is_kept(tmp_path: Path) -> No
         "policy", "random", "random within the masks", "greedy", "Hungarian", "cloned", "improved",
     ]  # fmt: skip
     shares = {row.split(" | ")[0].strip("| "): float(row.split()[-2]) for row in rows[1:]}
-    assert shares["cloned"] > 0.9 > 0.5 > shares["random"]
+    assert shares["cloned"] > 0.9
+    assert shares["random"] < 0.5
