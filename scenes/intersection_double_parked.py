@@ -62,7 +62,7 @@ def intersection_double_parked(
     """
     name = "intersection_double_parked"
     require_between(
-        name, vans=(vans, 1, 2), rate=(rate, 0.0, 0.5), speed=(speed, 6.0, 14.0),
+        name, vans=(float(vans), 1.0, 2.0), rate=(rate, 0.0, 0.5), speed=(speed, 6.0, 14.0),
         patience=(patience, 9.0, 30.0), parked=(parked, 0.0, 1.0),
     )  # fmt: skip
 

@@ -38,7 +38,9 @@ class RightOfWay:
             if car in there and not self._is_through(car, leg)
         }
         known = {*self.going, *self.waiting}
-        self.waiting = [car for car in self.waiting if car in there]
+        self.waiting = [  # a car that nobody holds may have crossed its line without the right
+            car for car in self.waiting if car in there and self._behind_line(car) is not None
+        ]
         self.waiting += sorted(
             (car for car in cars if car not in known and self._asks(car)),
             key=lambda car: (car.to_line, car.number),

@@ -48,3 +48,17 @@ def test_nobody_enters_a_ring_that_is_half_full() -> None:
     needed = int(0.5 * rules.ring_metres / (4.4 + 2.0)) + 1
     assert rules._has_room(inside[: needed - 1])
     assert not rules._has_room(inside[:needed])
+
+
+def test_a_car_that_crosses_its_line_without_the_right_waits_no_longer() -> None:
+    """Nobody holds a car that somebody else steers."""
+    layout = ROADS["intersection"]()
+    road, rules = CarRoad(layout, np.random.default_rng(0)), RightOfWay(layout)
+    across = car(road, 0, way(layout, "from1", "to3"), 1.0, leg=1)
+    ours = car(road, 1, way(layout, "from2", "to3"), 115.0)
+    rules.going = {across: 1}
+    rules.update(road.vehicles)
+    assert rules.waiting == [ours]
+    ours.leg = len(ours.path) - 1
+    rules.update(road.vehicles)
+    assert rules.waiting == []
