@@ -4,16 +4,19 @@ Actions, their order and ranges are those of highway-env (E. Leurent, 2018), at 
 """
 
 from collections.abc import Callable
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 from numpy import ndarray as Array
 
-from mot_sim.simulation.scene import Scene
-from mot_sim.simulation.traffic.driving import COMMANDS, Driven, Driving, driving_reward
-from mot_sim.simulation.traffic.highway.traffic import HighwayTraffic
+from mot_sim.simulation.traffic.driving import (
+    COMMANDS,
+    Driven,
+    Driving,
+    Steerable,
+    driving_reward,
+)
 from tracker.errors import BadConfig
 
 # highway-env's DiscreteMetaAction in its order; the one that lets the ego car drive itself is last.
@@ -23,7 +26,6 @@ WATCH_ACTIONS = ("watch",)  # recorded traffic cannot answer
 # highway-env's ContinuousAction.
 MAX_ACCELERATION = 5.0  # m/s2 at throttle 1
 MAX_STEERING = np.pi / 4.0  # radians of the front wheels at steering 1
-TICK_SECONDS = 0.05  # of the traffic: a car brakes to standing, not beyond
 
 
 def progress_reward(driving: Driving) -> float:
@@ -60,36 +62,21 @@ ACTION_SPACES: dict[str, Callable[[], spaces.Space[Any]]] = {
 }
 
 
-class SteeredTraffic(HighwayTraffic):
-    """Live traffic whose ego car takes acceleration and steering, held for 0.1 s."""
-
-    def steer(self, throttle: float, steering: float) -> None:
-        """What the ego car does until the next call, each -1 to 1; it does not drive backwards."""
-        ego = self._driven().ego
-
-        def act(action: object = None) -> None:
-            least = -ego.speed / TICK_SECONDS
-            acceleration = max(throttle * MAX_ACCELERATION, least)
-            ego.action = {"acceleration": acceleration, "steering": steering * MAX_STEERING}
-
-        ego.act = act  # type: ignore[method-assign]
-
-
-def steered(scene: Scene, traffic: Driven) -> SteeredTraffic:
-    """The same traffic, to be steered. Raises BadConfig where it cannot be."""
-    if not isinstance(traffic, HighwayTraffic):
-        raise BadConfig(f"scene {scene.name} cannot be steered: take actions='meta'")
-    given = {f.name: getattr(traffic, f.name) for f in fields(traffic) if f.init}
-    return SteeredTraffic(**given)
+def require_steerable(scene: str, traffic: Driven) -> Steerable:
+    """The same traffic. Raises BadConfig where it cannot be steered."""
+    if not isinstance(traffic, Steerable):
+        raise BadConfig(f"scene {scene} cannot be steered: take actions='meta'")
+    return traffic
 
 
 def apply_action(driver: Driven, action: Any) -> None:
-    """Tell the driver a meta action (a number) or a continuous one (two)."""
-    if isinstance(driver, SteeredTraffic):
-        throttle, steering = np.clip(np.asarray(action, float), -1.0, 1.0).tolist()
-        driver.steer(throttle, steering)
-    else:
+    """Tell the driver a meta action (a number), or throttle and steering, each -1 to 1."""
+    if np.ndim(action) == 0:
         driver.command(META_ACTIONS[int(action)])
+        return
+    assert isinstance(driver, Steerable)  # the space of two numbers is its alone
+    throttle, steering = np.clip(np.asarray(action, float), -1.0, 1.0).tolist()
+    driver.steer(throttle * MAX_ACCELERATION, steering * MAX_STEERING)
 
 
 def copied(action: Any) -> Any:

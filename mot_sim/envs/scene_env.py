@@ -17,7 +17,7 @@ from mot_sim.envs.driving_tasks import (
     WATCH_ACTIONS,
     apply_action,
     copied,
-    steered,
+    require_steerable,
 )
 from mot_sim.envs.errors import OutOfTurn, require_action, require_options
 from mot_sim.envs.highway_env_config import refuse_config
@@ -286,7 +286,8 @@ class SceneEnv(ReplayPickle, gym.Env[Any, Any]):
     def _driver(self, episode: int) -> Driven:
         """The traffic of an episode, which takes the actions of this environment."""
         driver = driver_of(self.scene, episode)
-        return steered(self.scene, driver) if self._actions_kind == "continuous" else driver
+        is_steered = self._actions_kind == "continuous"
+        return require_steerable(self.scene.name, driver) if is_steered else driver
 
     def _draw(self) -> UInt8[Array, "h w 3"]:
         """The image of this moment, rendered once."""

@@ -64,6 +64,15 @@ class Driven(Protocol):
         ...
 
 
+@runtime_checkable
+class Steerable(Driven, Protocol):
+    """Live traffic whose ego car takes acceleration and steering."""
+
+    def steer(self, acceleration: float, angle: float) -> None:
+        """Hold this acceleration, m/s2, and angle of the front wheels, rad."""
+        ...
+
+
 def driving_reward(driving: Driving) -> float:
     """highway-env's reward of driving, 0 to 1.
 

@@ -270,10 +270,14 @@ class EgoCar(Car):
     """
 
     told_speed: float | None = None  # m/s; None: it drives itself
+    told_action: tuple[float, float] | None = (
+        None  # m/s2, rad of the front wheels; None: no one steers
+    )
 
     def obey(self, command: str) -> None:
         """Take a command of COMMANDS; a lane that is not there, or one more while it changes
         lanes, changes nothing but who drives."""
+        self.told_action = None
         if command == "autopilot":
             self.told_speed = None
             return
@@ -288,6 +292,11 @@ class EgoCar(Car):
 
     def act(self, action: object = None) -> None:
         """Steering and acceleration for the next tick."""
+        if self.told_action is not None:  # it does not drive backwards
+            wanted, angle = self.told_action
+            wanted = max(wanted, -float(self.speed) / TICK_SECONDS)
+            self.action = {"steering": angle, "acceleration": wanted}
+            return
         if self.crashed or self.told_speed is None:
             super().act(action)
             return

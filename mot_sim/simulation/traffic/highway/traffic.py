@@ -122,6 +122,11 @@ class HighwayTraffic(Demand):
             raise UnknownName.of("command", name, COMMANDS)
         self._driven().ego.obey(name)
 
+    def steer(self, acceleration: float, angle: float) -> None:
+        """Hold this acceleration (m/s2) and angle of the front wheels (rad, to the right) until the
+        next call; it does not drive backwards. Raises BadConfig as `command` does."""
+        self._driven().ego.told_action = acceleration, angle
+
     def driving(self) -> Driving:
         """How the ego car drives now."""
         simulation = self._driven()
