@@ -284,7 +284,7 @@ def test_live_traffic_is_drawn_frame_after_frame() -> None:
 
 
 def test_an_episode_ends_with_the_road_or_goes_on_with_flat_memory() -> None:
-    knobs = {"cars": 0, "arrivals": 0.0, "parked": 0.0, "vans": 0, "frames": 200}
+    knobs = {"cars": 0, "arrivals": 0.0, "parked": 0.0, "vans": 0, "frames": 200, "bends": False}
     plain = {"houses": 0.0, "trees": 0.0, "furniture": 0.0}
     found = {}
     for continuous in (False, True):
