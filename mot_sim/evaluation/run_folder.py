@@ -1,7 +1,7 @@
 """A folder of results: `SSSS.txt` a finished sequence, and `run.json`, how they were made."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
@@ -12,8 +12,7 @@ from numpy import ndarray as Array
 from mot_sim.datasets.boxes import RUN_FILE
 from mot_sim.datasets.estimate_files import estimates_path
 from mot_sim.datasets.kitti.labels import write_results
-from mot_sim.files.resumable_folder import ResumableFolder
-from mot_sim.files.settings import Settings
+from mot_sim.files.resumable_folder import TextPartsFolder
 from tracker.errors import BadFile
 from tracker.types import Tracks
 
@@ -50,7 +49,7 @@ class SequenceStatistics:
 
 
 @dataclass(eq=False)
-class RunFolder(ResumableFolder):
+class RunFolder(TextPartsFolder):
     """Results that appear sequence by sequence, each file as a whole; see `ResumableFolder`."""
 
     FILE = RUN_FILE
@@ -61,23 +60,6 @@ class RunFolder(ResumableFolder):
 
     finished: dict[str, SequenceStatistics] = field(default_factory=dict)
     """The sequences whose results are in the folder, by name."""
-
-    @classmethod
-    def open(
-        cls,
-        path: Path,
-        settings: Settings,
-        wanted: Sequence[str],
-        *,
-        resume: bool = False,
-        overwrite: bool = False,
-    ) -> "RunFolder":
-        """The folder, checked; nothing is written yet. See `ResumableFolder.standing`."""
-        there = cls.standing(path, settings, resume=resume, overwrite=overwrite)
-        if overwrite:
-            return cls(path, settings, wanted, stale=tuple(there))
-        kept = {name: part for name, part in there.items() if (path / f"{name}.txt").is_file()}
-        return cls(path, settings, wanted, finished=kept)
 
     @classmethod
     def parse(cls, told: Any, file: Path) -> dict[str, SequenceStatistics]:
@@ -106,18 +88,10 @@ class RunFolder(ResumableFolder):
             estimates_path(self.result(name)).unlink(missing_ok=True)
             raise
 
-    def result(self, name: str) -> Path:
-        """Where the results of a sequence lie."""
-        return self.path / f"{name}.txt"
-
     def remove(self, name: str) -> None:
         """Remove the results of a sequence."""
-        self.result(name).unlink(missing_ok=True)
+        super().remove(name)
         estimates_path(self.result(name)).unlink(missing_ok=True)
-
-    def holds_any(self) -> bool:
-        """Whether any sequence is finished."""
-        return any(self.result(name).exists() for name in {*self.finished, *self.wanted})
 
     def describe(self) -> tuple[bool, dict[str, Any]]:
         """Whether all sequences are finished, and what is known of each."""

@@ -4,7 +4,7 @@ import json
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import Any, ClassVar, TypeVar
@@ -17,6 +17,7 @@ from tracker.errors import BadConfig, BadFile, BadOutput, OutputExists
 Content = TypeVar("Content")
 # Not `Self`: the type checks of the test run decorate methods one by one.
 AnyFolder = TypeVar("AnyFolder", bound="ResumableFolder")
+AnyTextFolder = TypeVar("AnyTextFolder", bound="TextPartsFolder")
 
 
 def require_ours(file: Path, ours: str) -> bool:
@@ -146,3 +147,40 @@ class ResumableFolder(ABC):
             (self.path / self.FILE).unlink(missing_ok=True)
             for place in self.made:
                 place.rmdir()
+
+
+@dataclass(eq=False)
+class TextPartsFolder(ResumableFolder):
+    """A resumable folder whose parts are a file `NAME.txt` each."""
+
+    finished: dict[str, Any] = field(default_factory=dict)
+    """What is known of each part whose file is in the folder, by name."""
+
+    @classmethod
+    def open(
+        cls: type[AnyTextFolder],
+        path: Path,
+        settings: Settings,
+        wanted: Sequence[str],
+        *,
+        resume: bool = False,
+        overwrite: bool = False,
+    ) -> AnyTextFolder:
+        """The folder, checked; nothing is written yet. See `ResumableFolder.standing`."""
+        there = cls.standing(path, settings, resume=resume, overwrite=overwrite)
+        if overwrite:
+            return cls(path, settings, wanted, stale=tuple(there))
+        kept = {name: part for name, part in there.items() if (path / f"{name}.txt").is_file()}
+        return cls(path, settings, wanted, finished=kept)
+
+    def result(self, name: str) -> Path:
+        """Where the file of a part lies."""
+        return self.path / f"{name}.txt"
+
+    def remove(self, name: str) -> None:
+        """Remove the file of a part."""
+        self.result(name).unlink(missing_ok=True)
+
+    def holds_any(self) -> bool:
+        """Whether any part is finished."""
+        return any(self.result(name).exists() for name in {*self.finished, *self.wanted})

@@ -1,6 +1,6 @@
 """Drives of images to look at, and a folder of what a detector found in them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,8 +12,7 @@ from numpy import ndarray as Array
 from mot_sim.datasets.images import ImageFolder
 from mot_sim.datasets.kitti.labels import NO_ALPHA, NO_CUBOID
 from mot_sim.datasets.recorded import DetectionLog
-from mot_sim.files.resumable_folder import ResumableFolder
-from mot_sim.files.settings import Settings
+from mot_sim.files.resumable_folder import TextPartsFolder
 from mot_sim.files.text import what_is_there
 from mot_sim.files.writing import write_lines
 from tracker.errors import DatasetNotFound
@@ -73,7 +72,7 @@ def kitti_rows(log: DetectionLog) -> list[str]:
 
 
 @dataclass(eq=False)
-class DetectedFolder(ResumableFolder):
+class DetectedFolder(TextPartsFolder):
     """`NAME.txt` of each finished drive, and `detect.json`; see `ResumableFolder`."""
 
     FILE = "detect.json"
@@ -84,23 +83,6 @@ class DetectedFolder(ResumableFolder):
 
     finished: dict[str, int] = field(default_factory=dict)
     """How many boxes were found in each finished drive."""
-
-    @classmethod
-    def open(
-        cls,
-        path: Path,
-        settings: Settings,
-        wanted: Sequence[str],
-        *,
-        resume: bool = False,
-        overwrite: bool = False,
-    ) -> "DetectedFolder":
-        """The folder, checked; nothing is written yet. See `ResumableFolder.standing`."""
-        there = cls.standing(path, settings, resume=resume, overwrite=overwrite)
-        if overwrite:
-            return cls(path, settings, wanted, stale=tuple(there))
-        kept = {name: part for name, part in there.items() if (path / f"{name}.txt").is_file()}
-        return cls(path, settings, wanted, finished=kept)
 
     @classmethod
     def parse(cls, told: Any, file: Path) -> dict[str, int]:
@@ -115,19 +97,10 @@ class DetectedFolder(ResumableFolder):
         self.finished[name] = len(log.frames)
         try:
             self.write()
-            write_lines(self.path / f"{name}.txt", kitti_rows(log))
+            write_lines(self.result(name), kitti_rows(log))
         except BaseException:
             del self.finished[name]
             raise
-
-    def remove(self, name: str) -> None:
-        """Remove what was found in a drive."""
-        (self.path / f"{name}.txt").unlink(missing_ok=True)
-
-    def holds_any(self) -> bool:
-        """Whether any drive is finished."""
-        names = {*self.finished, *self.wanted}
-        return any((self.path / f"{name}.txt").exists() for name in names)
 
     def describe(self) -> tuple[bool, dict[str, int]]:
         """Whether all drives are finished; the boxes of each."""
