@@ -68,6 +68,10 @@ class BadOutput(TrackingError):
     """A place that cannot be written to."""
 
 
+class WorkersLost(TrackingError):
+    """Those who do the work cannot be reached, or went away."""
+
+
 class NoOpenGL(TrackingError):
     """No OpenGL context can be had here; says what is missing."""
 

@@ -19,7 +19,7 @@ import cv2
 from threadpoolctl import threadpool_limits
 
 from mot_sim.files.named_objects import importable
-from tracker.errors import BadConfig, TrackingError
+from tracker.errors import BadConfig, TrackingError, WorkersLost
 
 CONNECT_TIMEOUT = 10.0  # seconds that a scheduler may take to answer
 IDLE_TIMEOUT = 60.0  # seconds without any worker, after which none is expected any more
@@ -29,10 +29,6 @@ KEPT = "finished trials are kept where there is a folder for them: run the same 
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
-
-
-class WorkersLost(TrackingError):
-    """Those who do the work cannot be reached, or went away."""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from mot_sim.experiments.executor import Executor, WorkerPool, WorkersLost
+from mot_sim.experiments.executor import Executor, WorkerPool
 from mot_sim.experiments.sweep.design import Design, Point, Range
 from mot_sim.experiments.sweep.drives import Recordings, truth_key
 from mot_sim.experiments.sweep.store import SWEEP_FILE, TABLE_FILE, SweepFolder, TrialOutcome
@@ -24,7 +24,7 @@ from mot_sim.files.fingerprint import SWEEP_FORMAT, code_digest, digest
 from mot_sim.files.settings import versions
 from mot_sim.files.text import read_text
 from mot_sim.files.writing import whole_file
-from tracker.errors import BadFile, TrackingError
+from tracker.errors import BadFile, TrackingError, WorkersLost
 
 log = logging.getLogger(__name__)
 # Called with what is under way, how much of it is done, and how much there is.

@@ -13,7 +13,6 @@ from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
-from mot_sim.experiments.executor import WorkersLost
 from mot_sim.experiments.sweep.conditions import Conditions
 from mot_sim.experiments.sweep.drives import Recordings, TrialSequence, drive_of
 from mot_sim.experiments.sweep.store import SweepFolder, TrialOutcome
@@ -23,7 +22,7 @@ from mot_sim.foreign.answers import BadRows
 from mot_sim.foreign.isolation import close_tracker, steps_of
 from mot_sim.metrics import evaluate_sequence
 from tracker import Frame, Tracks
-from tracker.errors import BadConfig, MotionWarning
+from tracker.errors import BadConfig, MotionWarning, WorkersLost
 
 MAX_ERROR_LETTERS = 300  # that are kept of what a tracker says
 

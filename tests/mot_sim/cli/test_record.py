@@ -130,7 +130,7 @@ def test_ctrl_c_says_what_stands_and_resume_does_the_rest(
         return render(*arguments)
 
     monkeypatch.setattr(recording_module, "annotate_frame", interrupted)
-    command = ["record", "small", "--out", out, "--episodes", 2]
+    command = ["record", "small", "--out", out, "--episodes", 2, "--jobs", 1]
     outcome = mot_sim(*command)
     assert outcome.code == 130
     assert outcome.err == (

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import cv2
 import pytest
 
-from mot_sim.experiments.executor import Executor, WorkersLost, one_thread
-from tracker.errors import BadConfig
+from mot_sim.experiments.executor import Executor, one_thread
+from tracker.errors import BadConfig, WorkersLost
 
 TASKS = list(range(7))
 

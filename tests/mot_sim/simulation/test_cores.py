@@ -11,7 +11,7 @@ from mot_sim.simulation.cores import core_count, frame_by_frame
 from mot_sim.simulation.imaging import ImagesAhead, RenderedImages
 from mot_sim.simulation.scene import Rollout
 from tests.mot_sim.simulation.episodes.small import small
-from tracker.errors import BadConfig
+from tracker.errors import BadConfig, WorkersLost
 
 
 def whose(frame: int) -> tuple[int, int]:
@@ -40,6 +40,23 @@ def test_what_fails_is_told_after_what_came_before(jobs: int) -> None:
     with pytest.raises(BadConfig, match="frame 5"):
         found.extend(frame_by_frame(fails, 12, jobs))
     assert found in ([0, 1, 2, 3, 4], [0, 1, 2, 3])  # of the block that failed, or before it
+
+
+def dies(frame: int) -> int:
+    if frame == 5:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return frame
+
+
+def interrupted(frame: int) -> int:
+    raise KeyboardInterrupt
+
+
+def test_a_process_that_dies_is_told_and_nobody_waits_for_it() -> None:
+    with pytest.raises(WorkersLost, match="--jobs 1"):
+        list(frame_by_frame(dies, 12, 2))
+    with pytest.raises(KeyboardInterrupt):
+        list(frame_by_frame(interrupted, 12, 2))
 
 
 def test_processes_end_with_it() -> None:

@@ -12,12 +12,12 @@ from pathlib import Path
 import pytest
 
 from mot_sim.experiments import executor
-from mot_sim.experiments.executor import WorkersLost
 from mot_sim.experiments.sweep import Design
 from mot_sim.experiments.sweep.running import sweep
 from mot_sim.files.named_objects import importable
 from tests.mot_sim.experiments.small import numbers, small_design, trial_files
 from tests.mot_sim.own_things import write_own_things
+from tracker.errors import WorkersLost
 
 ROOT = Path(__file__).parents[4]
 LEVELS = {"axes": {"detector.jitter": (0.0, 0.5, 1.0, 2.0)}, "seeds": 3}
