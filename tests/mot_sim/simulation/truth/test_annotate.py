@@ -139,7 +139,7 @@ def test_boxes_of_fully_visible_cars_are_those_of_their_pixels_in_every_scene(na
 
 
 def test_the_box_of_a_car_beside_the_camera_is_that_of_its_pixels() -> None:
-    rollout = Rollout.of(find_scene("street", frames=11), 1)
+    rollout = Rollout.of(find_scene("street", frames=11, bends=False, wander=0.0, bumps=0.0), 1)
     state = rollout.traffic_states[10]
     truth = annotate_frame(state, rollout.scene_meshes, 0, scenery=rollout.scenery_in(state)).truth
     (row,) = np.flatnonzero(truth.tracks.ids == 2)
