@@ -78,10 +78,12 @@ $(LOWEST_STAMP): pyproject.toml tests/lowest_versions.py
 	.venv-lowest/bin/python -m pip install --quiet --constraint .venv-lowest/lowest.txt --editable . 'pytest>=8,<10' 'hypothesis>=6.100,<7'
 	@touch $@
 
-# Deprecations of old releases are not ours to mend.
+# Deprecations of old releases are not ours to mend. The first Gymnasium has no modes of autoreset,
+# which the contract of wrappers compares.
 test-lowest: $(LOWEST_STAMP)
 	.venv-lowest/bin/python -m pytest -m "not slow and not kitti and not gl and not browser" $(UNCHECKED) \
-	    -W default tests/tracker tests/contracts tests/mot_sim/metrics tests/mot_sim/datasets tests/mot_sim/files
+	    -W default tests/tracker tests/contracts tests/mot_sim/metrics tests/mot_sim/datasets tests/mot_sim/files \
+	    --ignore tests/contracts/test_environment_wrappers.py
 
 # Both at once, beforehand; what is there already is left as it is.
 environments: $(GL_STAMP) $(LOWEST_STAMP)
