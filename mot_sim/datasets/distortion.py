@@ -102,9 +102,10 @@ class Distortion:
     def _straight(self, points: Float[Array, "n 2"]) -> Float[Array, "n 2"]:
         """Pixels without the lens, in the real camera's K."""
         K, criteria = self.camera.K, (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-9)
-        found = cv2.undistortPoints(
-            points.reshape(-1, 1, 2), K, self.coefficients, R=np.eye(3), P=K, criteria=criteria
-        )
+        # OpenCV 4 has a name of its own for it with a criterion
+        undistort = getattr(cv2, "undistortPointsIter", cv2.undistortPoints)
+        seen = points.reshape(-1, 1, 2), K, self.coefficients
+        found = undistort(*seen, R=np.eye(3), P=K, criteria=criteria)
         return np.asarray(found, dtype=float).reshape(-1, 2)
 
     def _bent(self, points: Float[Array, "n 2"]) -> Float[Array, "n 2"]:
