@@ -8,7 +8,7 @@ from numpy import ndarray as Array
 
 from tests.tracker.kernels.plain_boxes import plain_project_boxes
 from tests.tracker.kernels.plain_hypotheses import plain_censored
-from tracker.car_filter import CarFilter, CarMotion
+from tracker.car_filter import CarFilter, CarMotion, project_boxes
 from tracker.car_filter.carried_boxes import MAX_GROWTH
 from tracker.car_filter.filter import MAX_DEVIATION
 from tracker.car_filter.motion import (
@@ -110,11 +110,12 @@ def plain_update(
 ) -> tuple[Float[Array, "h 9"], Float[Array, "h 9 9"], Float[Array, " h"], Float[Array, " h"]]:
     """States, covariances, log-likelihoods and squared deviations after boxes, edge by edge.
 
-    That is the joint update, since the noise is diagonal.
+    That is the joint update, since the noise is diagonal. Projected by the kernel, which has a test
+    of its own: beside the camera the update magnifies what the two round differently.
 
     linear: the states at which the projection is linearised; None: at the means.
     """
-    expected, H = plain_project_boxes(means if linear is None else linear, camera)
+    expected, H = project_boxes(means if linear is None else linear, camera)
     off = boxes - expected
     if linear is not None:
         off -= (H @ (means - linear)[:, :, None])[:, :, 0]

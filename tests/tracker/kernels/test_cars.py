@@ -100,7 +100,7 @@ def test_updates(some, camera, noise, is_first) -> None:  # type: ignore[no-unty
         found = (column[:, which] for column in (after.means, after.covs, fits, misfits))
         for one, other, unchanged in zip(found, expected, (states, covs, 0.0, np.inf), strict=True):
             scale, one_followed = 1.0 + np.abs(other).max(initial=0.0), one[is_followed]
-            same = {"rtol": 1e-5, "atol": 1e-5}  # beside the camera rounding grows
+            same = {"rtol": 1e-7, "atol": 1e-8}
             np.testing.assert_allclose(one_followed / scale, other[is_followed] / scale, **same)
             stay = np.broadcast_to(unchanged, one.shape)[~is_followed]
             np.testing.assert_array_equal(one[~is_followed], stay)
