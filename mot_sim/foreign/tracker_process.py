@@ -64,8 +64,8 @@ class TrackerProcess:
         return os.fstat(self.printed.fileno()).st_size
 
     def memory(self) -> float:
-        """Bytes of memory that it and what it started have now."""
-        return sum(resident(pid) for pid in _family(self.pid))
+        """Bytes of memory that it has now, and what it started has beside what it shares."""
+        return resident(self.pid) + sum(_private(pid) for pid in _family(self.pid)[1:])
 
     def send(self, request: Request, seconds: float) -> None:
         """Ask. Raises TimeoutError when the request cannot be sent within so many seconds."""
@@ -192,6 +192,19 @@ def _end(pid: int, owner: int, pipe: socket.socket, printed: IO[bytes]) -> None:
         os.waitpid(pid, 0)
     pipe.close()
     printed.close()
+
+
+def _private(pid: int) -> float:
+    """Bytes of memory that a process shares with nobody; 0 where that is not known.
+
+    What was forked shares all that it has not written to with those it was forked from, whose
+    memory is counted already.
+    """
+    try:
+        lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
+    except OSError:
+        return 0.0
+    return 1024.0 * sum(int(line.split()[1]) for line in lines if line.startswith("Private_"))
 
 
 def _family(pid: int) -> list[int]:

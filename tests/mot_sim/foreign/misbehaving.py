@@ -92,6 +92,28 @@ class Copies(Sound):
         return Tracks.empty()
 
 
+class WaitsForCopies(Sound):
+    """Waits for three copies of itself, each with some MB of its own."""
+
+    megabytes = 1
+
+    def misbehave(self, frame: Frame) -> object:
+        copies = []
+        for _ in range(3):
+            copies.append(os.fork())
+            if copies[-1] == 0:
+                food = np.ones(self.megabytes * 125_000)
+                time.sleep(0.5)
+                os._exit(len(food) == 0)
+        for copy in copies:
+            os.waitpid(copy, 0)
+        return Tracks.empty()
+
+
+class WaitsForEatingCopies(WaitsForCopies):
+    megabytes = 40
+
+
 class CannotBeMade(Sound):
     def __init__(self, kind: str = "RuntimeError") -> None:
         raise {"RuntimeError": RuntimeError, "AttributeError": AttributeError}[kind]("no weights")

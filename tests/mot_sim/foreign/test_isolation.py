@@ -11,7 +11,13 @@ from mot_sim.__main__ import main
 from mot_sim.experiments.sweep.running import sweep
 from mot_sim.experiments.sweep.store import SweepFolder
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
-from mot_sim.foreign.isolation import IsolatedTracker, Isolation, close_tracker, steps_of
+from mot_sim.foreign.isolation import (
+    IsolatedTracker,
+    Isolation,
+    TrackerStopped,
+    close_tracker,
+    steps_of,
+)
 from mot_sim.simulation.rig import Rig
 from tests.mot_sim.experiments.guests.test_processes import is_alive
 from tests.mot_sim.experiments.small import BARE, numbers, small_design, trial_files
@@ -95,6 +101,16 @@ def test_a_copy_that_a_tracker_makes_of_itself_changes_nothing() -> None:
     close_tracker(tracker)
     with pytest.raises(Exception, match="stopped before"):
         tracker.step(FRAMES[0])
+
+
+def test_memory_that_copies_share_is_counted_once() -> None:
+    limits = Isolation(memory_limit=100.0)  # less than any process of Python with NumPy holds
+    shares = replace(spec("WaitsForCopies"), isolation=limits).start(CAMERA)
+    assert len(shares.step(FRAMES[2])) == 0
+    close_tracker(shares)
+    eats = replace(spec("WaitsForEatingCopies"), isolation=limits).start(CAMERA)
+    with pytest.raises(TrackerStopped, match="more than 100 MB"):
+        eats.step(FRAMES[2])
 
 
 def drive_of_one(index: int) -> tuple[int, str]:
