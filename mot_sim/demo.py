@@ -116,9 +116,9 @@ def run_demo(
 
 
 def track_episode(episode: Episode, make_tracker: MakeTracker) -> Tracks:
-    """All rows that a fresh tracker gives for an episode."""
+    """All rows that a fresh tracker gives for an episode; no image is drawn for it."""
     tracker = make_tracker(episode.camera)
-    return Tracks.concatenate([tracker.step(frame) for frame in episode])
+    return Tracks.concatenate([tracker.step(frame) for frame in replace(episode, images=None)])
 
 
 def require_free(out: Path, overwrite: bool) -> None:

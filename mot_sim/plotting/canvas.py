@@ -1,5 +1,6 @@
 """Strokes on an RGB image: smooth polygons and lines, text."""
 
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -18,7 +19,7 @@ FONT_FILE = "DejaVuSans.ttf"  # of matplotlib
 Image = UInt8[Array, "h w 3"]
 
 
-def fixed_point(points: Float[Array, "n 2"]) -> Array:
+def fixed_point(points: Float[Array, "*n 2"]) -> Array:
     """The points as OpenCV's fixed-point integers."""
     return np.round(points.clip(-MAX_COORDINATE, MAX_COORDINATE) * (1 << FRACTION_BITS)).astype(
         np.int32
@@ -36,9 +37,23 @@ def draw_line(
 ) -> None:
     """A line through the points."""
     if len(points) >= 2:
-        cv2.polylines(
-            image, [fixed_point(points)], closed, colour, width, cv2.LINE_AA, FRACTION_BITS
-        )
+        draw_lines(image, [points], colour, width, closed)
+
+
+def draw_lines(
+    image: Image,
+    lines: Sequence[Float[Array, "_ 2"]],
+    colour: Colour,
+    width: int = 1,
+    closed: bool = False,
+) -> None:
+    """Several lines, each through two points or more, one after the other."""
+    if not len(lines):
+        return
+    cv2.polylines(
+        image, [fixed_point(each) for each in lines], closed, colour, width, cv2.LINE_AA,
+        FRACTION_BITS,
+    )  # fmt: skip
 
 
 def draw_box(image: Image, corners: Float[Array, "4"], colour: Colour, width: int = 1) -> None:
@@ -53,11 +68,20 @@ def draw_dashed_box(
     """The outline of a box x_min, y_min, x_max, y_max in dashes. dash: their length, pixels."""
     left, top, right, bottom = corners.tolist()
     ring = np.array([(left, top), (right, top), (right, bottom), (left, bottom), (left, top)])
+    dashes = []
     for start, end in pairwise(ring):
         count = max(1, round(float(np.abs(end - start).sum()) / (2.0 * dash)))
         marks = start + np.linspace(0.0, 1.0, 2 * count + 1)[:, None] * (end - start)
-        for first in range(0, 2 * count + 1, 2):
-            draw_line(image, marks[first : first + 2], colour, width)
+        dashes.append(np.stack((marks[:-1:2], marks[1::2]), axis=1))
+    cv2.polylines(
+        image,
+        list(fixed_point(np.concatenate(dashes))),
+        False,
+        colour,
+        width,
+        cv2.LINE_AA,
+        FRACTION_BITS,
+    )
 
 
 def tint(image: Image, corners: Float[Array, "4"], colour: Colour, share: float) -> None:

@@ -136,7 +136,13 @@ def tag(
     """
     taken = [] if taken is None else taken
     places = _tag_places(image, text_width(words) + 8, corners, below)
-    place = min(places, key=lambda each: sum(_shared_pixels(each, other) for other in taken))
+    place, least = places[0], -1
+    for each in places:
+        shared = sum(_shared_pixels(each, other) for other in taken)
+        if least < 0 or shared < least:
+            place, least = each, shared
+        if not shared:
+            break
     taken.append(place)
     left, top, right, bottom = place
     cv2.rectangle(image, (left, top), (right, bottom), colour, cv2.FILLED)
@@ -157,7 +163,7 @@ def _tag_places(image: Image, width: int, corners: Float[Array, "4"], below: boo
     wanted += [(last, edge), (first - width, edge)]
     found = []
     for start, end in wanted:
-        left, bottom = int(np.clip(start, 0, room)), int(np.clip(end, TAG_PIXELS, height - 1))
+        left, bottom = min(max(start, 0), room), min(max(end, TAG_PIXELS), height - 1)
         found.append((left, bottom - TAG_PIXELS, left + width, bottom))
     return found
 

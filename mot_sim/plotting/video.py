@@ -18,7 +18,7 @@ from tracker.errors import BadConfig, BadOutput, OutputExists
 H264 = (
     "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,"
     "format=yuv420p,setparams=colorspace=bt709:color_primaries=bt709:color_trc=bt709",
-    "-c:v", "libx264", "-preset", "fast", "-crf", "20", "-movflags", "+faststart", "-f", "mp4",
+    "-c:v", "libx264", "-preset", "veryfast", "-crf", "20", "-movflags", "+faststart", "-f", "mp4",
 )  # fmt: skip
 LOSSLESS = ("-c:v", "libx264rgb", "-preset", "ultrafast", "-qp", "0", "-f", "matroska")
 PALETTE = ("-vf", "palettegen=stats_mode=full", "-f", "image2", "-update", "1")

@@ -11,6 +11,7 @@ from numpy import ndarray as Array
 from mot_sim.plotting.canvas import (
     Image,
     draw_line,
+    draw_lines,
     draw_text,
     fill_polygon,
     text_width,
@@ -112,9 +113,9 @@ class TopView:
 
     def draw_truth(self, image: Image, outlines: Float[Array, "n 4 2"]) -> None:
         """Outlines of cars, each with an arrow's head before its nose."""
-        for corners in outlines:
-            draw_line(image, self.pixels(corners), TRUTH_COLOUR, closed=True)
-            draw_line(image, self.pixels(arrow_head(corners)), TRUTH_COLOUR, closed=True)
+        rings, heads = self.pixels(outlines), self.pixels(arrow_head(outlines))
+        lines = [line for pair in zip(rings, heads, strict=True) for line in pair]
+        draw_lines(image, lines, TRUTH_COLOUR, closed=True)
 
     def draw_doubts(
         self,
@@ -172,14 +173,16 @@ class TopView:
             draw_line(image, self.pixels(points), colour)
 
 
-def arrow_head(corners: Float[Array, "4 2"]) -> Float[Array, "3 2"]:
+def arrow_head(corners: Float[Array, "*n 4 2"]) -> Float[Array, "*n 3 2"]:
     """A triangle before the nose of a car's outline: its first two corners are in front."""
-    nose = corners[:2]
-    middle = nose.mean(axis=0)
-    ahead = middle - corners[2:].mean(axis=0)
-    length = float(np.hypot(*ahead))
-    tip = middle + ahead * (HEAD_METRES / length if length else 0.0)
-    return np.stack((nose[0], tip, nose[1]))
+    nose = corners[..., :2, :]
+    middle = nose.mean(axis=-2)
+    ahead = middle - corners[..., 2:, :].mean(axis=-2)
+    length = np.hypot(ahead[..., 0], ahead[..., 1])[..., None]
+    tip = middle + ahead * np.divide(
+        HEAD_METRES, length, out=np.zeros_like(length), where=length > 0
+    )
+    return np.stack((nose[..., 0, :], tip, nose[..., 1, :]), axis=-2)
 
 
 def ellipse(
