@@ -1,7 +1,7 @@
 """A sheet of frames: every scene in every weather, drawn with the full world.
 
     python -m benchmarks.gallery FOLDER [--scenes street,merge] [--weathers noon,fog] [--steps 40]
-    [--columns 2] [--width 414]
+    [--columns 2] [--width 414] [--look plain]
 
 Writes each frame at full size, and `sheet.jpg` with all of them, smaller: scenes side by side, or
 in so many columns, weathers below one another.
@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 
 from mot_sim.plotting import write_image
+from mot_sim.simulation.camera_looks import find_camera_look
 from mot_sim.simulation.registry import SCENES, find_scene
 from mot_sim.simulation.renderers import find_renderer
 from mot_sim.simulation.scene import Rollout
@@ -31,7 +32,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=3)
     parser.add_argument("--columns", type=int, help="of scenes; by default all side by side")
     parser.add_argument("--width", type=int, default=414, help="of a small picture, pixels")
+    parser.add_argument("--look", default="kitti", help="of the camera: a name or a TOML file")
     arguments = parser.parse_args()
+    look = find_camera_look(arguments.look)
     arguments.out.mkdir(parents=True, exist_ok=True)
     renderer, columns = find_renderer("raster"), []
     small = arguments.width, round(HEIGHT_SHARE * arguments.width)
@@ -43,7 +46,7 @@ def main() -> None:
             weather = find_weather(sky)
             world = Neighbourhood.build(scene.roads, arguments.seed, weather.light)
             view = world.view(scene.rig.camera, now.ego, take.scene_meshes.instances(now))
-            image = post_process(weather, view, renderer.render(view), arguments.seed, 0)
+            image = post_process(weather, view, renderer.render(view), arguments.seed, 0, look=look)
             write_image(arguments.out / f"{name}_{sky}.png", image)
             row.append(cv2.resize(image, small, interpolation=cv2.INTER_AREA))
         columns.append(np.vstack(row))

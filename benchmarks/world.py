@@ -1,6 +1,6 @@
 """How fast frames are drawn with the full world, and how many corners they have.
 
-    python -m benchmarks.world [--scenes street,highway] [--frames 40]
+    python -m benchmarks.world [--scenes street,highway] [--frames 40] [--look plain]
 
 One core, 1242 x 375 pixels, the nearest 20 cars in sight before a moving camera. `bare` is the
 same cars on a plain plane, nothing else. CPU milliseconds, medians; `mean` is of view, render and
@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 
 from benchmarks.renderers import bare_opencv
+from mot_sim.simulation.camera_looks import CameraLook, find_camera_look
 from mot_sim.simulation.registry import SCENES, find_scene
 from mot_sim.simulation.renderers import NEAR_METRES, MeshInstances, View, find_renderer
 from mot_sim.simulation.renderers.triangles import sphere_in_view
@@ -39,7 +40,7 @@ def cars_before(take: Rollout, world: TrafficState, most: int = CARS) -> MeshIns
     return MeshInstances(meshes, instances.T_cam_object[rows], instances.ids[rows])
 
 
-def measure(name: str, frames: int, most: int) -> None:
+def measure(name: str, frames: int, most: int, look: CameraLook) -> None:
     """Print the CPU times of a drive and the corners in every weather."""
     rig, renderer, yard = Rig.kitti(), find_renderer("raster"), street()
     scene = find_scene(name, frames=frames + 1)
@@ -49,7 +50,7 @@ def measure(name: str, frames: int, most: int) -> None:
     built = process_time() - began
     began = process_time()
     view = place.view(rig.camera, take.traffic_states[0].ego, MeshInstances.empty())
-    post_process(WEATHERS["noon"], view, renderer.render(view), SEED, 0)
+    post_process(WEATHERS["noon"], view, renderer.render(view), SEED, 0, look=look)
     first = process_time() - began
     times: dict[str, list[float]] = {"yard": [], "bare": [], "view": [], "render": [], "noon": []}
     cars = []
@@ -64,7 +65,7 @@ def measure(name: str, frames: int, most: int) -> None:
         ticks.append(process_time())
         rendered = renderer.render(view)
         ticks.append(process_time())
-        image = post_process(WEATHERS["noon"], view, rendered, SEED, number)
+        image = post_process(WEATHERS["noon"], view, rendered, SEED, number, look=look)
         ticks.append(process_time())
         for one, took in zip(times, np.diff(ticks).tolist(), strict=True):
             times[one].append(1e3 * took)
@@ -78,7 +79,7 @@ def measure(name: str, frames: int, most: int) -> None:
     )
     orb, counts = cv2.ORB_create(3000), []
     for each, weather in WEATHERS.items():
-        image = post_process(weather, view, rendered, SEED, 0)
+        image = post_process(weather, view, rendered, SEED, 0, look=look)
         scenery = (rendered.instances < 0).astype(np.uint8) * 255
         found = orb.detect(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), scenery)
         counts.append(f"{each} {len(found)}")
@@ -90,6 +91,7 @@ def main() -> None:
     parser.add_argument("--scenes", default=",".join(SCENES))
     parser.add_argument("--frames", type=int, default=40)
     parser.add_argument("--cars", type=int, default=CARS, help="at most so many, the nearest")
+    parser.add_argument("--look", default="kitti", help="of the camera: a name or a TOML file")
     arguments = parser.parse_args()
     cv2.setNumThreads(1)
     print(
@@ -97,7 +99,7 @@ def main() -> None:
         "    mean    fps  x yardstick"
     )
     for name in arguments.scenes.split(","):
-        measure(name, arguments.frames, arguments.cars)
+        measure(name, arguments.frames, arguments.cars, find_camera_look(arguments.look))
 
 
 if __name__ == "__main__":

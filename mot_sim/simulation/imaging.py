@@ -56,12 +56,14 @@ class RenderedImages:
         return renderer_name(self.drawing)
 
     def render(self, frame: int) -> Rendered:
-        """Image, depth, instances and semantics of a frame, in the scene's weather."""
-        rollout = self.rollout
+        """Image, depth, instances and semantics of a frame, in the scene's weather and look."""
+        rollout, scene = self.rollout, self.rollout.scene
         view = view_of(rollout, frame)
         drawn = self.drawing.render(view)
         motion = motion_at(rollout, frame)
-        image = post_process(rollout.scene.weather, view, drawn, rollout.seed, frame, motion)
+        image = post_process(
+            scene.weather, view, drawn, rollout.seed, frame, motion, scene.camera_look
+        )
         return replace(drawn, image=image)
 
     def load(self, frame: int) -> UInt8[Array, "h w 3"] | None:

@@ -7,6 +7,7 @@ from inspect import Parameter, getdoc, signature
 from typing import Any
 
 from mot_sim.files.field_docstrings import field_docstrings
+from mot_sim.simulation.camera_looks import find_camera_look
 from mot_sim.simulation.scene import Knob, Scene
 from mot_sim.simulation.scene_descriptions import SCENE_NAMES
 from mot_sim.simulation.scene_names import COMMON_KNOBS, SCENES
@@ -17,6 +18,7 @@ from tracker.errors import BadConfig, UnknownName
 COMMON_DESCRIPTIONS = {
     "profile": "The detector's noise: a name (mot-sim list) or a TOML file.",
     "weather": "Light and air of the pictures, by name (mot-sim list).",
+    "camera_look": "What the camera makes of the pictures: kitti, plain, or a TOML file.",
 }
 KNOB_TYPES = (int, float, str, bool)
 
@@ -49,6 +51,7 @@ def find_scene(name: str, **knobs: Knob) -> Scene:
         name=name,
         detector=replace(scene.detector, profile=values["profile"]),
         weather=find_weather(values["weather"]),
+        camera_look=find_camera_look(values["camera_look"]),
         surroundings=Surroundings(**amounts),
         knobs=values,
     )

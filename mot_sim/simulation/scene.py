@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from mot_sim.simulation import random_numbers
+from mot_sim.simulation.camera_looks import CameraLook, find_camera_look
 from mot_sim.simulation.cars.vehicles import Models, VehicleSampler
 from mot_sim.simulation.renderers import MeshInstances
 from mot_sim.simulation.rig import Rig
@@ -42,6 +43,8 @@ class Scene:
     """How shapes and paints of cars are chosen."""
     weather: Weather = field(default_factory=lambda: find_weather("noon"))
     """Light and air of the pictures; does not change the detections."""
+    camera_look: CameraLook = field(default_factory=lambda: find_camera_look("kitti"))
+    """What lens, exposure, tone curve and sensor make of the pictures; changes nothing else."""
     surroundings: Surroundings = field(default_factory=Surroundings)
     """How much stands beside the roads; more: more things that hide cars."""
     knobs: Mapping[str, Knob] = field(default_factory=dict)

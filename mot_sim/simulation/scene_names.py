@@ -5,6 +5,7 @@ SCENE_GROUP = "mot_sim.scenes"  # of the entry points by which other packages re
 COMMON_KNOBS: dict[str, int | float | str | bool] = {
     "profile": "rrc",
     "weather": "noon",
+    "camera_look": "kitti",
     "houses": 1.0,
     "trees": 1.0,
     "furniture": 1.0,

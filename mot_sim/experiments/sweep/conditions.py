@@ -38,7 +38,12 @@ from tracker.errors import BadConfig
 from tracker.types import Camera
 
 # Knobs that no box, no label and no motion hangs on, while no pictures are drawn.
-KNOBS_OF_PICTURES = ("profile", "weather")
+KNOBS_OF_PICTURES = ("profile", "weather", "camera_look")
+# What to do instead for an axis that changes only pictures.
+CURES_OF_PICTURES = {
+    "scene.weather": "detector.weather = {} makes the detector see as badly as that",
+    "scene.camera_look": "record drives with --knobs camera_look={} and detect cars in them",
+}
 MIN_DOUBT = 1e-9  # in a score, so that its log-odds are finite
 # What the names of axes begin with, beside the names of EFFECTS.
 AXIS_ROOTS = ("scene", "rig", "detector", "odometry", "timing", "miscalibration")
@@ -187,10 +192,10 @@ class Conditions:
                 )
             raise unknown("axis", axis, self.axes())
         value = fitting(level, known[axis], axis)
-        if axis == "scene.weather" and value != known[axis]:
+        if axis in CURES_OF_PICTURES and value != known[axis]:
             raise BadConfig(
-                f"scene.weather = {value} changes only pictures, and none are drawn here: "
-                f"detector.weather = {value} makes the detector see as badly as that"
+                f"{axis} = {value} changes only pictures, and none are drawn here: "
+                + CURES_OF_PICTURES[axis].format(value)
             )
         if root == "scene":
             effects = _profile_of(str(value)) if path == "profile" else self.effects

@@ -109,9 +109,10 @@ def verify_episode(
     for part, what in _changes(places, metadata, pictures).items():
         parts[part] = what
     try:
-        profile = str(metadata.knobs.get("profile", ""))
-        if profile.endswith(".toml"):
-            require_inside(profile, f"{places.extra}", root, Path.cwd())
+        for knob in ("profile", "camera_look"):
+            named = str(metadata.knobs.get(knob, ""))
+            if named.endswith(".toml"):
+                require_inside(named, f"{places.extra}", root, Path.cwd())
         scene = find_scene(metadata.scene, **metadata.knobs)
         parts |= _differing(scene, metadata, places, parts, pictures)
     except TrackingError as error:

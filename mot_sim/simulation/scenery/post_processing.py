@@ -4,7 +4,7 @@ It takes image, depth and semantic ids. Normals are not needed: what depends on 
 light on faces, is done when a face is drawn; fog, rain, lamps and lens depend on depth alone.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import cv2
@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float32, UInt8, UInt16
 from numpy import ndarray as Array
 
+from mot_sim.simulation.camera_looks import PLAIN, CameraLook, compressed, develop
 from mot_sim.simulation.random_numbers import named_stream, uniform
 from mot_sim.simulation.renderers import Rendered, Semantic, View
 from mot_sim.simulation.renderers.ground import horizon
@@ -53,6 +54,7 @@ DISC_FALLOFF = 18.0
 # Motion blur.
 BLUR_STEPS = 4  # pictures whose mean it is
 MIN_BLUR_DEPTH_METRES = 2.0
+LIGHT_AT_NIGHT = 0.1  # of the day's, for which the sensor's gain makes up
 # Sensor noise.
 NOISE_SHIFT_PIXELS = 256  # by how much the seed's noise is larger than the image
 SHARED_NOISE_SHARE = 0.85  # std of what the three colours have in common
@@ -95,29 +97,35 @@ def post_process(
     seed: int,
     frame: int,
     motion: tuple[float, float] = (0.0, 0.0),
+    look: CameraLook = PLAIN,
 ) -> Image:
     """The frame's image as the weather lets the camera see it; the caller's own.
 
     motion: metres ahead and radians to the right that the camera moves in a frame's time, for
-    the motion blur. The same seed and frame give the same bytes.
+    the motion blur. look: of the camera; unless it is neutral, it replaces the weather's noise,
+    vignetting and JPEG. The same seed and frame give the same bytes.
     """
     image = rendered.image.copy()
-    if weather.is_neutral:
+    if not look.is_neutral:
+        weather = replace(weather, noise=0.0, vignetting=0.0, jpeg=100.0)
+    if not weather.is_neutral:
+        shot = Shot(weather, view, rendered, seed, frame, motion)
+        for effect in (
+            with_tone,
+            with_rain,
+            with_night,
+            with_air,
+            with_glare,
+            with_motion_blur,
+            with_vignetting,
+            with_noise,
+            with_jpeg,
+        ):
+            image = effect(image, shot)
+    if look.is_neutral:
         return image
-    shot = Shot(weather, view, rendered, seed, frame, motion)
-    for effect in (
-        with_tone,
-        with_rain,
-        with_night,
-        with_air,
-        with_glare,
-        with_motion_blur,
-        with_vignetting,
-        with_noise,
-        with_jpeg,
-    ):
-        image = effect(image, shot)
-    return image
+    light = 1.0 - (1.0 - LIGHT_AT_NIGHT) * weather.night
+    return develop(image, view.camera, look, seed, frame, light)
 
 
 def with_tone(image: Image, shot: Shot) -> Image:
@@ -244,13 +252,7 @@ def with_noise(image: Image, shot: Shot) -> Image:
 
 def with_jpeg(image: Image, shot: Shot) -> Image:
     """The image compressed and decompressed."""
-    quality = shot.weather.jpeg
-    if quality >= 100.0:
-        return image
-    setting = [cv2.IMWRITE_JPEG_QUALITY, int(quality)]
-    _, packed = cv2.imencode(".jpg", cv2.cvtColor(image, cv2.COLOR_RGB2BGR), setting)
-    decoded = np.asarray(cv2.imdecode(packed, cv2.IMREAD_COLOR))
-    return cv2.cvtColor(decoded, cv2.COLOR_BGR2RGB)
+    return compressed(image, shot.weather.jpeg)
 
 
 def _dimmed(image: Image, share: Float32[Array, "h w"]) -> Image:

@@ -31,7 +31,8 @@ def test_frames_carry_the_image_of_their_view() -> None:
         view = view_of(rollout, frame.index)
         drawn = find_renderer("raster").render(view)
         motion = motion_at(rollout, frame.index)
-        seen = post_process(rollout.scene.weather, view, drawn, 1, frame.index, motion)
+        weather, look = rollout.scene.weather, rollout.scene.camera_look
+        seen = post_process(weather, view, drawn, 1, frame.index, motion, look)
         np.testing.assert_array_equal(frame.image, seen)
     assert all(frame.image is None for frame in record(small(), 1))
 

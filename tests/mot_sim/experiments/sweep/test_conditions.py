@@ -95,6 +95,7 @@ def test_a_frame_rate_delivers_every_so_many_frames(rate: float, every: int) -> 
         ("rig.height_error", -2, BadCalibration, "above the road"),
         ("timing.drops", 2, BadConfig, "timing drops"),
         ("scene.weather", "fog", BadConfig, "only pictures.*detector.weather = fog"),
+        ("scene.camera_look", "plain", BadConfig, "only pictures.*camera_look=plain"),
     ],
 )
 def test_an_axis_or_level_that_cannot_be_is_named(

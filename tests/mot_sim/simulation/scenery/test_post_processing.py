@@ -1,10 +1,12 @@
 """Weather as a post-effect: nothing at neutral, seeded, each knob does what it says."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
+from mot_sim.simulation.camera_looks import find_camera_look
 from mot_sim.simulation.renderers import MeshInstances, Rendered, Semantic, View, find_renderer
 from mot_sim.simulation.scenery import WEATHERS, Weather, find_weather, post_process
 from mot_sim.simulation.scenery.weather import RANGES
@@ -122,3 +124,14 @@ def test_a_knob_out_of_range_is_refused(knob: str, value: float) -> None:
 def test_air_is_a_colour() -> None:
     with pytest.raises(BadConfig, match="air of the weather"):
         Weather(air=(300, 0, 0))
+
+
+def test_a_look_replaces_the_weathers_own_camera() -> None:
+    look = find_camera_look("kitti")
+    noisy = replace(WEATHERS["noon"], noise=20.0, vignetting=0.9, jpeg=5.0)
+    one, two = (
+        post_process(weather, street(), drawn(), 1, 0, (1.0, 0.02), look)
+        for weather in (WEATHERS["noon"], noisy)
+    )
+    assert one.tobytes() == two.tobytes()
+    assert one.tobytes() != seen(WEATHERS["noon"]).tobytes()

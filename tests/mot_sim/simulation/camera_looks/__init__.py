@@ -1,0 +1,1 @@
+"""Kernels of the simulator beside the same in plain NumPy."""
