@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from inspect import Parameter, getdoc, signature
 from typing import Any
 
@@ -12,7 +12,7 @@ from mot_sim.simulation.scene import Knob, Scene
 from mot_sim.simulation.scene_descriptions import SCENE_NAMES
 from mot_sim.simulation.scene_names import COMMON_KNOBS, SCENES
 from mot_sim.simulation.scenery import Knobs as Surroundings
-from mot_sim.simulation.scenery import find_weather
+from mot_sim.simulation.scenery import WeatherAxes, find_weather
 from tracker.errors import BadConfig, UnknownName
 
 COMMON_DESCRIPTIONS = {
@@ -46,12 +46,14 @@ def find_scene(name: str, **knobs: Knob) -> Scene:
     values = known | {knob: type(known[knob])(value) for knob, value in knobs.items()}
     scene: Scene = SCENE_NAMES.make(name, Scene, **{knob: values[knob] for knob in own})
     amounts = {knob: values[knob] for knob in ("houses", "trees", "furniture")}
+    shifts = WeatherAxes(**{each.name: values[each.name] for each in fields(WeatherAxes)})
+    weather, look = shifts(find_weather(values["weather"]), find_camera_look(values["camera_look"]))
     return replace(
         scene,
         name=name,
         detector=replace(scene.detector, profile=values["profile"]),
-        weather=find_weather(values["weather"]),
-        camera_look=find_camera_look(values["camera_look"]),
+        weather=weather,
+        camera_look=look,
         surroundings=Surroundings(**amounts),
         knobs=values,
     )
@@ -90,7 +92,7 @@ def knob_descriptions(name: str) -> dict[str, str]:
     Empty for knobs that the docstring does not name. Raises as `knobs_of`.
     """
     found = dict.fromkeys(knobs_of(name), "") | COMMON_DESCRIPTIONS
-    amounts = field_docstrings(Surroundings)
+    amounts = {**field_docstrings(Surroundings), **field_docstrings(WeatherAxes)}
     found |= {
         knob: amounts.get(knob, "") for knob in COMMON_KNOBS if knob not in COMMON_DESCRIPTIONS
     }

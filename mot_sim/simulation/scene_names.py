@@ -1,11 +1,16 @@
 """The register of scenes; it imports nothing, so that their names cost nothing."""
 
 SCENE_GROUP = "mot_sim.scenes"  # of the entry points by which other packages register theirs
-# The knobs that every scene has, with their defaults; the last three are fields of `Surroundings`.
+# The knobs that every scene has, with their defaults. The four after the look are fields of
+# `WeatherAxes`, the last three of `Surroundings`.
 COMMON_KNOBS: dict[str, int | float | str | bool] = {
     "profile": "rrc",
     "weather": "noon",
     "camera_look": "kitti",
+    "fog": 0.0,
+    "rain": 0.0,
+    "sun_elevation": 0.0,
+    "exposure": 0.0,
     "houses": 1.0,
     "trees": 1.0,
     "furniture": 1.0,

@@ -23,6 +23,7 @@ from mot_sim.files.field_docstrings import field_docstrings
 from mot_sim.simulation.registry import SCENE_NAMES, find_scene, knob_descriptions, knobs_of
 from mot_sim.simulation.rig import KITTI_HEIGHT_METRES, KITTI_IMAGE_SIZE, KITTI_K, Rig
 from mot_sim.simulation.scene import Scene
+from mot_sim.simulation.scenery import WeatherAxes
 from mot_sim.simulation.sensors import (
     EFFECTS,
     Detector,
@@ -31,6 +32,7 @@ from mot_sim.simulation.sensors import (
     Profile,
     Timing,
     find_profile,
+    in_fog_and_rain,
     in_weather,
 )
 from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS
@@ -38,11 +40,18 @@ from tracker.errors import BadConfig
 from tracker.types import Camera
 
 # Knobs that no box, no label and no motion hangs on, while no pictures are drawn.
-KNOBS_OF_PICTURES = ("profile", "weather", "camera_look")
+KNOBS_OF_PICTURES = (
+    "profile", "weather", "camera_look", "fog", "rain", "sun_elevation", "exposure",
+)  # fmt: skip
 # What to do instead for an axis that changes only pictures.
 CURES_OF_PICTURES = {
     "scene.weather": "detector.weather = {} makes the detector see as badly as that",
-    "scene.camera_look": "record drives with --knobs camera_look={} and detect cars in them",
+    "scene.fog": "detector.fog = {:g} makes the detector see as badly as that",
+    "scene.rain": "detector.rain = {:g} makes the detector see as badly as that",
+    **{
+        f"scene.{knob}": f"record drives with --knobs {knob}={{}} and detect cars in them"
+        for knob in ("camera_look", "sun_elevation", "exposure")
+    },
 }
 MIN_DOUBT = 1e-9  # in a score, so that its log-odds are finite
 # What the names of axes begin with, beside the names of EFFECTS.
@@ -111,6 +120,10 @@ class NoiseLevels:
     weather: str = "clear"
     """One of `mot_sim.simulation.sensors.WEATHERS`; the profile is changed to what it becomes in
     it."""
+    fog: float = 0.0
+    """Visibility in fog, metres, 10 to 20000, on top; 125 is the weather `fog`. 0: none."""
+    rain: float = 0.0
+    """Rain, mm/h, 0.1 to 150, on top; 16 is the weather `rain`. 0: none."""
 
 
 @dataclass(frozen=True)
@@ -220,8 +233,10 @@ class Conditions:
         told = self.detector
         if not 0.0 <= told.confidence < inf:
             raise BadConfig(f"detector.confidence {told.confidence:g}: give a number, 0 or more")
+        _ = WeatherAxes(told.fog, told.rain)  # raises BadConfig for what is none
+        profile = in_fog_and_rain(in_weather(self.effects, told.weather), told.fog, told.rain)
         return Detector(
-            in_weather(self.effects, told.weather), told.jitter, told.misses, told.score_noise,
+            profile, told.jitter, told.misses, told.score_noise,
             told.clutter, told.cues,
         )  # fmt: skip
 

@@ -11,6 +11,7 @@ from mot_sim.simulation.scenery.placing import Knobs
 from mot_sim.simulation.scenery.post_processing import post_process
 from mot_sim.simulation.scenery.scenery import Scenery
 from mot_sim.simulation.scenery.weather import WEATHERS, Light, Weather, find_weather
+from mot_sim.simulation.scenery.weather_axes import WeatherAxes, contrast_left
 
 __all__ = [
     "WEATHERS",
@@ -19,6 +20,8 @@ __all__ = [
     "Neighbourhood",
     "Scenery",
     "Weather",
+    "WeatherAxes",
+    "contrast_left",
     "find_weather",
     "post_process",
 ]

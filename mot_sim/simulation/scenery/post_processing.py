@@ -19,6 +19,7 @@ from mot_sim.simulation.renderers.ground import horizon
 from mot_sim.simulation.scenery.lamps import lit_at_night
 from mot_sim.simulation.scenery.rain import rained_on
 from mot_sim.simulation.scenery.weather import Weather
+from mot_sim.simulation.scenery.weather_axes import KOSCHMIEDER
 from tracker.kernels import Kernel
 from tracker.types import Camera
 
@@ -35,7 +36,6 @@ GREY_WEIGHTS = (0.3, 0.59, 0.11)  # of R, G, B in the luminance
 WARM_RED_GAIN = 0.16
 WARM_BLUE_LOSS = 0.3
 # Air: extinction by Koschmieder's law.
-VISIBILITY_EXTINCTION = 3.0  # -ln(0.05): contrast left at the visibility
 HAZE_LAYER_METRES = 70.0  # how high haze reaches above the road
 MIN_HAZE_SLOPE = 1e-4
 BELOW_HORIZON_METRES = 1e9  # of air, for rays that meet the road: their own depth counts
@@ -174,7 +174,7 @@ def with_air(image: Image, shot: Shot) -> Image:
     if not np.isfinite(weather.visibility):
         return image
     seen = np.minimum(shot.rendered.depth, _haze_depth(shot.camera))
-    seen *= np.float32(-VISIBILITY_EXTINCTION / weather.visibility)
+    seen *= np.float32(-KOSCHMIEDER / weather.visibility)
     np.exp(seen, out=seen)
     if weather.vignetting and shot.lens_follows_air:
         lens = _vignette(shot.camera, weather.vignetting)

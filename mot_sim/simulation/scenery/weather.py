@@ -68,7 +68,8 @@ class Weather:
     light: Light = Light()
     """Sun and clouds of the world that this weather belongs to, for `Neighbourhood.build`."""
     visibility: float = np.inf
-    """Metres at which contrast has fallen to 5 %, >= 10; lower: denser fog; inf: clear air."""
+    """Metres at which contrast has fallen to 2 %, >= 10 (Koschmieder's law: exp(-3.912 d / V) of
+    it is left at d metres); lower: denser fog; inf: clear air."""
     air: Colour = AIR_COLOUR
     """Colour of fog and haze, RGB, 0 to 255 each."""
     overcast: float = 0.0
@@ -117,22 +118,24 @@ LOW_SUN_LIGHT = Light(azimuth=28.0, elevation=11.0, ambient=0.42, shade=0.55, cl
 # The name of a weather, for scenes and the command line.
 WEATHERS: dict[str, Weather] = {
     "clear": Weather(),
-    "noon": Weather(visibility=1100.0, noise=1.6, vignetting=0.18),
+    "noon": Weather(visibility=1430.0, noise=1.6, vignetting=0.18),
     "low_sun": Weather(
-        LOW_SUN_LIGHT, 800.0, (238, 214, 176), warmth=0.55, glare=0.8, noise=2.0, vignetting=0.22
+        LOW_SUN_LIGHT, 1040.0, (238, 214, 176), warmth=0.55, glare=0.8, noise=2.0, vignetting=0.22
     ),
-    "overcast": Weather(OVERCAST_LIGHT, 700.0, overcast=0.85, noise=2.2, vignetting=0.18),
-    "fog": Weather(OVERCAST_LIGHT, 95.0, (196, 201, 204), overcast=1.0, noise=2.2, vignetting=0.15),
+    "overcast": Weather(OVERCAST_LIGHT, 910.0, overcast=0.85, noise=2.2, vignetting=0.18),
+    "fog": Weather(
+        OVERCAST_LIGHT, 125.0, (196, 201, 204), overcast=1.0, noise=2.2, vignetting=0.15
+    ),
     "rain": Weather(
-        OVERCAST_LIGHT, 260.0, (166, 174, 182), overcast=1.0, rain=0.8, exposure=0.86, noise=2.8,
+        OVERCAST_LIGHT, 340.0, (166, 174, 182), overcast=1.0, rain=0.8, exposure=0.86, noise=2.8,
         vignetting=0.2,
     ),
     "dusk": Weather(
-        NIGHT_LIGHT, 900.0, (150, 140, 150), overcast=0.2, night=0.55, headlights=0.6, warmth=0.15,
+        NIGHT_LIGHT, 1170.0, (150, 140, 150), overcast=0.2, night=0.55, headlights=0.6, warmth=0.15,
         noise=4.0, vignetting=0.22,
     ),
     "night": Weather(
-        NIGHT_LIGHT, 1500.0, (30, 34, 44), night=1.0, headlights=1.0, noise=5.5, vignetting=0.25
+        NIGHT_LIGHT, 1960.0, (30, 34, 44), night=1.0, headlights=1.0, noise=5.5, vignetting=0.25
     ),
 }  # fmt: skip
 

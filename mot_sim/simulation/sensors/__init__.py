@@ -13,6 +13,7 @@ from mot_sim.simulation.sensors.profile import (
 )
 from mot_sim.simulation.sensors.sightings import Sightings
 from mot_sim.simulation.sensors.timing import Timed, Timing
+from mot_sim.simulation.sensors.weather_strength import in_fog_and_rain
 
 __all__ = [
     "EFFECTS",
@@ -30,5 +31,6 @@ __all__ = [
     "Timing",
     "correlated_normals",
     "find_profile",
+    "in_fog_and_rain",
     "in_weather",
 ]

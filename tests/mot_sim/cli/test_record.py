@@ -65,7 +65,10 @@ def test_knobs_of_the_scene_are_turned_and_kept(mot_sim: CommandLine, out: Path)
     assert read_episode(out).metadata.knobs["speed"] == 3.0
     assert mot_sim("verify", out).code == 0
     for wrong, told in (
-        ("sped=3", "unknown knob of scene small: 'sped'; known: frames, furniture, houses, pitch"),
+        (
+            "sped=3",
+            "unknown knob of scene small: 'sped'; known: camera_look, exposure, fog",
+        ),
         ("speed", "--knobs speed: write NAME=VALUE"),
         ("speed=fast", "--knobs speed=fast: give a number"),
     ):

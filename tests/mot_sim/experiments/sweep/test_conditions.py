@@ -96,6 +96,10 @@ def test_a_frame_rate_delivers_every_so_many_frames(rate: float, every: int) -> 
         ("timing.drops", 2, BadConfig, "timing drops"),
         ("scene.weather", "fog", BadConfig, "only pictures.*detector.weather = fog"),
         ("scene.camera_look", "plain", BadConfig, "only pictures.*camera_look=plain"),
+        ("scene.fog", 80, BadConfig, "only pictures.*detector.fog = 80"),
+        ("scene.sun_elevation", 20, BadConfig, "only pictures.*sun_elevation=20"),
+        ("detector.fog", 3, BadConfig, "fog = 3: give 10 to 20000 metres of visibility"),
+        ("detector.rain", -1, BadConfig, "rain = -1: give 0.1 to 150 mm/h"),
     ],
 )
 def test_an_axis_or_level_that_cannot_be_is_named(

@@ -21,7 +21,7 @@ def test_air(seed: int, visibility: float, loss: float) -> None:
     weather = Weather(visibility=visibility, vignetting=loss, air=colour)
     rendered = SimpleNamespace(depth=depth)
     shot = post.Shot(weather, SimpleNamespace(camera=SMALL), rendered, 0, 0, (0.0, 0.0))
-    left = np.exp(-3.0 * np.minimum(depth, post._haze_depth(SMALL)) / visibility)
+    left = np.exp(-3.912 * np.minimum(depth, post._haze_depth(SMALL)) / visibility)
     lens = post._vignette(SMALL, loss)
     dimmed = np.rint(image * np.rint(255.0 * left * lens)[..., None] / 255.0)
     own = np.rint(((1.0 - left) * lens)[..., None] * np.array(colour))

@@ -84,7 +84,7 @@ def test_fog_by_hand() -> None:
     nothing = np.full((375, 1242), -1, np.int32)
     flat = Rendered(image, depth, nothing, np.full((375, 1242), Semantic.ROAD, np.uint8))
     foggy = post_process(Weather(visibility=100.0, air=(200, 200, 200)), street(), flat, 1, 0)
-    left = np.exp(-3.0 * 0.5)
+    left = np.exp(-3.912 * 0.5)
     assert abs(int(foggy[300, 600, 0]) - (100 * left + 200 * (1.0 - left))) <= 1.0
 
 
