@@ -181,21 +181,33 @@ class Detector:
         taken_for_cars = np.ones(len(sightings), bool)
         if effects.confusion is not None and self.misses > 0.0:
             taken_for_cars = effects.confusion(sightings, seed, step)
-        missed, ease = sightings.visible <= 0.0, np.zeros(len(sightings))
-        if effects.misses is not None:
-            missed, ease = effects.misses(sightings, seed, step, self.misses)
+        missed, ease = self._missed(sightings, seed, step)
         boxes = sightings.boxes
         if effects.visible_part is not None and self.jitter > 0.0:
             boxes = effects.visible_part(sightings)
-        scores = sure = np.ones(len(sightings))
-        if effects.scores is not None:
-            scores = sure = effects.scores(sightings, ease, seed, step, self.score_noise)
-            if self.score_noise != 1.0:  # boxes are as far off as with all of it
-                sure = effects.scores(sightings, ease, seed, step, 1.0)
+        scores = sure = self._sure(sightings, ease, seed, step)
+        if effects.scores is not None and self.score_noise != 1.0:
+            scores = effects.scores(sightings, ease, seed, step, self.score_noise)
         if effects.jitter is not None:
             boxes = effects.jitter(boxes, sightings, sure, seed, step, self.jitter)
         provenance = Provenance.of("object", sightings.ids)
         return Responses(sightings, boxes, scores, sure, taken_for_cars & ~missed, provenance)
+
+    def _missed(
+        self, sightings: Sightings, seed: int, step: float
+    ) -> tuple[Bool[Array, " n"], Float[Array, " n"]]:
+        """Who goes unseen, and how well each of the others was seen; see `Misses`."""
+        if self.effects.misses is None:
+            return sightings.visible <= 0.0, np.zeros(len(sightings))
+        return self.effects.misses(sightings, seed, step, self.misses)
+
+    def _sure(
+        self, sightings: Sightings, ease: Float[Array, " n"], seed: int, step: float
+    ) -> Float[Array, " n"]:
+        """The confidence with all noise of scores: boxes are as far off as with all of it."""
+        if self.effects.scores is None:
+            return np.ones(len(sightings))
+        return self.effects.scores(sightings, ease, seed, step, 1.0)
 
     def _suppressed(
         self, responses: Responses, seed: int, camera: Camera, step: float
@@ -253,14 +265,25 @@ class Detector:
         jitter, duplicates = self.effects.jitter, self.effects.duplicates
         if jitter is not None and jitter.hold > 0.0 and duplicates.has_jumps:
             found = responses.select(responses.reported)
-            true = found.sightings.boxes
-            before = jitter(true, found.sightings, found.sure, seed, step, self.jitter, back=1)
-            rows, scores = duplicates.left_behind(
-                found.sightings, found.boxes, before, found.scores, seed, self.clutter
+            sightings, level = found.sightings, self.clutter
+            found = found.select(
+                duplicates.may_be_left_behind(sightings, found.scores, seed, level)
             )
-            seen = found.sightings.select(rows)
-            parts.append(self._second_boxes(seen, before[rows], scores, seed, step))
+            sightings = found.sightings
+            before = jitter(
+                sightings.boxes, sightings, self._sure_before(sightings, seed, step), seed, step,
+                self.jitter, back=1,
+            )  # fmt: skip
+            rows, scores = duplicates.left_behind(sightings, found.boxes, before, seed)
+            parts.append(
+                self._second_boxes(sightings.select(rows), before[rows], scores, seed, step)
+            )
         return [part for part in parts if len(part.log.frames)]
+
+    def _sure_before(self, sightings: Sightings, seed: int, step: float) -> Float[Array, " n"]:
+        """The confidence a frame before, as if all were seen then as now; see `Responses.sure`."""
+        before = sightings.replaced(frames=np.maximum(sightings.frames - 1, 0))
+        return self._sure(before, self._missed(before, seed, step)[1], seed, step)
 
     def _second_boxes(
         self,

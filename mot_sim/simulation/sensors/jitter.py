@@ -20,6 +20,7 @@ USUAL_VISIBLE, USUAL_HEIGHT = 0.95, 50.0  # of a car (part, pixels) at which `sp
 HEIGHT_RANGE = (10.0, 300.0)  # pixels; smaller and larger cars are as those
 MIN_SIDE_PIXELS = 5.0  # sides that are smaller count as so long for errors in pixels
 MAX_HELD_FRAMES = 16  # in a row in which an error is held
+UNSURE_SCORE = 0.9  # of a box, below which a detector is not sure of it
 EDGES = ("left", "upper", "right", "lower")
 
 
@@ -51,7 +52,7 @@ class EdgeNoise:
     """`spread` grows by e^(by_extremes * ln(height / 50 px)^2); more: larger errors of very small
     and of very large boxes."""
     unsure: float = 0.0
-    """`spread` grows by e^(unsure * (1 - score)); more: larger errors where scores are low."""
+    """`spread` grows by e^(unsure * (1 - score)^.25); more: larger errors where scores are low."""
     autocorrelation: Autocorrelation = field(default_factory=Autocorrelation)
     """How x is correlated over time; slower: boxes drift instead of jumping."""
 
@@ -81,7 +82,7 @@ class EdgeNoise:
             self.hidden * (USUAL_VISIBLE - visible)
             + self.by_height * tall
             + self.by_extremes * tall**2
-            + self.unsure * (1.0 - scores)
+            + self.unsure * doubt(scores)
         )
 
 
@@ -109,10 +110,13 @@ class Jitter:
     unsteady: float = 0.0
     """Share of x's variance, 0 to 1, that is drawn anew in every frame where x is held; more: boxes
     tremble."""
+    unsure_own: float = 0.0
+    """Share of x's variance, 0 to 1, that boxes with a score below UNSURE_SCORE have of their own,
+    as correlated over time as the rest; more: boxes jump where scores fall or rise."""
 
     def __post_init__(self) -> None:
         require_sigmas("jitter hold", self.hold)
-        require_rates("jitter unsteady", self.unsteady)
+        require_rates("jitter unsteady, unsure_own", self.unsteady, self.unsure_own)
         for name in ("horizontal", "vertical"):
             value = getattr(self, name)
             if not -1.0 <= value <= 1.0:
@@ -130,16 +134,14 @@ class Jitter:
     ) -> Float[Array, "n 4"]:
         """The boxes with their errors; level 0 gives them back unchanged.
 
-        back: 1: with the errors that they had in the frame before.
+        scores: by which errors go; back: 1: with the errors that they had in the frame before,
+        with scores that are theirs there.
         """
         if not level >= 0.0:
             raise BadConfig(f"jitter level {level:g}: 0 (none) or more")
         if level == 0.0 or self._does_nothing:
             return boxes
-        x = held_normals(
-            seed, sightings.ids, np.maximum(sightings.frames - back, 0), self.autocorrelations,
-            step, self.hold, self.unsteady,
-        )  # fmt: skip
+        x = self._normals(sightings, scores, seed, step, back)
         for first, second, shared in ((0, 2, self.horizontal), (1, 3, self.vertical)):
             if shared != 0.0:
                 x[:, second] *= np.sqrt(1.0 - shared**2)
@@ -152,6 +154,24 @@ class Jitter:
             for place, edge in enumerate(self.edges)
         ]
         return move_edges(boxes, level * np.stack(errors, axis=1))
+
+    def _normals(
+        self,
+        sightings: Sightings,
+        scores: Float[Array, " n"],
+        seed: int,
+        step: float,
+        back: int,
+    ) -> Float[Array, "n 4"]:
+        """What the errors are made of; see `__call__`."""
+        ids, frames = sightings.ids, np.maximum(sightings.frames - back, 0)
+        how = self.autocorrelations, step, self.hold, self.unsteady
+        x = held_normals(seed, "jitter", ids, frames, *how)
+        unsure = np.flatnonzero(scores < UNSURE_SCORE) if self.unsure_own > 0.0 else ids[:0]
+        if len(unsure):
+            own = held_normals(seed, "jitter/unsure", ids[unsure], frames[unsure], *how)
+            x[unsure] = np.sqrt(1.0 - self.unsure_own) * x[unsure] + np.sqrt(self.unsure_own) * own
+        return x
 
     @cached_property
     def edges(self) -> tuple[EdgeNoise, ...]:
@@ -171,8 +191,14 @@ class Jitter:
         )
 
 
+def doubt(scores: Float[Array, " n"]) -> Float[Array, " n"]:
+    """What errors grow with where scores fall, 0 to 1: fast below 1, slowly further down."""
+    return (1.0 - scores).clip(0.0, 1.0) ** 0.25
+
+
 def held_normals(
     seed: int,
+    effect: str,
     ids: Int[Array, " n"],
     frames: Int[Array, " n"],
     autocorrelations: tuple[Autocorrelation, ...],
@@ -183,10 +209,10 @@ def held_normals(
     """Correlated normal numbers that stay for a while and then jump; see `Jitter.hold`.
 
     A number that is held is that of the frame in which it was last renewed. Renewals are drawn
-    frame by frame, and one of MAX_HELD_FRAMES in a row is always one.
+    frame by frame, the same for all effects, and one of MAX_HELD_FRAMES in a row is always one.
     """
     if hold == 0.0:
-        return correlated_normal_columns(seed, "jitter", ids, frames, autocorrelations, step)
+        return correlated_normal_columns(seed, effect, ids, frames, autocorrelations, step)
     when = np.maximum(frames[:, None] - np.arange(MAX_HELD_FRAMES), 0)
     owner = np.repeat(ids, MAX_HELD_FRAMES)
     drawn = random_numbers.uniform(seed, "jitter/hold", owner, when.ravel())
@@ -195,9 +221,9 @@ def held_normals(
     turn = (turn % np.uint64(MAX_HELD_FRAMES)).astype(np.int64)
     renewed |= ((when - turn) % MAX_HELD_FRAMES == 0) | (when == 0)
     last = np.maximum(frames - renewed.argmax(axis=1), 0)
-    x = correlated_normal_columns(seed, "jitter", ids, last, autocorrelations, step)
+    x = correlated_normal_columns(seed, effect, ids, last, autocorrelations, step)
     if unsteady > 0.0:
-        anew = random_numbers.normal(seed, "jitter/anew", ids, frames, x.shape[1])
+        anew = random_numbers.normal(seed, f"{effect}/anew", ids, frames, x.shape[1])
         x = np.sqrt(1.0 - unsteady) * x + np.sqrt(unsteady) * anew
     return x
 

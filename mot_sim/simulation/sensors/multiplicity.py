@@ -17,13 +17,13 @@ from mot_sim.simulation.sensors.checks import (
     require_table,
 )
 from mot_sim.simulation.sensors.correlated_noise import Autocorrelation, bursts, correlated_normals
+from mot_sim.simulation.sensors.jitter import UNSURE_SCORE
 from mot_sim.simulation.sensors.misses import VISIBLE_KNOTS
 from mot_sim.simulation.sensors.sightings import Sightings
 from tracker.errors import BadConfig
 from tracker.geometry import box_iou
 
 MIN_DUPLICATE_IOU = 0.1  # IoU with an object from which a false box is about it
-UNSURE_SCORE = 0.9  # of a box, below which a detector is not sure of it
 MAX_JUMP_IOU = 0.85  # of a box with itself a frame before, its car aside: from here it jumps
 EXAMPLE_COLUMNS = ("dx", "dy", "dw", "dh", "log_odds")
 
@@ -109,31 +109,34 @@ class Duplicates:
         moved = move_boxes(boxes[rows], *chosen[:, :4].T)
         return rows, moved, expit(chosen[:, 4])
 
+    def may_be_left_behind(
+        self, sightings: Sightings, scores: Float[Array, " n"], seed: int, level: float = 1.0
+    ) -> Int[Array, " k"]:
+        """The rows whose box of before is reported too if it jumps; scores: of the boxes."""
+        rate = np.where(scores < UNSURE_SCORE, self.at_unsure_jumps, self.at_jumps)
+        chance = self._jump_draws(sightings, seed)[:, 0]
+        return np.flatnonzero((chance < level * rate) & (sightings.visible > 0.0))
+
     def left_behind(
         self,
         sightings: Sightings,
         boxes: Float[Array, "n 4"],
         before: Float[Array, "n 4"],
-        scores: Float[Array, " n"],
         seed: int,
-        level: float = 1.0,
     ) -> tuple[Int[Array, " k"], Float[Array, " k"]]:
-        """The rows whose box of before is reported too, and its scores.
+        """The rows of those that jump, and the scores of what they leave behind.
 
-        boxes: with their errors; before: the same with those of the frame before; scores: of the
-        boxes.
+        Rows: as `may_be_left_behind` gives them; boxes: with their errors; before: the same with
+        those of the frame before.
         """
-        chance, which = random_numbers.uniform(
-            seed, "duplicate/jump", sightings.ids, sightings.frames, 2
-        ).T
-        rate = np.where(scores < UNSURE_SCORE, self.at_unsure_jumps, self.at_jumps)
-        rows = np.flatnonzero(
-            (box_iou(boxes, before) < MAX_JUMP_IOU)
-            & (chance < level * rate)
-            & (sightings.visible > 0.0)
-        )
-        picked = (which[rows] * len(self.dx)).astype(np.int64)
+        rows = np.flatnonzero(box_iou(boxes, before) < MAX_JUMP_IOU)
+        which = self._jump_draws(sightings.select(rows), seed)[:, 1]
+        picked = (which * len(self.dx)).astype(np.int64)
         return rows, expit(self.examples[picked, 4])
+
+    def _jump_draws(self, sightings: Sightings, seed: int) -> Float[Array, "n 2"]:
+        """Two uniform numbers a row."""
+        return random_numbers.uniform(seed, "duplicate/jump", sightings.ids, sightings.frames, 2)
 
 
 @dataclass(frozen=True)

@@ -24,10 +24,12 @@ from mot_sim.simulation.sensors.fitting.tetrachoric import (
 from mot_sim.simulation.sensors.jitter import (
     HEIGHT_RANGE,
     MIN_SIDE_PIXELS,
+    UNSURE_SCORE,
     USUAL_HEIGHT,
     USUAL_VISIBLE,
     EdgeNoise,
     Jitter,
+    doubt,
     held_normals,
 )
 from mot_sim.simulation.sensors.misses import (
@@ -50,6 +52,7 @@ MIN_EDGE_ERROR = 1e-3  # parts of a side; smaller errors tell no more
 ABSOLUTE_ROUNDS = 30
 HOLDS = (0.0, 0.1, 0.2, 0.3, 0.5, 0.8)  # seconds that are tried
 UNSTEADY = (0.0, 0.02, 0.04, 0.08, 0.12, 0.2)  # shares that are tried
+MIN_UNSURE_CHANGES = 50  # pairs of neighbouring frames of which one is unsure
 CHANGE_PROBABILITIES = (0.5, 0.75, 0.9, 0.97, 0.99, 0.997)
 HOLD_OBJECTS, HOLD_FRAMES = 300, 60  # of the simulations that are compared
 MAX_COUPLING = 0.7  # beyond, scores would foretell every miss
@@ -70,7 +73,26 @@ def fit_jitter(found: Found, step: float) -> Jitter:
     hold, unsteady, slow = fit_hold(own, hits, step)
     fitted = [replace(edge, autocorrelation=each) for edge, each in zip(edges, slow, strict=True)]
     left, right, upper, lower = fitted
-    return Jitter(left, upper, right, lower, shared[0], shared[1], hold, unsteady)
+    unsure = fit_unsure_own(own, hits)
+    return Jitter(left, upper, right, lower, shared[0], shared[1], hold, unsteady, unsure)
+
+
+def fit_unsure_own(own: Sequence[Float[Array, " n"]], hits: Found) -> float:
+    """What share of their errors unsure boxes have of their own; see `Jitter.unsure_own`.
+
+    own: the normal numbers of all four edges. Neighbouring frames of which one is unsure are less
+    alike than those of which both are sure, or both unsure.
+    """
+    unsure, numbers = expit(hits.log_odds) < UNSURE_SCORE, np.stack(own)
+    first, second = lagged(hits.ids, hits.frames, 1)
+    change = unsure[first] != unsure[second]
+    if min(change.sum(), (~change).sum()) < MIN_UNSURE_CHANGES:
+        return 0.0
+    same, other = (
+        np.mean([np.corrcoef(x[first[rows]], x[second[rows]])[0, 1] for x in numbers])
+        for rows in (~change, change)
+    )
+    return round(float(1.0 - (other / max(same, 0.1)).clip(0.0, 1.0) ** 2), 4)
 
 
 def fit_hold(
@@ -91,7 +113,7 @@ def fit_hold(
     for unsteady in UNSTEADY:
         slow = [value_autocorrelation(x, hits, step, unsteady) for x in own]
         for hold in HOLDS:
-            x = held_normals(0, ids, frames, tuple(slow), step, hold, unsteady)
+            x = held_normals(0, "jitter", ids, frames, tuple(slow), step, hold, unsteady)
             made = change_quantiles(x[later] - x[later - 1])
             off = float(np.abs(np.log(made / real)).sum())
             if off < best[0]:
@@ -115,7 +137,7 @@ def _fit_edge(hits: Found, place: int) -> tuple[EdgeNoise, Float[Array, " n"]]:
     side = np.maximum(sides[:, place % 2], MIN_SIDE_PIXELS)
     hidden = USUAL_VISIBLE - sightings.visible
     tall = np.log(sightings.height.clip(*HEIGHT_RANGE) / USUAL_HEIGHT)
-    unsure = 1.0 - expit(hits.log_odds)
+    unsure = doubt(expit(hits.log_odds))
     one = np.ones(len(errors))
     means = np.stack((one, 1.0 / side, hidden), axis=1)
     mean = least_absolute(means, errors)

@@ -21,12 +21,11 @@ from mot_sim.simulation.sensors.fitting.measure import (
 )
 from mot_sim.simulation.sensors.fitting.statistics import lagged, linked
 from mot_sim.simulation.sensors.fitting.tetrachoric import RatedEvents, nearest_autocorrelation
-from mot_sim.simulation.sensors.jitter import edge_errors, move_edges
+from mot_sim.simulation.sensors.jitter import UNSURE_SCORE, edge_errors, move_edges
 from mot_sim.simulation.sensors.misses import VISIBLE_KNOTS
 from mot_sim.simulation.sensors.multiplicity import (
     MAX_JUMP_IOU,
     MIN_DUPLICATE_IOU,
-    UNSURE_SCORE,
     Duplicates,
 )
 from mot_sim.simulation.sensors.quantiles import Quantiles

@@ -40,7 +40,24 @@ def test_unsure_boxes_are_off_further() -> None:
     scores = np.where(np.arange(len(sightings)) % 2 == 0, 1.0, 0.5)
     errors = edge_errors(jitter(sightings.boxes, sightings, scores, 1, STEP), sightings.boxes)
     ratio = errors[scores < 1.0, 0].std() / errors[scores == 1.0, 0].std()
-    assert ratio == pytest.approx(np.e, rel=0.08)
+    assert ratio == pytest.approx(np.exp(2.0 * 0.5**0.25), rel=0.08)
+
+
+def test_boxes_jump_where_scores_fall_and_rise() -> None:
+    sightings = crowd(300, 60)
+    part = EdgeNoise(0.03, autocorrelation=SLOW)
+    jitter = Jitter(part, part, part, part, unsure_own=0.5)
+    scores = np.where(sightings.frames // 10 % 2 == 0, 0.95, 0.85)
+    moved = jitter(sightings.boxes, sightings, scores, 1, STEP)
+    errors = by_object(edge_errors(moved, sightings.boxes)[:, 0], 300)
+    changes = np.square(np.diff(errors, axis=0)).mean(axis=1) / 0.03**2
+    at_turns = np.arange(9, 59, 10)
+    steady = 2.0 * (1.0 - SLOW.correlation(STEP))
+    assert changes[at_turns].mean() == pytest.approx(
+        2.0 - 0.5**0.5 * (2.0 - steady), abs=0.1
+    )  # each keeps half of its variance
+    assert np.delete(changes, at_turns).mean() == pytest.approx(steady, rel=0.1)
+    assert errors.std(axis=1) == pytest.approx(np.full(60, 0.03), rel=0.15)
 
 
 def test_edges_are_off_by_their_own_spread_and_mean() -> None:

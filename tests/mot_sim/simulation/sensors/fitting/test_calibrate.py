@@ -7,7 +7,13 @@ import pytest
 
 from mot_sim.datasets.recorded import DetectionLog
 from mot_sim.simulation.sensors import Autocorrelation, Profile, Sightings
-from mot_sim.simulation.sensors.fitting.calibrate import fit_profile, simulate
+from mot_sim.simulation.sensors.fitting.calibrate import (
+    fit_profile,
+    measured_of,
+    missed_by_chance,
+    simulate,
+)
+from mot_sim.simulation.sensors.fitting.fit_boxes import fit_jitter
 from mot_sim.simulation.sensors.fitting.fit_false import (
     handed_over,
     handed_over_counts,
@@ -94,6 +100,25 @@ def test_planted_box_errors_and_memories_come_back(fitted) -> None:
     assert fitted.misses.autocorrelation.correlation(0.1) == pytest.approx(
         np.exp(-0.1 / 1.2), abs=0.06
     )
+
+
+def test_a_planted_share_of_unsure_boxes_comes_back(drives) -> None:
+    bare = [replace(each, log=empty()) for each in drives]
+    unsure = replace(PLANTED, jitter=replace(PLANTED.jitter, unsure_own=0.5))
+    assert fit_jitter(measure(simulate(unsure, bare, 5)).found, 0.1).unsure_own == pytest.approx(
+        0.5, abs=0.1
+    )
+    assert fit_jitter(measure(drives).found, 0.1).unsure_own < 0.1
+
+
+def test_what_chance_adds_to_the_misses_of_simulations_is_known(drives) -> None:
+    found = measure(drives).found
+    rates = PLANTED.misses.rates(found.sightings)[found.counted]
+    blind = Profile(misses=PLANTED.misses)
+    made = np.mean([each.recall for each in measured_of(blind, drives, 0.1, 2)])
+    by_chance = missed_by_chance(PLANTED.misses, drives, found, 0.1, 2)
+    assert abs(by_chance) > 1e-4
+    assert made + by_chance == pytest.approx(1.0 - rates.mean(), abs=1e-9)
 
 
 def test_what_is_fitted_looks_like_what_it_was_fitted_to(drives, fitted) -> None:
