@@ -37,6 +37,6 @@ figure.savefig("noise_sweep.png", dpi=150)
 print("written: noise_sweep.png")
 
 # Printed:
-# default: 91.0 ±10.5, 80.9 ±3.7, 51.8 ±7.7
-# paper: 87.6 ±10.3, 78.4 ±2.8, 51.3 ±9.0
+# default: 91.3 ±9.3, 80.8 ±4.1, 50.6 ±16.6
+# paper: 88.5 ±7.8, 78.3 ±0.6, 49.6 ±17.1
 # written: noise_sweep.png

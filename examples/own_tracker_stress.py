@@ -46,11 +46,11 @@ if __name__ == "__main__":
             print(bound.word, bound.value)
 
 # Printed:
-# pass default: HOTA 0.73, at least 0.65
-# pass default: IDF1 0.87, at least 0.76
-# pass default: MOTA 0.84, at least 0.78
-# pass default: IDSW 1.50, at most 8.0
-# FAIL mine: HOTA 0.38, at least 0.65
-# FAIL mine: IDF1 0.34, at least 0.76
-# FAIL mine: MOTA 0.62, at least 0.78
-# FAIL mine: IDSW 45.00, at most 8.0
+# pass default: HOTA 0.68, at least 0.62
+# pass default: IDF1 0.80, at least 0.73
+# pass default: MOTA 0.82, at least 0.78
+# pass default: IDSW 4.50, at most 11.0
+# FAIL mine: HOTA 0.40, at least 0.62
+# FAIL mine: IDF1 0.38, at least 0.73
+# FAIL mine: MOTA 0.63, at least 0.78
+# FAIL mine: IDSW 44.50, at most 11.0

@@ -8,7 +8,8 @@ import pytest
 from mot_sim.simulation.sensors import Detector, Sightings, find_profile
 from mot_sim.simulation.sensors.cues import Pose
 from mot_sim.simulation.sensors.detector import Sensed
-from mot_sim.simulation.sensors.profile import PROFILES
+from mot_sim.simulation.sensors.jitter import EDGES
+from mot_sim.simulation.sensors.profile import PROFILES, Profile
 from tests.mot_sim.simulation.sensors.sights import CAMERA, STEP, crowd, sightings_of
 from tests.mot_sim.simulation.truth.states import RIG, state_of, truth_of
 from tracker.errors import BadConfig, UnknownName
@@ -16,6 +17,22 @@ from tracker.types import Tracks
 
 LOUD = find_profile("pointrcnn")
 ALONE = replace(LOUD, suppression=None)  # a car's detections depend on no other car
+
+
+def uncoupled() -> Profile:
+    """The same without what ties effects: boxes that go by scores, and are left at jumps."""
+    jitter, duplicates = ALONE.jitter, ALONE.duplicates
+    assert jitter is not None
+    assert duplicates is not None
+    sure = {name: replace(getattr(jitter, name), unsure=0.0) for name in EDGES}
+    return replace(
+        ALONE,
+        jitter=replace(jitter, unsure_own=0.0, **sure),
+        duplicates=replace(duplicates, at_jumps=0.0, at_unsure_jumps=0.0),
+    )
+
+
+UNCOUPLED = uncoupled()
 
 
 def rows(sensed: Sensed, source: str = "object") -> dict[tuple[int, int], tuple[float, ...]]:
@@ -78,7 +95,7 @@ def test_switching_one_effect_off_leaves_all_others_as_they_are(name) -> None:
     sightings = crowd(20, 50)
     full, less = (
         Detector(profile).sense(sightings, 3, CAMERA, STEP)
-        for profile in (ALONE, replace(ALONE, **{name: None}))
+        for profile in (UNCOUPLED, replace(UNCOUPLED, **{name: None}))
     )
     box, score = slice(0, 4), 4
     for source in ("object", "duplicate", "clutter"):
@@ -92,6 +109,19 @@ def test_switching_one_effect_off_leaves_all_others_as_they_are(name) -> None:
                 assert row[box] == after[key][box]
             if name != "scores" or source != "object":
                 assert row[score] == after[key][score]
+
+
+def test_boxes_go_by_scores_with_all_of_their_noise_at_every_level_of_it() -> None:
+    detector = Detector(replace(ALONE, duplicates=None, clutter=None, border=None))
+    sightings = crowd(20, 50)
+    whole = rows(detector.sense(sightings, 3, CAMERA, STEP))
+    exact = rows(replace(detector, score_noise=0.0).sense(sightings, 3, CAMERA, STEP))
+    assert {key: row[:4] for key, row in exact.items()} == {
+        key: row[:4] for key, row in whole.items()
+    }
+    assert {row[4] for row in exact.values()} == {1.0}
+    other = rows(Detector(replace(detector.effects, scores=None)).sense(sightings, 3, CAMERA, STEP))
+    assert any(other[key][:4] != row[:4] for key, row in whole.items())
 
 
 def test_a_live_step_gives_the_bits_of_the_whole_drive() -> None:
