@@ -262,23 +262,25 @@ class Detector:
             sightings, responses.boxes, missed, seed, step, self.clutter
         )
         parts = [self._second_boxes(sightings.select(rows), boxes, scores, seed, step)]
-        jitter, duplicates = self.effects.jitter, self.effects.duplicates
-        if jitter is not None and jitter.hold > 0.0 and duplicates.has_jumps:
-            found = responses.select(responses.reported)
-            sightings, level = found.sightings, self.clutter
-            found = found.select(
-                duplicates.may_be_left_behind(sightings, found.scores, seed, level)
-            )
-            sightings = found.sightings
-            before = jitter(
-                sightings.boxes, sightings, self._sure_before(sightings, seed, step), seed, step,
-                self.jitter, back=1,
-            )  # fmt: skip
-            rows, scores = duplicates.left_behind(sightings, found.boxes, before, seed)
-            parts.append(
-                self._second_boxes(sightings.select(rows), before[rows], scores, seed, step)
-            )
+        if self.effects.duplicates.has_jumps:
+            parts += self._left_behind(responses.select(responses.reported), seed, step)
         return [part for part in parts if len(part.log.frames)]
+
+    def _left_behind(self, found: Responses, seed: int, step: float) -> list[Sensed]:
+        """Boxes of the frame before, of cars whose box jumps."""
+        jitter, duplicates = self.effects.jitter, self.effects.duplicates
+        if jitter is None or jitter.hold == 0.0 or duplicates is None:
+            return []
+        found = found.select(
+            duplicates.may_be_left_behind(found.sightings, found.scores, seed, self.clutter)
+        )
+        if not len(found):
+            return []
+        sightings = found.sightings
+        sure = self._sure_before(sightings, seed, step)
+        before = jitter(sightings.boxes, sightings, sure, seed, step, self.jitter, back=1)
+        rows, scores = duplicates.left_behind(sightings, found.boxes, before, seed)
+        return [self._second_boxes(sightings.select(rows), before[rows], scores, seed, step)]
 
     def _sure_before(self, sightings: Sightings, seed: int, step: float) -> Float[Array, " n"]:
         """The confidence a frame before, as if all were seen then as now; see `Responses.sure`."""
