@@ -52,6 +52,7 @@ ROOMS: dict[str, set[str]] = {
         "ego_motion",
     }
     | {"camera_rotation_filter", "gap_rows"},
+    "batch": {"tracker"},
     "cuboid_tracker": {"tracker"},
     "smoothing": set(),
     "multi_frame": {"tracker", "smoothing"},
@@ -86,6 +87,7 @@ TABLES = {"tracker": ROOMS, "mot_sim": WINGS}
 DOORS: dict[str, set[str]] = {
     "mot_sim": {
         "tracker",
+        "tracker.batch",
         "tracker.lazy_names",
         "tracker.kernels",
         "tracker.kernels.compiling",

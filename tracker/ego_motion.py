@@ -82,6 +82,30 @@ class CameraMotion(NamedTuple):
 NO_MOTION = CameraMotion(np.eye(4), NO_COV)
 
 
+class RoadMotion(NamedTuple):
+    """What a motion of the camera does to the road frame and to pixels."""
+
+    T_road: Float[Array, "4 4"]
+    """Moves points of the road frame of before into that of now."""
+    turn: float
+    """Its yaw, rad."""
+    H: Float[Array, "3 3"]
+    """Moves pixels of what is infinitely far."""
+    shift: Float[Array, "3"]
+    """How homogeneous pixels move at depth 1 m besides."""
+    by_moved: Float[Array, "3 2"]
+    """How they do where the object itself goes a metre along road x, along road z."""
+
+    @classmethod
+    def of(cls, T_now_before: Float[Array, "4 4"], camera: Camera) -> "RoadMotion":
+        """That of a motion of this camera, as in `Frame`."""
+        T_road = camera.T_road_cam.dot(T_now_before).dot(camera.T_cam_road)
+        turn = math.atan2(T_road[0, 2] - T_road[2, 0], T_road[0, 0] + T_road[2, 2])
+        K_R = camera.K.dot(T_now_before[:3, :3])
+        shift, by_moved = camera.K.dot(T_now_before[:3, 3]), K_R.dot(camera.T_cam_road[:3, :3:2])
+        return cls(T_road, turn, K_R.dot(camera.K_inverse), shift, by_moved)
+
+
 def compensate_ego_motion(
     beliefs: Beliefs,
     camera: Camera,
@@ -98,17 +122,12 @@ def compensate_ego_motion(
     n = len(beliefs)
     if n == 0:
         return beliefs
-    T_road = camera.T_road_cam.dot(T_now_before).dot(camera.T_cam_road)
-    turn = math.atan2(T_road[0, 2] - T_road[2, 0], T_road[0, 0] + T_road[2, 2])
-    R, t = T_now_before[:3, :3], T_now_before[:3, 3]
-    K_R = camera.K.dot(R)
-    by_moved = K_R.dot(camera.T_cam_road[:3, :3:2])
-    pixels = K_R.dot(camera.K_inverse), camera.K.dot(t), by_moved, LIMITS
+    T_road, turn, *pixels = RoadMotion.of(T_now_before, camera)
     out = np.empty((n, 3)), np.empty((n, 2)), np.empty((n, 4, 4)), np.empty((n, 4))
     shift = np.zeros((n, 2)) if moved is None else moved
     before = beliefs.cuboids.base, beliefs.cuboids.size, beliefs.velocity, beliefs.cov
     motion = T_road, camera.road_shift, motion_cov, camera.T_cam_road[2]
-    CARRY_BELIEFS(*before, beliefs.boxes, shift, *motion, *pixels, *out)
+    CARRY_BELIEFS(*before, beliefs.boxes, shift, *motion, *pixels, LIMITS, *out)
     base, velocity, cov, boxes = out
     cuboids = Cuboids(base, beliefs.cuboids.yaw + turn, beliefs.cuboids.size)
     pose = beliefs.shape_pose

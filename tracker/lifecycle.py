@@ -95,10 +95,14 @@ class Lifecycle:
 
     def living(self, tracks: ActiveTracks, camera: Camera) -> ActiveTracks:
         """Those detected in this frame, and those that live on without."""
+        alive = self.are_alive(tracks, camera)
+        return tracks if np.count_nonzero(alive) == len(alive) else tracks.select(alive)
+
+    def are_alive(self, tracks: ActiveTracks, camera: Camera) -> Bool[Array, " n"]:
+        """Which tracks those are."""
         alive = tracks.time_since_update <= self.max_gap + MAX_TIME_ROUNDING
         alive &= in_view(tracks.beliefs, camera)
-        alive |= ~np.isnan(tracks.scores)
-        return tracks if np.count_nonzero(alive) == len(alive) else tracks.select(alive)
+        return alive | ~np.isnan(tracks.scores)
 
 
 def in_view(beliefs: Beliefs, camera: Camera) -> Bool[Array, " n"]:

@@ -216,10 +216,9 @@ class CarFilter:
             fitted.states, before, fitted.fits, told, self.evidence, self.switch
         )
         lost = (fitted.misfits.min(axis=1) > self.max_misfit).nonzero()[0]
-        if len(lost):  # whole boxes of cars of which not all hypotheses are followed
-            whole = border_gaps(found.boxes[lost], camera).min(axis=1) > self.edges.border
-            has_room = after.log_weights[lost].min(axis=1) <= MIN_LOG_WEIGHT
-            lost = lost[whole & has_room & ~hidden[lost].any(axis=1)]
+        if len(lost):
+            room = after.log_weights[lost].min(axis=1) <= MIN_LOG_WEIGHT
+            lost = lost[room & self.can_restart(found.boxes[lost], hidden[lost], camera)]
         if len(lost):
             again = found.select(lost)
             places = places_by_height(again.boxes, self.size, camera)
@@ -241,11 +240,26 @@ class CarFilter:
         places: centres of mean cars' bases that look down the road, as `Lift` has them. others:
         all boxes of the frame.
         """
-        n = len(found)
-        if n == 0:
+        if len(found) == 0:
             return CarStates.empty()
-        means, covs = self._prior(places, memory)
-        hidden, cues = hidden_edges(found.boxes, others), CarCues.of(found)
+        hidden = hidden_edges(found.boxes, others)
+        return self.start_on(self.roughness(memory), memory.slope, places, found, hidden, camera)
+
+    def start_on(
+        self,
+        roughness: float | Float[Array, " n"],
+        slope: float | Float[Array, " n"],
+        places: Float[Array, "n 3"],
+        found: Detections,
+        hidden: Bool[Array, "n 4"],
+        camera: Camera,
+    ) -> CarStates:
+        """The same on a road, or one of each car, of this roughness and slope; n > 0.
+
+        hidden: which edges of their boxes other boxes of the frame hide.
+        """
+        means, covs = self._prior(places, roughness, slope)
+        cues = CarCues.of(found)
         boxes, variances = self.edges(found.boxes, found.scores, hidden)
         modes = np.log([1.0 - self.moving_share, self.moving_share]).repeat(HEADING_COUNT)
         states, told = CarStates(means, covs, np.zeros(means.shape[:2])), np.zeros(1)
@@ -257,6 +271,12 @@ class CarFilter:
             linear = fitted.states.means
         log_weights = normalised(modes + (fitted.fits + told))
         return fitted.states.replaced(log_weights=log_weights)
+
+    def can_restart(
+        self, boxes: Float[Array, "n 4"], hidden: Bool[Array, "n 4"], camera: Camera
+    ) -> Bool[Array, " n"]:
+        """Which boxes are whole, so that cars may begin anew by them."""
+        return (border_gaps(boxes, camera).min(axis=1) > self.edges.border) & ~hidden.any(axis=1)
 
     def estimate(self, states: CarStates, memory: RoadMemory) -> CarEstimates:
         """One state per car: of its likeliest direction, with how likely that is."""
@@ -292,17 +312,20 @@ class CarFilter:
         return cov
 
     def _prior(
-        self, places: Float[Array, "n 3"], memory: RoadMemory
+        self,
+        places: Float[Array, "n 3"],
+        roughness: float | Float[Array, " n"],
+        slope: float | Float[Array, " n"],
     ) -> tuple[Float[Array, "n k 9"], Float[Array, "n k 9 9"]]:
         """States and covariances of new cars before their first boxes."""
-        n, size, roughness = len(places), np.array(self.size), self.roughness(memory)
+        n, size = len(places), np.array(self.size)
         distance = np.hypot(places[:, 0], places[:, 2])
         ray = places[:, ::2] / np.maximum(distance, 1e-3)[:, None]
         extent = 0.5 * (size[0] * np.abs(np.sin(HEADINGS)) + size[2] * np.abs(np.cos(HEADINGS)))
         nearer = np.tile(extent - 0.5 * size[0], 2)  # than the car that looks down the road
         means = np.zeros((n, HYPOTHESIS_COUNT, STATE_SIZE))
         means[:, :, :3:2] = places[:, None, ::2] + ray[:, None] * nearer[None, :, None]
-        means[:, :, 1] = (roughness * memory.slope * distance)[:, None]
+        means[:, :, 1] = (roughness * slope * distance)[:, None]
         means[:, :, YAW] = np.tile(HEADINGS, 2)
         means[:, MOVING, SPEED] = self.start_speed[0]
         means[:, :, LOG_SIZE] = self._log_size
@@ -314,7 +337,7 @@ class CarFilter:
         along = ray[:, :, None] * ray[:, None, :]
         ground = along * (radial - lateral)[:, None, None] + np.eye(2) * lateral[:, None, None]
         covs[:, :, :3:2, :3:2] = ground[:, None]
-        covs[:, :, 1, 1] = roughness * self.motion.off_road_var(distance)[:, None]
+        covs[:, :, 1, 1] = (roughness * self.motion.off_road_var(distance))[:, None]
         covs[:, :, YAW, YAW] = HEADING_STD**2
         covs[:, MOVING, SPEED, SPEED] = self.start_speed[1] ** 2
         covs[:, MOVING, YAW_RATE, YAW_RATE] = self.motion.yaw_rate_std**2

@@ -130,6 +130,38 @@ def add_ego_motion(state, place_shift, motion_cov, jacobian, cov):
     cov[3, 3] += motion_cov[4, 4]
 
 
+@inlined
+def kept_in(dt, rates):
+    """What is kept of yaw rate, height off the road and size in a step."""
+    return exp(-dt / rates[0]), exp(-dt / rates[1]), exp(-dt / rates[2])
+
+
+@inlined
+def predict_hypothesis(state, cov, is_moving, shared, ego, scratch, later, cov_out):
+    """A hypothesis after a step; it may be written where it is read.
+
+    shared: as `predict_cars` has it. ego: what the camera's motion does to places, its covariance.
+    """
+    T_road, step, rates, kept, noise, off_road, log_size, log_size_cov = shared
+    by_turn, by_pace, jacobian, one, other = scratch
+    dt = step[1]
+    new = 1.0 - kept[0] ** 2, 1.0 - kept[1] ** 2, 1.0 - kept[2] ** 2
+    way = state[3] + 0.5 * dt * state[8]
+    c, s, distance = cos(way), sin(way), dt * state[4]
+    by_turn[0], by_turn[1] = -s * distance, -c * distance
+    by_pace[0], by_pace[1] = dt * c, -dt * s
+    # F P F' in two parts, each from both sides
+    drive_rows(cov, by_turn, by_pace, dt, one)
+    share_rows(one, T_road, dt, kept[0], kept[1], kept[2], other)
+    transpose(other, one)
+    drive_rows(one, by_turn, by_pace, dt, other)
+    share_rows(other, T_road, dt, kept[0], kept[1], kept[2], cov_out)
+    reach = put_moved(state, T_road, step, rates, log_size, later)
+    pace = min(1.0, later[4] / noise[5] + noise[6])
+    add_noise(cov_out, pace, reach, is_moving, dt, new, noise, off_road, log_size_cov)
+    add_ego_motion(later, ego[0], ego[1], jacobian, cov_out)
+
+
 @kernel(F3, F4, F2, FLOAT, F2, F1, F1, F1, F1, F1, F2, F2, A2, OUT3, OUT4)
 def predict_cars(
     means, covs, log_weights, min_log_weight, T_road, step, rates, noise, off_road, log_size,
@@ -141,28 +173,15 @@ def predict_cars(
     rate, speed, heading of parked cars; the speed below which cars turn less, and their share then.
     off_road: std at the camera, per metre, and the road's roughness.
     """
-    dt, half = step[1], means.shape[1] // 2
-    kept_turn, kept_off, kept_size = exp(-dt / rates[0]), exp(-dt / rates[1]), exp(-dt / rates[2])
-    new = 1.0 - kept_turn**2, 1.0 - kept_off**2, 1.0 - kept_size**2
-    by_turn, by_pace, jacobian = np.empty(2), np.empty(2), np.empty((3, 6))
-    one, other = np.empty((9, 9)), np.empty((9, 9))
+    kept, half = kept_in(step[1], rates), means.shape[1] // 2
+    scratch = np.empty(2), np.empty(2), np.empty((3, 6)), np.empty((9, 9)), np.empty((9, 9))
+    shared = T_road, step, rates, kept, noise, off_road, log_size, log_size_cov
     for car in range(len(means)):
         for which in range(means.shape[1]):
-            state, later, cov = means[car, which], means_out[car, which], covs_out[car, which]
-            if not log_weights[car, which] > min_log_weight:
-                copy_hypothesis(state, covs[car, which], later, cov)
-                continue
-            way = state[3] + 0.5 * dt * state[8]
-            c, s, distance = cos(way), sin(way), dt * state[4]
-            by_turn[0], by_turn[1] = -s * distance, -c * distance
-            by_pace[0], by_pace[1] = dt * c, -dt * s
-            # F P F' in two parts, each from both sides
-            drive_rows(covs[car, which], by_turn, by_pace, dt, one)
-            share_rows(one, T_road, dt, kept_turn, kept_off, kept_size, other)
-            transpose(other, one)
-            drive_rows(one, by_turn, by_pace, dt, other)
-            share_rows(other, T_road, dt, kept_turn, kept_off, kept_size, cov)
-            reach = put_moved(state, T_road, step, rates, log_size, later)
-            pace = min(1.0, state[4] / noise[5] + noise[6])
-            add_noise(cov, pace, reach, which >= half, dt, new, noise, off_road, log_size_cov)
-            add_ego_motion(later, place_shift, motion_cov, jacobian, cov)
+            state, cov = means[car, which], covs[car, which]
+            later, cov_out = means_out[car, which], covs_out[car, which]
+            if log_weights[car, which] > min_log_weight:
+                is_moving, ego = which >= half, (place_shift, motion_cov)
+                predict_hypothesis(state, cov, is_moving, shared, ego, scratch, later, cov_out)
+            else:
+                copy_hypothesis(state, cov, later, cov_out)

@@ -98,6 +98,32 @@ def update_car(mean, cov, H, off, told, variances, scratch, limits, mean_out, co
     return fit, misfit
 
 
+@inlined
+def room_for_update():
+    """Arrays that `update_hypothesis` writes to, made once for many hypotheses."""
+    of_edges = np.empty((4, 9)), np.empty((4, 4)), np.empty(4), np.empty(4)
+    return np.empty(4), np.empty(4), np.empty(4), np.empty((4, 9)), np.empty((8, 3)), of_edges
+
+
+@inlined
+def update_hypothesis(
+    mean, cov, at, is_linear_given, seen, lens, limits, scratch, mean_out, cov_out
+):  # fmt: skip
+    """A hypothesis after its box, linearised at `at`; it may be written where it is read."""
+    off, told, expected, H, pixels, of_edges = scratch
+    P, signs, edges, far = lens
+    box, variances = seen
+    put_box(at, P, far[0], signs, edges, pixels, expected, H, True)
+    for edge in range(4):
+        off[edge] = box[edge] - expected[edge]
+        if is_linear_given:
+            for column in range(9):
+                off[edge] -= H[edge, column] * (mean[column] - at[column])
+        cut = is_censored(edge, box[edge], expected[edge], far[edge], limits[0])
+        told[edge] = 0.0 if cut else 1.0
+    return update_car(mean, cov, H, off, told, variances, of_edges, limits, mean_out, cov_out)
+
+
 @kernel(F3, F4, F2, FLOAT, F3, BOOL, A2, F2, F2, F2, I2, F1, F1, OUT3, OUT4, OUT2, OUT2)
 def update_cars(
     means, covs, log_weights, min_log_weight, linear, is_linear_given, boxes, variances, P, signs,
@@ -109,10 +135,7 @@ def update_cars(
     are not followed stay as they are: log-likelihood 0, deviation inf. limits: border of the
     image, px; most standard deviations; tightness.
     """
-    off, told, weights, bounded = np.empty(4), np.empty(4), np.empty(4), np.empty(4)
-    by_state, by_edge, pixels = np.empty((4, 9)), np.empty((4, 4)), np.empty((8, 3))
-    expected, H = np.empty(4), np.empty((4, 9))
-    scratch = by_state, by_edge, weights, bounded
+    scratch, lens = room_for_update(), (P, signs, edges, far)
     for car in range(len(means)):
         for which in range(means.shape[1]):
             mean, cov = means[car, which], covs[car, which]
@@ -122,14 +145,7 @@ def update_cars(
                 fits[car, which], misfits[car, which] = 0.0, inf
                 continue
             at = linear[car, which] if is_linear_given else mean
-            put_box(at, P, far[0], signs, edges, pixels, expected, H, True)
-            for edge in range(4):
-                off[edge] = boxes[car, edge] - expected[edge]
-                if is_linear_given:
-                    for column in range(9):
-                        off[edge] -= H[edge, column] * (mean[column] - at[column])
-                cut = is_censored(edge, boxes[car, edge], expected[edge], far[edge], limits[0])
-                told[edge] = 0.0 if cut else 1.0
-            fits[car, which], misfits[car, which] = update_car(
-                mean, cov, H, off, told, variances[car], scratch, limits, mean_out, cov_out
+            seen = boxes[car], variances[car]
+            fits[car, which], misfits[car, which] = update_hypothesis(
+                mean, cov, at, is_linear_given, seen, lens, limits, scratch, mean_out, cov_out
             )
