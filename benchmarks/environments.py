@@ -2,10 +2,12 @@
 
     python -m benchmarks.environments [--steps N]
     python -m benchmarks.environments --worlds [--steps 5000] [--scenes highway,town]
+    python -m benchmarks.environments --vector [--episodes 64]
 
 Steps a second of one thread, by CPU and by wall time; machines differ and are shared. Every
 figure is the best of three. The last part compares with highway-env's intersection, whose step is
 1 s of traffic, in simulated seconds. --worlds: what becomes of long live runs under autopilot.
+--vector: many episodes of association at once against one, by CPU, in turn.
 """
 
 import argparse
@@ -35,6 +37,7 @@ ID = "mot_sim/Highway-v0"
 CARS = 30
 ROUNDS = 3
 STEPS_COMPARED = 20
+POOL = 8  # episodes that are recorded for --vector
 STANDING_REWARD = 0.01  # of the speed limit
 
 
@@ -168,6 +171,41 @@ def report_worlds(scenes: list[str], steps: int) -> None:
         )
 
 
+def report_vector(episodes: int) -> None:
+    """Steps per CPU second of many episodes at once and of one, the same actions in both."""
+    one = gym.make("mot_sim/Association-v0", pool=POOL).unwrapped
+    envs = gym.make_vec("mot_sim/Association-v0", num_envs=episodes, pool=POOL)
+    envs.unwrapped.one.source = one.source  # type: ignore[attr-defined]
+    played = []
+    for number in range(POOL):
+        observation, _ = one.reset(options={"episode_number": number})
+        actions, over = [], False
+        while not over:
+            actions.append(hungarian_policy(observation))
+            observation, _, over, _, _ = one.step(actions[-1])
+        played.append(actions)
+    numbers, shortest = np.arange(episodes) % POOL, min(map(len, played))
+    together = [np.stack([played[n][step] for n in numbers]) for step in range(shortest)]
+    alone, at_once = [], []
+    for _ in range(ROUNDS + 1):  # the first one loads the episodes
+        seconds = 0.0
+        for number, actions in enumerate(played):
+            one.reset(options={"episode_number": number})
+            started = process_time()
+            for action in actions:
+                one.step(action)
+            seconds += process_time() - started
+        alone.append(sum(map(len, played)) / seconds)
+        envs.reset(seed=0, options={"episode_number": numbers})
+        started = process_time()
+        for action in together:
+            envs.step(action)
+        at_once.append(shortest * episodes / (process_time() - started))
+    print(f"{'Association-v0, one episode':42} {max(alone[1:]):8.0f} steps/CPU s")
+    print(f"{f'{episodes} episodes at once':42} {max(at_once[1:]):8.0f} steps/CPU s")
+    print(f"{'episodes at once against one':42} {max(at_once[1:]) / max(alone[1:]):8.2f} times")
+
+
 def live_scenes() -> list[str]:
     """The scenes that can be driven in."""
     found = []
@@ -186,8 +224,13 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=100, help="of an episode")
     parser.add_argument("--worlds", action="store_true", help="long live runs instead")
     parser.add_argument("--scenes", help="of --worlds, by commas; default: all that are live")
+    parser.add_argument("--vector", action="store_true", help="many episodes at once instead")
+    parser.add_argument("--episodes", type=int, default=64, help="of --vector")
     given = parser.parse_args()
     steps = given.steps
+    if given.vector:
+        report_vector(given.episodes)
+        return
     if given.worlds:
         report_worlds(given.scenes.split(",") if given.scenes else live_scenes(), steps)
         return

@@ -7,6 +7,7 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from tracker.association import Match
+from tracker.batch import BatchCosts, BatchMatch
 
 EMPTY_SLOT = -1  # the id in a slot without a track
 
@@ -98,3 +99,73 @@ def mask_of(
     mask[:, slot_count] = detections & (not tracks.all())
     mask[:, slot_count + 1] = True
     return mask
+
+
+def decide_batch(
+    action: Int[Array, "e d"], compared: BatchCosts, slots: Int[Array, " n"], slot_count: int
+) -> tuple[BatchMatch, Bool[Array, " m"]]:
+    """`decide` for every drive: the match, and which of all detections could not be placed.
+
+    slots: of all tracks.
+    """
+    of_track, of_found = compared.track_drives, compared.detection_drives
+    m = len(of_found)
+    chosen = action[of_found, np.arange(m) - compared.columns[of_found]]
+    rows_of = np.full((len(action), slot_count), EMPTY_SLOT)
+    rows_of[of_track, slots] = np.arange(len(slots))
+    asked = np.flatnonzero(chosen < slot_count)
+    rows = rows_of[of_found[asked], chosen[asked]]
+    costs = costs_of(compared, rows, asked)
+    is_possible = np.isfinite(costs)
+    refused = np.zeros(m, bool)
+    refused[asked[~is_possible]] = True
+    rows, asked, costs = rows[is_possible], asked[is_possible], costs[is_possible]
+    order = np.lexsort((asked, costs, rows))
+    rows, asked = rows[order], asked[order]
+    is_best = np.ones(len(rows), bool)
+    is_best[1:] = rows[1:] != rows[:-1]
+    refused[asked[~is_best]] = True
+    pairs = np.stack((rows[is_best], asked[is_best]), axis=1)
+    new = np.flatnonzero(chosen == slot_count)
+    rank = np.arange(len(new)) - np.searchsorted(of_found[new], of_found[new])
+    has_slot = rank < (slot_count - np.diff(compared.starts))[of_found[new]]
+    refused[new[~has_slot]] = True
+    is_lost = np.ones(len(slots), bool)
+    is_lost[pairs[:, 0]] = False
+    return BatchMatch(pairs, np.flatnonzero(is_lost), new[has_slot]), refused
+
+
+def costs_of(
+    compared: BatchCosts, rows: Int[Array, " k"], columns: Int[Array, " k"]
+) -> Float[Array, " k"]:
+    """What these pairs cost; inf where they were not compared."""
+    width = max(int(compared.columns[-1]), 1)
+    known, wanted = compared.pairs[0] * width + compared.pairs[1], rows * width + columns
+    costs = np.full(len(rows), np.inf)
+    if len(known):
+        at = np.searchsorted(known, wanted).clip(max=len(known) - 1)
+        is_known = (known[at] == wanted) & (rows != EMPTY_SLOT)
+        costs[is_known] = compared.costs[at[is_known]]
+    return costs
+
+
+def slots_after(
+    slots: Int[Array, " n"],
+    sources: Int[Array, " k"],
+    drives: Int[Array, " k"],
+    shape: tuple[int, int],
+) -> Int[Array, " k"]:
+    """`Slots.after` for every drive: the slots of the tracks now.
+
+    slots: of those before. sources: the row before of each track now, -1 for a new one. drives: of
+    the tracks now, ascending. shape: how many drives, and slots.
+    """
+    is_new = sources < 0
+    after = np.where(is_new, EMPTY_SLOT, slots[sources] if len(slots) else EMPTY_SLOT)
+    is_free = np.ones(shape, bool)
+    is_free[drives[~is_new], after[~is_new]] = False
+    free_drives, free_slots = is_free.nonzero()
+    new = drives[is_new]
+    rank = np.arange(len(new)) - np.searchsorted(new, new)
+    after[is_new] = free_slots[np.searchsorted(free_drives, new) + rank]
+    return after

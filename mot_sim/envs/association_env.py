@@ -30,6 +30,7 @@ from mot_sim.envs.observations import Observation, require_padding, surest
 from mot_sim.envs.rollouts import ReplayPickle, scene_made
 from mot_sim.envs.wrappers import RunningClear, counted_labels
 from mot_sim.files.named_objects import make_tracker, without_own_name
+from mot_sim.simulation.episode import SimulatedDrive
 from mot_sim.simulation.scene import Knob
 from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS
 from tracker import CostMatrix, Tracker, Tracks
@@ -99,10 +100,10 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
         self.metadata, self.render_mode = deepcopy(AssociationEnv.metadata), render_mode
         self.penalty = penalty
         self.max_detections, self.max_tracks = max_detections, max_tracks
-        self._source: EpisodeSource = _source_of(scene, episodes, first_seed, pool, knobs)
-        ours: Tracker = make_tracker(without_own_name(tracker), self._source.camera, Tracker)
+        self.source: EpisodeSource = _source_of(scene, episodes, first_seed, pool, knobs)
+        ours: Tracker = make_tracker(without_own_name(tracker), self.source.camera, Tracker)
         # Tracks begin where the action says so, whatever the score.
-        self._tracker = replace(ours, lifecycle=replace(ours.lifecycle, birth_score=-np.inf))
+        self.tracker = replace(ours, lifecycle=replace(ours.lifecycle, birth_score=-np.inf))
         self._episode: int | None = None
         self._actions: list[Any] = []
         self._decided: tuple[CostMatrix, Decision] | None = None
@@ -113,12 +114,27 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
     @property
     def pool(self) -> int:
         """How many episodes there are."""
-        return len(self._source)
+        return len(self.source)
 
     @property
     def tracks(self) -> Tracks:
         """The rows of this episode so far."""
         return Tracks.concatenate([Tracks.empty(), *self._rows])
+
+    @property
+    def played(self) -> tuple[int | None, int]:
+        """The number of this episode, and how many frames of it were decided."""
+        return self._episode, len(self._actions)
+
+    def episode(self, number: int) -> tuple[list[Frame], Tracks, int]:
+        """An episode of the pool: its frames as they are decided, labels, how many count."""
+        drive = self.source.load(number)
+        return [self._decidable(frame) for frame in drive], drive.truth, count_labelled(drive)
+
+    def look_at_nothing(self) -> Observation:
+        """The observation after the end of an episode."""
+        sizes = self.max_tracks, self.max_detections
+        return observe_association(None, np.zeros(0, np.int64), self.source.camera, *sizes)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -129,9 +145,9 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
         """
         super().reset(seed=seed)
         chosen = require_options(options, ("episode_number",)).get("episode_number")
-        number = int(self.np_random.integers(len(self._source)) if chosen is None else chosen)
-        if not 0 <= number < len(self._source):
-            raise BadConfig(f"episode_number {number}: there are 0 to {len(self._source) - 1}")
+        number = int(self.np_random.integers(len(self.source)) if chosen is None else chosen)
+        if not 0 <= number < len(self.source):
+            raise BadConfig(f"episode_number {number}: there are 0 to {len(self.source) - 1}")
         self._begin(number)
         return self._observe(), self._info()
 
@@ -206,25 +222,29 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
 
     def _begin(self, episode: int) -> None:
         """Play an episode from its beginning."""
-        drive = self._source.load(episode)
+        drive = self.source.load(episode)
         self._episode, self._actions = episode, []
         self._frames, self._truth = list(drive), drive.truth
-        self._labelled = max(1, counted_labels(drive.truth, drive.frame_count))
+        self._labelled = count_labelled(drive)
         self._clear, self._rows = RunningClear(), list[Tracks]()
         self._refused, self._decided = 0, None
         self._slots = Slots.empty(self.max_tracks)
-        self._tracker.reset()
+        self.tracker.reset()
         self._compare()
 
     def _compare(self) -> None:
         """The next frame, and what its detections cost; nothing is decided yet."""
         if self._is_over:
             return
-        frame = self._frames[len(self._actions)]
-        kept = self._tracker.suppress(frame.found, self._tracker.camera)
-        seen = surest(kept, self.max_detections) if frame.looked_at else None
-        self._frame: Frame = replace(frame, detections=seen)
-        self._compared: CostMatrix = self._tracker.cost_matrix(self._frame)
+        self._frame: Frame = self._decidable(self._frames[len(self._actions)])
+        self._compared: CostMatrix = self.tracker.cost_matrix(self._frame)
+
+    def _decidable(self, frame: Frame) -> Frame:
+        """A frame with the detections that are decided on."""
+        if not frame.looked_at:
+            return frame
+        kept = self.tracker.suppress(frame.found, self.tracker.camera)
+        return replace(frame, detections=surest(kept, self.max_detections))
 
     def _advance(self, action: Int[Array, " m"]) -> None:
         """Match as the action says; count the rows of the frame."""
@@ -232,8 +252,8 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
         slots = self._slots.of(compared.tracks.ids)
         decisions = action[: len(compared.detections)]
         match, refused = decide(decisions, compared.costs, slots, self.max_tracks)
-        rows = self._tracker.apply_match(self._frame, compared, match)
-        living = self._tracker.state.tracks.ids
+        rows = self.tracker.apply_match(self._frame, compared, match)
+        living = self.tracker.state.tracks.ids
         born = living[len(living) - len(match.unmatched_detections) :]
         self._decided = compared, Decision(match, refused, born)
         self._refused, self._slots = int(refused.sum()), self._slots.after(living)
@@ -254,13 +274,13 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
         compared = None if self._is_over else self._compared
         slots = np.zeros(0, np.int64) if compared is None else self._slots.of(compared.tracks.ids)
         sizes = self.max_tracks, self.max_detections
-        return observe_association(compared, slots, self._source.camera, *sizes)
+        return observe_association(compared, slots, self.source.camera, *sizes)
 
     def _draw(self) -> UInt8[Array, "h w 3"]:
         """The frame that was decided last; before the first decision the frame that is seen."""
         from mot_sim.envs.association_drawing import draw_association  # noqa: PLC0415 - OpenCV
 
-        total, camera = self._clear.total, self._source.camera
+        total, camera = self._clear.total, self.source.camera
         compared, decision = self._decided or (self._compared, None)
         words = (
             f"frame {max(len(self._actions) - 1, 0)}: TP {total.CLR_TP}, FP {total.CLR_FP}, "
@@ -282,6 +302,11 @@ class AssociationEnv(ReplayPickle, gym.Env[Observation, Any]):
             "refused": self._refused,
         }
         return {**now, **vars(total), "MOTA": total.MOTA}
+
+
+def count_labelled(drive: SimulatedDrive) -> int:
+    """Boxes of an episode that must be found, at least 1."""
+    return max(1, counted_labels(drive.truth, drive.frame_count))
 
 
 def _source_of(

@@ -9,6 +9,7 @@ from numpy import ndarray as Array
 
 from mot_sim.envs.observations import Observation, pad
 from tracker import CostMatrix
+from tracker.batch import BatchCosts
 from tracker.geometry import box_iou
 from tracker.types import Camera
 
@@ -99,3 +100,68 @@ def in_image_sides(boxes: Float[Array, "n 4"], camera: Camera) -> Float[Array, "
     """Boxes with the image's width and height for units, clipped to BOX_LIMITS."""
     width, height = camera.image_size
     return (boxes / (width, height, width, height)).clip(*BOX_LIMITS).astype(np.float32)
+
+
+def observe_batch(
+    compared: BatchCosts,
+    slots: Int[Array, " n"],
+    camera: Camera,
+    max_tracks: int,
+    max_detections: int,
+) -> Observation:
+    """`observe_association` of every drive, as arrays with one row per drive.
+
+    slots: of all tracks.
+    """
+    e, t, d = len(compared.starts) - 1, max_tracks, max_detections
+    tracks, detections = compared.tracks, compared.detections
+    costs, pairs = np.ones((e, t, d)), np.zeros((e, t, d, len(PAIR_FEATURES)), np.float32)
+    possible = np.zeros((e, t, d), np.int8)
+    track_boxes, ages = np.zeros((e, t, 4), np.float32), np.zeros((e, t, 2), np.float32)
+    taken, there = np.zeros((e, t), np.int8), np.zeros((e, d), np.int8)
+    boxes, scores = np.zeros((e, d, 4), np.float32), np.zeros((e, d))
+    is_finite = np.isfinite(compared.costs)
+    rows, columns = (which[is_finite] for which in compared.pairs)
+    of_track, of_found = compared.track_drives, compared.detection_drives
+    places = np.arange(len(of_found)) - compared.columns[of_found]
+    cells = of_track[rows], slots[rows], places[columns]
+    found = compared.costs[is_finite]
+    costs[cells], possible[cells] = found.clip(0.0, 1.0), 1
+    overlap = np.nan_to_num(box_iou(tracks.beliefs.boxes[rows], detections.boxes[columns]))
+    ranks = closeness_of_pairs(rows, found), closeness_of_pairs(columns, found)
+    pairs[cells] = np.stack((1.0 - found.clip(0.0, 1.0), overlap, *ranks), axis=1)
+    mine = of_track, slots
+    track_boxes[mine] = in_image_sides(tracks.beliefs.boxes, camera)
+    ages[(*mine, 0)] = tracks.hits / (tracks.hits + HALF_HITS)
+    ages[(*mine, 1)] = np.minimum(tracks.time_since_update / MAX_GAP_SECONDS, 1.0)
+    taken[mine] = 1
+    theirs = of_found, places
+    boxes[theirs] = in_image_sides(detections.boxes, camera)
+    scores[theirs], there[theirs] = detections.scores.clip(0.0, 1.0), 1
+    return {
+        "costs": costs,
+        "possible": possible,
+        "pairs": pairs,
+        "tracks": taken,
+        "track_boxes": track_boxes,
+        "ages": ages,
+        "detections": there,
+        "boxes": boxes,
+        "scores": scores,
+    }
+
+
+def closeness_of_pairs(lines: Int[Array, " k"], costs: Float[Array, " k"]) -> Float[Array, " k"]:
+    """1 / (1 + how many pairs of the same line cost less)."""
+    order = np.lexsort((costs, lines))
+    line, cost = lines[order], costs[order]
+    steps = np.arange(len(order))
+    is_first = np.ones(len(order), bool)
+    is_first[1:] = line[1:] != line[:-1]
+    is_dearer = is_first.copy()
+    is_dearer[1:] |= cost[1:] != cost[:-1]
+    rank = np.maximum.accumulate(np.where(is_dearer, steps, 0))
+    rank -= np.maximum.accumulate(np.where(is_first, steps, 0))
+    closeness = np.empty(len(order))
+    closeness[order] = 1.0 / (1.0 + rank)
+    return closeness

@@ -16,6 +16,8 @@ ASSOCIATION = f"{NAMESPACE}/Association-v0"
 WELL_NAMED = re.compile(r"[\w/-]+")  # what Gymnasium takes
 GYMNASIUM = "gymnasium"
 SCENE_ENV = "mot_sim.envs.scene_env:SceneEnv"
+# What steps many episodes of an id at once.
+VECTORS = {ASSOCIATION: "mot_sim.envs.association_vector_env:AssociationVectorEnv"}
 
 
 class RegisterOnImport(MetaPathFinder, Loader):
@@ -76,7 +78,7 @@ def register_environments() -> None:
     }
     for name, (place, options) in wanted.items():
         if name not in gym.registry and WELL_NAMED.fullmatch(name):
-            gym.register(name, place, kwargs=options)
+            gym.register(name, place, vector_entry_point=VECTORS.get(name), kwargs=options)
 
 
 def environment_id(scene: str) -> str:

@@ -42,13 +42,13 @@ def play(env: AssociationEnv, policy, episode: int = 0) -> tuple[float, dict]:
 
 
 def score(env: AssociationEnv) -> float:
-    drive = env._source.load(0)
+    drive = env.source.load(0)
     return evaluate_sequence(drive.truth, env.tracks, drive.frame_count)["MOTA"]
 
 
 def test_the_hungarian_policy_returns_what_evaluate_gives_the_papers_tracker(env) -> None:
     total, told = play(env, hungarian_policy)
-    drive = env._source.load(0)
+    drive = env.source.load(0)
     tracker = TRACKERS["paper"](drive.camera)
     expected = Tracks.concatenate([tracker.step(frame) for frame in drive])
     np.testing.assert_array_equal(env.tracks.frames, expected.frames)
@@ -69,7 +69,7 @@ def test_the_hungarian_policy_returns_what_evaluate_gives_the_papers_tracker(env
 def test_the_return_is_the_mota_whatever_the_policy(env, tracker, seed) -> None:
     rng = np.random.default_rng(seed)
     other = AssociationEnv("crossing", frames=FRAMES, pool=1, tracker=tracker)
-    other._source.kept.update(env._source.kept)
+    other.source.kept.update(env.source.kept)
 
     def mostly_right(observation) -> np.ndarray:
         action = hungarian_policy(observation)
@@ -233,7 +233,7 @@ def test_features_of_pairs_do_not_depend_on_the_order() -> None:
 
 def test_a_penalty_is_taken_for_what_is_refused(env) -> None:
     fined = AssociationEnv("crossing", frames=FRAMES, pool=1, tracker="paper", penalty=0.5)
-    fined._source.kept.update(env._source.kept)
+    fined.source.kept.update(env.source.kept)
     everything = np.zeros(64, np.int64)  # all on the first slot, which is empty
     refused, rewards = [], []
     for one in (env, fined):
@@ -249,7 +249,7 @@ def test_the_decision_is_drawn(env) -> None:
     drawn = AssociationEnv(
         "crossing", frames=FRAMES, pool=1, tracker="paper", render_mode="rgb_array"
     )
-    drawn._source.kept.update(env._source.kept)
+    drawn.source.kept.update(env.source.kept)
     drawn.reset(options={"episode_number": 0})
     undecided = drawn.render()
     drawn.step(drawn.expert_action())
@@ -296,4 +296,4 @@ def test_pools_are_apart() -> None:
         disjoint_pools(range(3), range(5, 5))
     later = AssociationEnv("crossing", frames=4, first_seed=7, pool=1)
     later.reset(seed=0)
-    assert later._source.load(0).seed == 7
+    assert later.source.load(0).seed == 7
