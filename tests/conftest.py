@@ -19,9 +19,11 @@ settings.load_profile("reproducible")
 
 # Few tests that take long each: begun first, so that no worker is left with them at the end.
 SLOW_FILES = ("test_docs.py", "test_examples.py")
-# Whole runs, through code that tests of its own cover: watching each line would make them half as
-# long again, and say nothing new.
-UNCOVERED_FILES = (*SLOW_FILES, "test_readme.py", "test_every_scene.py", "test_annotate.py")
+# Coverage tells what the tests of the modules themselves reach. Others are whole runs through the
+# same code: watching each line would make them two or three times as long, and say nothing new.
+HERE = Path(__file__).parent
+COVERED_FOLDERS = tuple(HERE / name for name in ("tracker", "mot_sim", "scenes"))
+UNCOVERED_FILES = ("test_every_scene.py", "test_annotate.py")
 MARKERS = ("kitti", "gl", "slow", "browser")  # what is counted where it does not run
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
@@ -92,12 +94,18 @@ def chromium() -> Iterator[Any]:
         browser.close()
 
 
+def is_covered(path: Path) -> bool:
+    """Whether the tests of a file are watched where coverage is measured."""
+    inside = any(folder in path.parents for folder in COVERED_FOLDERS)
+    return inside and path.name not in UNCOVERED_FILES
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
-    """Measure no coverage in `UNCOVERED_FILES`, neither in their tests nor in their fixtures."""
+    """Measure no coverage of whole runs, neither in their tests nor in their fixtures."""
     plugin = item.config.pluginmanager.get_plugin("_cov")
     controller = getattr(plugin, "cov_controller", None)
-    if controller is None or item.path.name not in UNCOVERED_FILES:
+    if controller is None or is_covered(item.path):
         return (yield)
     controller.pause()
     try:
