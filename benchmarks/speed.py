@@ -1,12 +1,13 @@
 """How fast the trackers are, how they grow, and what reading all of KITTI costs.
 
-    python -m benchmarks.speed [--root KITTI]
+    python -m benchmarks.speed [--root KITTI] [--update-baseline]
 
 CPU seconds of one thread. Machines differ and are shared: beside every figure stands its ratio
 to a yardstick measured in the same run, the same frames through a bare IoU matcher (IoU matrix
 and Hungarian assignment of neighbouring frames, nothing else). `all cues, given`: every cost, on
 columns of shapes, poses and descriptors that were drawn at random before (measuring them in images
-is another benchmark, front_end). `mot-sim compare` has peers in one run with ours.
+is another benchmark, front_end). The ratios that were kept stand beside those of the run, see
+`benchmarks.baseline`. `mot-sim compare` has peers in one run with ours.
 """
 
 import argparse
@@ -26,6 +27,7 @@ from time import perf_counter, process_time  # noqa: E402
 import numpy as np  # noqa: E402
 from scipy.optimize import linear_sum_assignment  # noqa: E402
 
+from benchmarks.baseline import Ratios  # noqa: E402
 from benchmarks.three_d import without_car_filter  # noqa: E402
 from mot_sim.datasets import available_sequences, kitti_sequence  # noqa: E402
 from mot_sim.evaluation.runs import parse_costs  # noqa: E402
@@ -112,7 +114,7 @@ def crowd(boxes: int, frames: int = 100) -> Drive:
     return CAMERA, steps
 
 
-def growth_table() -> None:
+def growth_table(ratios: Ratios) -> None:
     """CPU milliseconds a step, by the number of boxes: mean and 99th percentile."""
     print("\nboxes   default ms   p99 ms   paper ms   p99 ms   x yardstick (default)")
     for boxes in (5, 20, 50, 100, 200):
@@ -125,12 +127,14 @@ def growth_table() -> None:
                 tracker.step(frame)
                 times.append(1e3 * (process_time() - start))
             cells += [float(np.mean(times[1:])), float(np.percentile(times[1:], 99))]
-        ratio = tracking(Tracker.default, [(camera, frames)]) / yardstick([(camera, frames)])
+        drives = [(camera, frames)]
+        cost = tracking(Tracker.default, drives), yardstick(drives)
+        ratio = ratios.add(f"default, {boxes} boxes", *cost)
         default, p99, paper, paper_p99 = cells
         print(f"{boxes:5d} {default:12.2f} {p99:8.2f} {paper:10.2f} {paper_p99:8.2f} {ratio:8.1f}")
 
 
-def kitti_table(root: Path, repeats: int) -> None:
+def kitti_table(root: Path, repeats: int, ratios: Ratios) -> None:
     """Frames per CPU second over all sequences with RRC boxes, the time to read, the memory."""
     names = available_sequences(root)
     start_cpu, start = process_time(), perf_counter()
@@ -155,11 +159,12 @@ def kitti_table(root: Path, repeats: int) -> None:
         "all cues, given": (every_cost, with_cues(drives)),
     }
     for name, (build, seen) in trackers.items():
-        times, ratios = [], []
+        times, beside = [], []
         for _ in range(repeats):
             times.append(tracking(build, seen))
-            ratios.append(times[-1] / yardstick(drives))
-        fast = frames / np.median(times), frames / min(times), np.median(ratios)
+            beside.append(times[-1] / yardstick(drives))
+        ratio = ratios.add(f"{name}, RRC", float(np.median(beside)), 1.0)
+        fast = frames / np.median(times), frames / min(times), ratio
         print(f"{name:18s} {fast[0]:10.0f} {fast[1]:8.0f} {fast[2]:10.1f}")
     unit = 1024 if sys.platform != "darwin" else 1024**2
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
@@ -172,11 +177,14 @@ def main() -> None:
     )
     parser.add_argument("--root", type=Path, help="the KITTI tree; without it only the growth")
     parser.add_argument("--repeats", type=int, default=5)
+    Ratios.add_option(parser)
     arguments = parser.parse_args()
     logging.basicConfig(level=logging.ERROR)
+    ratios = Ratios("speed")
     if arguments.root is not None:
-        kitti_table(arguments.root, arguments.repeats)
-    growth_table()
+        kitti_table(arguments.root, arguments.repeats, ratios)
+    growth_table(ratios)
+    ratios.tell(arguments.update_baseline)
 
 
 if __name__ == "__main__":

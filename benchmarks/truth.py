@@ -1,13 +1,15 @@
 """How fast frames are labelled and drawn, and whether the truth agrees with itself.
 
     python -m benchmarks.truth [--root KITTI] [--boxes] [--agreement] [--frames 60]
+        [--update-baseline]
 
 Twenty cars of the fleet ahead of a KITTI camera, replayed from recorded traffic. Machines differ
 and are shared: the tasks are measured in turn, CPU seconds of one thread, and beside every
 figure stands its ratio to a yardstick of the same run, the top view that highway-env draws of
-its own `highway-v0` with 50 cars. --root: the given sequences of a KITTI tree are re-enacted and
-compared with their labels. --boxes: the boxes of fully visible cars against their pixels, scene by
-scene. --agreement: the two renderers over every scene (needs the extra `gl`).
+its own `highway-v0` with 50 cars; then those that were kept (see `benchmarks.baseline`). --root:
+the given sequences of a KITTI tree are re-enacted and compared with their labels. --boxes: the
+boxes of fully visible cars against their pixels, scene by scene. --agreement: the two renderers
+over every scene (needs the extra `gl`).
 """
 
 import argparse
@@ -27,6 +29,7 @@ import cv2  # noqa: E402
 import numpy as np  # noqa: E402
 
 from benchmarks.agreement import agreement_table  # noqa: E402
+from benchmarks.baseline import Ratios  # noqa: E402
 from mot_sim.datasets.kitti import kitti_sequence  # noqa: E402
 from mot_sim.simulation.cars import VehicleSampler  # noqa: E402
 from mot_sim.simulation.episode import record  # noqa: E402
@@ -79,7 +82,7 @@ def top_view() -> Callable[[], object]:
     return env.render
 
 
-def speed_table(frames: int) -> None:
+def speed_table(frames: int, ratios: Ratios) -> None:
     """Milliseconds of every task a frame, medians of rounds in turn."""
     cv2.setNumThreads(1)
     episode = record(Scene("convoy", convoy, frames), 0)
@@ -108,6 +111,8 @@ def speed_table(frames: int) -> None:
     print("task                          ms/frame   frames/s   x highway-env's top view")
     for name, all_ in times.items():
         one = median(all_[3:])
+        if name != "highway-env, top view":
+            ratios.add(name, one, yardstick)
         print(f"{name:28s}{1e3 * one:10.1f}{1.0 / one:11.0f}{yardstick / one:12.2f}", flush=True)
     with tempfile.TemporaryDirectory() as folder:
         record_episode(episode.scene, 0, EpisodeFiles(Path(folder), "0000"))
@@ -116,6 +121,7 @@ def speed_table(frames: int) -> None:
         for frame in range(frames):
             read.exact.select(read.exact.tracks.frames == frame)
         one = (process_time() - start) / frames
+        ratios.add("labels read from the episode", one, yardstick)
         print(f"{'labels read from the episode':28s}{1e3 * one:10.1f}{1.0 / one:11.0f}"
               f"{yardstick / one:12.2f}")  # fmt: skip
 
@@ -178,8 +184,11 @@ def main() -> None:
     parser.add_argument("--agreement", action="store_true", help="of the two renderers")
     parser.add_argument("--scenes", default=",".join(SCENES), help="of the last two")
     parser.add_argument("--frames", type=int, default=60)
+    Ratios.add_option(parser)
     arguments = parser.parse_args()
-    speed_table(arguments.frames)
+    ratios = Ratios("truth")
+    speed_table(arguments.frames, ratios)
+    ratios.tell(arguments.update_baseline)
     if arguments.root:
         replay_table(arguments.root, arguments.sequences.split())
     if arguments.boxes:

@@ -1,12 +1,14 @@
 """How fast frames are drawn with the full world, and how many corners they have.
 
     python -m benchmarks.world [--scenes street,highway] [--frames 40] [--look plain]
+        [--update-baseline]
 
 One core, 1242 x 375 pixels, the nearest 20 cars in sight before a moving camera. `bare` is the
 same cars on a plain plane, nothing else. CPU milliseconds, medians; `mean` is of view, render and
 noon together, with all that the moving camera paints and makes anew. Machines are shared:
 beside it stands its ratio to a yardstick measured in turn with it, the bare call of OpenCV's
-triangleRasterize on 20 cars (see `benchmarks.renderers`).
+triangleRasterize on 20 cars (see `benchmarks.renderers`), and those that were kept (see
+`benchmarks.baseline`).
 """
 
 import argparse
@@ -16,6 +18,7 @@ from time import process_time
 import cv2
 import numpy as np
 
+from benchmarks.baseline import Ratios
 from benchmarks.renderers import bare_opencv
 from mot_sim.simulation.camera_looks import CameraLook, find_camera_look
 from mot_sim.simulation.registry import SCENES, find_scene
@@ -40,7 +43,7 @@ def cars_before(take: Rollout, world: TrafficState, most: int = CARS) -> MeshIns
     return MeshInstances(meshes, instances.T_cam_object[rows], instances.ids[rows])
 
 
-def measure(name: str, frames: int, most: int, look: CameraLook) -> None:
+def measure(name: str, frames: int, most: int, look: CameraLook, ratios: Ratios) -> None:
     """Print the CPU times of a drive and the corners in every weather."""
     rig, renderer, yard = Rig.kitti(), find_renderer("raster"), street()
     scene = find_scene(name, frames=frames + 1)
@@ -72,10 +75,11 @@ def measure(name: str, frames: int, most: int, look: CameraLook) -> None:
         cars.append(len(np.unique(rendered.instances)) - 1)
     middle = {one: median(all_) for one, all_ in times.items()}
     total = sum(float(np.mean(times[one])) for one in ("view", "render", "noon"))
+    ratio = ratios.add(name, total, float(np.mean(times["yard"])))
     print(
         f"{name:13s} {np.mean(cars):4.0f} {built:7.1f} {first:7.1f}"
         + "".join(f"{value:8.1f}" for value in middle.values())
-        + f"{total:8.1f} {1e3 / total:6.1f} {total / float(np.mean(times['yard'])):12.2f}"
+        + f"{total:8.1f} {1e3 / total:6.1f} {ratio:12.2f}"
     )
     orb, counts = cv2.ORB_create(3000), []
     for each, weather in WEATHERS.items():
@@ -92,14 +96,18 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=40)
     parser.add_argument("--cars", type=int, default=CARS, help="at most so many, the nearest")
     parser.add_argument("--look", default="kitti", help="of the camera: a name or a TOML file")
+    Ratios.add_option(parser)
     arguments = parser.parse_args()
+    ratios = Ratios("world")
     cv2.setNumThreads(1)
     print(
         "scene         seen build s first s    yard    bare    view  render    noon"
         "    mean    fps  x yardstick"
     )
     for name in arguments.scenes.split(","):
-        measure(name, arguments.frames, arguments.cars, find_camera_look(arguments.look))
+        look = find_camera_look(arguments.look)
+        measure(name, arguments.frames, arguments.cars, look, ratios)
+    ratios.tell(arguments.update_baseline)
 
 
 if __name__ == "__main__":

@@ -49,8 +49,8 @@ class Sweep:
     """Any axis, set to one level everywhere; repeatable."""
     trackers: Annotated[str | None, option("NAMES", "default,paper")] = None
     """Separated by commas: default, paper, one with settings (slow=default:lifecycle.max_gap=1,
-    p=paper:costs=volume=0.6+reprojection=0.4), or your own (mine=MODULE:CALLABLE). Differences
-    are to the first."""
+    p=paper:costs=volume=0.6+reprojection=0.4) or without a component (default:car_filter=none), or
+    your own (mine=MODULE:CALLABLE). Differences are to the first."""
     scene: Annotated[str | None, option("NAME", "intersection")] = None
     """mot-sim scenes."""
     profile: Annotated[str | None, option("NAME|FILE", "rrc")] = None

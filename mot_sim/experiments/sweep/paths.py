@@ -110,14 +110,25 @@ def parse_level(text: str) -> Level:
     return text
 
 
+MAX_SHOWN = 12  # names in an error; of more, those of one branch are shown as branch.*
+
+
 def unknown(what: str, name: str, known: Mapping[str, Any]) -> UnknownName:
     """The error for a name with dots: those of the same root, and the nearest of all."""
     roots = sorted({each.partition(".")[0] for each in known})
     root = name.partition(".")[0]
     near = sorted(each for each in known if each.partition(".")[0] == root)
+    if len(near) > MAX_SHOWN:
+        near = sorted({_branch(each) for each in near})
     shown = ", ".join(near) if near else ", ".join(f"{each}.*" for each in roots)
     close = get_close_matches(name, known, n=1, cutoff=0.5) or [
         each for each in sorted(known) if each.rpartition(".")[2] == name.rpartition(".")[2]
     ]
     hint = f". Did you mean '{close[0]}'?" if close else ""
     return UnknownName(f"unknown {what} '{name}'; known: {shown}{hint}")
+
+
+def _branch(path: str) -> str:
+    """A name of two parts; of more, the first two, and a star for the rest."""
+    first, *rest = path.split(".", 2)
+    return ".".join((first, *rest[:1], *("*" for _ in rest[1:])))

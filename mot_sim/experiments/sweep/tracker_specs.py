@@ -1,7 +1,7 @@
 """Trackers side by side: ours with parameters changed, or any object with `step` or `update`."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -31,6 +31,7 @@ from tracker.errors import BadConfig, UnknownName
 
 NOT_SETTINGS = ("camera", "state", "explanation", "explain", "tracker")  # fields
 BY_NAME = ("costs", "associate")  # settings that name a component
+ABSENT = "none"  # instead of a component that a tracker does without
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,8 @@ class TrackerSpec:
     the camera if it takes an argument of that name; see `as_steps` for what it may make."""
     settings: Mapping[str, Level] = field(default_factory=dict)
     """For one of TRACKERS, fields by dotted names (lifecycle.max_gap), costs
-    (volume=0.6+reprojection=0.4) and associate; else arguments of the callable."""
+    (volume=0.6+reprojection=0.4), associate, and `none` for a component that it can do without
+    (car_filter=none); else arguments of the callable."""
     isolation: Isolation = DEFAULT_ISOLATION
     """Whether `start` gives it a process of its own, and what it may take there."""
 
@@ -140,6 +142,14 @@ class TrackerSpec:
             if path in BY_NAME:
                 continue
             known = tracker_settings(built)
+            if path in removable(built):
+                if value != ABSENT:
+                    raise BadConfig(
+                        f"tracker.{path} = {value!r}: only {path}={ABSENT} is a setting of it; for "
+                        f"what is inside: {path}.{_first_inside(path, known)}=..."
+                    )
+                built = _without(built, path)
+                continue
             if path not in known:
                 raise unknown(f"setting of tracker {self.made_by}:", path, known)
             level = fitting(value, known[path], f"tracker.{path}")
@@ -187,6 +197,28 @@ def setting_descriptions(built: Any) -> dict[str, str]:
         own |= descriptions(part, name, texts.get(name, ""))
     inner = getattr(built, "tracker", None)
     return own | ({} if inner is None else setting_descriptions(inner))
+
+
+def removable(built: Any) -> frozenset[str]:
+    """The components that one of our trackers has, and does without where they are `none`."""
+    inner = getattr(built, "tracker", built)
+    return frozenset(
+        each.name for each in fields(inner)
+        if each.default is None and is_dataclass(getattr(inner, each.name))
+    )  # fmt: skip
+
+
+def _without(built: Any, name: str) -> Any:
+    """A tracker without a component."""
+    inner = getattr(built, "tracker", None)
+    if inner is None:
+        return replace(built, **{name: None})
+    return replace(built, tracker=replace(inner, **{name: None}))
+
+
+def _first_inside(path: str, known: Mapping[str, Level]) -> str:
+    """The first setting inside of a component, by its name there."""
+    return next((each[len(path) + 1 :] for each in known if each.startswith(f"{path}.")), "NAME")
 
 
 def _own_settings(built: Any) -> dict[str, Level]:

@@ -30,6 +30,19 @@ def test_settings_are_read_and_reach_the_tracker() -> None:
     assert [weight for weight, _ in built.costs] == [0.6, 0.4]
 
 
+def test_components_that_a_tracker_can_do_without_are_switched_off() -> None:
+    text = "plain=default:car_filter=none:gap_rows=none:sigmas=2"
+    plain = TrackerSpec.parse(text).build(CAMERA)
+    default = Tracker.default(CAMERA)
+    assert isinstance(plain, Tracker)
+    assert (plain.car_filter, plain.gap_rows, plain.sigmas) == (None, None, 2.0)
+    assert plain.existence == default.existence
+    lagging = TrackerSpec.parse("default:associate=window:car_filter=none").build(CAMERA)
+    assert lagging.tracker.car_filter is None
+    described = [digest(TrackerSpec.parse(each).description()) for each in (text, "default")]
+    assert described[0] != described[1]
+
+
 def test_a_tracker_without_a_name_is_called_what_it_is() -> None:
     assert TrackerSpec.parse("default").name == "default"
     assert TrackerSpec.parse("default:sigmas=2").name == "default:sigmas=2"
@@ -67,6 +80,11 @@ def test_a_callable_of_a_module_is_a_tracker() -> None:
         ("default:sigmaz=1", UnknownName, "Did you mean 'sigmas'"),
         ("default:sigmas=wide", BadConfig, r"tracker.sigmas = 'wide': give a number"),
         ("default:sigmas=-1", BadConfig, "sigmas -1"),
+        ("default:car_filter=1", BadConfig, "only car_filter=none.*what is inside: car_filter[.]"),
+        ("paper:car_filter=none", UnknownName, "unknown setting of tracker paper"),
+        ("default:car_filter=none:car_filter.switch=0.1", UnknownName, "'car_filter.switch'"),
+        ("default:car_filter.x=1", UnknownName, r"known: [^ ]+, car_filter.cues.\*, "),
+        ("default:lift=none", UnknownName, "unknown setting of tracker default: 'lift'"),
         ("default:costs=volum", UnknownName, "Did you mean 'volume'"),
         ("default:associate=greed", UnknownName, "Did you mean 'greedy'"),
         ("mine=nowhere.at.all:X", BadConfig, "No module named 'nowhere'"),
