@@ -126,7 +126,8 @@ class LiveRollout(Rollout):
         rollout = cls(scene, seed, RecordedTraffic.of([first]), driver)
         rollout.log.append(first)
         vehicles = scene.vehicle_sampler.sample(rollout.traffic, seed)
-        rollout.meshes.append(SceneMeshes(vehicles, scene.rig))
+        parked = frozenset(rollout.traffic.parked_ids.tolist())
+        rollout.meshes.append(SceneMeshes(vehicles, scene.rig, parked))
         return rollout
 
     def __len__(self) -> int:
@@ -153,7 +154,10 @@ class LiveRollout(Rollout):
             known = known.select(np.flatnonzero(np.isin(known.ids, now.ids)))
             vehicles = Vehicles.concatenate((known, new))
             vehicles = vehicles.select(np.argsort(vehicles.ids))
-            self.meshes[:] = [SceneMeshes(vehicles, self.scene.rig)]
+            parked = (self.scene_meshes.parked | {*traffic.parked_ids.tolist()}) & {
+                *now.ids.tolist()
+            }
+            self.meshes[:] = [SceneMeshes(vehicles, self.scene.rig, parked)]
 
 
 def driver_of(scene: Scene, seed: int) -> Driven:

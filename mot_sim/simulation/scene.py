@@ -83,9 +83,8 @@ class Rollout:
     @cached_property
     def scene_meshes(self) -> SceneMeshes:
         """Who the cars are, and the camera."""
-        return SceneMeshes(
-            self.scene.vehicle_sampler.sample(self.traffic, self.seed), self.scene.rig
-        )
+        vehicles = self.scene.vehicle_sampler.sample(self.traffic, self.seed)
+        return SceneMeshes(vehicles, self.scene.rig, frozenset(self.traffic.parked_ids.tolist()))
 
     @cached_property
     def scenery(self) -> Scenery | None:

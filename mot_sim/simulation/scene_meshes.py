@@ -1,6 +1,6 @@
 """What stands before the camera: the cars of a state, each with its mesh in its place."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy import ndarray as Array
 
 from mot_sim.simulation.cars import PARTS, CarShape
 from mot_sim.simulation.cars.coarse import coarse_levels
+from mot_sim.simulation.cars.finish import skins_of
 from mot_sim.simulation.cars.vehicles import Vehicles
 from mot_sim.simulation.renderers import Mesh, MeshInstances, Semantic
 from mot_sim.simulation.rig import Rig
@@ -32,12 +33,14 @@ class SceneMeshes:
     """Who the cars are."""
     rig: Rig
     """The camera on the ego car."""
+    parked: frozenset[int] = frozenset()
+    """Ids of cars that nobody sits in: their lamps are off."""
 
     @cached_property
     def meshes(self) -> tuple[tuple[Mesh, ...], ...]:
         """The coloured meshes of each row of `vehicles`: the whole one, then the coarser levels."""
         return tuple(
-            levels_of(mesh_of(shape, str(paint)))
+            finished(levels_of(mesh_of(shape, str(paint))), shape)
             for shape, paint in zip(self.vehicles.shapes, self.vehicles.paints, strict=True)
         )
 
@@ -52,7 +55,8 @@ class SceneMeshes:
         rows = self.vehicles.rows(state.ids).tolist()
         meshes = tuple(self.meshes[row][level] for row, level in zip(rows, levels, strict=True))
         Ts = Ts_cam_object(cuboids, self.rig)
-        cars = MeshInstances(meshes, Ts, state.ids)
+        unlit = tuple(number for number in state.ids.tolist() if number in self.parked)
+        cars = MeshInstances(meshes, Ts, state.ids, unlit)
         return cars if scenery is None else cars.beside(scenery)
 
 
@@ -77,6 +81,12 @@ def levels_of(mesh: Mesh) -> tuple[Mesh, ...]:
     )
 
 
+def finished(levels: tuple[Mesh, ...], shape: CarShape) -> tuple[Mesh, ...]:
+    """The meshes of a car and its levels, with the skins that take light smoothly."""
+    skins = skins_of(shape)
+    return tuple(replace(mesh, skin=skin) for mesh, skin in zip(levels, skins, strict=True))
+
+
 def semantics_of(shape: CarShape) -> UInt8[Array, " f"]:
     """A `Semantic` of each face."""
     return SEMANTICS[shape.parts]
@@ -93,4 +103,4 @@ def Ts_cam_object(cuboids: Cuboids, rig: Rig) -> Float[Array, "n 4 4"]:
     return rig.camera.T_cam_road @ Ts_road_object
 
 
-__all__ = ["SceneMeshes", "Ts_cam_object", "levels_of", "mesh_of", "semantics_of"]
+__all__ = ["SceneMeshes", "Ts_cam_object", "finished", "levels_of", "mesh_of", "semantics_of"]

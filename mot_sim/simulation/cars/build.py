@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.cars.coarse import LEVEL_DISTANCES, SHIPPED_COARSE, simplify
 from mot_sim.simulation.cars.design import BODIES, BODY_SHARES, draw_designs
+from mot_sim.simulation.cars.finish import SHIPPED_OPENNESS, openness_of
 from mot_sim.simulation.cars.fleet import FLEET_ARRAYS, MAX_COEFFICIENTS, SHIPPED_FLEET, Components
 from mot_sim.simulation.cars.topology import (
     authors_keypoints,
@@ -106,16 +107,35 @@ def coarse_arrays(fleet: Components) -> dict[str, Any]:
     return arrays
 
 
+def mean_openness(fleet: Components) -> UInt8[Array, " v"]:
+    """How much light each point of the mean car gets, 255 = all; of the shared mesh's points."""
+    vertices = whole(fleet.mean)
+    found = openness_of(vertices, topology().faces, np.ptp(vertices, axis=0))
+    found = 0.5 * (found + found[_twins()])
+    return np.round(255.0 * found.clip(0.0, 1.0)).astype(np.uint8)
+
+
+def _twins() -> Int[Array, " v"]:
+    """For each point of the mesh the one on the other side; itself on the middle plane."""
+    shared, count = topology(), len(topology().twins)
+    twins = np.arange(count)
+    right = np.flatnonzero(shared.on_right)
+    twins[right], twins[shared.twins[right]] = shared.twins[right], right
+    return twins
+
+
 def build_files(
     fleet_path: Path = SHIPPED_FLEET,
     prior_path: Path = SHIPPED_PRIOR,
     coarse_path: Path = SHIPPED_COARSE,
+    openness_path: Path = SHIPPED_OPENNESS,
 ) -> None:
     """Write the files."""
     fleet = build_components()
     np.savez_compressed(fleet_path, **{name: getattr(fleet, name) for name in FLEET_ARRAYS})
     save_prior(keypoint_prior(fleet), prior_path)
     np.savez_compressed(coarse_path, **coarse_arrays(fleet))
+    np.savez_compressed(openness_path, openness=mean_openness(fleet))
 
 
 if __name__ == "__main__":

@@ -27,8 +27,8 @@ PAINTS: dict[str, tuple[tuple[int, int, int], float]] = {
     "yellow": ((226, 186, 40), 0.02),
 }
 PART_COLOURS: dict[str, tuple[int, int, int]] = {
-    "glass": (40, 48, 56),
-    "trim": (32, 32, 34),
+    "glass": (15, 18, 20),
+    "trim": (25, 25, 27),
     "headlight": (228, 232, 236),
     "taillight": (170, 16, 20),
     "plate": (236, 236, 232),

@@ -1,10 +1,10 @@
 """The road below the horizon, with the shadows on it; which picture of it each row shows."""
 
-from math import hypot, inf
+from math import hypot, inf, sqrt
 
 import numpy as np
 
-from mot_sim.simulation.kernels.compiling import OUT_I32_2, OUT_U8_2, OUT_U8_3, U8_1, U8_2, U8_3
+from mot_sim.simulation.kernels.compiling import OUT_I32_2, OUT_U8_2, OUT_U8_3, U8_2, U8_3
 from tracker.kernels.compiling import (
     F1,
     F2,
@@ -19,22 +19,82 @@ from tracker.kernels.compiling import (
 )
 
 
-@kernel(U8_3, U8_2, U8_2, U8_1, INT, INT, INT, OUT_U8_3, OUT_U8_2)
-def lay_ground(rgba, below, dark, light, first, road, ground, image, semantics):
+@kernel(U8_3, U8_2, U8_2, U8_2, U8_2, INT, INT, INT, OUT_U8_3, OUT_U8_2)
+def lay_ground(rgba, below, dark, closed, light, first, road, ground, image, semantics):
     """Lay the road (r, w, 4), from row `first` on, over the sky, where the plane is below.
 
-    dark: of shadows at each pixel; light (256,): what is left under it, 255 of all. road and
-    ground: ids of what is painted, alpha over 127, and of what is around.
+    dark: how much of the sun shadows take at each pixel; closed: how much of the sky what stands
+    there hides, 255 = all. light (256, 256): what is left under both, 255 of all. road and ground:
+    ids of what is painted, alpha over 127, and of what is around.
     """
     for row in range(first, image.shape[0]):
         for column in range(image.shape[1]):
             if below[row, column] > 0:
-                left = np.int64(light[dark[row, column]])
+                left = np.int64(light[dark[row, column], closed[row, column]])
                 for band in range(3):
                     # (Rounded to the nearest; two are never equally near.)
                     value = np.int64(rgba[row - first, column, band]) * left
                     image[row, column, band] = (2 * value + 255) // 510
                 semantics[row, column] = road if rgba[row - first, column, 3] > 127 else ground
+
+
+@inlined
+def narrow_span(slope, offset, span):
+    """Cut a span of columns to where slope * u + offset >= 0."""
+    if slope > 0.0:
+        span[0] = max(span[0], -offset / slope)
+    elif slope < 0.0:
+        span[1] = min(span[1], -offset / slope)
+    elif offset < 0.0:
+        span[1] = span[0] - 1.0
+
+
+@inlined
+def hidden_sky(x, z, half_x, half_z, height, clearance):
+    """How much of the sky a box on the road hides at a place on the road, 0 to 1.
+
+    Beside a long wall that is half of it, less by the distance; beneath the box nearly all.
+    """
+    out_x, out_z = abs(x) - half_x, abs(z) - half_z
+    inside = -max(out_x, out_z)
+    if inside > 0.0:
+        return 0.5 + 0.5 * inside / sqrt(inside * inside + clearance * clearance)
+    out_x, out_z = max(out_x, 0.0), max(out_z, 0.0)
+    apart = out_x * out_x + out_z * out_z
+    return 0.5 * (1.0 - sqrt(apart / (apart + height * height)))
+
+
+@kernel(F3, F2, FLOAT, FLOAT, INT, OUT_U8_2)
+def close_sky(As_object_image, sizes, clearance, reach, first, closed):
+    """Write how much of the sky boxes on the road hide at each pixel from row `first` on.
+
+    As_object_image (n, 3, 3) lead from pixels to x and z of the boxes' frames; sizes (n, 3): half
+    a box along x and z, and its height, metres. reach: metres beside a box. The darkest counts.
+    """
+    height, width = closed.shape
+    span = np.empty(2)
+    for box in range(len(sizes)):
+        A, half_x, half_z, high = As_object_image[box], sizes[box, 0], sizes[box, 1], sizes[box, 2]
+        least = hidden_sky(half_x + reach, 0.0, half_x, half_z, high, clearance)
+        for row in range(first, height):
+            span[0], span[1] = 0.0, width - 1.0
+            v = float(row)
+            w0, w1 = A[2, 0], A[2, 1] * v + A[2, 2]
+            narrow_span(w0, w1 - 1e-9, span)
+            for axis in range(2):
+                limit = (half_x if axis == 0 else half_z) + reach
+                a0, a1 = A[axis, 0], A[axis, 1] * v + A[axis, 2]
+                narrow_span(limit * w0 - a0, limit * w1 - a1, span)
+                narrow_span(limit * w0 + a0, limit * w1 + a1, span)
+            if not span[0] <= span[1]:
+                continue
+            for column in range(int(np.ceil(span[0])), int(np.floor(span[1])) + 1):
+                w = w0 * column + w1
+                x, z = (A[0, 0] * column + A[0, 1] * v + A[0, 2]) / w, 0.0
+                z = (A[1, 0] * column + A[1, 1] * v + A[1, 2]) / w
+                hidden = hidden_sky(x, z, half_x, half_z, high, clearance) - least
+                value = np.uint8(max(255.0 * min(hidden / (1.0 - least), 1.0), 0.0))
+                closed[row, column] = max(closed[row, column], value)
 
 
 @inlined

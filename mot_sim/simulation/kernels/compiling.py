@@ -5,7 +5,7 @@ from numba.types import Array
 
 # Outputs, which the caller has made, or inputs.
 OUT_F32_1, OUT_F32_2 = (Array(float32, n, "C") for n in (1, 2))
-OUT_I32_2 = Array(int32, 2, "C")
+OUT_I32_1, OUT_I32_2 = (Array(int32, n, "C") for n in (1, 2))
 OUT_U8_1, OUT_U8_2, OUT_U8_3 = (Array(uint8, n, "C") for n in (1, 2, 3))
 # Inputs, which are never written to.
 A32_2 = Array(float32, 2, "A", readonly=True)  # of any strides

@@ -15,7 +15,7 @@ from mot_sim.simulation.kernels.compiling import (
     U8_2,
     U8_3,
 )
-from tracker.kernels.compiling import F1, F2, F3, FLOAT, inlined, kernel
+from tracker.kernels.compiling import B1, F1, F2, F3, FLOAT, inlined, kernel
 
 
 @inlined
@@ -49,11 +49,11 @@ def dot3(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@kernel(F3, U8_2, I32_2, F1, F1, F2, F2, F1, FLOAT, FLOAT, FLOAT, OUT_U8_2)
+@kernel(F3, U8_2, B1, F1, F1, F2, F2, F1, FLOAT, FLOAT, FLOAT, OUT_U8_2)
 def paint_triangles(
     corners,
     codes,
-    numbers,
+    seen,
     up,
     sun,
     diffuse,
@@ -64,18 +64,16 @@ def paint_triangles(
     rounding,
     painted,
 ):
-    """Write the lit colours and semantic ids (t, 4) of the triangles that are in numbers.
+    """Write the lit colours and semantic ids (t, 4) of the triangles that are seen.
 
     codes: their own colours and ids. up and sun: unit vectors in the camera's frame. By semantic
     id: diffuse, light without direction, light by the cosine to the zenith and to the sun, and
     whether it goes through; shine as `raster.SHINE`. sky_colour: what is mirrored; ground_share:
     of it below the horizon; glint: grey levels of the sun. rounding: so that 99.99999 is 100.
     """
-    seen, normal = np.zeros(len(corners) + 1, np.bool_), np.empty(3)
-    for number in numbers.flat:
-        seen[number] = True
+    normal = np.empty(3)
     for row in range(len(corners)):
-        if not seen[row + 1]:
+        if not seen[row]:
             continue
         unit_normal(corners[row], normal)
         kind = codes[row, 3]
@@ -117,12 +115,13 @@ def lay_over(numbers, nearness, painted, ids, image, depth, instances, semantics
                 instances[row, column] = ids[triangle]
 
 
-@kernel(I32_2, I32_1, U8_2, U8_3, OUT_U8_3)
-def smooth_edges(numbers, objects, painted, behind, image):
+@kernel(I32_2, I32_1, U8_2, I32_1, U8_3, U8_3, OUT_U8_3)
+def smooth_edges(numbers, objects, painted, slots, lit, behind, image):
     """Mix the colours of four samples where they show different objects, in place.
 
     numbers (2 h, 2 w): the nearest triangles at the samples, four a pixel; objects (t,): whose
-    they are. behind: the backdrop, which samples without a triangle show.
+    they are. lit (2 h, 2 w, 3): colours of those with a slot. behind: the backdrop, which samples
+    without a triangle show.
     """
     for row in range(image.shape[0]):
         for column in range(image.shape[1]):
@@ -136,8 +135,12 @@ def smooth_edges(numbers, objects, painted, behind, image):
                 for band in range(3):
                     total = 2  # rounds to the nearest
                     for sample in range(4):
-                        each = numbers[2 * row + sample // 2, 2 * column + sample % 2]
-                        total += np.int64(
-                            painted[each - 1, band] if each > 0 else behind[row, column, band]
-                        )
+                        down, right = 2 * row + sample // 2, 2 * column + sample % 2
+                        each = numbers[down, right]
+                        if each > 0 and slots[each - 1] >= 0:
+                            total += np.int64(lit[down, right, band])
+                        else:
+                            total += np.int64(
+                                painted[each - 1, band] if each > 0 else behind[row, column, band]
+                            )
                     image[row, column, band] = total // 4

@@ -12,14 +12,16 @@ from mot_sim.simulation.renderers.silhouettes import (
     scan_view,
     silhouettes,
 )
-from mot_sim.simulation.renderers.surroundings import Road, Sky, Sun, Texture
+from mot_sim.simulation.renderers.surroundings import Cover, Road, Sky, Sun, Texture
 from mot_sim.simulation.renderers.triangles import NEAR_METRES
 from mot_sim.simulation.renderers.view import (
     NO_INSTANCE,
     Mesh,
     MeshInstances,
+    Pattern,
     Rendered,
     Semantic,
+    Skin,
     View,
 )
 from tracker.errors import TrackingError, UnknownName
@@ -30,16 +32,19 @@ __all__ = [
     "NO_INSTANCE",
     "RENDERERS",
     "RENDERER_NAMES",
+    "Cover",
     "Hidden",
     "Layer",
     "Mesh",
     "MeshInstances",
+    "Pattern",
     "Rendered",
     "Renderer",
     "Road",
     "Scan",
     "Semantic",
     "Silhouettes",
+    "Skin",
     "Sky",
     "Sun",
     "Texture",

@@ -112,7 +112,8 @@ class MeshRenderer:
         cv2.copyTo(depth.astype(np.float32), covered, rendered.depth)
         cv2.copyTo(kinds[codes], covered, rendered.semantics)
         image = cv2.add(np.ascontiguousarray(rgba[..., :3]), behind)
-        return Rendered(image, rendered.depth, instances[codes], rendered.semantics)
+        seen, unlit = instances[codes], view.instances.unlit
+        return Rendered(image, rendered.depth, seen, rendered.semantics, unlit)
 
     def close(self) -> None:
         """Give OpenGL's memory back; the renderer is of no use afterwards."""

@@ -4,12 +4,13 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from jaxtyping import Float, Int32, UInt8
+from jaxtyping import Bool, Float, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers.filling import fill
 from mot_sim.simulation.renderers.ground import horizon, road_rgba, road_semantics, sky_image
-from mot_sim.simulation.renderers.shadows import shadow_mask
+from mot_sim.simulation.renderers.shadows import closed_mask, light_left, shadow_mask
+from mot_sim.simulation.renderers.skins import GLOSS, Skins, glyphs, marked
 from mot_sim.simulation.renderers.surroundings import Sun
 from mot_sim.simulation.renderers.triangles import NEAR_METRES, Triangles
 from mot_sim.simulation.renderers.view import NO_INSTANCE, Rendered, Semantic, View
@@ -20,6 +21,7 @@ from tracker.types import Camera
 PAINT_TRIANGLES = Kernel("mot_sim.simulation.kernels.shading", "paint_triangles")
 LAY_GROUND = Kernel("mot_sim.simulation.kernels.backdrop", "lay_ground")
 SMOOTH_EDGES = Kernel("mot_sim.simulation.kernels.shading", "smooth_edges")
+LIGHT_SKINS = Kernel("mot_sim.simulation.kernels.skins", "light_skins")
 LAY_OVER = Kernel("mot_sim.simulation.kernels.shading", "lay_over")
 
 SKY_COLOUR = np.array([196.0, 208.0, 220.0])
@@ -68,20 +70,22 @@ class RasterRenderer:
         instances = np.full(image.shape[:2], NO_INSTANCE, np.int32)
         if road is None:
             depth = np.full(image.shape[:2], np.inf, np.float32)
-            return Rendered(image, depth, instances, np.zeros(image.shape[:2], np.uint8))
+            nothing = np.zeros(image.shape[:2], np.uint8)
+            return Rendered(image, depth, instances, nothing, view.instances.unlit)
         seen = horizon(camera)
         rgba = road_rgba(camera, road)
         semantics = np.full(image.shape[:2], Semantic.SKY, np.uint8)
-        dark = np.zeros(image.shape[:2], np.uint8)
+        dark = closed = np.zeros(image.shape[:2], np.uint8)
         if self.shadows and len(view.instances) and len(rgba):
             dark = shadow_mask(view, self.near)
-        # What is left of the light: all of `shade` is taken where the mask is 255.
-        light = np.round(255.0 - view.sun.shade * np.arange(256)).astype(np.uint8)
+            closed = closed_mask(view, self.near, seen.first)
         ids = int(Semantic.ROAD), int(Semantic.GROUND)
-        LAY_GROUND(rgba, seen.below, dark, light, seen.first, *ids, image, semantics)
+        left = light_left(view.sun.shade)
+        LAY_GROUND(rgba, seen.below, dark, closed, left, seen.first, *ids, image, semantics)
         if not road.finer:  # whose alpha is that of a plain picture: the border is exact
             semantics = road_semantics(camera, road)
-        return Rendered(image, seen.depth.copy(), instances, semantics)
+        unlit = view.instances.unlit
+        return Rendered(image, seen.depth.copy(), instances, semantics, unlit)
 
 
 class SmoothRenderer(RasterRenderer):
@@ -96,15 +100,23 @@ def _lay(rendered: Rendered, view: View, triangles: Triangles, antialias: bool) 
     fragments = fill(triangles, view.camera)
     seen, samples, behind = fragments.numbers, None, rendered.image
     if antialias:
-        samples, behind = fill(triangles, with_four_samples(view.camera)).numbers, behind.copy()
-        seen = np.concatenate((seen.ravel(), samples.ravel()))[None]
-    painted = paint(view, triangles, seen)
+        samples, behind = fill(triangles, with_four_samples(view.camera)), behind.copy()
+        seen = np.concatenate((seen.ravel(), samples.numbers.ravel()))[None]
+    seen = marked(triangles, seen)
+    painted, skins = paint(view, triangles, seen), Skins.of(view, triangles, seen)
+    own = skins.slots, skins.skins, skins.objects, skins.places, skins.light
+    tables = diffuse_light(view.sun), GLOSS, skins.mirror, skins.cover, glyphs()
     ids = view.instances.ids[triangles.objects].astype(np.int32)
     layers = rendered.image, rendered.depth, rendered.instances, rendered.semantics
     LAY_OVER(fragments.numbers, fragments.nearness, painted, ids, *layers)
+    LIGHT_SKINS(
+        fragments.numbers, fragments.nearness, 1.0, 0.0, *own, *tables, rendered.image
+    )  # fmt: skip
     if samples is not None:
-        objects = triangles.objects.astype(np.int32)
-        SMOOTH_EDGES(samples, objects, painted, behind, rendered.image)
+        lit = np.empty((*samples.numbers.shape, 3), np.uint8)
+        LIGHT_SKINS(samples.numbers, samples.nearness, 0.5, -0.25, *own, *tables, lit)
+        mixed = painted, skins.slots, lit, behind, rendered.image
+        SMOOTH_EDGES(samples.numbers, skins.objects, *mixed)
 
 
 @lru_cache(maxsize=8)
@@ -116,8 +128,8 @@ def with_four_samples(camera: Camera) -> Camera:
     return replace(camera, K=K, image_size=(2 * width, 2 * height))
 
 
-def paint(view: View, triangles: Triangles, numbers: Int32[Array, "h w"]) -> UInt8[Array, "t 4"]:
-    """The lit colours and semantic ids of triangles; only those in numbers, 1 + row, are known."""
+def paint(view: View, triangles: Triangles, seen: Bool[Array, " t"]) -> UInt8[Array, "t 4"]:
+    """The lit colours and semantic ids of triangles; only those that are seen are known."""
     codes = np.empty((len(triangles), 4), np.uint8)
     packed = codes.view(np.uint32)[:, 0]
     for row, (start, end) in enumerate(triangles.slices(len(view.instances)).tolist()):
@@ -128,7 +140,7 @@ def paint(view: View, triangles: Triangles, numbers: Int32[Array, "h w"]) -> UIn
     PAINT_TRIANGLES(
         triangles.corners,
         codes,
-        numbers,
+        seen,
         -R_cam_road[:, 1],
         R_cam_road @ sun.direction,
         diffuse_light(sun),

@@ -1,7 +1,7 @@
-"""Soft shadows on the road: the cast one of the sun, and the dark beneath each object."""
+"""Soft shadows on the road: the cast ones of the sun, and the dark around and beneath objects."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
@@ -15,15 +15,18 @@ from tracker.geometry import transform
 from tracker.kernels import Kernel
 from tracker.types import Camera
 
+CLOSE_SKY = Kernel("mot_sim.simulation.kernels.backdrop", "close_sky")
 PROJECT_OUTLINES = Kernel("mot_sim.simulation.kernels.backdrop", "project_outlines")
 
 SUBPIXEL_BITS = 4  # fractional bits of the polygons' corners
 MAX_PIXEL = 8000.0  # pixels; OpenCV's fixed-point corners overflow beyond 16 bits
 MAX_SHADOW_METRES = 150.0  # metres: a shadow farther away is a quarter of a pixel high
 # Layers, from light to dark: how far the outline is moved out in metres, and how much of the
-# full darkness it has. Below the body no sky is seen: the last ones are the footprint's own.
-CAST_LAYERS = ((0.10, 0.25), (0.03, 0.55), (-0.05, 0.8))
-FOOTPRINT_LAYERS = ((0.05, 0.9), (-0.12, 1.0))
+# full darkness it has.
+CAST_LAYERS = ((0.10, 0.3), (0.03, 0.65), (-0.05, 1.0))
+CLEARANCE_METRES = 0.14  # of objects above the road: light comes in beneath them so far
+CLOSED_REACH_METRES = 1.5  # beside an object, to where it takes light from the road
+MOST_CLOSED = 0.94  # of the sky, beneath an object
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,20 +63,56 @@ class Outlines:
 
 
 def shadow_mask(view: View, near: float) -> UInt8[Array, "h w"]:
-    """How dark the road is at each pixel, 0 = not at all, 255 = as dark as a shadow gets."""
+    """How much of the sun shadows take from the road at each pixel, 255 = all of it."""
+    width, height = view.camera.image_size
+    mask = np.zeros((height, width), np.uint8)
+    rows = casters(view, near)
+    if not len(rows) or view.sun.shade <= 0.0:
+        return mask
+    outlines = outlines_of(view, rows)
+    for distance, darkness in CAST_LAYERS:
+        corners = outlines.grown(distance)
+        for polygon in drawn(view.camera, corners, outlines.ends, near):
+            cv2.fillConvexPoly(mask, polygon, 255.0 * darkness, cv2.LINE_8, SUBPIXEL_BITS)
+    return cv2.blur(mask, (3, 3))
+
+
+def closed_mask(view: View, near: float, first: int) -> UInt8[Array, "h w"]:
+    """How much of the sky objects hide from the road at each pixel from a row on, 255 = all."""
     width, height = view.camera.image_size
     mask = np.zeros((height, width), np.uint8)
     rows = casters(view, near)
     if not len(rows):
         return mask
-    for outlines, layers in zip(
-        outlines_of(view, rows), (CAST_LAYERS, FOOTPRINT_LAYERS), strict=True
-    ):
-        for distance, darkness in layers:
-            corners = outlines.grown(distance)
-            for polygon in drawn(view.camera, corners, outlines.ends, near):
-                cv2.fillConvexPoly(mask, polygon, 255.0 * darkness, cv2.LINE_8, SUBPIXEL_BITS)
-    return cv2.blur(mask, (3, 3))
+    meshes = [view.instances.meshes[row] for row in rows.tolist()]
+    low, high = (np.stack([mesh.bounds[side] for mesh in meshes]) for side in (0, 1))
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    T_road_object = view.camera.T_road_cam @ view.instances.T_cam_object[rows]
+    axes = T_road_object[:, :3, [0, 2]].swapaxes(1, 2)  # x and z of the objects in the road's frame
+    A_road_pixel, height_above = view.camera.A_road_pixel, view.camera.height
+    # A ray meets the road where it has gone down the camera's height.
+    As = np.empty((len(rows), 3, 3))
+    away = (axes @ T_road_object[:, :3, 3:])[..., 0] + middle[:, [0, 2]]
+    As[:, :2] = height_above * (axes[..., [0, 2]] @ A_road_pixel[[0, 2]])
+    # The camera stands at road (0, -height, 0).
+    As[:, :2] -= away[..., None] * A_road_pixel[1]
+    As[:, 2] = A_road_pixel[1]
+    sizes = np.ascontiguousarray(half[:, [0, 2, 1]]) * (1.0, 1.0, 2.0)
+    CLOSE_SKY(As, sizes, CLEARANCE_METRES, CLOSED_REACH_METRES, first, mask)
+    return mask
+
+
+@lru_cache(maxsize=8)
+def light_left(shade: float) -> UInt8[Array, "256 256"]:
+    """The road's light, 255 = all, by how much of the sun and of the sky is hidden, 255 = all.
+
+    shade: the sun's share of the light, 0 to 1.
+    """
+    hidden = np.arange(256) / 255.0
+    sky = (1.0 - shade) * (1.0 - MOST_CLOSED * hidden)
+    beneath = ((hidden - 0.42) / 0.12).clip(0.0, 1.0)  # an object no sun comes either
+    left = sky + shade * (1.0 - hidden[:, None]) * (1.0 - beneath)
+    return np.round(255.0 * left).astype(np.uint8)
 
 
 def casters(view: View, near: float) -> Int[Array, " k"]:
@@ -99,17 +138,15 @@ def casters(view: View, near: float) -> Int[Array, " k"]:
     return rows[(depth + reach > near) & (depth - reach < MAX_SHADOW_METRES) & inside.all(axis=1)]
 
 
-def outlines_of(view: View, rows: Int[Array, " k"]) -> tuple[Outlines, Outlines]:
-    """The outlines on the road of the shadows that some objects cast, and of their footprints."""
+def outlines_of(view: View, rows: Int[Array, " k"]) -> Outlines:
+    """The outlines on the road of the shadows that some objects cast."""
     extremes = [view.instances.meshes[row].extremes for row in rows.tolist()]
     lengths = [len(points) for points in extremes]
     T_road_object = view.camera.T_road_cam @ view.instances.T_cam_object[rows]
     points = transforms(
         np.repeat(T_road_object, lengths, axis=0), np.concatenate(extremes)[:, None]
     )
-    cuts = np.cumsum(lengths)[:-1]
-    cast = np.split(fall(points[:, 0], view.sun), cuts)
-    return Outlines.around(cast), Outlines.around(np.split(points[:, 0, [0, 2]], cuts))
+    return Outlines.around(np.split(fall(points[:, 0], view.sun), np.cumsum(lengths)[:-1]))
 
 
 def transforms(Ts: Float[Array, "n 4 4"], points: Float[Array, "n k 3"]) -> Float[Array, "n k 3"]:

@@ -127,6 +127,23 @@ class Road:
 
 
 @dataclass(frozen=True, eq=False)
+class Cover:
+    """A picture of the shadows that the sun casts on the road plane, seen from above."""
+
+    pixels: UInt8[Array, "h w"]
+    """How much of the sun is hidden, 255 = all of it; at least 2 x 2."""
+    A_cover_road: Float[Array, "3 3"]
+    """From (x, z, 1) of the `road` frame, metres, to the picture's pixels (u, v, 1); affine."""
+
+    def __post_init__(self) -> None:
+        if min(self.pixels.shape) < 2 or not np.isfinite(self.A_cover_road).all():
+            raise BadConfig(
+                f"a picture of shadows of {self.pixels.shape[1]} x {self.pixels.shape[0]} pixels, "
+                f"A_cover_road {self.A_cover_road.tolist()}: give 2 x 2 or more, and finite numbers"
+            )
+
+
+@dataclass(frozen=True, eq=False)
 class Panorama:
     """All that is too far away to shift: clouds, hills, the tops of distant trees."""
 

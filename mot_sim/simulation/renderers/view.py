@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Float32, Int, Int32, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.simulation.renderers.surroundings import Road, Sky, Sun
+from mot_sim.simulation.renderers.surroundings import Cover, Road, Sky, Sun
 from tracker.errors import BadConfig
 from tracker.types import Camera
 
@@ -34,6 +34,30 @@ class Semantic(IntEnum):
     OTHER = 13
 
 
+class Pattern(IntEnum):
+    """What is painted on a face beside its colour."""
+
+    PLAIN = 0
+    WHEEL = 1  # spokes, the rim's edge, the tyre around
+    PLATE = 2  # characters on a number plate
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """How a car's surface takes the light between the corners of its faces."""
+
+    normals: Float[Array, "f 3 3"]
+    """Unit normals at the corners of each face, evened out over what is smooth."""
+    openness: Float[Array, "f 3"]
+    """Share of the light from all around that the car and the dark beneath it leave each corner,
+    0 to 1."""
+    patterns: Int[Array, " f"]
+    """A `Pattern` of each face."""
+    marks: Float[Array, "8"]
+    """Where patterns are: x of the front and the rear hubs, radius of a wheel along x and along y,
+    y of the front and the rear plate's middle, half a plate's width, its height; metres."""
+
+
 @dataclass(frozen=True, eq=False)
 class Mesh:
     """Coloured triangles in the object's frame: x forward, y down, z to the left, metres."""
@@ -49,6 +73,8 @@ class Mesh:
     casts: bool = True
     """Whether it casts a shadow on the road; for what stands still, the road's picture may hold
     it."""
+    skin: Skin | None = None
+    """How light changes between the corners of faces; None: each face has one colour."""
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.vertices).all():
@@ -100,6 +126,13 @@ class Mesh:
         return centre, float(np.linalg.norm(self.vertices - centre, axis=1).max())
 
     @cached_property
+    def bounds(self) -> Float[Array, "2 3"]:
+        """The smallest and the largest coordinates of the vertices; zero where there are none."""
+        if not len(self.vertices):
+            return np.zeros((2, 3))
+        return np.stack((self.vertices.min(axis=0), self.vertices.max(axis=0)))
+
+    @cached_property
     def extremes(self) -> Float[Array, "k 3"]:
         """The vertices that shape its shadow: the outermost in each of many directions."""
         if len(self.vertices) < 64:
@@ -122,6 +155,8 @@ class MeshInstances:
     ids: Int[Array, " n"]
     """Id of each object, >= 0, or NO_INSTANCE for scenery; rows with the same id are parts of one
     thing."""
+    unlit: tuple[int, ...] = ()
+    """Ids of cars whose lamps are off."""
 
     def __post_init__(self) -> None:
         if not len(self.meshes) == len(self.T_cam_object) == len(self.ids):
@@ -145,6 +180,7 @@ class MeshInstances:
             self.meshes + others.meshes,
             np.concatenate((self.T_cam_object, others.T_cam_object)),
             np.concatenate((self.ids, others.ids)),
+            self.unlit + others.unlit,
         )
 
     def __len__(self) -> int:
@@ -165,6 +201,8 @@ class View:
     """What is seen above the horizon."""
     sun: Sun = field(default_factory=Sun)
     """Light and shadows."""
+    cover: Cover | None = None
+    """Where what stands still keeps the sun from cars; None: nowhere."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,3 +217,5 @@ class Rendered:
     """Id of the object seen, or NO_INSTANCE."""
     semantics: UInt8[Array, "h w"]
     """`Semantic` of what is seen."""
+    unlit: tuple[int, ...] = ()
+    """Ids of cars whose lamps are off."""

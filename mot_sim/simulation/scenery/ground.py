@@ -17,6 +17,7 @@ from tracker.kernels import Kernel
 MIX_TILE = Kernel("mot_sim.simulation.kernels.tiles", "mix_tile")
 
 TEXEL_METRES = 0.025  # metres, of the finest pictures
+COVER_TEXEL_METRES = 0.25  # metres, of the picture of shadows that cars are lit by
 LEVEL_COUNT = 5  # each one twice as coarse as the one before
 PERIOD_TEXELS = 1024  # texels of the finest picture after which the grain repeats: 25.6 m
 SLOW_TEXEL_METRES = 0.4  # metres a texel of the slow noise, which repeats after 409.6 m
@@ -170,6 +171,13 @@ class Ground:
             rgba,
         )
         return rgba
+
+    def cover_tile(self, column: int, row: int) -> UInt8[Array, "t t"]:
+        """How much of the sun static shadows hide in a tile of COVER_TEXEL_METRES; 255 = all."""
+        low = TILE_TEXELS * COVER_TEXEL_METRES * np.array([column, row], dtype=float)
+        dark = self._shade(low, COVER_TEXEL_METRES)
+        most = max((value for values in self.shadows.values for value in values), default=255)
+        return cv2.convertScaleAbs(dark, alpha=255.0 / max(most, 1))
 
     def _weights(self, low: Array, texel: float) -> UInt8[Array, "t t 4"]:
         """How much asphalt, pavement, kerb and line is in each texel."""

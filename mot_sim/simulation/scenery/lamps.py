@@ -16,6 +16,10 @@ NIGHT_SKY_LIGHT = 0.45  # of that, in the sky
 BEAM_COLOUR = np.array([1.0, 0.95, 0.84])
 BEAM_METRES = 24.0  # metres at which a headlight has half its strength
 LAMP_COLOUR = (255, 206, 132)  # windows and street lamps
+WINDOW_LEVELS = 62.0  # grey levels by day of a pane behind which all light is seen
+LEAST_WINDOW_SHARE = 0.6  # of the light, behind a curtain
+NEAR_GLOW = 0.4  # of a lamp's light, around it
+WIDE_GLOW = 1.6  # of the light of cars and street lamps, far around
 GLOW_DOWNSAMPLING = 4  # the glow is blurred in a smaller picture
 
 
@@ -35,33 +39,34 @@ def lit_at_night(
     dark = cv2.multiply(image, cv2.merge(light), scale=1.0 / 255.0)
     sky = (rendered.semantics == Semantic.SKY).view(np.uint8)
     cv2.copyTo(cv2.convertScaleAbs(dark, alpha=1.0 - night * (1.0 - NIGHT_SKY_LIGHT)), sky, dark)
-    glowing = (rendered.semantics == Semantic.LIGHT).view(np.uint8)
-    if not glowing.any():
+    glows = rendered.semantics == Semantic.LIGHT
+    if rendered.unlit:
+        glows[glows] = ~np.isin(rendered.instances[glows], rendered.unlit)
+    glowing = glows.view(np.uint8)
+    if not glows.any():
         return dark
-    no_car = (rendered.instances == NO_INSTANCE).view(np.uint8)
     own = np.zeros_like(image)
     cv2.copyTo(cv2.convertScaleAbs(image, alpha=2.0), glowing, own)
-    cv2.copyTo(_warm(camera), cv2.bitwise_and(glowing, glowing, mask=no_car), own)
+    behind_panes = glows & (rendered.instances == NO_INSTANCE)
+    if behind_panes.any():  # by how bright the pane is by day, a curtain or an open room
+        bright = image[behind_panes].max(axis=1, keepdims=True)
+        share = (bright * (1.0 / WINDOW_LEVELS)).clip(LEAST_WINDOW_SHARE, 1.0)
+        own[behind_panes] = (share * LAMP_COLOUR).astype(np.uint8)
     own = cv2.convertScaleAbs(own, alpha=night)
-    return cv2.add(cv2.max(dark, own), _glow(own, headlights))
+    return cv2.add(cv2.max(dark, own), _glow(own, behind_panes.view(np.uint8), headlights))
 
 
-@lru_cache(maxsize=8)
-def _warm(camera: Camera) -> Image:
-    width, height = camera.image_size
-    return np.full((height, width, 3), LAMP_COLOUR, np.uint8)
-
-
-def _glow(own: Image, strength: float) -> Image:
-    """Light that lens and air scatter around lamps."""
+def _glow(own: Image, panes: UInt8[Array, "h w"], strength: float) -> Image:
+    """Light that lens and air scatter around lamps; a window is no lamp, and has little of it."""
     height, width = own.shape[:2]
-    small = cv2.resize(
-        own, (width // GLOW_DOWNSAMPLING, height // GLOW_DOWNSAMPLING), interpolation=cv2.INTER_AREA
-    )
-    near, wide = cv2.blur(cv2.blur(small, (3, 3)), (3, 3)), small
+    size = width // GLOW_DOWNSAMPLING, height // GLOW_DOWNSAMPLING
+    small = cv2.resize(own, size, interpolation=cv2.INTER_AREA)
+    lamps = cv2.copyTo(own, cv2.bitwise_not(cv2.convertScaleAbs(panes, alpha=255.0)))
+    wide = cv2.resize(lamps, size, interpolation=cv2.INTER_AREA)
+    near = cv2.blur(cv2.blur(small, (3, 3)), (3, 3))
     for _ in range(2):
         wide = cv2.blur(wide, (11, 11))
-    both = cv2.addWeighted(near, 0.7 * strength, wide, 2.2 * strength, 0.0)
+    both = cv2.addWeighted(near, NEAR_GLOW * strength, wide, WIDE_GLOW * strength, 0.0)
     return cv2.resize(both, (width, height), interpolation=cv2.INTER_LINEAR)
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.simulation.renderers import MeshInstances, Road, Sky, Sun, View
+from mot_sim.simulation.renderers import Cover, MeshInstances, Road, Sky, Sun, View
 from mot_sim.simulation.renderers.triangles import NEAR_METRES
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scenery.ground import Ground
@@ -46,6 +46,12 @@ class Neighbourhood:
         """The painted road plane before the camera, for an ego pose x, y, heading."""
         return self.windows.road(checked(ego), Rig(camera).T_world_road(ego), camera)
 
+    def cover_at(self, ego: Float[Array, "3"], camera: Camera) -> Cover | None:
+        """The static shadows that cars before the camera may stand in; None without a sun."""
+        if not len(self.windows.ground.shadows.corners):
+            return None
+        return self.windows.cover(checked(ego), Rig(camera).T_world_road(ego))
+
     def scenery_at(
         self, ego: Float[Array, "3"], camera: Camera, near: float = NEAR_METRES
     ) -> MeshInstances:
@@ -68,4 +74,5 @@ class Neighbourhood:
             self.road_at(ego, camera),
             self.sky_at(ego),
             self.sun_at(ego),
+            self.cover_at(ego, camera),
         )

@@ -8,9 +8,10 @@ import numpy as np
 from jaxtyping import Bool, Float, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.simulation.renderers.surroundings import Colour, Level, Road, Texture
+from mot_sim.simulation.renderers.surroundings import Colour, Cover, Level, Road, Texture
 from mot_sim.simulation.renderers.triangles import clip_polygon
 from mot_sim.simulation.scenery.ground import (
+    COVER_TEXEL_METRES,
     GRASS_COLOUR,
     LEVEL_COUNT,
     TEXEL_METRES,
@@ -28,6 +29,8 @@ WINDOW_TILES = 6  # tiles along a window's sides: 38.4 m on the finest level, 61
 FINEST_REACH_METRES = 12.5
 MAX_REACH_METRES = 450.0
 AHEAD_SHARE = 0.3  # of a window's side, from the camera to its middle
+COVER_TILES = 3  # along the sides of the picture of shadows on cars: 192 m
+MAX_COVERS = 48  # tiles of that picture, of 66 kB each
 MAX_TILES = 320  # tiles, of 0.26 MB each: 84 MB
 AROUND_COLOUR: Colour = (95, 105, 62)
 MEADOW_RGBA = np.array((*GRASS_COLOUR, 0), np.uint8).view(np.uint32)[0]
@@ -102,6 +105,10 @@ class Windows:
     """The tiles painted last, by level, column and row; at most 320."""
     now: dict[int, SceneryWindow] = field(default_factory=dict)
     """The window around the camera, by level of detail."""
+    covers: OrderedDict[tuple[int, int], UInt8[Array, "t t"]] = field(default_factory=OrderedDict)
+    """The tiles of the picture of shadows made last, by column and row; at most 48."""
+    joined: dict[tuple[int, int], UInt8[Array, "s s"]] = field(default_factory=dict)
+    """The picture of shadows around the camera, by the column and row of its first tile."""
 
     def road(
         self, ego: Float[Array, "3"], T_world_road: Float[Array, "4 4"], camera: Camera
@@ -110,6 +117,39 @@ class Windows:
         levels = [self._level(number, ego, T_world_road, camera) for number in range(LEVEL_COUNT)]
         coarsest = levels[-1]
         return Road(coarsest.texture, coarsest.A_texture_road, AROUND_COLOUR, tuple(levels[:-1]))
+
+    def cover(self, ego: Float[Array, "3"], T_world_road: Float[Array, "4 4"]) -> Cover:
+        """The static shadows around an ego pose, for the cars in them."""
+        side = TILE_TEXELS * COVER_TEXEL_METRES
+        ahead = np.array([np.cos(ego[2]), np.sin(ego[2])])
+        middle = ego[:2] + AHEAD_SHARE * COVER_TILES * side * ahead
+        column, row = np.floor(middle / side - 0.5 * COVER_TILES + 0.5).astype(int).tolist()
+        if (column, row) not in self.joined:
+            span = range(COVER_TILES)
+            tiles = [[self._cover_tile(column + u, row + v) for u in span] for v in span]
+            self.joined.clear()
+            self.joined[column, row] = np.block(tiles)
+        texel = COVER_TEXEL_METRES
+        A_cover_world = np.array(
+            [
+                [1.0 / texel, 0.0, -column * TILE_TEXELS - 0.5],
+                [0.0, 1.0 / texel, -row * TILE_TEXELS - 0.5],
+                [0.0, 0.0, 1.0],
+            ]
+        )
+        A_world_road = T_world_road[np.ix_((0, 1, 3), (0, 2, 3))]
+        return Cover(self.joined[column, row], A_cover_world @ A_world_road)
+
+    def _cover_tile(self, column: int, row: int) -> UInt8[Array, "t t"]:
+        """A tile of the picture of shadows, from the store where it is there."""
+        key = (column, row)
+        if key in self.covers:
+            self.covers.move_to_end(key)
+            return self.covers[key]
+        tile = self.covers[key] = self.ground.cover_tile(column, row)
+        if len(self.covers) > MAX_COVERS:
+            self.covers.popitem(last=False)
+        return tile
 
     def _level(
         self, number: int, ego: Float[Array, "3"], T_world_road: Float[Array, "4 4"], camera: Camera

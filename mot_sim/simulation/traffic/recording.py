@@ -14,6 +14,7 @@ from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS, Traffic, Traf
 from tracker.errors import BadConfig, BadFile
 
 TRAFFIC_FORMAT = ArrayFormat("recorded traffic", 1)
+STANDING_SPEED = 0.05  # m/s, below which a car stands
 OPTIONAL_COLUMNS = {"z", "crashed", "kinds", "tilt"}
 
 
@@ -82,6 +83,13 @@ class RecordedTraffic:
     def states(self) -> tuple[TrafficState, ...]:
         """All states."""
         return tuple(self.state(index) for index in range(len(self)))
+
+    @property
+    def parked_ids(self) -> Int[Array, " k"]:
+        """The cars that stand when they are first there: nobody sits in them."""
+        first = self.present.argmax(axis=0)
+        speed = np.abs(self.speed[first, np.arange(len(self.ids))])
+        return self.ids[speed < STANDING_SPEED]
 
     @property
     def checksum(self) -> str:

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from mot_sim.simulation.renderers import Road, Semantic
+from mot_sim.simulation.renderers import Road, Semantic, View
 from mot_sim.simulation.renderers.ground import (
     MAX_SUPERSAMPLING,
     MAX_TEXELS_PER_ROW,
@@ -11,15 +11,51 @@ from mot_sim.simulation.renderers.ground import (
     horizon,
     road_warp,
 )
-from mot_sim.simulation.renderers.shadows import MAX_PIXEL, SUBPIXEL_BITS
+from mot_sim.simulation.renderers.shadows import (
+    CLEARANCE_METRES,
+    CLOSED_REACH_METRES,
+    MAX_PIXEL,
+    MOST_CLOSED,
+    SUBPIXEL_BITS,
+)
 from mot_sim.simulation.renderers.surroundings import Level
 from tracker.types import Camera
 
 
-def plain_shaded(ground: np.ndarray, dark: np.ndarray, shade: float) -> np.ndarray:
-    """RGB with less light: all of `shade` is taken where dark is 255."""
-    left = cv2.convertScaleAbs(dark, alpha=-shade, beta=255.0)
+def plain_shaded(
+    ground: np.ndarray, dark: np.ndarray, closed: np.ndarray, shade: float
+) -> np.ndarray:
+    """RGB with less light: the sun's share `shade` is taken where dark is 255, the sky's by closed.
+
+    Beneath an object no sun comes either.
+    """
+    sun, sky = 1.0 - dark / 255.0, 1.0 - MOST_CLOSED * (closed / 255.0)
+    beneath = ((closed / 255.0 - 0.42) / 0.12).clip(0.0, 1.0)
+    left = np.round(255.0 * ((1.0 - shade) * sky + shade * sun * (1.0 - beneath))).astype(np.uint8)
     return cv2.multiply(ground, cv2.merge((left, left, left)), scale=1.0 / 255.0)
+
+
+def plain_closed(view: View) -> np.ndarray:
+    """How much of the sky boxes hide from the road at each pixel, 255 = all: the darkest counts."""
+    (width, height), camera = view.camera.image_size, view.camera
+    v, u = np.mgrid[:height, :width].astype(float)
+    points = camera.touch_road(np.stack((u, v), axis=-1).reshape(-1, 2))
+    found = np.zeros(len(points))
+    for mesh, T in zip(view.instances.meshes, view.instances.T_cam_object, strict=True):
+        x, _, z = ((points - T[:3, 3]) @ T[:3, :3]).T
+        (half_x, _, half_z), high = 0.5 * np.ptp(mesh.vertices, axis=0), np.ptp(mesh.vertices[:, 1])
+        out = np.stack((abs(x) - half_x, abs(z) - half_z))
+        inside, apart = -out.max(axis=0), np.hypot(*np.maximum(out, 0.0))
+
+        def beside(apart: np.ndarray, high: float = high) -> np.ndarray:
+            return 0.5 * (1.0 - apart / np.hypot(apart, high))
+
+        beneath = 0.5 + 0.5 * inside / np.hypot(inside, CLEARANCE_METRES)
+        hidden, least = np.where(inside > 0.0, beneath, beside(apart)), beside(CLOSED_REACH_METRES)
+        near = (out <= CLOSED_REACH_METRES).all(axis=0)
+        share = np.where(near, (hidden - least) / (1.0 - least), 0.0)
+        found = np.fmax(found, share.clip(0.0, 1.0))
+    return (255.0 * found).reshape(height, width)
 
 
 def plain_kinds(rgba: np.ndarray, camera: Camera) -> np.ndarray:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from mot_sim.simulation.renderers import Road, Sun, Texture, View
 from mot_sim.simulation.renderers.ground import cuts, horizon, road_rgba, sky_image
 from mot_sim.simulation.renderers.raster import RasterRenderer
-from mot_sim.simulation.renderers.shadows import drawn, shadow_mask
+from mot_sim.simulation.renderers.shadows import closed_mask, drawn, shadow_mask
 from mot_sim.simulation.renderers.surroundings import Level
 from mot_sim.simulation.scenery.window import _needed
 from tests.mot_sim.simulation.kernels import plain_backdrop as plain
@@ -44,14 +44,29 @@ def test_the_ground_is_laid_under_shadows(seed: int, camera: Camera, shade: floa
     view = view_of(camera, (box(), at(camera, 0.0, 8.0)), road=road, sun=Sun(shade=shade))
     found, seen = RasterRenderer().backdrop(view), horizon(camera)
     rgba, expected = road_rgba(camera, road), sky_image(camera, view.sky)
-    dark = shadow_mask(view, 0.3)[seen.first :]
+    dark, closed = shadow_mask(view, 0.3), closed_mask(view, 0.3, seen.first)
     if len(rgba):
-        ground = plain.plain_shaded(np.ascontiguousarray(rgba[..., :3]), dark, shade)
+        plane = np.ascontiguousarray(rgba[..., :3])
+        ground = plain.plain_shaded(plane, dark[seen.first :], closed[seen.first :], shade)
         below = seen.below[seen.first :, :, None] > 0
         expected[seen.first :] = np.where(below, ground, expected[seen.first :])
         np.testing.assert_array_equal(found.semantics, plain.plain_kinds(rgba, camera))
     np.testing.assert_array_equal(found.image, expected)
     np.testing.assert_array_equal(found.depth, seen.depth)
+
+
+@FEW
+@given(seeds, st.integers(0, 4))
+def test_the_sky_that_boxes_hide_from_the_road(seed: int, count: int) -> None:
+    rng, places = np.random.default_rng(seed), []
+    for _ in range(count):
+        x, z, yaw = rng.uniform((-6.0, -2.0, -9.0), (6.0, 20.0, 9.0))
+        places.append((box(*rng.uniform(0.2, 5.0, 3)), at(SMALL, x, z, yaw)))
+    view, first = view_of(SMALL, *places), horizon(SMALL).first
+    found, expected = closed_mask(view, 0.3, first), plain.plain_closed(view)
+    # A centre on the border of a footprint may fall to either side.
+    assert (np.abs(found[first:] - expected[first:]) > 1.0).sum() <= 2
+    assert not found[:first].any()
 
 
 @FEW
@@ -98,6 +113,16 @@ def test_outlines_are_projected(seed: int, count: int) -> None:
 def test_no_shadow_changes_nothing() -> None:
     view = view_of(SMALL, (box(), at(SMALL, 0.0, 8.0)), road=some_road(1))
     bare = RasterRenderer(shadows=False).backdrop(view)
-    unlit = RasterRenderer().backdrop(replace(view, sun=Sun(shade=0.0)))
+    hovering = replace(view.instances.meshes[0], casts=False)
+    alone = view_of(SMALL, (hovering, at(SMALL, 0.0, 8.0)), road=view.road, sun=Sun(shade=0.7))
     assert isinstance(view, View)
-    np.testing.assert_array_equal(bare.image, unlit.image)
+    np.testing.assert_array_equal(bare.image, RasterRenderer().backdrop(alone).image)
+
+
+def test_without_a_sun_the_road_is_dark_only_beside_and_beneath_objects() -> None:
+    view = view_of(SMALL, (box(), at(SMALL, 0.0, 8.0)), sun=Sun(shade=0.0))
+    bare, unlit = (RasterRenderer(shadows=on).backdrop(view).image for on in (False, True))
+    ground = SMALL.touch_road(np.argwhere((bare != unlit).any(axis=2))[:, ::-1].astype(float))
+    assert 0.0 < np.hypot(ground[:, 0], ground[:, 2] - 8.0).max() < 2.2 + 2.0 * 1.5
+    u, v = np.round(SMALL.project(SMALL.T_cam_road[:3] @ (0.0, 0.0, 8.0, 1.0))).astype(int)
+    assert unlit[v, u].max() < 0.15 * bare[v, u].max()

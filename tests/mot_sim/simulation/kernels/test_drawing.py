@@ -19,6 +19,7 @@ from mot_sim.simulation.renderers import (
 )
 from mot_sim.simulation.renderers.filling import fill
 from mot_sim.simulation.renderers.raster import RasterRenderer, SmoothRenderer, paint
+from mot_sim.simulation.renderers.skins import marked
 from mot_sim.simulation.renderers.triangles import Triangles, boxes_inside, cut_near
 from mot_sim.simulation.truth.annotate import seen_keypoints
 from tests.mot_sim.simulation.kernels import plain_pixels as pixels
@@ -167,7 +168,7 @@ def test_faces_are_lit(kind: Semantic, seed: int, count: int) -> None:
     triangles = triangles_of(view)
     if not len(triangles):
         return
-    every = np.arange(1, len(triangles) + 1, dtype=np.int32)[None]
+    every = np.ones(len(triangles), bool)
     codes = np.concatenate([
         view.instances.meshes[row].codes[triangles.faces[start:end]]
         for row, (start, end) in enumerate(triangles.slices(count))
@@ -192,7 +193,7 @@ def test_objects_are_laid_over_the_backdrop(seed: int, count: int) -> None:
         )
     np.testing.assert_array_equal(rendered.depth[covered], np.float32(1) / found.nearness[covered])
     if len(triangles):
-        codes = paint(view, triangles, found.numbers)[found.numbers[covered] - 1]
+        codes = paint(view, triangles, marked(triangles, found.numbers))[found.numbers[covered] - 1]
         np.testing.assert_array_equal(rendered.image[covered], codes[:, :3])
         np.testing.assert_array_equal(rendered.semantics[covered], codes[:, 3])
 
@@ -214,7 +215,7 @@ def test_smooth_edges_mix_four_samples_and_nothing_else_changes(seed: int, count
         K = SMALL.K.copy()
         K[:2, 2] -= shift
         numbers = fill(triangles, replace(SMALL, K=K)).numbers
-        painted = paint(view, triangles, numbers)[numbers - 1, :3]
+        painted = paint(view, triangles, marked(triangles, numbers))[numbers - 1, :3]
         colours.append(np.where((numbers > 0)[..., None], painted, behind))
         objects.append(np.where(numbers > 0, triangles.objects[numbers - 1], -1))
     mixed = (np.sum(colours, axis=0, dtype=int) + 2) // 4
