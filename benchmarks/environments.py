@@ -1,6 +1,6 @@
 """How fast the environments step: pixel-free over labels that are known, and many at once.
 
-    python -m benchmarks.environments [--steps N]
+    python -m benchmarks.environments [--steps N] [--update-baseline]
     python -m benchmarks.environments --worlds [--steps 5000] [--scenes highway,town]
     python -m benchmarks.environments --vector [--episodes 64]
 
@@ -24,6 +24,7 @@ import gymnasium as gym  # noqa: E402
 import numpy as np  # noqa: E402
 
 import mot_sim  # noqa: E402, F401  (registers the ids)
+from benchmarks.baseline import Ratios  # noqa: E402
 from mot_sim.envs.association_experts import hungarian_policy  # noqa: E402
 from mot_sim.envs.driving_tasks import META_ACTIONS  # noqa: E402
 from mot_sim.envs.registration import environment_id  # noqa: E402
@@ -130,7 +131,7 @@ def simulated_seconds(env: gym.Env, idle: Any, seconds: float, steps: int) -> fl
     return steps * seconds / (process_time() - start)
 
 
-def report_beside_highway_env() -> None:
+def report_beside_highway_env(ratios: Ratios) -> None:
     """Driving at an intersection, resets included, as highway-env does it and as we do."""
     import highway_env  # noqa: F401  (registers its ids)
 
@@ -141,6 +142,7 @@ def report_beside_highway_env() -> None:
     for seen in ("kinematics", "detections"):
         env = gym.make("mot_sim/Intersection-v0", observation=seen, image=False, **options)
         ours = simulated_seconds(env, autopilot, STEP_SECONDS, 100)
+        ratios.add(f"Intersection-v0, {seen}", 1.0 / ours, 1.0 / theirs)
         print(f"{'mot_sim/Intersection-v0, ' + seen:42} {ours:8.2f} simulated s per CPU s")
 
 
@@ -226,6 +228,7 @@ def main() -> None:
     parser.add_argument("--scenes", help="of --worlds, by commas; default: all that are live")
     parser.add_argument("--vector", action="store_true", help="many episodes at once instead")
     parser.add_argument("--episodes", type=int, default=64, help="of --vector")
+    Ratios.add_option(parser)
     given = parser.parse_args()
     steps = given.steps
     if given.vector:
@@ -249,10 +252,12 @@ def main() -> None:
            hungarian_policy)  # fmt: skip
     report_live(min(steps, 30))
     report_resets()
-    report_beside_highway_env()
+    ratios = Ratios("environments")
+    report_beside_highway_env(ratios)
     for known in (True, False):
         one, two = (report_many(workers, steps, known) for workers in (1, 2))
         print(f"{'two workers against one':42} {two / one:8.2f} times")
+    ratios.tell(given.update_baseline)
 
 
 if __name__ == "__main__":
