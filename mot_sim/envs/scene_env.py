@@ -265,7 +265,9 @@ class SceneEnv(ReplayPickle, gym.Env[Any, Any]):
             self._rollout.advance()
             driving = self._rollout.driver.driving()
             self._crashed = driving.crashed
-            self._off_road = 0 if driving.on_road else self._off_road + 1
+            # Past the end of its road it waits for room to begin a new way: it did not leave one.
+            is_right = driving.on_road or (self._continuous and driving.road_ended)
+            self._off_road = 0 if is_right else self._off_road + 1
         self._actions.append(action)
         self._image = None
 

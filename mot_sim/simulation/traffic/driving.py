@@ -33,6 +33,8 @@ class Driving:
     """Whether its centre is on its lane, and its road has not ended."""
     crashed: bool
     """Whether its footprint overlaps another car's."""
+    road_ended: bool = False
+    """Whether it is past the end of its road."""
 
 
 @runtime_checkable

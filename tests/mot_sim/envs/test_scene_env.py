@@ -309,6 +309,19 @@ def test_an_episode_ends_with_the_road_or_goes_on_with_flat_memory() -> None:
         SceneEnv("street", traffic="recorded", continuous=True)
 
 
+def test_who_waits_for_room_to_begin_a_new_way_has_not_left_the_road(monkeypatch) -> None:
+    plain = {"houses": 0.0, "trees": 0.0, "furniture": 0.0}
+    env = SceneEnv("highway", image=False, continuous=True, frames=200, **plain)
+    env.reset(options={"episode_seed": 0})
+    past = Driving(20.0, 30.0, 0, 3, on_road=False, crashed=False, road_ended=True)
+    monkeypatch.setattr(type(env._rollout.driver), "driving", lambda _: past)
+    ends = [env.step(AUTOPILOT)[3] for _ in range(15)]
+    assert not any(ends)
+    aside = Driving(20.0, 30.0, 0, 3, on_road=False, crashed=False)
+    monkeypatch.setattr(type(env._rollout.driver), "driving", lambda _: aside)
+    assert [env.step(AUTOPILOT)[3] for _ in range(10)] == [False] * 9 + [True]
+
+
 def test_actions_stand_in_the_order_of_highway_env() -> None:
     from highway_env.envs.common.action import DiscreteMetaAction
 

@@ -315,4 +315,5 @@ class EgoCar(Car):
             on_road=not self.is_past_end
             and abs(self.aside) <= MAX_ASIDE_SHARE * float(self.lane.width_at(self.along)),
             crashed=bool(self.crashed) or touches,
+            road_ended=self.is_past_end,
         )
