@@ -4,7 +4,8 @@
     python examples/train_association.py --out out/association
 
 The network sees pairs of tracks and detections one by one with the same weights, so that what it
-learns does not depend on the order of slots. It is tested on seeds that it was not trained on.
+learns does not depend on the order of slots. PPO plays many episodes at once. All are tested on
+seeds that they were not trained on.
 """
 
 import argparse
@@ -17,11 +18,11 @@ from scipy.stats import t as student
 
 import mot_sim  # noqa: F401 - registers the ids
 from mot_sim.envs.association_experts import (
-    EXPERTS,
     ImitationDataset,
     disjoint_pools,
     imitation_dataset,
 )
+from mot_sim.envs.association_vector_env import AssociationVectorEnv
 
 try:
     import torch
@@ -29,15 +30,18 @@ try:
     from sb3_contrib.common.maskable.policies import MaskableMultiInputActorCriticPolicy
     from stable_baselines3 import PPO
     from stable_baselines3.common.callbacks import BaseCallback
-    from stable_baselines3.common.monitor import Monitor
     from stable_baselines3.common.policies import MultiInputActorCriticPolicy
     from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
+    from stable_baselines3.common.vec_env import VecMonitor
     from torch import nn
+
+    from mot_sim.envs.stable_baselines import StableBaselinesEpisodes
 except ImportError as error:
     raise SystemExit(f"{error.name} is missing: pip install 'mot-sim[rl]'") from None
 
 SIZE = {"max_detections": 12, "max_tracks": 12}
 WIDTH = 32  # of the hidden layers
+EPISODES_AT_ONCE, STEPS_OF_A_ROLLOUT = 32, 64  # of PPO
 PAIR_INPUTS = 8  # features of a pair, ages of the track, score of the detection, whether possible
 
 
@@ -113,25 +117,32 @@ class PairMaskablePolicy(PairPolicy, MaskableMultiInputActorCriticPolicy):
 
 
 class Curve(BaseCallback):
-    """Prints the mean return of the last episodes after every rollout."""
+    """Prints the mean return of the last episodes after every second rollout."""
 
     def _on_step(self) -> bool:
         return True
 
     def _on_rollout_end(self) -> None:
         last = [episode["r"] for episode in self.model.ep_info_buffer]
-        if last:
+        rollout = self.num_timesteps // (EPISODES_AT_ONCE * STEPS_OF_A_ROLLOUT)
+        if last and rollout % 2 == 0:
             print(f"  {self.num_timesteps:7d} steps  {np.mean(last):.3f}", flush=True)
+
+
+RECORDED: dict[int, object] = {}  # episodes of the training pool, recorded once for all learners
 
 
 def agent(kind: type[PPO] | type[MaskablePPO], pool: dict[str, int], frames: int) -> PPO:
     """A new learner on the training pool."""
-    env = Monitor(gym.make("mot_sim/Association-v0", frames=frames, **SIZE, **pool))
+    plain = StableBaselinesEpisodes(EPISODES_AT_ONCE, frames=frames, **SIZE, **pool)
+    plain.episodes.one.source.kept.update(RECORDED)
+    env = VecMonitor(plain)
     policy = PairMaskablePolicy if kind is MaskablePPO else PairPPOPolicy
     options = {"features_extractor_class": PairLogits, "ortho_init": False}
     return kind(
-        policy, env, n_steps=512, batch_size=128, n_epochs=4, gamma=0.95, ent_coef=0.0,
-        learning_rate=3e-4, clip_range=0.1, seed=0, policy_kwargs=options, device="cpu",
+        policy, env, n_steps=STEPS_OF_A_ROLLOUT, batch_size=256, n_epochs=4, gamma=0.9,
+        gae_lambda=0.8, ent_coef=0.0, learning_rate=1e-3, clip_range=0.2, seed=0,
+        policy_kwargs=options, device="cpu",
     )  # fmt: skip
 
 
@@ -149,7 +160,9 @@ def clone(model: PPO, shown: ImitationDataset, epochs: int = 30) -> None:
             logits = policy.mlp_extractor.forward_actor(features).reshape(masks[rows].shape)
             logits = logits.masked_fill(~masks[rows], -1e8).transpose(1, 2)
             each = nn.functional.cross_entropy(logits, actions[rows], reduction="none")
-            loss = (each * there[rows]).sum() / there[rows].sum().clamp(min=1.0)
+            # What the mask forbids (a new track without a free slot) is refused: nothing to learn.
+            counted = there[rows] * (each < 1e6)
+            loss = torch.where(counted > 0, each, 0.0).sum() / counted.sum().clamp(min=1.0)
             optimizer.zero_grad()
             loss.backward()
             optimizer.step()
@@ -158,22 +171,24 @@ def clone(model: PPO, shown: ImitationDataset, epochs: int = 30) -> None:
             print(f"  epoch {epoch + 1:3d}  cross entropy {np.mean(losses):.4f}", flush=True)
 
 
-def returns_of(act: object, env: gym.Env) -> np.ndarray:
-    """The return of every episode of the pool; act: action of an observation and the masks."""
-    found = np.zeros(env.pool)
-    for number in range(env.pool):
-        seen, _ = env.reset(options={"episode_number": number})
-        ended = False
-        while not ended:
-            seen, reward, ended, _, _ = env.step(act(seen, env.action_masks()))
-            found[number] += reward
+def returns_of(act: object, envs: AssociationVectorEnv) -> np.ndarray:
+    """The return of every episode of the pool, all played at once.
+
+    act: actions (n, d) of the observations and the masks.
+    """
+    seen, _ = envs.reset(seed=0, options={"episode_number": np.arange(envs.num_envs)})
+    found, over = np.zeros(envs.num_envs), np.zeros(envs.num_envs, bool)
+    while not over.all():
+        seen, rewards, ended, _, _ = envs.step(act(seen, envs.action_masks()))
+        found += np.where(over, 0.0, rewards)
+        over |= ended
     return found
 
 
 def masked_draw(rng: np.random.Generator, masks: np.ndarray) -> np.ndarray:
     """One of the choices that the mask leaves, for every detection."""
-    table = masks.reshape(SIZE["max_detections"], -1)
-    return (rng.random(table.shape) * table).argmax(axis=1)
+    table = masks.reshape(len(masks), SIZE["max_detections"], -1)
+    return (rng.random(table.shape) * table).argmax(axis=2)
 
 
 def report(name: str, found: np.ndarray, best: np.ndarray) -> None:
@@ -193,12 +208,13 @@ def learn(name: str, folder: Path, train: dict[str, int], frames: int, steps: in
     started, model = process_time(), agent(LEARNERS[name], train, frames)
     print(f"{name}:", flush=True)
     if name == "cloned":
-        clone(model, imitation_dataset(model.get_env().envs[0], "hungarian"))
+        clone(model, imitation_dataset(model.get_env().venv.episodes.one, "hungarian"))
     else:
         if name == "improved":
             known = MaskablePPO.load(folder / "cloned", device="cpu")
             model.policy.load_state_dict(known.policy.state_dict())
         model.learn(steps, callback=Curve())
+    RECORDED.update(model.get_env().venv.episodes.one.source.kept)
     model.save(folder / name)
     print(f"  {process_time() - started:.0f} CPU seconds", flush=True)
 
@@ -227,20 +243,20 @@ def main() -> None:
     for name in given.learners:
         if not (given.out / f"{name}.zip").exists():
             learn(name, given.out, train, frames, given.steps)
-    env = gym.make("mot_sim/Association-v0", frames=frames, **SIZE, **test).unwrapped
+    envs = AssociationVectorEnv(n, frames=frames, **SIZE, **test)
     rng = np.random.default_rng(0)
-    env.action_space.seed(0)
+    envs.action_space.seed(0)
     acts = {
-        "random": lambda seen, masks: env.action_space.sample(),
+        "random": lambda seen, masks: envs.action_space.sample(),
         "random within the masks": lambda seen, masks: masked_draw(rng, masks),
-        "greedy": lambda seen, masks: EXPERTS["greedy"](seen),
-        "Hungarian": lambda seen, masks: EXPERTS["hungarian"](seen),
+        "greedy": lambda seen, masks: envs.expert_actions("greedy"),
+        "Hungarian": lambda seen, masks: envs.expert_actions("hungarian"),
     }
     acts |= {name: act_of(LEARNERS[name], given.out / name) for name in given.learners}
-    best = returns_of(acts["Hungarian"], env)
+    best = returns_of(acts["Hungarian"], envs)
     print(f"\n| policy | return on {n} held-out seeds | of the Hungarian policy's |\n|---|---|---|")
     for name, act in acts.items():
-        report(name, returns_of(act, env), best)
+        report(name, returns_of(act, envs), best)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from tests.contracts.test_environments import ASSOCIATION, DRAWN, IDS, SCENE_OF, SEED, make
+from tracker.errors import BadConfig
 
 LIVE = {"mot_sim/Highway-v0": {"actions": "continuous", "observation": "kinematics"}}
 
@@ -107,6 +108,39 @@ def test_stable_baselines_checks_and_learns(name: str) -> None:
     before = [part.clone() for part in model.policy.parameters()]
     model.learn(16)
     assert any((a != b).any() for a, b in zip(before, model.policy.parameters(), strict=True))
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_stable_baselines_learns_of_many_episodes_at_once() -> None:
+    pytest.importorskip("sb3_contrib")
+    from sb3_contrib import MaskablePPO
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.vec_env import VecMonitor
+
+    from mot_sim.envs.stable_baselines import StableBaselinesEpisodes
+
+    sizes = {"frames": 4, "pool": 2, "max_tracks": 6, "max_detections": 6}
+    for kind in (PPO, MaskablePPO):
+        episodes = VecMonitor(StableBaselinesEpisodes(3, **sizes))
+        model = kind("MultiInputPolicy", episodes, n_steps=8, batch_size=8, n_epochs=1, seed=SEED)
+        model.learn(24)
+        ended = [episode["l"] for episode in model.ep_info_buffer]
+        assert ended == [4] * 6
+    episodes = StableBaselinesEpisodes(2, **sizes)
+    episodes.seed(SEED)
+    seen = episodes.reset()
+    assert seen["boxes"].shape == (2, 6, 4)
+    for _ in range(4):
+        action = np.array(episodes.env_method("expert_action"))
+        _, _, dones, infos = episodes.step(action)
+    assert dones.all()
+    for info in infos:
+        assert info["frame"] == 4
+        assert info["terminal_observation"]["tracks"].sum() == 0
+    assert episodes.get_attr("pool") == [2, 2]
+    with pytest.raises(BadConfig, match="penalty cannot be set"):
+        episodes.set_attr("penalty", 1.0)
 
 
 @pytest.mark.slow
