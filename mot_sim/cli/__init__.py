@@ -84,6 +84,7 @@ COMMANDS = CommandRegister(
         "detect": "detect:Detect",
         "calibrate": "calibrate:Calibrate",
         "calibrate-camera": "calibrate_camera:CalibrateCamera",
+        "calibrate-look": "calibrate_look:CalibrateLook",
         "validate-sim": "validate_sim:ValidateSim",
         "sweep": "sweep:Sweep",
         "stress": "stress:Stress",

@@ -1,4 +1,4 @@
-"""Every reader of TOML files: profiles of noise, designs of sweeps, stress suites."""
+"""Every reader of TOML files: noise profiles, designs of sweeps, stress suites, cameras' looks."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -9,6 +9,8 @@ import pytest
 from mot_sim.experiments.stress.suites import read_suites
 from mot_sim.experiments.sweep import Design
 from mot_sim.experiments.sweep.design import read_design
+from mot_sim.simulation.camera_looks import CAMERA_LOOKS, read_camera_look
+from mot_sim.simulation.camera_looks.look import LOOK_FOLDER
 from mot_sim.simulation.sensors import Detector
 from mot_sim.simulation.sensors.profile import FOLDER, PROFILES, read_profile
 from tests.fuzz.door import fuzz
@@ -50,9 +52,17 @@ def suites(path: Path) -> None:
         assert suite.bounds
 
 
+def camera_look(path: Path) -> None:
+    assert read_camera_look(path).name
+
+
 READERS: dict[str, tuple[list[bytes], Callable[[Path], Any]]] = {
     "profile": ([(FOLDER / f"{name}.toml").read_bytes() for name in PROFILES], profile),
     "design": ([DESIGN], design),
+    "camera_look": (
+        [(LOOK_FOLDER / f"{name}.toml").read_bytes() for name in CAMERA_LOOKS],
+        camera_look,
+    ),
     "suites": ([SUITE], suites),
 }
 
