@@ -13,12 +13,16 @@ def dim_and_add(image, left, whole, colour, seen):
     The air's own colour fills that up to `whole`, what the lens lets through. Both are rounded to
     grey levels before they are added.
     """
-    one, two = np.float32(255.0), np.float32(0.0)
+    white, none, half = np.float32(255.0), np.float32(0.0), np.int32(128)
+    red, green, blue = np.float32(colour[0]), np.float32(colour[1]), np.float32(colour[2])
     for row in range(image.shape[0]):
         for column in range(image.shape[1]):
-            share = np.int64(np.rint(min(max(left[row, column] * one, two), one)))
-            added = whole[row, column] - left[row, column]
+            through = left[row, column]
+            share = np.int32(np.rint(min(max(through * white, none), white)))
+            added = abs(whole[row, column] - through)
             for band in range(3):
-                light = (2 * np.int64(image[row, column, band]) * share + 255) // 510
-                own = np.rint(min(abs(added * np.float32(colour[band])), one))
-                seen[row, column, band] = min(light + np.int64(own), 255)
+                air = red if band == 0 else (green if band == 1 else blue)
+                light = np.int32(image[row, column, band]) * share + half
+                light = (light + (light >> np.int32(8))) >> np.int32(8)  # by 255, rounded
+                own = np.int32(np.rint(min(added * air, white)))
+                seen[row, column, band] = np.uint8(min(light + own, np.int32(255)))
