@@ -181,7 +181,7 @@ def light_skins(  # noqa: PLR0915 (see its last line)
                     right, down = across - left, along - top
                     upper = (1.0 - right) * cover[top, left] + right * cover[top, left + 1]
                     lower = (1.0 - right) * cover[top + 1, left] + right * cover[top + 1, left + 1]
-                    lit = 1.0 - ((1.0 - down) * upper + down * lower) / 255.0
+                    lit = 1.0 - ((1.0 - down) * upper + down * lower) * (1.0 / 255.0)
             kind, pattern = int(skins[slot, 15]), skins[slot, 16]
             base = diffuse[kind, 0] + diffuse[kind, 1] * to_zenith
             direct = diffuse[kind, 2] * lit

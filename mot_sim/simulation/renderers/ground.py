@@ -57,11 +57,11 @@ def horizon(camera: Camera) -> Horizon:
 
 def sky_image(camera: Camera, sky: Sky) -> UInt8[Array, "h w 3"]:
     """The sky alone, all over the image; the caller's own."""
-    image = _faded(camera, sky.top, sky.low).copy()
-    if sky.panorama is not None:
-        around = panorama_image(camera, sky.panorama, sky.heading)
-        image[: len(around)] = around
-    return image
+    faded = _faded(camera, sky.top, sky.low)
+    if sky.panorama is None:
+        return faded.copy()
+    around = panorama_image(camera, sky.panorama, sky.heading)
+    return np.concatenate((around, faded[len(around) :]))
 
 
 @lru_cache(maxsize=8)

@@ -22,6 +22,7 @@ PAINT_TRIANGLES = Kernel("mot_sim.simulation.kernels.shading", "paint_triangles"
 LAY_GROUND = Kernel("mot_sim.simulation.kernels.backdrop", "lay_ground")
 SMOOTH_EDGES = Kernel("mot_sim.simulation.kernels.shading", "smooth_edges")
 LIGHT_SKINS = Kernel("mot_sim.simulation.kernels.skins", "light_skins")
+SPECKLE_LEAVES = Kernel("mot_sim.simulation.kernels.shading", "speckle_leaves")
 LAY_OVER = Kernel("mot_sim.simulation.kernels.shading", "lay_over")
 
 SKY_COLOUR = np.array([196.0, 208.0, 220.0])
@@ -32,6 +33,10 @@ SUN_GLINT_LEVELS = 120.0  # grey levels of the sun in a face that mirrors it
 SHINE = np.zeros((256, 3))
 SHINE[Semantic.CAR] = 0.02, 0.5, 18.0
 SHINE[Semantic.GLASS] = 0.16, 0.7, 40.0
+LEAF_METRES = 32.0  # metres up to which leaves are told apart
+LEAF_CELL_METRES = 0.085  # metres: the size of a leaf, or of a tuft of them
+# Leaves lie aslant to all faces, whose cuts through the cells are leaves of many shapes.
+R_CELL_OBJECT = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
 ROUNDING = 1e-3  # so that 99.99999 is 100
 ROAD_LIGHT_SHARE = 0.55  # of the sky's light, what a face that looks down still gets from the road
 
@@ -112,11 +117,25 @@ def _lay(rendered: Rendered, view: View, triangles: Triangles, antialias: bool) 
     LIGHT_SKINS(
         fragments.numbers, fragments.nearness, 1.0, 0.0, *own, *tables, rendered.image
     )  # fmt: skip
+    leaves = painted, skins.objects, *cells_of(view), int(Semantic.VEGETATION)
+    SPECKLE_LEAVES(
+        fragments.numbers, fragments.nearness, *leaves, 1.0 / LEAF_METRES, rendered.image
+    )
     if samples is not None:
         lit = np.empty((*samples.numbers.shape, 3), np.uint8)
         LIGHT_SKINS(samples.numbers, samples.nearness, 0.5, -0.25, *own, *tables, lit)
         mixed = painted, skins.slots, lit, behind, rendered.image
         SMOOTH_EDGES(samples.numbers, skins.objects, *mixed)
+
+
+def cells_of(view: View) -> tuple[Float[Array, "n 3 3"], Float[Array, "n 3"]]:
+    """From (u, v, 1), times the depth, to the cells of each object's space that leaves lie in."""
+    T_cam_object = view.instances.T_cam_object
+    R_object_cam = T_cam_object[:, :3, :3].swapaxes(1, 2)
+    A_cell_object = R_CELL_OBJECT / LEAF_CELL_METRES
+    As = A_cell_object @ R_object_cam @ view.camera.K_inverse
+    starts = -(A_cell_object @ R_object_cam @ T_cam_object[:, :3, 3:])[..., 0]
+    return np.ascontiguousarray(As), np.ascontiguousarray(starts)
 
 
 @lru_cache(maxsize=8)

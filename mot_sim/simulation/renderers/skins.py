@@ -24,8 +24,8 @@ GLINT_LEVELS = 230.0  # grey levels of the sun in a face that mirrors it
 # law for clear coat and glass, by Schlick's approximation), and how narrow the sun's image is: 16,
 # 32, 64, ...
 GLOSS = np.zeros((256, 3))
-GLOSS[Semantic.CAR] = 0.045, 0.80, 64.0
-GLOSS[Semantic.GLASS] = 0.05, 0.90, 128.0
+GLOSS[Semantic.CAR] = 0.08, 0.85, 64.0
+GLOSS[Semantic.GLASS] = 0.07, 0.90, 128.0
 GLOSS[Semantic.LIGHT] = 0.05, 0.80, 64.0
 # What a car mirrors below the sky: the road, and above it houses and trees in the shade.
 ROAD_MIRRORED = (64.0, 64.0, 66.0)

@@ -24,13 +24,17 @@ SLOW_TEXEL_METRES = 0.4  # metres a texel of the slow noise, which repeats after
 TILE_TEXELS = 256  # texels along a tile's sides
 SUPERSAMPLING = 2  # patches are filled on a finer grid, then averaged: smooth edges
 CHANNELS = {paint: channel for channel, paint in enumerate(("asphalt", "pavement", "kerb", "line"))}
-ASPHALT_COLOUR = (104, 104, 106)
+ASPHALT_COLOUR = (122, 121, 121)
 PAVEMENT_COLOUR = (158, 154, 147)
 KERB_COLOUR = (178, 176, 170)
 LINE_COLOUR = (228, 228, 222)
 GRASS_COLOUR = np.array([86, 101, 56], np.float32)
 DRY_GRASS_COLOUR = np.array([124, 116, 78], np.float32)
 SLAB_METRES = 0.5  # metres
+SEAL_METRES = 0.06  # metres: the width of the tar in cracks and around patches
+FLECK_METRES = 0.12  # metres: the size of the spots of sun beneath leaves
+MAX_FEET_LEVEL = 2  # of detail: from afar what stands there hides its own feet
+MAX_FLECK_LEVEL = 2  # of detail: on coarser levels they are a part of the mean
 MAX_CRACK_LEVEL = 2  # of detail: cracks are finer than the texels of coarser levels
 # Of asphalt, pavement, kerb, line, grass and dry grass.
 TILE_COLOURS = np.array(
@@ -124,14 +128,27 @@ class Ground:
     """Open polylines along which the asphalt is broken; without values."""
     shadows: Patches
     """Of things that stand still; the value is how dark each is, 255 = black."""
+    canopy: Patches
+    """The same of leaves, through which some sun comes."""
+    crowns: Patches
+    """The outlines of that, for cars beneath the leaves."""
+    feet: Patches
+    """Around what stands on the ground, where less of the sky is seen; values as of shadows."""
     grain: Grain
     """The noise on all paints."""
     wear: float
     """How worn the lines are, 0 (new) to 1; more: larger parts of the lines are lost."""
 
     @classmethod
-    def of(cls, roads: Roads, seed: int, wear: float, shadows: Patches) -> "Ground":
-        """The ground of roads."""
+    def of(
+        cls,
+        roads: Roads,
+        seed: int,
+        wear: float,
+        shadows: tuple[Patches, Patches, Patches],
+        feet: Patches,
+    ) -> "Ground":
+        """The ground of roads; shadows and feet: of `scenery.shadows_of` and `feet_of`."""
         values = [tuple(255 * (np.arange(4) == CHANNELS[s.paint])) for s in roads.surfaces]
         surfaces = Patches(
             tuple(s.corners for s in roads.surfaces),
@@ -144,7 +161,8 @@ class Ground:
             Patches(tuple(t.corners for t in tracks), tuple((t.tone,) for t in tracks)),
             Patches(tuple(m.corners for m in marks), tuple((m.tone,) for m in marks)),
             Patches(tuple(c.points for c in cracks), ()),
-            shadows,
+            *shadows,
+            feet,
             grain_of(seed),
             wear,
         )
@@ -162,7 +180,7 @@ class Ground:
             weights,
             self._tone(level, low, texel) if asphalt else _plain_tone(),
             self._slabs(*place) if is_painted[1] else _plain_slabs(),
-            self._shade(low, texel),
+            self._shade(place, low, texel),
             self.grain.at("stones", *place),
             self.grain.at("blades", *place),
             self.grain.slow_at(*place),
@@ -175,8 +193,12 @@ class Ground:
     def cover_tile(self, column: int, row: int) -> UInt8[Array, "t t"]:
         """How much of the sun static shadows hide in a tile of COVER_TEXEL_METRES; 255 = all."""
         low = TILE_TEXELS * COVER_TEXEL_METRES * np.array([column, row], dtype=float)
-        dark = self._shade(low, COVER_TEXEL_METRES)
-        most = max((value for values in self.shadows.values for value in values), default=255)
+        dark = np.maximum(
+            self._filled(self.shadows, low, COVER_TEXEL_METRES),
+            self._filled(self.crowns, low, COVER_TEXEL_METRES),
+        )
+        every = (*self.shadows.values, *self.canopy.values)
+        most = max((value for values in every for value in values), default=255)
         return cv2.convertScaleAbs(dark, alpha=255.0 / max(most, 1))
 
     def _weights(self, low: Array, texel: float) -> UInt8[Array, "t t 4"]:
@@ -202,7 +224,8 @@ class Ground:
             found = self.cracks.within(low, low + TILE_TEXELS * texel).tolist()
             points = [(self.cracks.corners[row] - low) / texel - 0.5 for row in found]
             lines = [np.round(one * 16.0).astype(np.int32) for one in points]
-            cv2.polylines(tone, lines, False, (62 + 22 * level,), 1, cv2.LINE_AA, 4)
+            wide = max(round(SEAL_METRES / texel), 1)
+            cv2.polylines(tone, lines, False, (48 + 14 * level,), wide, cv2.LINE_AA, 4)
         return tone
 
     def _slabs(self, level: int, column: int, row: int) -> Float32[Array, "t t"]:
@@ -223,13 +246,28 @@ class Ground:
         tone[:, u % side < 1.0] *= joint
         return tone
 
-    def _shade(self, low: Array, texel: float) -> UInt8[Array, "t t"]:
-        """How much of the light the shadows of trees and houses take; 255 = all."""
-        if not len(self.shadows.within(low, low + TILE_TEXELS * texel)):
+    def _shade(self, place: Place, low: Array, texel: float) -> UInt8[Array, "t t"]:
+        """How much of the light what stands still takes, by its shadows and its feet; 255 = all."""
+        dark, leaves = (self._filled(one, low, texel) for one in (self.shadows, self.canopy))
+        if place[0] <= MAX_FLECK_LEVEL and leaves.any():
+            soft = max(round(FLECK_METRES / texel), 1)
+            spots = cv2.blur(self.grain.at("blades", *place), (soft, soft))
+            sunny = (1.5 * (spots - 0.35)).clip(0.0, 0.8)
+            leaves = (leaves * (1.0 - sunny)).astype(np.uint8)
+        dark = np.maximum(dark, leaves)
+        feet = self._filled(self.feet, low, texel) if place[0] <= MAX_FEET_LEVEL else dark[:0]
+        if feet.any():
+            light = cv2.multiply(cv2.bitwise_not(dark), cv2.bitwise_not(feet), scale=1.0 / 255.0)
+            dark = cv2.bitwise_not(light)
+        return dark
+
+    def _filled(self, patches: Patches, low: Array, texel: float) -> UInt8[Array, "t t"]:
+        """Patches in a tile with soft borders."""
+        if not len(patches.within(low, low + TILE_TEXELS * texel)):
             return np.zeros((TILE_TEXELS, TILE_TEXELS), np.uint8)
         margin = 8  # around, so that the blur knows of what lies beside the tile
         wide = np.zeros((TILE_TEXELS + 2 * margin, TILE_TEXELS + 2 * margin), np.uint8)
-        self.shadows.fill(wide, low - margin * texel, texel)
+        patches.fill(wide, low - margin * texel, texel)
         soft = max(2 * round(0.15 / texel / 2) + 1, 1)
         return np.ascontiguousarray(cv2.blur(wide, (soft, soft))[margin:-margin, margin:-margin])
 

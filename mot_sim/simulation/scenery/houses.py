@@ -12,7 +12,9 @@ from mot_sim.simulation.scenery.solids import Colour, Solid, box, facing, join, 
 
 WALL_COLOURS: tuple[Colour, ...] = (
     (206, 198, 178), (188, 172, 148), (172, 120, 96), (214, 208, 198), (158, 150, 138),
-    (196, 178, 128), (148, 104, 84), (222, 214, 190),
+    (196, 178, 128), (148, 104, 84), (222, 214, 190), (232, 230, 224), (170, 162, 150),
+    (206, 176, 140), (164, 172, 160), (186, 142, 122), (134, 88, 70), (214, 196, 150),
+    (176, 182, 188), (150, 118, 96),
 )  # fmt: skip
 ROOF_COLOURS: tuple[Colour, ...] = ((128, 68, 52), (96, 60, 52), (74, 74, 78), (110, 84, 66))
 FRAME_COLOUR = (224, 222, 214)
@@ -21,6 +23,7 @@ PLINTH_COLOUR = (112, 108, 102)
 DOOR_COLOURS: tuple[Colour, ...] = ((84, 56, 38), (44, 62, 52), (70, 30, 28), (52, 54, 60))
 STOREY_METRES = 2.9  # height
 WINDOW_METRES = (1.05, 1.4)  # width and height
+FOOT_SHARE = 0.93  # of the light at the lowest storey, where the street hides some sky
 LIT_SHARE = 0.35  # of the windows have a light behind them at night
 
 
@@ -32,7 +35,9 @@ def house(seed: int, number: int, width: float, depth: float, detail: int) -> So
     rng = named_stream(seed, f"house {number}")
     storeys = int(rng.integers(2, 5))
     high = 0.5 + STOREY_METRES * storeys
-    wall = WALL_COLOURS[int(rng.integers(len(WALL_COLOURS)))]
+    rng.integers(8)  # (what follows keeps its draws: sizes and storeys stay as they are)
+    paints = named_stream(seed, f"colours of house {number}")
+    wall = WALL_COLOURS[int(paints.integers(len(WALL_COLOURS)))]
     middle = np.array([0.5 * width, 0.5 * depth, 0.5 * high])
     ends = np.array([(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)])
     parts = [_roof(rng, width, depth, high, middle, wall, detail)]
@@ -64,7 +69,7 @@ def _wall(
     for low, high in itertools.pairwise(h):
         for a, b in itertools.pairwise(line):
             quads.append([(*a, low), (*b, low), (*b, high), (*a, high)])
-            tone = rng.uniform(0.95, 1.04)
+            tone = rng.uniform(0.95, 1.04) * (FOOT_SHARE if low <= 0.5 else 1.0)
             tones.append(np.array(PLINTH_COLOUR if high == 0.5 else colour) * tone)
     return facing(np.array(quads), np.array(tones), Semantic.BUILDING, middle)
 

@@ -11,7 +11,7 @@ from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scenery.ground import Ground
 from mot_sim.simulation.scenery.panorama import panorama_of
 from mot_sim.simulation.scenery.placing import Knobs
-from mot_sim.simulation.scenery.scenery import Scenery, checked, shadows_of
+from mot_sim.simulation.scenery.scenery import Scenery, checked, feet_of, shadows_of
 from mot_sim.simulation.scenery.weather import Light
 from mot_sim.simulation.scenery.window import Windows
 from mot_sim.simulation.traffic.roads import Roads
@@ -39,7 +39,7 @@ class Neighbourhood:
         light, knobs = light or Light(), knobs or Knobs()
         scenery = Scenery.around(roads, seed, knobs)
         shadows = shadows_of(scenery.items, light.towards_world, light.shade)
-        ground = Ground.of(roads, seed, knobs.wear, shadows)
+        ground = Ground.of(roads, seed, knobs.wear, shadows, feet_of(scenery.items))
         return cls(Windows(ground), scenery, seed, light)
 
     def road_at(self, ego: Float[Array, "3"], camera: Camera) -> Road:
@@ -48,7 +48,8 @@ class Neighbourhood:
 
     def cover_at(self, ego: Float[Array, "3"], camera: Camera) -> Cover | None:
         """The static shadows that cars before the camera may stand in; None without a sun."""
-        if not len(self.windows.ground.shadows.corners):
+        ground = self.windows.ground
+        if not (ground.shadows.corners or ground.canopy.corners):
             return None
         return self.windows.cover(checked(ego), Rig(camera).T_world_road(ego))
 

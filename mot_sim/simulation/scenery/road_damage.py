@@ -70,8 +70,10 @@ def damage_of(roads: Roads, seed: int, amount: float) -> tuple[list[Mark], list[
     marks, cracks = [], []
     for cell, number, draw in zip(cells, ids.tolist(), chance, strict=True):
         corner = CELL_METRES * np.array(cell, dtype=float)
-        if draw[0] < 0.35 * amount:
+        if draw[0] < 0.45 * amount:
             marks.append(_patch(corner + CELL_METRES * draw[1:3], draw[3:6]))
+            outline = marks[-1].corners
+            cracks.append(Crack(np.vstack((outline, outline[:1]))))  # its seam
         if draw[6] < 0.75 * amount:
             cracks += _cracks(corner + CELL_METRES * draw[7:9], draw[9], number, seed)
         if draw[10] < 0.10 + 0.05 * amount:
@@ -86,10 +88,13 @@ def _span(values: Float[Array, " n"]) -> range:
 
 
 def _patch(middle: Float[Array, "2"], draw: Float[Array, "3"]) -> Mark:
-    """A rectangle of newer, darker asphalt."""
+    """A rectangle of newer asphalt: fresh and dark, or of paler stones."""
     along, across = 0.6 + 2.6 * draw[0], 0.5 + 1.2 * draw[1]
     corners = np.array([(-along, -across), (along, -across), (along, across), (-along, across)])
-    return Mark(middle + 0.5 * corners, int(98 + 20 * draw[2]))
+    return Mark(
+        middle + 0.5 * corners,
+        int(84 + 34 * draw[2] if draw[2] < 0.7 else 128 + 70 * (draw[2] - 0.7)),
+    )
 
 
 def _cracks(start: Float[Array, "2"], turn: float, cell: int, seed: int) -> list[Crack]:

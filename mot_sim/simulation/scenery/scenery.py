@@ -26,6 +26,11 @@ MAX_DISTANCE_METRES = 180.0  # metres; what is farther is not drawn
 DETAIL_METRES = (30.0, 75.0)  # metres: from there on pieces are drawn with less detail
 MAX_MESHES = 160  # meshes: 60 MB at most
 CASTING_KINDS = ("house", "hedge", "wall", "lamp", "sign")  # beside what has leaves
+# What hides some sky from the ground around it, and how far compared with a house.
+CLOSING_KINDS = {"house": 1.0, "hedge": 0.5, "wall": 0.5, "bush": 0.4, "tree": 0.25}
+# How far out from what stands there, metres, and how much of the light is lost, 255 = all.
+FEET_LAYERS = ((1.4, 26), (0.7, 64), (0.25, 104))
+CROWN_SHADE = 0.8  # of the sun that a crown keeps from the cars beneath it
 CROWN_METRES = 4.0  # metres that trees reach out beyond their feet
 R_world_piece = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
@@ -122,24 +127,50 @@ def checked(ego: Float[Array, "3"]) -> Float[Array, "3"]:
     return ego
 
 
-def shadows_of(items: tuple[Item, ...], towards: Float[Array, "3"], shade: float) -> Patches:
-    """Where the sun's light does not reach the ground; towards: to the sun, z down.
+def shadows_of(
+    items: tuple[Item, ...], towards: Float[Array, "3"], shade: float
+) -> tuple[Patches, Patches, Patches]:
+    """Where the sun's light does not reach the ground, by solid things, by leaves, and by crowns.
 
-    shade: how much of the light is taken, 0 to 1.
+    towards: to the sun, z down. shade: how much of the light is taken, 0 to 1; a crown lets some
+    of it through, a leaf none.
     """
-    outlines: list[Float[Array, "_ 2"]] = []
-    if shade <= 0.0:
-        return Patches((), ())
-    slope = towards[:2] / towards[2]  # metres aside for each metre of height, away from the sun
-    for item in items:
-        if item.leafy:
-            outlines += list(item.make(1).corners @ _fall(slope))
-        elif item.kind in CASTING_KINDS:
-            points = (item.make(DETAIL_LEVELS - 1).corners.reshape(-1, 3) @ _fall(slope)).astype(
-                np.float32
-            )
-            outlines.append(cv2.convexHull(points)[:, 0].astype(np.float64))
-    return Patches(tuple(outlines), ((round(255.0 * shade),),) * len(outlines))
+    solid: list[Float[Array, "_ 2"]] = []
+    leaves: list[Float[Array, "_ 2"]] = []
+    crowns: list[Float[Array, "_ 2"]] = []
+    if shade > 0.0:
+        slope = towards[:2] / towards[2]  # metres aside for each of height, away from the sun
+        for item in items:
+            if item.leafy:
+                corners = item.make(1).corners @ _fall(slope)
+                leaves += list(corners)
+                crowns.append(_hull(corners.reshape(-1, 2)))
+            elif item.kind in CASTING_KINDS:
+                corners = item.make(DETAIL_LEVELS - 1).corners.reshape(-1, 3) @ _fall(slope)
+                solid.append(_hull(corners))
+    whole, part = ((round(255.0 * each),) for each in (shade, CROWN_SHADE * shade))
+    return tuple(  # type: ignore[return-value]  # three of them
+        Patches(tuple(corners), (value,) * len(corners))
+        for corners, value in ((solid, whole), (leaves, whole), (crowns, part))
+    )
+
+
+def _hull(points: Float[Array, "n 2"]) -> Float[Array, "k 2"]:
+    return cv2.convexHull(points.astype(np.float32))[:, 0].astype(np.float64)
+
+
+def feet_of(items: tuple[Item, ...]) -> Patches:
+    """The ground around things that stand on it, darker towards them: they hide some sky."""
+    outlines, values = [], []
+    standing = [item for item in items if item.kind in CLOSING_KINDS]
+    for reach, dark in FEET_LAYERS:
+        for item in standing:
+            middle = item.base.mean(axis=0)
+            away = item.base - middle
+            length = np.maximum(np.hypot(*away.T), 1e-6)[:, None]
+            outlines.append(middle + away * (1.0 + reach * CLOSING_KINDS[item.kind] / length))
+            values.append((dark,))
+    return Patches(tuple(outlines), tuple(values))
 
 
 def _fall(slope: Float[Array, "2"]) -> Float[Array, "3 2"]:

@@ -35,7 +35,7 @@ def plain_tile(ground: Ground, place: tuple[int, int, int]) -> np.ndarray:
     gritty, colours = 1.0 + 0.05 * stones, painting.TILE_COLOURS.astype(float)
     layers = asphalt, pavement, kerb * gritty, line * gritty, grass * (1.0 - dry), grass * dry
     mixed = sum(layer[..., None] * colour for layer, colour in zip(layers, colours, strict=True))
-    light = 1.0 - ground._shade(low, texel) / 255.0
+    light = 1.0 - ground._shade(place, low, texel) / 255.0
     rgb = np.rint(mixed * light[..., None]).clip(max=255.0)
     return np.dstack((rgb, np.maximum(weights[..., 0], weights[..., 3]))).astype(np.uint8)
 
