@@ -22,6 +22,10 @@ MAX_LATERAL_ACCELERATION = 4.5  # m/s2 that a driver steers for at most; the sha
 MAX_LANE_ANGLE = 0.22  # radians between a car that changes lanes and the lane
 # m/s a command: at 10 commands a second the rate of highway-env, 5 m/s a second.
 SPEED_STEP = 0.5
+STANDING_SPEED = 0.1  # m/s of who stands
+# Ticks of standing after which a driver tries what he would not do else: 5 s.
+PATIENT_TICKS = 100
+PASSING_ROOM_METRES = 0.3  # metres between our sides then
 MAX_ASIDE_SHARE = 0.5  # of a lane's width
 
 
@@ -80,6 +84,9 @@ class Car(IDMVehicle):
         # Gap to, and speed of, a car that will merge in front of this one.
         self.before: tuple[float, float] | None = None
         self.crashed_for = 0  # ticks
+        self.stood_for = 0  # ticks
+        self.passed: Car | None = None  # who stands facing us, and beside whom we drive past
+        self.leaves_late = False  # a lane that ends, over its end
         self.timer = 0.618 * number % self.LANE_CHANGE_DELAY
         self._note_place()
 
@@ -110,6 +117,7 @@ class Car(IDMVehicle):
     def act(self, action: object = None) -> None:
         """Choose lane, steering and acceleration for the next tick."""
         self.ticks += 1
+        self.stood_for = self.stood_for + 1 if self.speed < STANDING_SPEED else 0
         if self.driver is not None:
             self.drift, self.pace = self.driver.at(self.ticks * TICK_SECONDS)
         if self.crashed:
@@ -126,6 +134,8 @@ class Car(IDMVehicle):
     def follow(self, lane_index: LaneIndex) -> float:
         """The acceleration that a lane allows: the car in front, one coming in, a line, its end."""
         front, _ = self.road.neighbour_vehicles(self, lane_index)
+        if front is not None and self._gets_past(front):
+            front = self.road.next_on_way(self)
         wanted = self.acceleration(self, front)
         for other in self.road.changing:
             comes_in = other is not self and other.target_lane_index == lane_index
@@ -137,10 +147,36 @@ class Car(IDMVehicle):
             wanted = min(wanted, self.acceleration(self) + brake)
         if self.held:
             wanted = min(wanted, self.stop_in(self.to_line + 0.5 * STANDING_GAP_METRES))
-        if self.road.is_closing(self, lane_index):
+        if self.road.is_closing(self, lane_index) and not self._leaves_late():
             left = self.road.network.get_lane(lane_index).length - self.along
             wanted = min(wanted, self.stop_in(float(left) - 0.5 * self.LENGTH))
         return wanted
+
+    def _leaves_late(self) -> bool:
+        """Whether we stood before the end of a lane and now have a gap in the one beside: nobody
+        gets there who must not drive on."""
+        if self.lane_index == self.target_lane_index:
+            self.leaves_late = False
+        elif self.stood_for > PATIENT_TICKS:
+            self.leaves_late = True
+        return self.leaves_late
+
+    def _gets_past(self, front: "Car") -> bool:
+        """Whether a car before us stands in the lane beside, facing us, so that we drive on.
+
+        Where a bend ends, highway-env's rule of who is on a lane counts those who wait in the other
+        lane as before us: each would wait for the other for ever.
+        """
+        if front is self.passed:
+            return True
+        self.passed = None
+        if self.stood_for <= PATIENT_TICKS or self.held or front.speed >= STANDING_SPEED:
+            return False
+        aside = self.road.aside_on_way(self, front)
+        apart = 0.5 * (self.WIDTH + front.WIDTH) + PASSING_ROOM_METRES
+        if np.cos(front.heading - self.heading) < 0.0 and aside is not None and aside > apart:
+            self.passed = front
+        return self.passed is not None
 
     def acceleration(
         self,
@@ -226,11 +262,16 @@ class Car(IDMVehicle):
         return bool(super().mobil(lane_index))
 
     def is_safe(self, lane_index: LaneIndex) -> bool:
-        """Whether nobody has to brake hard when we change to a lane."""
+        """Whether nobody has to brake hard when we change to a lane.
+
+        Who is on the way there from our lane, behind us, follows us in either.
+        """
         for other in self.road.vehicles:
             if other is not self and lane_index in (other.lane_index, other.target_lane_index):
-                apart = abs(self.road.distance(self, other))
-                if apart < 0.5 * (self.LENGTH + other.LENGTH) + STANDING_GAP_METRES:
+                apart = self.road.distance(self, other)
+                follows = other.lane_index == self.lane_index and apart < 0.0
+                room = 0.5 * (self.LENGTH + other.LENGTH) + STANDING_GAP_METRES
+                if abs(apart) < room and not follows:
                     return False
         front, rear = self.road.neighbour_vehicles(self, lane_index)
         least = -self.LANE_CHANGE_MAX_BRAKING_IMPOSED

@@ -127,6 +127,26 @@ class CarRoad(Road):
         """The car's lane and those after it on its way, with where they begin along its lane."""
         return [pair for pair in self.lanes_around(car, car.lane_index) if pair[1] >= 0.0]
 
+    def aside_on_way(self, car: Any, other: Any) -> float | None:
+        """Metres that another one's centre lies beside the lanes ahead of a car; None: nowhere."""
+        for index, _ in self.lanes_ahead(car):
+            lane = self.network.get_lane(index)
+            along, aside = lane.local_coordinates(other.position)
+            if 0.0 <= along <= lane.length:
+                return abs(float(aside))
+        return None
+
+    def next_on_way(self, car: Any) -> Any:
+        """The next car that drives on the lanes ahead of a car itself; None: nobody."""
+        offsets = dict(self.lanes_ahead(car))
+        ahead = [
+            (offsets[other.lane_index] + other.along, other.row)
+            for other in self.vehicles
+            if other.lane_index in offsets and other is not car
+        ]
+        beyond = [pair for pair in ahead if pair[0] > car.along]
+        return self.vehicles[min(beyond)[1]] if beyond else None
+
     def course(self, car: Any, index: LaneIndex, along: float) -> float:
         """The direction of a lane, or of the one after it on the car's way, at some place."""
         lane = self.network.get_lane(index)
