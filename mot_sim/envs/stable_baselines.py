@@ -6,10 +6,16 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy import ndarray as Array
-from stable_baselines3.common.vec_env import VecEnv
 
 from mot_sim.envs.association_vector_env import AssociationVectorEnv
 from tracker.errors import BadConfig
+
+try:
+    from stable_baselines3.common.vec_env import VecEnv
+except ImportError as error:
+    raise ImportError(
+        f"Stable-Baselines3 cannot be imported ({error}): pip install 'mot-sim[rl]'"
+    ) from error
 
 
 class StableBaselinesEpisodes(VecEnv):

@@ -9,15 +9,17 @@ HEAVY = ("matplotlib", "pandas", "torch", "OpenGL", "pygame", "highway_env")
 SLOW = ("scipy", "cv2", "numba", "filterpy", "gymnasium", "trimesh", "pyarrow")
 COMPUTING = (*HEAVY, *SLOW, "numpy", "jaxtyping")
 
-# All modules but the one folder that may import highway_env, and kernels, which would compile.
+# All modules but the one folder that may import highway_env, kernels, which would compile, and the
+# adapter for Stable-Baselines3, which whoever has that imports by itself.
 EVERYTHING = """
+alone = ("__main__", "pytest_plugin", "stable_baselines")
 import importlib, mot_sim, tracker
 from pathlib import Path
 for package in (mot_sim, tracker):
     home = Path(package.__file__).parent
     for path in sorted(home.rglob("*.py")):
         parts = path.relative_to(home.parent).with_suffix("").parts
-        if not {"highway", "kernels"} & {*parts} and path.stem not in ("__main__", "pytest_plugin"):
+        if not {"highway", "kernels"} & {*parts} and path.stem not in alone:
             importlib.import_module(".".join(parts).removesuffix(".__init__"))
 """
 HELP = """
