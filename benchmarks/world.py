@@ -104,8 +104,8 @@ def main() -> None:
         "scene         seen build s first s    yard    bare    view  render    noon"
         "    mean    fps  x yardstick"
     )
+    look = find_camera_look(arguments.look)
     for name in arguments.scenes.split(","):
-        look = find_camera_look(arguments.look)
         measure(name, arguments.frames, arguments.cars, look, ratios)
     ratios.tell(arguments.update_baseline)
 
