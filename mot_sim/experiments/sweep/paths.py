@@ -50,8 +50,8 @@ def _leaves(
         yield from _leaves(value, inner, texts.get(name, text), docstrings)
 
 
-def with_value(whole: Whole, path: str, value: Level) -> Whole:
-    """A copy with one value changed; the path must be one of `scalars`."""
+def with_value(whole: Whole, path: str, value: Level | None) -> Whole:
+    """A copy with one value changed; the path must be one of `scalars`, or a part for None."""
     name, _, rest = path.partition(".")
     if isinstance(whole, tuple):
         place, parts = int(name), list(whole)

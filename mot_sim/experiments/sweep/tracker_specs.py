@@ -148,15 +148,12 @@ class TrackerSpec:
                         f"tracker.{path} = {value!r}: only {path}={ABSENT} is a setting of it; for "
                         f"what is inside: {path}.{_first_inside(path, known)}=..."
                     )
-                built = _without(built, path)
+                built = _with(built, path, None)
                 continue
             if path not in known:
                 raise unknown(f"setting of tracker {self.made_by}:", path, known)
             level = fitting(value, known[path], f"tracker.{path}")
-            if path in _own_settings(built):
-                built = with_value(built, path, level)
-            else:
-                built = replace(built, tracker=with_value(built.tracker, path, level))
+            built = _with(built, path, level)
         return built
 
 
@@ -208,12 +205,11 @@ def removable(built: Any) -> frozenset[str]:
     )  # fmt: skip
 
 
-def _without(built: Any, name: str) -> Any:
-    """A tracker without a component."""
-    inner = getattr(built, "tracker", None)
-    if inner is None:
-        return replace(built, **{name: None})
-    return replace(built, tracker=replace(inner, **{name: None}))
+def _with(built: Any, path: str, value: Level | None) -> Any:
+    """A tracker, or what is in a framework, with one value changed; None: without a component."""
+    if path.partition(".")[0] in _parts(built):
+        return with_value(built, path, value)
+    return replace(built, tracker=with_value(built.tracker, path, value))
 
 
 def _first_inside(path: str, known: Mapping[str, Level]) -> str:
