@@ -1,15 +1,15 @@
 """What stands before the camera: the cars of a state, each with its mesh in its place."""
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.cars import PARTS, CarShape
-from mot_sim.simulation.cars.coarse import coarse_levels
-from mot_sim.simulation.cars.finish import skins_of
+from mot_sim.simulation.cars.coarse import LEVEL_DISTANCES, coarse_levels
+from mot_sim.simulation.cars.finish import skin_of
 from mot_sim.simulation.cars.vehicles import Vehicles
 from mot_sim.simulation.renderers import Mesh, MeshInstances, Semantic
 from mot_sim.simulation.rig import Rig
@@ -23,6 +23,7 @@ PART_SEMANTICS = {
     "tyre": Semantic.TYRE, "rim": Semantic.TYRE,
 }  # fmt: skip
 SEMANTICS = np.array([PART_SEMANTICS[part] for part in PARTS], np.uint8)
+DISTANCES = (0.0, *LEVEL_DISTANCES.values())  # metres: where each level of a car begins
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,14 +36,17 @@ class SceneMeshes:
     """The camera on the ego car."""
     parked: frozenset[int] = frozenset()
     """Ids of cars that nobody sits in: their lamps are off."""
+    made: dict[tuple[int, int], Mesh] = field(default_factory=dict)
+    """Meshes made so far, by row of the vehicles and level."""
 
-    @cached_property
-    def meshes(self) -> tuple[tuple[Mesh, ...], ...]:
-        """The coloured meshes of each row of `vehicles`: the whole one, then the coarser levels."""
-        return tuple(
-            finished(levels_of(mesh_of(shape, str(paint))), shape)
-            for shape, paint in zip(self.vehicles.shapes, self.vehicles.paints, strict=True)
-        )
+    def mesh(self, row: int, level: int = 0) -> Mesh:
+        """The coloured mesh of a row of `vehicles`: the whole one (0) or a coarser level."""
+        if (row, level) not in self.made:
+            shape, distance = self.vehicles.shapes[row], DISTANCES[level]
+            painted = mesh_of(shape, str(self.vehicles.paints[row]))
+            mesh = painted if level == 0 else coarser(painted, distance)
+            self.made[row, level] = finished(mesh, shape, distance)
+        return self.made[row, level]
 
     def instances(self, state: TrafficState, scenery: MeshInstances | None = None) -> MeshInstances:
         """The cars of a state, their ids as instances, then the scenery.
@@ -53,7 +57,7 @@ class SceneMeshes:
         distance = np.hypot(cuboids.base[:, 0], cuboids.base[:, 2])
         levels = np.searchsorted(list(coarse_levels()), distance, side="right").tolist()
         rows = self.vehicles.rows(state.ids).tolist()
-        meshes = tuple(self.meshes[row][level] for row, level in zip(rows, levels, strict=True))
+        meshes = tuple(self.mesh(row, level) for row, level in zip(rows, levels, strict=True))
         Ts = Ts_cam_object(cuboids, self.rig)
         unlit = tuple(number for number in state.ids.tolist() if number in self.parked)
         cars = MeshInstances(meshes, Ts, state.ids, unlit)
@@ -65,26 +69,16 @@ def mesh_of(shape: CarShape, paint: str) -> Mesh:
     return Mesh(shape.vertices, shape.faces, shape.colours(paint), semantics_of(shape))
 
 
-def levels_of(mesh: Mesh) -> tuple[Mesh, ...]:
-    """A car's mesh, and the same one with fewer faces for each of `coarse_levels`."""
-    return (
-        mesh,
-        *(
-            Mesh(
-                mesh.vertices,
-                level.faces,
-                mesh.colours[level.origins],
-                mesh.semantics[level.origins],
-            )
-            for level in coarse_levels().values()
-        ),
-    )
+def coarser(mesh: Mesh, distance: float) -> Mesh:
+    """A car's mesh with the faces of the level that begins at a distance, metres."""
+    level = coarse_levels()[distance]
+    colours, semantics = mesh.colours[level.origins], mesh.semantics[level.origins]
+    return Mesh(mesh.vertices, level.faces, colours, semantics)
 
 
-def finished(levels: tuple[Mesh, ...], shape: CarShape) -> tuple[Mesh, ...]:
-    """The meshes of a car and its levels, with the skins that take light smoothly."""
-    skins = skins_of(shape)
-    return tuple(replace(mesh, skin=skin) for mesh, skin in zip(levels, skins, strict=True))
+def finished(mesh: Mesh, shape: CarShape, distance: float = 0.0) -> Mesh:
+    """The mesh of a car with the skin that takes light smoothly; distance: of its level."""
+    return replace(mesh, make_skin=partial(skin_of, shape, distance))
 
 
 def semantics_of(shape: CarShape) -> UInt8[Array, " f"]:
@@ -103,4 +97,11 @@ def Ts_cam_object(cuboids: Cuboids, rig: Rig) -> Float[Array, "n 4 4"]:
     return rig.camera.T_cam_road @ Ts_road_object
 
 
-__all__ = ["SceneMeshes", "Ts_cam_object", "finished", "levels_of", "mesh_of", "semantics_of"]
+__all__ = [
+    "SceneMeshes",
+    "Ts_cam_object",
+    "coarser",
+    "finished",
+    "mesh_of",
+    "semantics_of",
+]

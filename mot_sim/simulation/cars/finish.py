@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float, Int, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.cars.carshape import CarShape
-from mot_sim.simulation.cars.coarse import LEVEL_DISTANCES, coarse_levels
+from mot_sim.simulation.cars.coarse import coarse_levels
 from mot_sim.simulation.cars.shell import SPOKES
 from mot_sim.simulation.cars.topology import PARTS, PLATES, WHEELS, topology
 from mot_sim.simulation.renderers.view import Pattern, Skin
@@ -81,25 +81,26 @@ def vertex_openness() -> UInt8[Array, " v"]:
     return found
 
 
-def skins_of(shape: CarShape) -> tuple[Skin | None, ...]:
-    """The skins of a car's whole mesh and of its coarser levels; None for one of another mesh."""
-    shared, levels = topology(), coarse_levels()
+def skin_of(shape: CarShape, distance: float = 0.0) -> Skin | None:
+    """The skin of a car's whole mesh, or of the coarser level that begins at a distance, metres.
+
+    None for a car of another mesh.
+    """
     if shape.coefficients is None:
-        return (None,) * (1 + len(LEVEL_DISTANCES))
-    marks, share = marks_of(shape.vertices), vertex_openness() / 255.0
+        return None
+    assert len(topology().twins) == len(shape.vertices)
+    share = vertex_openness() / 255.0
     share = share * np.sqrt(share)  # grey levels rise faster than light
-    found = []
-    for distance in (0.0, *levels):
-        faces = shape.faces if distance == 0.0 else levels[distance].faces
-        parts = shape.parts if distance == 0.0 else shape.parts[levels[distance].origins]
-        a, b, c = shape.vertices[faces].swapaxes(0, 1)
-        normals = smooth_neighbours(distance).smooth(np.cross(b - a, c - a))
-        patterns = np.full(len(faces), int(Pattern.PLAIN))
-        patterns[np.isin(parts, WHEEL_PARTS)] = Pattern.WHEEL
-        patterns[parts == PLATE_PARTS] = Pattern.PLATE
-        found.append(Skin(normals, share[faces], patterns, marks))
-    assert len(shared.twins) == len(shape.vertices)
-    return tuple(found)
+    faces, parts = shape.faces, shape.parts
+    if distance:
+        level = coarse_levels()[distance]
+        faces, parts = level.faces, parts[level.origins]
+    a, b, c = shape.vertices[faces].swapaxes(0, 1)
+    normals = smooth_neighbours(distance).smooth(np.cross(b - a, c - a))
+    patterns = np.full(len(faces), int(Pattern.PLAIN))
+    patterns[np.isin(parts, WHEEL_PARTS)] = Pattern.WHEEL
+    patterns[parts == PLATE_PARTS] = Pattern.PLATE
+    return Skin(normals, share[faces], patterns, marks_of(shape.vertices))
 
 
 def marks_of(vertices: Float[Array, "v 3"]) -> Float[Array, "8"]:

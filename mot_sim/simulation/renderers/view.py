@@ -1,5 +1,6 @@
 """What a renderer is given and what it gives: meshes, a view of them, and the rendered frame."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
@@ -73,8 +74,8 @@ class Mesh:
     casts: bool = True
     """Whether it casts a shadow on the road; for what stands still, the road's picture may hold
     it."""
-    skin: Skin | None = None
-    """How light changes between the corners of faces; None: each face has one colour."""
+    make_skin: Callable[[], Skin | None] | None = None
+    """Makes `skin`, which only pictures need; None: there is none."""
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.vertices).all():
@@ -84,6 +85,11 @@ class Mesh:
                 f"faces name vertices {self.faces.min()} to {self.faces.max()}; "
                 f"there are {len(self.vertices)}, counted from 0"
             )
+
+    @cached_property
+    def skin(self) -> Skin | None:
+        """How light changes between the corners of faces; None: each face has one colour."""
+        return None if self.make_skin is None else self.make_skin()
 
     @cached_property
     def corners(self) -> Float[Array, "f 3 3"]:

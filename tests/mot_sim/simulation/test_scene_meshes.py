@@ -40,7 +40,7 @@ def test_a_car_drives_with_its_front_ahead() -> None:
 
 def test_meshes_are_painted_and_say_what_they_are_made_of() -> None:
     scene_meshes = meshes_of(state_of((20.0, 0.0, 0.0)))
-    mesh = scene_meshes.meshes[0][0]
+    mesh = scene_meshes.mesh(0)
     assert {Semantic.CAR, Semantic.GLASS, Semantic.TYRE, Semantic.LIGHT, Semantic.PLATE} <= {
         Semantic(value) for value in np.unique(mesh.semantics)
     }

@@ -7,7 +7,7 @@ import trimesh
 from mot_sim.simulation.cars import load_fleet, topology
 from mot_sim.simulation.cars.coarse import LEVEL_DISTANCES, coarse_levels, simplify
 from mot_sim.simulation.renderers import Mesh, MeshInstances, View, scan_view
-from mot_sim.simulation.scene_meshes import levels_of, mesh_of
+from mot_sim.simulation.scene_meshes import DISTANCES, coarser, mesh_of
 from tests.mot_sim.simulation.renderers.shapes import KITTI, at
 
 FLEET = load_fleet(20)
@@ -22,9 +22,9 @@ def scanned(mesh: Mesh, place: np.ndarray):
 def test_from_its_distance_on_a_coarser_car_has_the_same_box_within_a_pixel(level) -> None:
     distance, rng = list(coarse_levels())[level - 1], np.random.default_rng(level)
     for row in CARS.coefficients:
-        levels = levels_of(mesh_of(FLEET.car(row), "red"))
+        mesh = mesh_of(FLEET.car(row), "red")
         place = at(KITTI, rng.uniform(-0.5, 0.5) * distance, distance, rng.uniform(-3, 3))
-        whole, coarse = scanned(levels[0], place), scanned(levels[level], place)
+        whole, coarse = scanned(mesh, place), scanned(coarser(mesh, distance), place)
         difference = whole.silhouettes.amodal_boxes - coarse.silhouettes.amodal_boxes
         assert np.abs(difference).max() <= 1.0
         a, b = whole.numbers > 0, coarse.numbers > 0
@@ -33,7 +33,8 @@ def test_from_its_distance_on_a_coarser_car_has_the_same_box_within_a_pixel(leve
 
 def test_levels_have_the_faces_they_are_named_for_and_the_size_of_the_car() -> None:
     car = FLEET.car(CARS.coefficients[0])
-    for mesh, count in zip(levels_of(mesh_of(car, "red"))[1:], LEVEL_DISTANCES, strict=True):
+    for distance, count in zip(DISTANCES[1:], LEVEL_DISTANCES, strict=True):
+        mesh = coarser(mesh_of(car, "red"), distance)
         assert len(mesh.faces) <= count
         used = car.vertices[np.unique(mesh.faces)]
         np.testing.assert_allclose(np.ptp(used, axis=0), car.size, atol=0.02)

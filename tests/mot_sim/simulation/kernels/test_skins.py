@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mot_sim.simulation.cars.finish import skins_of, smooth_neighbours, vertex_openness
+from mot_sim.simulation.cars.finish import skin_of, smooth_neighbours, vertex_openness
 from mot_sim.simulation.cars.fleet import load_fleet
 from mot_sim.simulation.cars.topology import PARTS, topology
 from mot_sim.simulation.renderers import Cover, Mesh, Pattern, Semantic, Skin, Sun, View
@@ -32,7 +32,7 @@ from mot_sim.simulation.renderers.skins import (
     plate_of,
 )
 from mot_sim.simulation.renderers.triangles import Triangles
-from mot_sim.simulation.scene_meshes import finished, levels_of, mesh_of
+from mot_sim.simulation.scene_meshes import DISTANCES, finished, mesh_of
 from tests.mot_sim.simulation.renderers.shapes import KITTI, at, lump, view_of
 from tracker.errors import BadConfig
 from tracker.types import Camera
@@ -48,7 +48,7 @@ seeds = st.integers(0, 2**32 - 1)
 def car(paint: str = "black") -> Mesh:
     """A car as scenes have them."""
     shape = load_fleet().car(np.zeros(5))
-    return finished(levels_of(mesh_of(shape, paint)), shape)[0]
+    return finished(mesh_of(shape, paint), shape)
 
 
 def skinned(seed: int, kind: Semantic) -> Mesh:
@@ -58,7 +58,8 @@ def skinned(seed: int, kind: Semantic) -> Mesh:
     normals /= np.linalg.norm(normals, axis=2, keepdims=True)
     openness, plain = rng.random((len(mesh.faces), 3)), np.zeros(len(mesh.faces), np.int64)
     skin = Skin(normals, openness, plain, np.ones(8))
-    return replace(mesh, semantics=np.full(len(mesh.faces), kind, np.uint8), skin=skin)
+    kinds = np.full(len(mesh.faces), kind, np.uint8)
+    return replace(mesh, semantics=kinds, make_skin=lambda: skin)
 
 
 def plain_lit(view: View, mesh: Mesh, triangles: Triangles, numbers: np.ndarray) -> np.ndarray:
@@ -129,7 +130,7 @@ def test_light_changes_neither_depth_nor_ids() -> None:
     places = [at(KITTI, x, z, yaw) for x, z, yaw in ((-3.0, 7.0, 0.3), (2.0, 12.0, 2.0))]
     lit, flat = (
         RASTER.render(view_of(KITTI, *((mesh, place) for place in places)))
-        for mesh in (car(), replace(car(), skin=None))
+        for mesh in (car(), replace(car(), make_skin=None))
     )
     for name in ("depth", "instances", "semantics"):
         np.testing.assert_array_equal(getattr(lit, name), getattr(flat, name))
@@ -170,7 +171,7 @@ def test_openness_falls_from_the_roof_to_the_sill_and_into_the_arches() -> None:
 
 def test_a_car_of_another_mesh_keeps_its_flat_faces() -> None:
     shape = replace(load_fleet().car(np.zeros(5)), coefficients=None)
-    assert set(skins_of(shape)) == {None}
+    assert {skin_of(shape, distance) for distance in DISTANCES} == {None}
 
 
 def test_plates_have_characters_and_wheels_have_dark_tyres() -> None:
