@@ -12,7 +12,7 @@ from mot_sim.simulation.renderers import MeshInstances
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.scene_meshes import SceneMeshes
 from mot_sim.simulation.scenery import Knobs as Surroundings
-from mot_sim.simulation.scenery import Neighbourhood, Scenery, Weather, find_weather
+from mot_sim.simulation.scenery import Neighbourhood, Scenery, Spheres, Weather, find_weather
 from mot_sim.simulation.sensors import Detector
 from mot_sim.simulation.traffic.recording import RecordedTraffic
 from mot_sim.simulation.traffic.roads import Roads
@@ -106,10 +106,12 @@ class Rollout:
         return Neighbourhood.build(scene.roads, self.seed, scene.weather.light, scene.surroundings)
 
     def scenery_in(self, state: TrafficState) -> MeshInstances | None:
-        """The scenery that the camera may see in one of the states."""
+        """The scenery that may hide a car from the camera in one of the states."""
         if self.scenery is None:
             return None
-        return self.scenery.seen_from(state.ego, self.scene.rig.camera_in(state))
+        rig = self.scene.rig
+        cars = Spheres.of(rig.cuboids(state), rig.camera)
+        return self.scenery.seen_from(state.ego, rig.camera_in(state), behind=cars)
 
     @cached_property
     def traffic_states(self) -> tuple[TrafficState, ...]:

@@ -6,6 +6,7 @@ view = neighbourhood.view(camera, ego, cars)
 image = post_process(weather, view, renderer.render(view), seed, frame)
 """
 
+from mot_sim.simulation.scenery.culling import Spheres
 from mot_sim.simulation.scenery.neighbourhood import Neighbourhood
 from mot_sim.simulation.scenery.placing import Knobs
 from mot_sim.simulation.scenery.post_processing import post_process
@@ -19,6 +20,7 @@ __all__ = [
     "Light",
     "Neighbourhood",
     "Scenery",
+    "Spheres",
     "Weather",
     "WeatherAxes",
     "contrast_left",

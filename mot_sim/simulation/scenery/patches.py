@@ -81,10 +81,10 @@ class Patches:
         texels = (points[chosen] - low) / texel - 0.5
         outside = np.maximum(-texels, texels - size).max(axis=1) > MAX_TEXELS_OUTSIDE
         far = np.maximum.reduceat(outside, stops - lengths).tolist()
-        fixed = np.round(texels * (1 << SUBTEXEL_BITS)).astype(np.int32)
+        fixed = fixed_points(texels)
         starts = (stops - lengths).tolist()
         for row, a, b, is_far in zip(rows.tolist(), starts, stops.tolist(), far, strict=True):
-            outline = _fixed(_cut(texels[a:b], size)) if is_far else fixed[a:b]
+            outline = fixed_points(_cut(texels[a:b], size)) if is_far else fixed[a:b]
             if len(outline) >= 3:
                 cv2.fillConvexPoly(image, outline, self.values[row], cv2.LINE_8, SUBTEXEL_BITS)
         return image
@@ -96,15 +96,16 @@ class Patches:
         return np.concatenate(self.corners), ends
 
 
-def fill_outline(
-    image: UInt8[Array, "h w"], outline: Float[Array, "n 2"], low: Float[Array, "2"], texel: float
-) -> None:
-    """Fill one convex outline with 255, in place; it lies in the image or not far beside it."""
-    fixed = _fixed((outline - low) / texel - 0.5)
-    cv2.fillConvexPoly(image, fixed, (255,), cv2.LINE_8, SUBTEXEL_BITS)
+def fill_fixed(image: UInt8[Array, "h w"], corners: Int32[Array, "n 2"]) -> None:
+    """Fill one convex outline with 255, in place; it lies in the image or not far beside it.
+
+    corners: see `fixed_points`.
+    """
+    cv2.fillConvexPoly(image, corners, (255,), cv2.LINE_8, SUBTEXEL_BITS)
 
 
-def _fixed(texels: Float[Array, "n 2"]) -> Int32[Array, "n 2"]:
+def fixed_points(texels: Float[Array, "*n 2"]) -> Int32[Array, "*n 2"]:
+    """Points x, y in texels, the first one's centre at 0, as OpenCV fills with fractions."""
     return np.round(texels * (1 << SUBTEXEL_BITS)).astype(np.int32)
 
 

@@ -1,6 +1,6 @@
 """Where houses, trees, lamps and walls stand: along the roads, seeded, never on them."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache, partial
 
@@ -95,35 +95,37 @@ def place(terrain: Terrain, seed: int, knobs: Knobs, plots: tuple[Plot, ...] = (
 
 def _walk(
     terrain: Terrain, away: float, seed: int, effect: str, pitch: float
-) -> Iterator[tuple[Float[Array, "2"], Float[Array, "2"], Float[Array, "6"], int]]:
-    """Points along the roads about a pitch apart, directions away, six draws each, a number."""
-    number = 0
+) -> tuple[Float[Array, "n 2"], Float[Array, "n 2"], Float[Array, "n 6"]]:
+    """Points along the roads about a pitch apart, directions away, six draws each."""
+    number, found = 0, [(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 6)))]
     for points, out in terrain.lines(away):
         count = max(int(len(points) / pitch), 1)
         ids = np.arange(number, number + count)
         chance = random_numbers.uniform(seed, effect, ids, np.zeros_like(ids), 6)
         rows = ((np.arange(count) + 0.5 * chance[:, 0]) * len(points) / count).astype(int)
-        for row, draw, one in zip(rows.tolist(), chance, ids.tolist(), strict=True):
-            yield points[row], out[row], draw, one
+        found.append((points[rows], out[rows], chance))
         number += count
+    points, out, chance = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return points, out, chance
 
 
 def _houses(terrain: Terrain, seed: int, away: float, amount: float) -> list[Item]:
     """Houses in a row that face the road, gaps between them."""
-    found = []
-    for point, out, draw, _ in _walk(terrain, away, seed, "house", 4.0):
-        kind = int(HOUSE_KINDS * draw[1])
-        width, depth = _house_size(kind)
-        along = np.array([out[1], -out[0]])  # so that the house lies to the left of x, behind y
-        start = point - 0.5 * width * along + 2.5 * draw[3] * out
-        base = _outline(start, along, out, kind)
-        behind = terrain.distance[terrain.cells(base[2:])].min()
-        if behind < away + depth - 3.0:  # another road lies behind it, as around an island
-            continue
-        if draw[4] < amount and terrain.is_free(base, away - 1.5, 1.2):
-            terrain.take(base)
-            found.append(_house_item(seed, kind, start, along, out))
-    return found
+    points, outs, draws = _walk(terrain, away, seed, "house", 4.0)
+    kinds = (HOUSE_KINDS * draws[:, 1]).astype(int)
+    width, depth = HOUSE_SIZES[kinds].T
+    alongs = np.stack((outs[:, 1], -outs[:, 0]), axis=1)  # the house lies left of x, behind y
+    starts = points - 0.5 * width[:, None] * alongs + 2.5 * draws[:, 3:4] * outs
+    across, back = width[:, None] * alongs, depth[:, None] * outs
+    bases = starts[:, None] + np.stack((0.0 * outs, across, across + back, back), axis=1)
+    behind = terrain.distance[terrain.cells(bases[:, 2:].reshape(-1, 2))].reshape(-1, 2)
+    # Where it is near another road lies behind the house, as around an island.
+    is_alone = behind.min(axis=1) >= (away + depth - 3.0).astype(np.float32)
+    rows = np.flatnonzero(is_alone & (draws[:, 4] < amount))
+    settled = rows[terrain.settle(bases[rows], away - 1.5, 1.2)].tolist()
+    return [
+        _house_item(seed, int(kinds[row]), starts[row], alongs[row], outs[row]) for row in settled
+    ]
 
 
 def _house_on(plot: Plot, terrain: Terrain, seed: int, number: int) -> Item:
@@ -134,12 +136,11 @@ def _house_on(plot: Plot, terrain: Terrain, seed: int, number: int) -> Item:
     key = np.array([number]), np.zeros(1, np.int64)
     kind = int(HOUSE_KINDS * random_numbers.uniform(seed, "plot", *key)[0, 0])
     base = _outline(start, along, out, kind)
-    if not terrain.is_free(base, MIN_CLEARANCE_METRES):
+    if not terrain.settle(base[None], MIN_CLEARANCE_METRES):
         raise BadConfig(
             f"a house at {plot.corner}: it stands on something, or nearer to the asphalt than "
             f"{MIN_CLEARANCE_METRES:g} m"
         )
-    terrain.take(base)
     return _house_item(seed, kind, start, along, out)
 
 
@@ -159,6 +160,9 @@ def _house_size(kind: int) -> tuple[float, float]:
     """Width and depth of a kind of house, metres."""
     wide, deep = kind * 7 % HOUSE_KINDS, kind * 5 % HOUSE_KINDS
     return 8.5 + 6.5 * wide / HOUSE_KINDS, 8.0 + 3.5 * deep / HOUSE_KINDS
+
+
+HOUSE_SIZES = np.array([_house_size(kind) for kind in range(HOUSE_KINDS)])
 
 
 def _house_at(seed: int, kind: int, spot: tuple[Array, float, Array], detail: int) -> Solid:
@@ -192,23 +196,22 @@ def _single(
     make, radius, leafy = makers(seed)[kind]
     circle = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]) * radius
     least = max(min(away - 0.8, 0.6 * away), MIN_CLEARANCE_METRES)
+    points, outs, draws = _walk(terrain, away, seed, kind, pitch)
+    shifts = scatter * (4.0 * (draws[:, 1] - 0.5)) if leafy else np.zeros(len(points))
+    spots = points + np.maximum(shifts, away * -0.2)[:, None] * outs
+    bases = spots[:, None] + circle
+    rows = np.flatnonzero(draws[:, 2] < amount)
+    settled = rows[terrain.settle(bases[rows], least, 0.8 if leafy else 0.0)].tolist()
     found = []
-    for point, out, draw, number in _walk(terrain, away, seed, kind, pitch):
-        shift = scatter * (4.0 * (draw[1] - 0.5)) if leafy else 0.0
-        spot = point + max(shift, away * -0.2) * out
-        base = spot + circle
-        if draw[2] < amount and terrain.is_free(base, least, 0.8 if leafy else 0.0):
-            terrain.take(base)
-            size = 0.75 + 0.55 * draw[3] if leafy else 1.0
-            turn = (
-                2.0 * np.pi * draw[4] if leafy else float(np.arctan2(out[1], out[0]) - 0.5 * np.pi)
-            )
-            if kind == "sign":
-                turn += 0.5 * np.pi * (1.0 if draw[5] < 0.5 else -1.0) + 0.5 * np.pi
-            scale = (size, size * (0.9 + 0.35 * draw[5])) if leafy else (1.0, 1.0)
-            there = (float(spot[0]), float(spot[1]))
-            move = partial(_moved, make, number, (there, turn, scale))
-            found.append(Item(kind, move, base, leafy))
+    for number, out, draw in zip(settled, outs[settled], draws[settled].tolist(), strict=True):
+        size = 0.75 + 0.55 * draw[3] if leafy else 1.0
+        turn = 2.0 * np.pi * draw[4] if leafy else float(np.arctan2(out[1], out[0]) - 0.5 * np.pi)
+        if kind == "sign":
+            turn += 0.5 * np.pi * (1.0 if draw[5] < 0.5 else -1.0) + 0.5 * np.pi
+        scale = (size, size * (0.9 + 0.35 * draw[5])) if leafy else (1.0, 1.0)
+        there = (float(spots[number, 0]), float(spots[number, 1]))
+        move = partial(_moved, make, number, (there, turn, scale))
+        found.append(Item(kind, move, bases[number], leafy))
     return found
 
 
@@ -223,28 +226,21 @@ def _moved(
 
 def _fences(terrain: Terrain, seed: int, amount: float) -> list[Item]:
     """Hedges and walls along the plots, straight pieces with gaps."""
+    points, outs, draws = _walk(terrain, FENCE_METRES, seed, "fence", 9.0)
+    lengths = 5.0 + (5.0 * draws[:, 1]).astype(int)
+    alongs = np.stack((outs[:, 1], -outs[:, 0]), axis=1)
+    starts = points - 0.5 * lengths[:, None] * alongs
+    across, half = lengths[:, None] * alongs, 0.36 * outs
+    bases = starts[:, None] + np.stack((-half, across - half, across + half, half), axis=1)
+    rows = np.flatnonzero(draws[:, 2] < 0.75 * amount)
     found = []
-    for point, out, draw, number in _walk(terrain, FENCE_METRES, seed, "fence", 9.0):
-        length = 5.0 + int(5.0 * draw[1])
-        along = np.array([out[1], -out[0]])
-        start = point - 0.5 * length * along
-        base = start + np.array(
-            [-0.36 * out, length * along - 0.36 * out, length * along + 0.36 * out, 0.36 * out]
-        )
-        if draw[2] < 0.75 * amount and terrain.is_free(base, FENCE_METRES - 1.0):
-            terrain.take(base)
-            turn = float(np.arctan2(along[1], along[0]))
-            there = (float(start[0]), float(start[1]))
-            if draw[3] < 0.6:
-                grow = partial(
-                    _moved, partial(_hedge, length, seed), number, (there, turn, UNSCALED)
-                )
-                found.append(Item("hedge", grow, base))
-            else:
-                build = partial(
-                    _moved, partial(_garden, length, seed), number, (there, turn, UNSCALED)
-                )
-                found.append(Item("wall", build, base))
+    for number in rows[terrain.settle(bases[rows], FENCE_METRES - 1.0)].tolist():
+        length, along, start = float(lengths[number]), alongs[number], starts[number]
+        spot = (float(start[0]), float(start[1])), float(np.arctan2(along[1], along[0])), UNSCALED
+        is_hedge = draws[number, 3] < 0.6
+        make = partial(_hedge if is_hedge else _garden, length, seed)
+        put = partial(_moved, make, number, spot)
+        found.append(Item("hedge" if is_hedge else "wall", put, bases[number]))
     return found
 
 
@@ -279,9 +275,9 @@ def _rails(terrain: Terrain, amount: float) -> list[Item]:
             along = (end - start) / length
             side = 0.1 * np.array([-along[1], along[0]])
             base = np.array([start - side, end - side, end + side, start + side])
-            if terrain.is_free(base, MIN_CLEARANCE_METRES):
-                turn = float(np.arctan2(along[1], along[0]))
-                there = (float(start[0]), float(start[1]))
-                build = partial(_moved, partial(_rail, length), 0, (there, turn, UNSCALED))
-                found.append(Item("rail", build, base))
-    return found
+            turn = float(np.arctan2(along[1], along[0]))
+            there = (float(start[0]), float(start[1]))
+            build = partial(_moved, partial(_rail, length), 0, (there, turn, UNSCALED))
+            found.append(Item("rail", build, base))
+    bases = np.array([rail.base for rail in found]).reshape(-1, 4, 2)
+    return [found[row] for row in terrain.settle(bases, MIN_CLEARANCE_METRES, takes=False)]

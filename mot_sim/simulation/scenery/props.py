@@ -2,14 +2,14 @@
 
 import itertools
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import pairwise
 
 import numpy as np
 
 from mot_sim.simulation.random_numbers import named_stream
 from mot_sim.simulation.renderers import Semantic
-from mot_sim.simulation.scenery.solids import Colour, Solid, box, facing, join, prism, shaded
+from mot_sim.simulation.scenery.solids import Colour, Solid, box, cross, facing, join, prism, shaded
 
 STEEL_COLOUR: Colour = (128, 132, 134)
 LAMP_HEIGHT_METRES = 6.5
@@ -112,12 +112,9 @@ def garden_wall(length: float, tones: np.ndarray, detail: int) -> Solid:
     return join([facing(stones, colours, Semantic.WALL, middle), top])
 
 
-def trees(seed: int, detail: int) -> list[Solid]:
-    """Trees about 7 m high around the origin, each another one; detail: 0 = seen from near."""
-    return [_tree(seed, kind, detail) for kind in range(TREE_KINDS)]
-
-
-def _tree(seed: int, kind: int, detail: int) -> Solid:
+@lru_cache(maxsize=128)
+def tree(seed: int, kind: int, detail: int) -> Solid:
+    """A tree about 7 m high around the origin; detail: 0 = seen from near."""
     rng = named_stream(seed, f"tree {kind}")
     green = LEAF_COLOURS[kind % len(LEAF_COLOURS)]
     wide, high, start = rng.uniform(1.7, 2.3), rng.uniform(2.3, 3.0), rng.uniform(1.7, 2.3)
@@ -128,6 +125,7 @@ def _tree(seed: int, kind: int, detail: int) -> Solid:
     return join([trunk, core, _tufts(rng, middle, radii, green, *TREE_TUFTS[detail])])
 
 
+@lru_cache(maxsize=128)
 def bush(seed: int, kind: int, detail: int) -> Solid:
     """A bush about 1.4 m high around the origin."""
     rng = named_stream(seed, f"bush {kind}")
@@ -182,9 +180,9 @@ def _tufts(
     out = rng.standard_normal((count, 3))
     out /= np.linalg.norm(out, axis=1, keepdims=True)
     centres = middle + out * radii * rng.uniform(0.72, 0.98, (count, 1))
-    side = np.cross(out, rng.standard_normal((count, 3)))
+    side = cross(out, rng.standard_normal((count, 3)))
     side /= np.linalg.norm(side, axis=1, keepdims=True)
-    up = np.cross(out, side) + rng.uniform(-0.5, 0.5, (count, 1)) * out
+    up = cross(out, side) + rng.uniform(-0.5, 0.5, (count, 1)) * out
     reach = size * rng.uniform(0.6, 1.25, (count, 1))
     shapes = [centres + reach * (np.cos(t) * side + np.sin(t) * up) for t in (0.3, 2.2, 4.4)]
     light = 0.92 + 0.22 * out[:, 2] + rng.uniform(-0.24, 0.24, count)
@@ -194,6 +192,13 @@ def _tufts(
 
 def _blob(middle: np.ndarray, radii: np.ndarray, colours: np.ndarray) -> Solid:
     """An ellipsoid of 20 faces: an icosahedron."""
+    points, faces = _icosahedron()
+    return facing(middle + points[faces] / 1.902 * radii, colours, LEAF, middle)
+
+
+@cache
+def _icosahedron() -> tuple[np.ndarray, np.ndarray]:
+    """Its corners, and the rows of those of each face."""
     g = 0.5 * (1.0 + 5.0**0.5)
     points = np.array([(0, s, t * g) for s in (-1, 1) for t in (-1, 1)], float)
     points = np.concatenate((points, points[:, [2, 0, 1]], points[:, [1, 2, 0]]))
@@ -206,23 +211,18 @@ def _blob(middle: np.ndarray, radii: np.ndarray, colours: np.ndarray) -> Solid:
         for c in range(b + 1, 12)
         if near[a, b] and near[b, c] and near[a, c]
     ]
-    return facing(middle + points[np.array(faces)] / 1.902 * radii, colours, LEAF, middle)
+    return points, np.array(faces)
 
 
 _lamp_post = lru_cache(lamp_post)
 _sign = lru_cache(sign)
 
 
-@lru_cache(maxsize=8)
 def makers(seed: int) -> dict[str, tuple[Make, float, bool]]:
     """For each kind: what makes it, half the width of its foot, whether it has leaves."""
-    grown = [trees(seed, detail) for detail in range(DETAIL_LEVELS)]
-    low = [
-        [bush(seed, kind, detail) for kind in range(BUSH_KINDS)] for detail in range(DETAIL_LEVELS)
-    ]
     return {
-        "tree": (lambda number, detail: grown[detail][number * 7 % TREE_KINDS], 0.3, True),
-        "bush": (lambda number, detail: low[detail][number * 3 % BUSH_KINDS], 0.6, True),
+        "tree": (lambda number, detail: tree(seed, number * 7 % TREE_KINDS, detail), 0.3, True),
+        "bush": (lambda number, detail: bush(seed, number * 3 % BUSH_KINDS, detail), 0.6, True),
         "lamp": (lambda number, detail: _lamp_post(), 0.12, False),
         "sign": (
             lambda number, detail: _sign((number * 3 + number // 5) % len(SIGN_FACES)),

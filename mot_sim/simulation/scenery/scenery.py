@@ -1,7 +1,7 @@
 """The things beside the roads in pieces that are drawn together, and the shadows they cast."""
 
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import cv2
 import numpy as np
@@ -11,6 +11,7 @@ from numpy import ndarray as Array
 from mot_sim.simulation.renderers import NO_INSTANCE, Mesh, MeshInstances
 from mot_sim.simulation.renderers.triangles import NEAR_METRES, sphere_in_view
 from mot_sim.simulation.rig import Rig
+from mot_sim.simulation.scenery.culling import Spheres, box_around, may_be_seen
 from mot_sim.simulation.scenery.patches import Patches
 from mot_sim.simulation.scenery.placing import Item, Knobs, place
 from mot_sim.simulation.scenery.props import DETAIL_LEVELS
@@ -87,21 +88,33 @@ class Scenery:
             self.made[key] = join(solids).mesh(self.origins[row])
         return self.made[key]
 
+    @cached_property
+    def boxes(self) -> Float[Array, "n 8 3"]:
+        """Corners in world of a box around each piece."""
+        return np.array([box_around(piece) for piece in self.pieces]).reshape(-1, 8, 3)
+
     def seen_from(
-        self, ego: Float[Array, "3"], camera: Camera, near: float = NEAR_METRES
+        self,
+        ego: Float[Array, "3"],
+        camera: Camera,
+        near: float = NEAR_METRES,
+        behind: Spheres | None = None,
     ) -> MeshInstances:
-        """What of it the camera of an ego pose (x, y, heading) may see; all ids: NO_INSTANCE."""
-        T_world_cam = Rig(camera).T_world_cam(checked(ego))
+        """What of it the camera of an ego pose (x, y, heading) may see; all ids: NO_INSTANCE.
+
+        behind: only what may hide one of these.
+        """
+        T_cam_world = invert(Rig(camera).T_world_cam(checked(ego)))
         apart = self.origins - ego[:2]
         ahead = apart @ np.array([np.cos(ego[2]), np.sin(ego[2])])
         close = (np.hypot(*apart.T) - self.radii < MAX_DISTANCE_METRES) & (
             ahead + self.radii > near
         )
         rows = np.flatnonzero(close)
+        rows = rows[may_be_seen(self.boxes[rows], T_cam_world, camera, near, behind)]
         rows = rows[np.argsort(ahead[rows], kind="stable")]  # near first: less is drawn over
         if not len(rows):
             return MeshInstances.empty()
-        T_cam_world = invert(T_world_cam)
         T_world_piece = np.tile(homogeneous(R_world_piece, np.zeros(3)), (len(rows), 1, 1))
         T_world_piece[:, :2, 3] = self.origins[rows]
         details = np.searchsorted(DETAIL_METRES, np.hypot(*apart[rows].T) - 0.5 * PIECE_METRES)

@@ -44,6 +44,12 @@ class Solid:
         return Mesh(vertices, faces, self.colours, self.semantics, casts=False)
 
 
+def cross(a: Float[Array, "n 3"], b: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
+    """`np.cross` of two lists of vectors, the same bits; for few of them much faster."""
+    (ax, ay, az), (bx, by, bz) = a.T, b.T
+    return np.stack((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx), axis=1)
+
+
 def join(solids: list[Solid]) -> Solid:
     """All of them as one."""
     if not solids:
@@ -62,7 +68,7 @@ def facing(
     inside: Float[Array, "3"] | Float[Array, "k 3"] | tuple[float, float, float],
 ) -> Solid:
     """Convex polygons, 3 or 4 corners each, that look away from a point (or one each)."""
-    normals = np.cross(polygons[:, 1] - polygons[:, 0], polygons[:, 2] - polygons[:, 0])
+    normals = cross(polygons[:, 1] - polygons[:, 0], polygons[:, 2] - polygons[:, 0])
     away = ((polygons.mean(axis=1) - inside) * normals).sum(axis=1)
     # x, y and height are a left-handed frame: anticlockwise from outside turns around.
     turned = np.where((away > 0.0)[:, None, None], polygons[:, ::-1], polygons)
