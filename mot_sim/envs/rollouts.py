@@ -26,9 +26,8 @@ from tracker.geometry import invert
 from tracker.types import Detections, Frame, Tracks, max_step
 
 # Frames that are labelled at once where they are known: detectors have long memories.
+# The first blocks are shorter, so that a reset does not wait for frames that may never be seen.
 BLOCK_FRAMES = 16
-# The same in the first block, so that a reset does not wait for frames that may never be seen.
-FIRST_BLOCK_FRAMES = 3
 # States of live traffic that are kept: of the frame now and the one before.
 KEPT_STATES = 2
 # What a pickled environment keeps beside its arguments and actions.
@@ -235,7 +234,7 @@ class LazyRollout:
         first, last = index, index + 1
         if not isinstance(self.rollout, LiveRollout):
             first = len(self.annotations)
-            block = BLOCK_FRAMES if first else FIRST_BLOCK_FRAMES
+            block = min(max(first, 1), BLOCK_FRAMES)
             last = min(max(first + block, last), len(self.rollout))
         found = [annotation_of(self.rollout, frame) for frame in range(first, last)]
         log = sense(self.rollout, Annotations.concatenate(found).truth, np.arange(first, last))

@@ -1,7 +1,7 @@
 """Who the cars of a run are: which shape, paint and class stands behind each id."""
 
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, Shaped
@@ -192,12 +192,7 @@ class VehicleSampler:
 
     def _like(self, size: Float[Array, "3"], kind: str) -> tuple[Float[Array, " b"], int]:
         """Coefficients and body of a car of this size: a 'Van' is a van, a 'Car' is none."""
-        names = list(BODIES)
-        others = [name for name in names if name != VAN_BODY]
-        body = self.fleet.body_of(size, {"Van": [VAN_BODY], "Car": others}.get(kind, names))
-        found = self.fleet.nearest(size, body).coefficients
-        assert found is not None
-        return found, names.index(body)
+        return car_like(self.coefficients, tuple(size.tolist()), kind)
 
     def _paints(
         self,
@@ -214,6 +209,22 @@ class VehicleSampler:
         groups = np.append(models.groups, 0)  # the van is in no group
         paints = np.array((*models.cars.paints, "white"))
         return np.where(is_model & (groups[model] < 0), paints[model], own)
+
+
+@lru_cache(maxsize=1024)
+def car_like(
+    coefficients: int, size: tuple[float, float, float], kind: str
+) -> tuple[Float[Array, " b"], int]:
+    """Coefficients and body of the likeliest car of a size, see `Fleet.nearest`; not to be changed.
+
+    kind: a 'Van' is a van, a 'Car' is none, others may be anything.
+    """
+    fleet, names = load_fleet(coefficients), list(BODIES)
+    others = [name for name in names if name != VAN_BODY]
+    body = fleet.body_of(np.array(size), {"Van": [VAN_BODY], "Car": others}.get(kind, names))
+    found = fleet.nearest(np.array(size), body).coefficients
+    assert found is not None
+    return found, names.index(body)
 
 
 def _everybody(traffic: RecordedTraffic) -> tuple[Float[Array, "n 3"], Shaped[Array, " n"]]:

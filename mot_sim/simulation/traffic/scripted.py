@@ -48,15 +48,13 @@ class Route:
 
     def at(self, distance: Float[Array, " n"]) -> Float[Array, "n 3"]:
         """x, y, heading after a distance in metres. Heading is continuous and not wrapped."""
+        return along_pieces(self.pieces_at(distance), distance)
+
+    def pieces_at(self, distance: Float[Array, " n"]) -> Float[Array, "n 5"]:
+        """The line or arc that each distance lies on; see `along_pieces`."""
         starts = self._pieces[:-1]
         row = np.clip(np.searchsorted(starts[:, 0], distance, side="right") - 1, 0, None)
-        start, x, y, heading, curvature = starts[row].T
-        along = distance - start
-        turn = curvature * along
-        # Along an arc the chord is 2 sin(turn / 2) / curvature long and points half the turn.
-        chord = along * np.sinc(turn / (2.0 * np.pi))
-        middle = heading + 0.5 * turn
-        return np.stack((x + chord * np.cos(middle), y + chord * np.sin(middle), heading + turn), 1)
+        return starts[row]
 
     @property
     def pieces(self) -> Float[Array, "m 6"]:
@@ -91,6 +89,20 @@ class Route:
             used = cut
         rows.append((rows[-1][0] + lengths[-1] - used, *points[-1], headings[-1], 0.0))
         return np.array(rows)
+
+
+def along_pieces(pieces: Float[Array, "n 5"], distance: Float[Array, " n"]) -> Float[Array, "n 3"]:
+    """x, y, heading after distances along routes, each on a line or arc of its own.
+
+    pieces: where the piece starts, metres along the route, x, y; heading there, curvature.
+    """
+    start, x, y, heading, curvature = pieces.T
+    along = distance - start
+    turn = curvature * along
+    # Along an arc the chord is 2 sin(turn / 2) / curvature long and points half the turn.
+    chord = along * np.sinc(turn / (2.0 * np.pi))
+    middle = heading + 0.5 * turn
+    return np.stack((x + chord * np.cos(middle), y + chord * np.sin(middle), heading + turn), 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,14 +149,6 @@ class Script:
         passed = 0.5 * (float(paces[row]) + self.speed(time)) * (time - float(knots[row]))
         return self.start + float(driven[row]) + passed
 
-    def pose(self, time: float) -> Float[Array, "3"]:
-        """x, y, heading at a time."""
-        return self.route.at(np.array([self.distance(time)]))[0]
-
-    def is_there(self, time: float) -> bool:
-        """Whether the car is on its route at a time."""
-        return time >= self.begin and self.distance(time) <= self.route.length
-
 
 @dataclass(eq=False)
 class Scripted:
@@ -169,18 +173,26 @@ class Scripted:
 
     def at(self, time: float) -> TrafficState:
         """The state at any time."""
-        ids = [number for number, car in enumerate(self.cars) if car.is_there(time)]
+        driven = {number: car.distance(time) for number, car in enumerate(self.cars)}
+        ids = [
+            number
+            for number, car in enumerate(self.cars)
+            if time >= car.begin and driven[number] <= car.route.length
+        ]
         cars = [self.cars[number] for number in ids]
-        poses = np.array([car.pose(time) for car in cars]).reshape(-1, 3)
+        distances = np.array([[driven[number]] for number in ids] + [[self.ego.distance(time)]])
+        routes = [car.route for car in (*cars, self.ego)]
+        pieces = [route.pieces_at(at)[0] for route, at in zip(routes, distances, strict=True)]
+        poses = along_pieces(np.array(pieces), distances[:, 0])
         return TrafficState(
             time=time,
             ids=np.array(ids, dtype=np.int64),
-            x=poses[:, 0],
-            y=poses[:, 1],
-            heading=poses[:, 2],
+            x=poses[:-1, 0],
+            y=poses[:-1, 1],
+            heading=poses[:-1, 2],
             speed=np.array([car.speed(time) for car in cars], dtype=float),
             size=np.array([car.size for car in cars], dtype=float).reshape(-1, 3),
-            ego=self.ego.pose(time),
+            ego=poses[-1],
             ego_size=np.array(self.ego.size, dtype=float),
             kinds=np.array([car.kind for car in cars], dtype="<U16"),
         )

@@ -8,7 +8,7 @@ from mot_sim.envs.driving_tasks import META_ACTIONS, progress_reward
 from mot_sim.envs.errors import BadAction, OutOfTurn
 from mot_sim.envs.kinematics import observe_kinematics
 from mot_sim.envs.observations import ObservationBuilder, surest
-from mot_sim.envs.rollouts import FIRST_BLOCK_FRAMES, FrameTruth, LazyRollout
+from mot_sim.envs.rollouts import FrameTruth, LazyRollout, same
 from mot_sim.envs.scene_env import SceneEnv
 from mot_sim.simulation.episode import record
 from mot_sim.simulation.imaging import RenderedImages
@@ -61,9 +61,17 @@ def test_labels_wait_until_they_are_asked_for() -> None:
     run = LazyRollout(Rollout.of(find_scene("crossing", frames=40), 0))
     assert run.annotations == {}
     run.frame(0)
-    assert len(run.annotations) == FIRST_BLOCK_FRAMES
+    assert len(run.annotations) == 1
+    run.truth(1)
+    run.truth(2)
+    assert len(run.annotations) == 4
     run.truth(39)
     assert len(run.annotations) == 40
+    at_once = LazyRollout(run.rollout)
+    at_once.truth(39)
+    for frame in range(40):  # in whatever blocks, a frame is the same
+        assert at_once.truth(frame) == run.truth(frame)
+        assert same(at_once.detections[frame], run.detections[frame])
 
 
 def test_what_is_observed_is_the_callers_own(env) -> None:

@@ -94,6 +94,17 @@ def test_worlds_are_a_tenth_of_a_second_apart_and_ids_stay() -> None:
     assert traffic.reset(RNG).time == 0.0
 
 
+def test_cars_stand_where_their_routes_have_them() -> None:
+    bent = Route([(0.0, 0.0), (40.0, 0.0), (40.0, 30.0)])
+    cars = [Script(bent, [(0.0, 4.0), (9.0, 9.0)], start=3.0 * number) for number in range(5)]
+    for time in (0.0, 0.7, 5.0):
+        state = Scripted(cars, cars[2]).at(time)
+        poses = np.stack((state.x, state.y, state.heading), axis=1)
+        expected = [bent.at(np.array([car.distance(time)]))[0] for car in cars]
+        assert np.array_equal(poses, np.array(expected)[state.ids])
+        assert np.array_equal(state.ego, expected[2])
+
+
 def test_an_empty_road_is_a_world() -> None:
     state = Scripted([], Script(CORNER, [(0.0, 1.0)])).reset(RNG)
     assert len(state) == 0
