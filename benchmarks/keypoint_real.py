@@ -30,13 +30,16 @@ SAME = 0.7  # overlap of a detection and its label
 
 @dataclass(frozen=True, eq=False)
 class Scored:
-    """Cars of a clip: their labels, the boxes that were given, keypoints, yaw errors in degrees."""
+    """Cars of a clip: their labels, the boxes that were given, keypoints, yaw errors in degrees,
+    whether they fit and are trusted, and how much less likely they are turned round."""
 
     labels: Tracks
     boxes: Array
     keypoints: Array
     error: Array
     trusted: Array
+    fits: Array
+    turned_gap: Array
 
 
 def pictures(root: Path, sequence: KittiSequence) -> ImageFolder:
@@ -88,7 +91,10 @@ def scored(
         keypoints[rows] = hourglass(bgr_of(folder, frame), boxes[rows]).keypoints
     fitted = ShapeFit()(keypoints, sequence.camera, SHARE * (boxes[:, 2:] - boxes[:, :2]))
     assert labels.cuboids is not None
-    return Scored(labels, boxes, keypoints, yaw_error(fitted, labels.cuboids.yaw), fitted.trusted)
+    return Scored(
+        labels, boxes, keypoints, yaw_error(fitted, labels.cuboids.yaw), fitted.trusted,
+        fitted.fits, fitted.turned_gap,
+    )  # fmt: skip
 
 
 def clips(hourglass: Hourglass, root: Path, detected: bool = False) -> Iterator[tuple[str, Scored]]:

@@ -22,6 +22,14 @@ LEFT_POINTS = (
     "rear_bumper", "taillight", "rear_window_foot", "roof_rear", "roof_front",
     "windscreen_foot", "headlight", "front_bumper",
 )  # fmt: skip
+# The points of one end that lie about where those of the other end do, on a car turned round.
+ENDS = (
+    ("rear_wheel", "front_wheel"),
+    ("front_arch_ahead", "rear_arch_behind"), ("front_arch_top_ahead", "rear_arch_top_behind"),
+    ("front_arch_top_behind", "rear_arch_top_ahead"), ("front_arch_behind", "rear_arch_ahead"),
+    ("rear_bumper", "front_bumper"), ("taillight", "headlight"),
+    ("rear_window_foot", "windscreen_foot"), ("roof_rear", "roof_front"),
+)  # fmt: skip
 # The 14 keypoints come in pairs, left first. Their mirrors are not among the 36.
 PAIRS_14 = (
     "front_wheel", "rear_wheel", "headlight", "taillight", "mirror", "roof_front", "roof_rear"
@@ -38,6 +46,23 @@ LAYOUTS = (
     (("meanShape14.txt", "vectors14.txt", None), KEYPOINTS_14,
      np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])),
 )  # fmt: skip
+
+
+def turned_points(points: Sequence[str]) -> list[int] | None:
+    """For each point, which one of them takes its place when a car turns round, about.
+
+    None where one of them has no counterpart, as the door mirrors.
+    """
+    other = dict(ENDS) | {behind: ahead for ahead, behind in ENDS}
+    sides, rows = {"left": "right", "right": "left"}, {name: row for row, name in enumerate(points)}
+    found = []
+    for name in points:
+        side, _, part = name.partition("_")
+        row = rows.get(f"{sides.get(side)}_{other.get(part)}")
+        if row is None:
+            return None
+        found.append(row)
+    return found
 
 
 def load_prior(path: str | Path | None = None, points: Sequence[str] | None = None) -> ShapeBasis:

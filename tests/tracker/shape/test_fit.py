@@ -238,3 +238,27 @@ def test_clutter_is_told_from_cars() -> None:
     low = np.array([600.0, 150.0])
     clutter[:, :, :2] = low + rng.uniform(0.0, 1.0, clutter[:, :, :2].shape) * (120.0, 80.0)
     assert no_car_fits(FIT(clutter, LEVEL)).mean() > 0.3
+
+
+def test_a_symmetric_car_may_be_turned_round_and_a_long_bonnet_tells_its_front() -> None:
+    turned = MODEL.basis.mean[np.array(FIT.turned)] * [-1.0, 1.0, -1.0]
+    alike = CarModel(replace(MODEL.basis, mean=0.5 * (MODEL.basis.mean + turned)))
+    boxy = draw(60, sigma=1.0, model=alike)
+    plain = draw(60, sigma=1.0)
+    unsure = ShapeFit(alike)(boxy.keypoints, LEVEL).turned_gap
+    sure = FIT(plain.keypoints, LEVEL).turned_gap
+    assert np.median(unsure) < 0.5 * np.median(sure)
+    assert np.median(sure) > 5.0
+
+
+def test_points_without_counterparts_tell_front_and_rear_by_their_names_alone() -> None:
+    model = CarModel(load_prior(points=KEYPOINTS_14).first(5))
+    cars = draw(5, model=model)
+    fitted = ShapeFit(model)(cars.keypoints, LEVEL)
+    assert np.isinf(fitted.turned_gap[fitted.seen >= 4]).all()
+
+
+@pytest.mark.parametrize("gap", [np.nan, np.inf])
+def test_a_gap_that_is_no_number_is_refused(gap: float) -> None:
+    with pytest.raises(BadConfig, match="min_turned_gap"):
+        ShapeFit(MODEL, min_turned_gap=gap)

@@ -41,6 +41,18 @@ def test_detections_get_the_columns_and_nan_where_a_fit_is_not_trusted() -> None
     np.testing.assert_array_equal(detections.boxes, BOXES)
 
 
+def test_a_car_as_likely_turned_round_keeps_its_size_and_tells_no_heading() -> None:
+    cars = draw(40, sigma=2.0)
+    fitted = ShapeFit(MODEL, min_turned_gap=1e6)(cars.keypoints, LEVEL)
+    assert fitted.fits.any()
+    assert not fitted.trusted.any()
+    detections = fitted.onto(Detections.of(np.tile(BOXES[:1], (40, 1))))
+    for column in (detections.yaw, detections.shape, detections.pose_cov):
+        assert column is not None
+        assert np.isnan(column).all()
+    np.testing.assert_array_equal(np.isfinite(detections.size).all(axis=1), fitted.fits)
+
+
 def test_another_number_of_boxes_is_refused() -> None:
     with pytest.raises(BadDetections, match="3 fits for 2 boxes"):
         three().onto(Detections.of(BOXES[:2]))

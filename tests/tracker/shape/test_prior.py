@@ -7,6 +7,7 @@ import pytest
 
 from tracker.errors import BadFile, DatasetNotFound, UnknownName
 from tracker.shape import KEYPOINTS, KEYPOINTS_14, KEYPOINTS_36, load_prior, save_prior
+from tracker.shape.prior import turned_points
 
 
 def write(path: Path, rows: np.ndarray) -> None:
@@ -131,3 +132,21 @@ def test_arrays_that_do_not_belong_together_are_refused(tmp_path: Path) -> None:
     )  # fmt: skip
     with pytest.raises(BadFile, match="do not belong together"):
         load_prior(tmp_path / "odd.npz")
+
+
+def test_a_car_turned_round_has_a_point_where_each_of_its_points_was_about() -> None:
+    rows = turned_points(KEYPOINTS_36)
+    assert rows is not None
+    assert sorted(rows) == list(range(36))
+    assert [rows[row] for row in rows] == list(range(36))
+    assert KEYPOINTS_36[rows[KEYPOINTS_36.index("left_taillight")]] == "right_headlight"
+    mean = load_prior().mean
+    turned = mean[rows] * [-1.0, 1.0, -1.0]
+    assert np.abs(turned - mean)[:, 1:].max() < 0.25  # heights and sides; the roof is longer behind
+    assert np.abs(turned - mean)[:, 0].max() < 1.1
+
+
+def test_points_without_counterparts_of_the_other_end_are_told() -> None:
+    assert turned_points(KEYPOINTS_14) is None
+    assert turned_points(["a", "left_b"]) is None
+    assert turned_points([]) == []
