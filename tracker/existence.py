@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,7 @@ from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
 from tracker.errors import BadConfig
-from tracker.geometry import covered_share
+from tracker.kernels import Kernel
 from tracker.lifecycle import MAX_CONSECUTIVE_STEPS, ActiveTracks
 from tracker.types import Camera
 
@@ -21,10 +22,12 @@ LEAVING_MARGIN_PIXELS = 5.0
 MIN_KNOWN_HITS = 3
 # A box of which more is covered by another one tells nothing of it.
 MAX_COVERED_SHARE = 0.3
+LIMITS = np.array([MIN_KNOWN_HITS, MAX_COVERED_SHARE, LEAVING_MARGIN_PIXELS, MAX_PROBABILITY])
+JUDGE_TRACKS = Kernel("tracker.kernels.existing", "judge_tracks")
+CHOOSE_WRITTEN = Kernel("tracker.kernels.existing", "choose_written")
 
 
-@dataclass(frozen=True)
-class DetectorStatistics:
+class DetectorStatistics(NamedTuple):
     """What the tracker learned of its detector."""
 
     hits: int = 0
@@ -125,88 +128,25 @@ class ExistenceFilter:
 
         boxes: all detections; a track that is hidden behind one of them was not missed.
         """
-        covered = covered_share(unmatched.beliefs.boxes, boxes)
-        learned = self.learn(detector, matched, unmatched, covered, dt, camera)
-        return ExistenceUpdate(
-            self.hit(matched, matched_scores, learned),
-            self.miss(unmatched, covered, learned),
-            self.newborn(born_scores, learned),
-            learned,
-        )
+        k, lost, b = len(matched_scores), len(unmatched), len(born_scores)
+        after, learned = (np.empty(k), np.empty(lost), np.empty(b)), np.empty(4, np.int64)
+        seen = matched.existence, matched.hits, matched.time_since_update, matched_scores
+        missed = unmatched.existence, unmatched.hits, unmatched.time_since_update
+        how = self._settings, MAX_CONSECUTIVE_STEPS * dt, LIMITS, leaving_border(camera)
+        given = *missed, unmatched.beliefs.boxes, born_scores, boxes, np.array(detector)
+        JUDGE_TRACKS(*seen, *given, *how, *after, learned)
+        return ExistenceUpdate(*after, DetectorStatistics(*learned.tolist()))
 
     def survival(self, dt: float) -> float:
         """The probability that a car is still there after `dt` seconds."""
         return math.exp(-dt / self.mean_lifetime)
 
-    def detected(self, detector: DetectorStatistics) -> float:
-        """P_D: the probability that a car in plain view is detected."""
-        prior = self.detection_prior
-        return (detector.hits + self.detection_probability * prior) / (detector.tries + prior)
-
-    def newborn(
-        self, scores: Float[Array, " b"], detector: DetectorStatistics
-    ) -> Float[Array, " b"]:
-        """That a first detection is a car: its score, less where newborns have often vanished."""
-        if len(scores) == 0:
-            return scores
-        prior = self.birth_prior
-        confirmed = detector.confirmed + self.birth_probability * prior
-        worth = min(
-            1.0, confirmed / (detector.newborns + prior) / max(self.detected(detector), 0.5)
-        )
-        return np.minimum(np.maximum(scores, 0.0) * worth, MAX_PROBABILITY)
-
-    def hit(
-        self, matched: ActiveTracks, scores: Float[Array, " k"], detector: DetectorStatistics
-    ) -> Float[Array, " k"]:
-        """Of tracks (as predicted) that were detected with these scores."""
-        odds = (
-            matched.existence
-            / (1.0 - matched.existence)
-            * (self.likelihood_ratio * np.maximum(scores, 0.0))
-        )
-        return np.minimum(
-            np.maximum(odds / (1.0 + odds), self.newborn(scores, detector)), MAX_PROBABILITY
-        )
-
-    def miss(
-        self, unmatched: ActiveTracks, covered: Float[Array, " l"], detector: DetectorStatistics
-    ) -> Float[Array, " l"]:
-        """Of tracks that were not detected; covered: the share of their boxes that is hidden."""
-        missed = 1.0 - self.detected(detector) * (1.0 - covered)
-        return unmatched.existence * missed / (1.0 - unmatched.existence * (1.0 - missed))
-
-    def learn(
-        self,
-        detector: DetectorStatistics,
-        matched: ActiveTracks,
-        unmatched: ActiveTracks,
-        covered: Float[Array, " l"],
-        dt: float,
-        camera: Camera,
-    ) -> DetectorStatistics:
-        """What is known of the detector after a frame."""
-        one_step = MAX_CONSECUTIVE_STEPS * dt
-        hits = _count(matched.hits >= MIN_KNOWN_HITS)
-        confirmed = _count((matched.hits == 1) & (matched.time_since_update <= one_step))
-        misses = vanished = 0
-        if len(unmatched):
-            boxes, first = unmatched.beliefs.boxes, unmatched.time_since_update <= one_step
-            right = camera.image_size[0] - 1.0 - LEAVING_MARGIN_PIXELS
-            plain = (
-                first
-                & (covered < MAX_COVERED_SHARE)
-                & (boxes[:, 0] >= LEAVING_MARGIN_PIXELS)
-                & (boxes[:, 2] <= right)
-            )
-            misses = _count(plain & (unmatched.hits >= MIN_KNOWN_HITS))
-            vanished = _count(plain & (unmatched.hits == 1))
-        return DetectorStatistics(
-            detector.hits + hits,
-            detector.tries + hits + misses,
-            detector.confirmed + confirmed,
-            detector.newborns + confirmed + vanished,
-        )
+    @cached_property
+    def _settings(self) -> Float[Array, "5"]:
+        """What is assumed of detectors, and what a hit is worth."""
+        detection = self.detection_probability, self.detection_prior
+        birth = self.birth_probability, self.birth_prior
+        return np.array((*detection, *birth, self.likelihood_ratio), float)
 
     def written(self, tracks: ActiveTracks, since_look: float = 0.0) -> Bool[Array, " n"]:
         """Which tracks are put out: those likelier there, and in their box, than not.
@@ -214,11 +154,13 @@ class ExistenceFilter:
         since_look: seconds since a detector looked; 0: it did at this frame. A track that it saw
         once and missed then is not put out.
         """
-        in_box = np.exp(tracks.time_since_update * (-1.0 / self.prediction_lifetime))
-        established = (tracks.hits > 1) | (tracks.time_since_update <= since_look)
-        return (tracks.existence * in_box >= self.threshold) & established
+        written = np.empty(len(tracks), bool)
+        given = tracks.existence, tracks.hits, tracks.time_since_update
+        how = self.prediction_lifetime, self.threshold, since_look
+        CHOOSE_WRITTEN(*given, *how, written)
+        return written
 
 
-def _count(which: Bool[Array, " n"]) -> int:
-    """How many are true."""
-    return int(np.count_nonzero(which))
+def leaving_border(camera: Camera) -> float:
+    """Where the margin at the right border begins, in which boxes may be leaving, px."""
+    return camera.image_size[0] - 1.0 - LEAVING_MARGIN_PIXELS

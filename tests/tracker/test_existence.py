@@ -5,7 +5,8 @@ import pytest
 
 from tests.tracker.samples import LEVEL, beliefs_at
 from tracker.errors import BadConfig
-from tracker.existence import DetectorStatistics, ExistenceFilter, covered_share
+from tracker.existence import DetectorStatistics, ExistenceFilter, ExistenceUpdate
+from tracker.geometry import covered_share
 from tracker.lifecycle import ActiveTracks
 
 DT = 0.1
@@ -28,35 +29,55 @@ def tracks(existence: list[float], hits: int = 9, unseen: float = DT) -> ActiveT
     )
 
 
+def after_frame(
+    statistics: DetectorStatistics = DetectorStatistics(),
+    seen: ActiveTracks | None = None,
+    lost: ActiveTracks | None = None,
+    scores: list[float] | None = None,
+    born: list[float] | None = None,
+    boxes: np.ndarray | None = None,
+    existence_filter: ExistenceFilter = ExistenceFilter(),
+) -> ExistenceUpdate:
+    """What the filter makes of tracks that were seen and lost, and of newborns, in a step."""
+    none = tracks([])
+    seen, lost = none if seen is None else seen, none if lost is None else lost
+    given = np.full(len(seen), 0.9) if scores is None else np.array(scores)
+    fresh = np.array([] if born is None else born, float)
+    others = np.zeros((0, 4)) if boxes is None else boxes
+    return existence_filter(statistics, seen, lost, given, fresh, others, DT, LEVEL)
+
+
 def test_a_miss_is_bayes_rule() -> None:
     """P(exists | missed) = e (1 - P_D) / (1 - e P_D), by hand with P_D = .8."""
     existence_filter = ExistenceFilter(detection_prior=1e-9)
-    after = existence_filter.miss(
-        tracks([0.9]), np.zeros(1), DetectorStatistics(hits=80, tries=100)
-    )
+    statistics = DetectorStatistics(hits=80, tries=100)
+    lost = tracks([0.9], hits=2)  # of which nothing is learned
+    after = after_frame(statistics, lost=lost, existence_filter=existence_filter).unmatched
     np.testing.assert_allclose(after, 0.9 * 0.2 / (1.0 - 0.9 * 0.8))
 
 
 def test_who_is_hidden_cannot_be_missed() -> None:
-    after = ExistenceFilter().miss(tracks([0.9, 0.9]), np.array([1.0, 0.0]), CLEAN)
+    lost = tracks([0.9, 0.9])
+    nearer = lost.beliefs.boxes[:1] + [-5.0, -5.0, 5.0, 5.0]
+    after = after_frame(CLEAN, lost=lost, boxes=nearer).unmatched
     np.testing.assert_allclose(after[0], 0.9)
     assert after[1] < 0.5
 
 
 def test_a_hit_never_says_less_than_a_first_detection() -> None:
-    existence_filter = ExistenceFilter()
-    after = existence_filter.hit(tracks([1e-6, 0.5]), np.array([0.9, 0.9]), CLEAN)
-    np.testing.assert_allclose(after[0], existence_filter.newborn(np.array([0.9]), CLEAN)[0])
-    assert after[1] > 0.9
+    update = after_frame(CLEAN, tracks([1e-6, 0.5]), scores=[0.9, 0.9], born=[0.9])
+    np.testing.assert_allclose(update.matched[0], update.born[0])
+    assert update.matched[1] > 0.9
 
 
 def test_newborns_of_a_clean_detector_are_written_at_once_of_a_cluttered_one_later() -> None:
-    existence_filter, scores = ExistenceFilter(), np.array([0.95])
-    clean = tracks([float(existence_filter.newborn(scores, CLEAN)[0])], hits=1, unseen=0.0)
-    doubtful = tracks([float(existence_filter.newborn(scores, CLUTTERED)[0])], hits=1, unseen=0.0)
+    existence_filter = ExistenceFilter()
+    clean = tracks(after_frame(CLEAN, born=[0.95]).born.tolist(), hits=1, unseen=0.0)
+    doubtful = tracks(after_frame(CLUTTERED, born=[0.95]).born.tolist(), hits=1, unseen=0.0)
     assert existence_filter.written(clean).tolist() == [True]
     assert existence_filter.written(doubtful).tolist() == [False]
-    twice = tracks(existence_filter.hit(doubtful, scores, CLUTTERED).tolist(), hits=2, unseen=0.0)
+    again = after_frame(CLUTTERED, doubtful, scores=[0.95]).matched
+    twice = tracks(again.tolist(), hits=2, unseen=0.0)
     assert existence_filter.written(twice).tolist() == [True]
 
 
@@ -68,27 +89,20 @@ def test_a_prediction_is_written_for_a_while_and_never_after_one_hit() -> None:
 
 
 def test_the_statistics_count_hits_misses_and_newborns_once() -> None:
-    existence_filter = ExistenceFilter()
-    seen, lost = tracks([0.9, 0.9]), tracks([0.9])
-    statistics = existence_filter.learn(DetectorStatistics(), seen, lost, np.zeros(1), DT, LEVEL)
+    statistics = after_frame(seen=tracks([0.9, 0.9]), lost=tracks([0.9])).detector
     assert statistics == DetectorStatistics(hits=2, tries=3, confirmed=0, newborns=0)
     young = tracks([0.5], hits=1)
-    statistics = existence_filter.learn(DetectorStatistics(), young, young, np.zeros(1), DT, LEVEL)
+    statistics = after_frame(seen=young, lost=young).detector
     assert statistics == DetectorStatistics(hits=0, tries=0, confirmed=1, newborns=2)
     late = tracks([0.5], hits=1, unseen=5 * DT)
-    assert (
-        existence_filter.learn(DetectorStatistics(), late, late, np.zeros(1), DT, LEVEL)
-        == DetectorStatistics()
-    )
+    assert after_frame(seen=late, lost=late).detector == DetectorStatistics()
 
 
 def test_hidden_and_leaving_cars_tell_nothing_of_the_detector() -> None:
     lost = tracks([0.9, 0.9])
     lost.beliefs.boxes[1] = [0.0, 150.0, 50.0, 200.0]
-    statistics = ExistenceFilter().learn(
-        DetectorStatistics(), tracks([]), lost, np.array([0.9, 0.0]), DT, LEVEL
-    )
-    assert statistics == DetectorStatistics()
+    nearer = lost.beliefs.boxes[:1] + [-5.0, -5.0, 5.0, 5.0]
+    assert after_frame(lost=lost, boxes=nearer).detector == DetectorStatistics()
 
 
 @pytest.mark.parametrize(
@@ -109,13 +123,9 @@ def test_settings_that_are_no_probabilities_or_times_are_refused(wrong) -> None:
     "statistics", [DetectorStatistics(), CLEAN, CLUTTERED, DetectorStatistics(0, 10**6, 0, 10**6)]
 )
 def test_probabilities_stay_probabilities(statistics) -> None:
-    existence_filter, existence = ExistenceFilter(), tracks([0.0, 1e-9, 0.5, 0.999])
-    scores = np.array([0.0, 1.0, 5.0, 0.3])  # scores beyond 1 are no reason to fail
-    for values in (
-        existence_filter.hit(existence, scores, statistics),
-        existence_filter.miss(existence, np.array([0.0, 0.3, 0.7, 1.0]), statistics),
-        existence_filter.newborn(scores, statistics),
-    ):
+    existence, scores = tracks([0.0, 1e-9, 0.5, 0.999]), [0.0, 1.0, 5.0, 0.3]
+    update = after_frame(statistics, existence, existence, scores, scores)  # scores beyond 1 are
+    for values in (update.matched, update.unmatched, update.born):  # no reason to fail
         assert ((values >= 0.0) & (values < 1.0)).all()
 
 
@@ -132,9 +142,7 @@ def test_a_newborn_that_leaves_is_no_clutter() -> None:
     """One stands in plain view and vanishes, one at the border is leaving."""
     young = tracks([0.9, 0.9], hits=1)
     young.beliefs.boxes[1] = [0.0, 150.0, 50.0, 200.0]
-    none = tracks([])
-    learned = ExistenceFilter().learn(DetectorStatistics(), none, young, np.zeros(2), DT, LEVEL)
-    assert learned == DetectorStatistics(newborns=1)
+    assert after_frame(lost=young).detector == DetectorStatistics(newborns=1)
 
 
 def test_a_newborn_is_predicted_where_nothing_looks_until_it_was_missed() -> None:

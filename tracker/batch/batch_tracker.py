@@ -12,7 +12,7 @@ from numpy import ndarray as Array
 
 from tracker.batch.batch_costs import BatchCosts, BatchMatch, DrivePairs
 from tracker.batch.car_pool import CarPool
-from tracker.batch.drive_memories import DriveDetectors, DriveRoads, existence_after, slopes_of
+from tracker.batch.drive_memories import DriveRoads, slopes_of
 from tracker.batch.prepared_frames import FrameMotions, PreparedFrames, road_terms
 from tracker.beliefs import Beliefs
 from tracker.box_filter import LIMITS as GAIN_LIMITS
@@ -20,8 +20,10 @@ from tracker.box_filter import Gains
 from tracker.car_filter.carried_boxes import MAX_GROWTH
 from tracker.car_filter.projection import CUBOID_EDGES
 from tracker.ego_motion import LIMITS, RoadMotion
+from tracker.existence import LIMITS as EXISTENCE_LIMITS
+from tracker.existence import DetectorStatistics, leaving_border
 from tracker.kernels import Kernel
-from tracker.lifecycle import NO_TRACKS, ActiveTracks
+from tracker.lifecycle import MAX_CONSECUTIVE_STEPS, NO_TRACKS, ActiveTracks
 from tracker.tracker import Tracker
 from tracker.types import CarEstimates, Cuboids, Detections, Tracks
 from tracker.types.cuboids import CORNERS
@@ -31,7 +33,7 @@ MODULE = "tracker.kernels.drives"
 CARRY = Kernel(MODULE, "carry_each")
 CARRY_BOXES = Kernel(MODULE, "carry_boxes_each")
 FILTER_EACH = Kernel(MODULE, "filter_boxes_each")
-COVER = Kernel(MODULE, "cover_each")
+JUDGE = Kernel("tracker.kernels.existing", "judge_each")
 
 
 class BatchRows(NamedTuple):
@@ -65,11 +67,11 @@ class BatchTracker:
         how, count = self.how, self.count
         fresh = how.box_filter.start() if how.box_filter is not None else Gains(*[np.zeros(1)] * 3)
         if len(drives) == count:
-            self.roads, self.detectors = DriveRoads.unknown(count), DriveDetectors.unknown(count)
+            self.roads, self.detectors = DriveRoads.unknown(count), np.zeros((count, 4), np.int64)
             self._gains = [np.repeat(part[None], count, 0) for part in fresh]
         else:
             self.roads = self.roads.updated(drives, DriveRoads.unknown(len(drives)))
-            self.detectors = self.detectors.updated(drives, DriveDetectors.unknown(len(drives)))
+            self.detectors[drives] = DetectorStatistics()
             for mine, part in zip(self._gains, fresh, strict=True):
                 mine[drives] = part
         self.next_ids[drives] = 0
@@ -308,15 +310,24 @@ class BatchTracker:
         how, (unmatched, of_missed) = self.how.existence, gone
         if how is None:
             return np.ones(len(columns)), unmatched.existence, np.ones(len(born))
-        scores, covered = compared.detections.scores, np.empty(len(unmatched))
-        starts = np.searchsorted(of_missed, np.arange(self.count + 1))
-        others = compared.detections.boxes, starts, compared.columns
-        COVER(unmatched.beliefs.boxes, *others, covered)
-        what = seen, gone, covered, compared.motions.dt, self.how.camera
-        self.detectors = self.detectors.learned(*what)
-        begun = compared.detection_drives[born], scores[born]
-        after = (*seen, scores[columns]), (unmatched, of_missed, covered), begun
-        return existence_after(how, self.detectors, *after)
+        (matched, of_seen), scores = seen, compared.detections.scores
+        hit, miss, fresh = np.empty(len(columns)), np.empty(len(unmatched)), np.empty(len(born))
+        of_born = compared.detection_drives[born]
+        starts, lost_starts, born_starts = (
+            np.searchsorted(drives, np.arange(self.count + 1))
+            for drives in (of_seen, of_missed, of_born)
+        )
+        found = matched.existence, matched.hits, matched.time_since_update, scores[columns]
+        lost = unmatched.existence, unmatched.hits, unmatched.time_since_update
+        others, right = (
+            (compared.detections.boxes, compared.columns),
+            leaving_border(self.how.camera),
+        )
+        steps = MAX_CONSECUTIVE_STEPS * compared.motions.dt, EXISTENCE_LIMITS, right
+        begun = *lost, unmatched.beliefs.boxes, lost_starts, scores[born], born_starts
+        JUDGE(*found, starts, *begun, *others, how._settings, *steps, hit, miss, fresh,
+              self.detectors)  # fmt: skip
+        return hit, miss, fresh
 
     def _updated(
         self,

@@ -139,22 +139,6 @@ def hide_each(boxes, others, starts, other_starts, min_lower, least_share, margi
         hide_edges(boxes[a:b], beside, min_lower, least_share, margin_share, hidden[a:b])
 
 
-@kernel(F2, F2, I1, I1, OUT1)
-def cover_each(boxes, others, starts, other_starts, covered):
-    """The largest share of each box that another one of its drive, ending lower, covers."""
-    for drive in range(len(starts) - 1):
-        for row in range(starts[drive], starts[drive + 1]):
-            box, most = boxes[row], 0.0
-            area = max(box[2] - box[0], 0.0) * max(box[3] - box[1], 0.0)
-            for column in range(other_starts[drive], other_starts[drive + 1]):
-                other = others[column]
-                if other[3] > box[3]:
-                    wide = max(min(box[2], other[2]) - max(box[0], other[0]), 0.0)
-                    high = max(min(box[3], other[3]) - max(box[1], other[1]), 0.0)
-                    most = max(most, wide * high / max(area, 1e-6))
-            covered[row] = min(most, 1.0)
-
-
 @kernel(F3, F2, I1, I1, F1, F1, B1, FLOAT, FLOAT, F1, F1, OUT2)
 def sum_roads_each(
     means, log_weights, places, starts, fall, reach, is_usable, camera_height, mean_height,

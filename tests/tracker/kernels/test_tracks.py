@@ -1,4 +1,4 @@
-"""Kernels of lifting, ego-motion, gating, suppression and box filter equal plain NumPy."""
+"""Kernels of the tracks' own steps, lifting to existence, equal plain NumPy."""
 
 from dataclasses import replace
 
@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.tracker.kernels import plain_tracks as plain
+from tests.tracker.kernels.plain_existence import plain_existence, plain_written
 from tests.tracker.samples import LEVEL, PITCHED
 from tracker.beliefs import Beliefs, Lift
 from tracker.box_filter import BoxFilter, Gains
@@ -15,6 +16,7 @@ from tracker.costs import GatedPairs, ImageOverlap
 from tracker.costs.gating import project_cuboids
 from tracker.dynamics import ConstantVelocity
 from tracker.ego_motion import compensate_ego_motion
+from tracker.existence import DetectorStatistics, ExistenceFilter
 from tracker.geometry import homogeneous, rotation_y
 from tracker.lifecycle import ActiveTracks
 from tracker.suppression import Suppression
@@ -134,3 +136,30 @@ def test_the_box_filter(seed: int, count: int, dt: float) -> None:
     np.testing.assert_allclose(found.innovations, expected.innovations, atol=1e-9)
     for one, other in zip(found.learned, expected.learned, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-9)
+
+
+def some_tracks(rng: np.random.Generator, count: int, dt: float) -> ActiveTracks:
+    """Young and old, seen and unseen, likely and not."""
+    tracks = ActiveTracks.born(some_beliefs(rng, count), np.ones(count), np.ones(count), 0)
+    return tracks.replaced(
+        hits=rng.integers(1, 6, count),
+        time_since_update=dt * rng.choice([0.0, 1.0, 1.005, 3.0], count),
+        existence=rng.choice([0.0, 1e-9, 0.5, 0.999], count),
+        scores=rng.choice([np.nan, 0.9], count),
+    )
+
+
+@given(seeds, counts, counts, counts, cameras, st.sampled_from([0.0, 0.1]))
+def test_existence(seed, seen, lost, others, camera, dt) -> None:  # type: ignore[no-untyped-def]
+    rng, how = np.random.default_rng(seed), ExistenceFilter()
+    counted = DetectorStatistics(*rng.integers(0, 1000, 4).tolist())
+    tracks = some_tracks(rng, seen, dt), some_tracks(rng, lost, dt)
+    scores = rng.uniform(-0.5, 5.0, seen), rng.uniform(-0.5, 5.0, others)
+    frame = counted, *tracks, *scores, some_boxes(rng, others), dt, camera
+    found, expected = how(*frame), plain_existence(how, *frame)
+    for one, other in zip(found[:3], expected[:3], strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert found.detector == expected.detector
+    for since_look in (0.0, dt):
+        written = how.written(tracks[1], since_look)
+        np.testing.assert_array_equal(written, plain_written(how, tracks[1], since_look))
