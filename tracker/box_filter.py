@@ -1,6 +1,7 @@
 """Mixes new boxes with the predicted ones: a filter that learns its own gain."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -65,6 +66,11 @@ class BoxFilter:
     """A box this near to the image's border, px, is cut by it and taken as it is; more: fewer boxes
     are filtered."""
 
+    @cached_property
+    def size_limits(self) -> Float[Array, "2"]:
+        """`sizes` as an array."""
+        return np.array(self.sizes, float)
+
     def start(self) -> Gains:
         """Nothing learned yet."""
         return _locked(np.full((3, 4), self.gain), np.zeros((3, 1)), np.zeros((3, 4)))
@@ -80,7 +86,7 @@ class BoxFilter:
         """The filtered boxes of tracks (as predicted) that were detected as `boxes`, pixels."""
         if len(boxes) == 0:
             return Filtered(boxes, boxes, learned)
-        k, size = boxes.shape[0], np.array(self.sizes, float)
+        k, size = boxes.shape[0], self.size_limits
         filtered, innovations = np.empty((k, 4)), np.empty((k, 4))
         after = Gains(np.empty((3, 4)), np.empty((3, 1)), np.empty((3, 4)))
         tracks = matched.hits, matched.time_since_update, matched.innovations

@@ -6,10 +6,12 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
-from tracker.car_filter import border_gaps, project_boxes
+from tracker.car_filter.projection import CUBOID_EDGES
 from tracker.errors import BadConfig
+from tracker.kernels import Kernel
 from tracker.lifecycle import ActiveTracks
 from tracker.types import Camera, CarEstimates
+from tracker.types.cuboids import CORNERS
 
 # A box that ends this near to the left or right border, px, is leaving.
 LEAVING_MARGIN = 3.0
@@ -17,6 +19,8 @@ LEAVING_MARGIN = 3.0
 # heights (px), and of standard deviations in box widths.
 LOGITS, LOG_HITS, LOG_HEIGHTS = (-6.0, 7.0), (0.0, 4.0), (3.2, 6.0)
 MIN_STD = 0.01
+LIMITS = np.array([LOGITS, LOG_HITS, LOG_HEIGHTS])
+TELL_GAPS = Kernel("tracker.kernels.gaps", "tell_gaps")
 
 
 @dataclass(frozen=True)
@@ -73,24 +77,8 @@ def gap_features(
     tracks: ActiveTracks, estimates: CarEstimates, camera: Camera
 ) -> Float[Array, "n 6"]:
     """What tells whether predicted boxes are right, in the order of the weights of `GapRows`."""
-    boxes = camera.clip_boxes(tracks.beliefs.boxes)
-    sides = np.maximum(boxes[:, 2:] - boxes[:, :2], 1.0)
-    _, jacobian = project_boxes(estimates.means, camera)
-    across = jacobian[:, ::2]
-    cov = across @ estimates.covs @ across.transpose(0, 2, 1)
-    left, right = cov[:, 0, 0], cov[:, 1, 1]
-    place = 0.5 * (np.sqrt(left) + np.sqrt(right)) / sides[:, 0]
-    width = np.sqrt(np.maximum(left + right - 2.0 * cov[:, 0, 1], 0.0)) / sides[:, 0]
-    existence = np.log(tracks.existence / (1.0 - tracks.existence))
-    gap = border_gaps(boxes, camera)[:, ::2].min(axis=1)
-    return np.stack(
-        (
-            existence.clip(*LOGITS),
-            np.log(tracks.hits).clip(*LOG_HITS),
-            np.log(place + MIN_STD),
-            np.log(width + MIN_STD),
-            np.log(sides[:, 1]).clip(*LOG_HEIGHTS),
-            (gap < LEAVING_MARGIN).astype(float),
-        ),
-        axis=1,
-    )
+    features = np.empty((len(tracks), 6))
+    given = tracks.beliefs.boxes, tracks.existence, tracks.hits, estimates.means, estimates.covs
+    lens = camera.P_road, camera.far_corner, CORNERS, CUBOID_EDGES
+    TELL_GAPS(*given, *lens, LIMITS, MIN_STD, LEAVING_MARGIN, features)
+    return features

@@ -8,6 +8,7 @@ from numpy import ndarray as Array
 
 from tracker.beliefs import MIN_DEPTH, Beliefs
 from tracker.car_filter import CarStates
+from tracker.kernels import Kernel
 from tracker.types import Camera
 from tracker.types.rows import Rows
 
@@ -15,6 +16,8 @@ from tracker.types.rows import Rows
 MAX_TIME_ROUNDING = 1e-6
 # A track without a detection for more than this many steps between frames has skipped a frame.
 MAX_CONSECUTIVE_STEPS = 1.01
+KEEP_LIVING = Kernel("tracker.kernels.existing", "keep_living")
+SEE_BELIEFS = Kernel("tracker.kernels.existing", "see_beliefs")
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,15 +103,19 @@ class Lifecycle:
 
     def are_alive(self, tracks: ActiveTracks, camera: Camera) -> Bool[Array, " n"]:
         """Which tracks those are."""
-        alive = tracks.time_since_update <= self.max_gap + MAX_TIME_ROUNDING
-        alive &= in_view(tracks.beliefs, camera)
-        return alive | ~np.isnan(tracks.scores)
+        alive, longest = np.empty(len(tracks), bool), self.max_gap + MAX_TIME_ROUNDING
+        place = tracks.beliefs.cuboids.base, tracks.beliefs.boxes, *_view(camera)
+        KEEP_LIVING(*place, tracks.time_since_update, tracks.scores, longest, alive)
+        return alive
 
 
 def in_view(beliefs: Beliefs, camera: Camera) -> Bool[Array, " n"]:
     """Whose predicted box still lies in the image, and whose place before the camera."""
-    width, height = camera.image_size
-    boxes = beliefs.boxes
-    depth = beliefs.cuboids.base.dot(camera.T_cam_road[2, :3]) + camera.T_cam_road[2, 3]
-    inside = (boxes[:, 2] > 0.0) & (boxes[:, 0] < width - 1.0)
-    return inside & (boxes[:, 3] > 0.0) & (boxes[:, 1] < height - 1.0) & (depth > MIN_DEPTH)
+    seen = np.empty(len(beliefs), bool)
+    SEE_BELIEFS(beliefs.cuboids.base, beliefs.boxes, *_view(camera), seen)
+    return seen
+
+
+def _view(camera: Camera) -> tuple[Float[Array, "4"], Float[Array, "4"], float]:
+    """What tells depths of the road frame; the image's corners; the least depth."""
+    return camera.T_cam_road[2], camera.far_corner, MIN_DEPTH

@@ -7,6 +7,7 @@ but confirmed boxes hardly reach the scores that begin a track, their order is k
 scale is that of a well calibrated detector.
 """
 
+from bisect import bisect
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -119,20 +120,21 @@ class ScoreScale:
     def watch(self, memory: ScoreMemory, detections: Detections) -> ScoreMemory:
         """What is known after these detections, the next frame's that was looked at."""
         boxes, scores = detections.boxes, detections.scores
-        low = min(memory.low, scores.min(initial=np.inf))
-        high = max(memory.high, scores.max(initial=-np.inf))
+        low, high = memory.low, memory.high
+        if len(scores):
+            low, high = min(low, float(scores.min())), max(high, float(scores.max()))
         watched = memory.watched
         if watched >= JUDGED_AT[-1]:
             is_known = low == memory.low and high == memory.high
             return memory if is_known else memory._replace(low=low, high=high)
         frames = (*memory.frames, (boxes.copy(), scores.copy()))
         now = watched + (len(memory.frames[-1][0]) if memory.frames else 0)
-        after = memory._replace(low=low, high=high, frames=frames, watched=now)
+        after = ScoreMemory(low, high, frames, now, *memory[4:])
         if len(frames) > MOST_FRAMES:
             after = after.told_apart()
         if low == high:  # never another score
             return after._replace(judgement="even" if now + len(boxes) > 1 else "")
-        if any(watched < count <= now for count in JUDGED_AT) or memory.low == memory.high:
+        if bisect(JUDGED_AT, watched) < bisect(JUDGED_AT, now) or memory.low == memory.high:
             return self._judged(after)
         return after
 

@@ -45,8 +45,8 @@ class Suppression:
     def __call__(self, detections: Detections, camera: Camera) -> Detections:
         """What is left, in the given order, in arrays of its own."""
         boxes, scores = detections.boxes, detections.scores
-        kept, order = np.empty(len(boxes), bool), np.argsort(-scores, kind="stable")
+        kept = np.empty(len(boxes), bool)
         of_sure = self.max_iou if self.max_iou_of_sure is None else self.max_iou_of_sure
         limits = self.min_score, self.max_iou, of_sure, self.sure_score
-        SUPPRESS_BOXES(boxes, scores, order, camera.far_corner, *limits, kept)
-        return detections.select(kept)
+        count = SUPPRESS_BOXES(boxes, scores, camera.far_corner, *limits, kept)
+        return detections.copied() if count == len(boxes) else detections.select(kept)

@@ -8,6 +8,9 @@ from numpy import ndarray as Array
 
 from tracker.association.match import Match
 from tracker.errors import BadConfig
+from tracker.kernels import Kernel
+
+PAIR_CLEARLY = Kernel("tracker.kernels.pairing", "pair_clearly")
 
 
 @dataclass(frozen=True)
@@ -24,10 +27,15 @@ class Hungarian:
 
     def __call__(self, costs: Float[Array, "n m"]) -> Match:
         """The optimal match."""
+        costs = np.asarray(costs, float)
+        n, m = costs.shape
+        pairs, lost, new = np.empty((2, n), np.int64), np.empty(n, np.int64), np.empty(m, np.int64)
+        count = PAIR_CLEARLY(costs, self.max_cost, pairs, lost, new)
+        if count >= 0:
+            return Match(pairs[:, :count].T, lost[: n - count], new[: m - count])
         from scipy.optimize import linear_sum_assignment
 
         gain = np.minimum(costs - self.max_cost, 0.0)
         rows, columns = linear_sum_assignment(gain)
-        pairs = np.array((rows, columns)).T
         made = gain[rows, columns] < 0.0
-        return Match.of(pairs if np.count_nonzero(made) == len(made) else pairs[made], *costs.shape)
+        return Match.of(np.array((rows[made], columns[made])).T, n, m)

@@ -11,13 +11,9 @@ from tracker.batch.drive_memories import DriveRoads
 from tracker.batch.prepared_frames import FrameMotions
 from tracker.beliefs import Beliefs
 from tracker.costs import GatedPairs
-from tracker.costs.gating import project_cuboids
-from tracker.kernels import Kernel
 from tracker.lifecycle import ActiveTracks
 from tracker.tracker import Tracker
 from tracker.types import Detections
-
-MEET = Kernel("tracker.kernels.drives", "meet_each")
 
 
 class DrivePairs(GatedPairs):
@@ -31,24 +27,15 @@ class DrivePairs(GatedPairs):
         seconds: float,
     ) -> None:
         (expected, starts), (observed, detections, column_starts) = tracks, found
-        regions = expected.region(one.sigmas)
-        areas = project_cuboids(regions, one.camera)
-        most = int((np.diff(starts) * np.diff(column_starts)).sum())
-        rows, columns = np.empty(most, np.int64), np.empty(most, np.int64)
-        count = MEET(areas, observed.boxes, starts, column_starts, rows, columns)
-        fields = {
-            "expected": expected,
-            "observed": observed,
-            "detections": detections,
-            "camera": one.camera,
-            "sigmas": one.sigmas,
-            "seconds": seconds,
-            "expected_regions": regions,
-            "search_areas": areas,
-            "pairs": (rows[:count], columns[:count]),
-        }
-        for name, value in fields.items():
-            object.__setattr__(self, name, value)
+        self.__dict__.update(
+            expected=expected,
+            observed=observed,
+            detections=detections,
+            camera=one.camera,
+            sigmas=one.sigmas,
+            seconds=seconds,
+        )
+        self.__dict__.update(self.gated(starts, column_starts))
 
     def of(self, chosen: Bool[Array, " k"], seconds: float) -> "DrivePairs":
         """Some of the pairs, of drives whose last frame was so many seconds before."""

@@ -344,7 +344,7 @@ class BatchTracker:
         if how.box_filter is not None and k:
             boxes, innovations, of = np.empty((k, 4)), np.empty((k, 4)), how.box_filter
             starts = np.searchsorted(drives, np.arange(self.count + 1))
-            sizes, far = np.array(of.sizes, float), how.camera.far_corner
+            sizes, far = of.size_limits, how.camera.far_corner
             before = matched.beliefs.boxes, updated.boxes, matched.hits, matched.time_since_update
             limits = compared.motions.dt, far, of.border, of.prior, GAIN_LIMITS
             given = *self._gains, sizes, *before, matched.innovations, starts, *limits

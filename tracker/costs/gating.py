@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -15,7 +16,7 @@ from tracker.types.cuboids import CORNERS
 # The corners of a region are projected from this depth at least, metres.
 MIN_CORNER_DEPTH = 0.25 * MIN_DEPTH
 BOX_CUBOIDS = Kernel("tracker.kernels.pairing", "box_cuboids")
-FIND_MEETING = Kernel("tracker.kernels.pairing", "find_meeting")
+GATE = Kernel("tracker.kernels.pairing", "gate")
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,13 +48,25 @@ class GatedPairs:
     """Rows and columns of the pairs whose boxes meet the search areas."""
 
     def __post_init__(self) -> None:
-        regions = self.expected.region(self.sigmas)
-        areas = project_cuboids(regions, self.camera)
-        meet = np.empty(self.shape, bool)
-        FIND_MEETING(areas, self.observed.boxes, meet)
-        object.__setattr__(self, "expected_regions", regions)
-        object.__setattr__(self, "search_areas", areas)
-        object.__setattr__(self, "pairs", meet.nonzero())
+        starts = np.array((0, len(self.expected))), np.array((0, len(self.observed)))
+        self.__dict__.update(self.gated(*starts))
+
+    def gated(self, starts: Int[Array, " _"], seen_starts: Int[Array, " _"]) -> dict[str, Any]:
+        """The regions, search areas and pairs of the beliefs and detections of drives.
+
+        starts, seen_starts: where those of each drive begin; only they meet.
+        """
+        expected, (cuboids, seen) = self.expected, (self.expected.cuboids, self.observed.boxes)
+        counts = starts[1:] - starts[:-1], seen_starts[1:] - seen_starts[:-1]
+        n, most = len(expected), int(counts[0].dot(counts[1]))
+        size, areas = np.empty((n, 3)), np.empty((n, 4))
+        rows, columns = np.empty(most, np.int64), np.empty(most, np.int64)
+        given = cuboids.base, cuboids.yaw, cuboids.size, expected.cov, self.sigmas
+        out = size, areas, rows, columns
+        count = GATE(*given, *_view(self.camera), seen, starts, seen_starts, *out)
+        regions = Cuboids(cuboids.base, cuboids.yaw, size)
+        pairs = rows[:count], columns[:count]
+        return {"expected_regions": regions, "search_areas": areas, "pairs": pairs}
 
     @cached_property
     def observed_regions(self) -> Cuboids:
@@ -92,7 +105,11 @@ def project_cuboids(cuboids: Cuboids, camera: Camera) -> Float[Array, "n 4"]:
     nearer than NEAR gets a box without area.
     """
     boxes = np.empty((len(cuboids), 4))
-    view = camera.P_road_centred, camera.K[:2, 2].copy(), camera.far_corner, CORNERS
-    limits = MIN_CORNER_DEPTH, MIN_DEPTH
-    BOX_CUBOIDS(cuboids.base, cuboids.yaw, cuboids.size, *view, *limits, boxes)
+    BOX_CUBOIDS(cuboids.base, cuboids.yaw, cuboids.size, *_view(camera), boxes)
     return boxes
+
+
+def _view(camera: Camera) -> tuple[Any, ...]:
+    """How kernels project corners of cuboids."""
+    lens = camera.P_road_centred, camera.principal_point, camera.far_corner
+    return *lens, CORNERS, MIN_CORNER_DEPTH, MIN_DEPTH

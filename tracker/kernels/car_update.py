@@ -24,22 +24,6 @@ from tracker.kernels.compiling import (
 
 
 @inlined
-def add_scaled(out, factor, row):
-    """Add a row times a factor."""
-    for column in range(len(out)):
-        out[column] += factor * row[column]
-
-
-@inlined
-def dot(a, b):
-    """The scalar product."""
-    total = 0.0
-    for column in range(len(a)):
-        total += a[column] * b[column]
-    return total
-
-
-@inlined
 def is_censored(which, edge, expected, far, border):
     """Whether the image's border may have cut an edge: the car is expected to go on beyond."""
     if which < 2:
@@ -61,7 +45,8 @@ def weigh_edges(
         for later in range(edge + 1, 4):
             gain = by_edge[edge, later] * weights[edge]
             off[later] -= gain * bounded[edge]
-            add_scaled(by_state[later], -gain, by_state[edge])
+            for column in range(9):
+                by_state[later, column] -= gain * by_state[edge, column]
             for column in range(edge + 1, 4):
                 by_edge[later, column] -= gain * by_edge[edge, column]
         square = weights[edge] * bounded[edge] ** 2
@@ -78,11 +63,16 @@ def update_car(mean, cov, H, off, told, variances, scratch, limits, mean_out, co
     """
     by_state, by_edge, weights, bounded = scratch
     for edge in range(4):
-        by_state[edge] = 0.0
+        for column in range(9):
+            by_state[edge, column] = 0.0
         for row in range(9):
-            add_scaled(by_state[edge], H[edge, row], cov[row])
+            if H[edge, row] != 0.0:  # speed and yaw rate shift no edge
+                for column in range(9):
+                    by_state[edge, column] += H[edge, row] * cov[row, column]
         for other in range(4):
-            by_edge[edge, other] = dot(by_state[edge], H[other])
+            by_edge[edge, other] = 0.0
+            for column in range(9):
+                by_edge[edge, other] += by_state[edge, column] * H[other, column]
     fit, misfit = weigh_edges(
         off, variances, told, by_state, by_edge, weights, bounded, limits[1], limits[2]
     )
@@ -90,11 +80,11 @@ def update_car(mean, cov, H, off, told, variances, scratch, limits, mean_out, co
         mean_out[row] = mean[row]
         for column in range(9):
             cov_out[row, column] = cov[row, column]
-    for edge in range(4):
-        add_scaled(mean_out, weights[edge] * bounded[edge], by_state[edge])
-        for row in range(9):
+        for edge in range(4):
             gain = weights[edge] * by_state[edge, row]
-            add_scaled(cov_out[row], -gain, by_state[edge])
+            mean_out[row] += weights[edge] * bounded[edge] * by_state[edge, row]
+            for column in range(9):
+                cov_out[row, column] -= gain * by_state[edge, column]
     return fit, misfit
 
 

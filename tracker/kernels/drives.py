@@ -35,7 +35,6 @@ from tracker.kernels.compiling import (
     OUT3,
     OUT4,
     OUT_B2,
-    OUT_I1,
     kernel,
 )
 from tracker.kernels.lifting import carry_beliefs
@@ -92,22 +91,6 @@ def carry_boxes_each(
         carry_boxes(
             boxes[one], states[one], later, P, far_x, signs, edges, max_growth, carried[one]
         )
-
-
-@kernel(F2, F2, I1, I1, OUT_I1, OUT_I1)
-def meet_each(a, b, a_starts, b_starts, rows, columns):
-    """Rows and columns of the boxes of one drive that share area; how many there are."""
-    count = 0
-    for drive in range(len(a_starts) - 1):
-        for row in range(a_starts[drive], a_starts[drive + 1]):
-            for column in range(b_starts[drive], b_starts[drive + 1]):
-                if (
-                    min(a[row, 2], b[column, 2]) > max(a[row, 0], b[column, 0])
-                    and min(a[row, 3], b[column, 3]) > max(a[row, 1], b[column, 1])
-                ):  # fmt: skip
-                    rows[count], columns[count] = row, column
-                    count += 1
-    return count
 
 
 @kernel(

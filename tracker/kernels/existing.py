@@ -1,8 +1,9 @@
 """Whether tracks exist, by their hits and misses, and what those tell of the detector."""
 
-from math import exp
+from math import exp, isnan
 
 from tracker.kernels.compiling import (
+    A1,
     A2,
     F1,
     F2,
@@ -112,3 +113,27 @@ def choose_written(existence, hits, since, lifetime, threshold, since_look, writ
         in_box = exp(since[row] * (-1.0 / lifetime))
         is_established = hits[row] > 1 or since[row] <= since_look
         written[row] = existence[row] * in_box >= threshold and is_established
+
+
+@inlined
+def is_in_view(place, box, depth_of, far, min_depth):
+    """Whether a box lies in the image, and its place before the camera."""
+    depth = place[0] * depth_of[0] + place[1] * depth_of[1] + place[2] * depth_of[2] + depth_of[3]
+    across = box[2] > 0.0 and box[0] < far[0]
+    return across and box[3] > 0.0 and box[1] < far[1] and depth > min_depth
+
+
+@kernel(A2, A2, A1, F1, FLOAT, OUT_B1)
+def see_beliefs(base, boxes, depth_of, far, min_depth, seen):
+    """Which beliefs lie in view, see `in_view`."""
+    for row in range(len(base)):
+        seen[row] = is_in_view(base[row], boxes[row], depth_of, far, min_depth)
+
+
+@kernel(A2, A2, A1, F1, FLOAT, F1, F1, FLOAT, OUT_B1)
+def keep_living(base, boxes, depth_of, far, min_depth, since, scores, max_gap, alive):
+    """Which tracks live on: those with a score, or unseen for `max_gap` s at most and in view."""
+    for row in range(len(base)):
+        is_recent = since[row] <= max_gap
+        is_recent = is_recent and is_in_view(base[row], boxes[row], depth_of, far, min_depth)
+        alive[row] = is_recent or not isnan(scores[row])

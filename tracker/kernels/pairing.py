@@ -16,7 +16,8 @@ from tracker.kernels.compiling import (
     OUT1,
     OUT2,
     OUT_B1,
-    OUT_B2,
+    OUT_I1,
+    OUT_I2,
     inlined,
     kernel,
 )
@@ -65,15 +66,37 @@ def box_cuboids(base, yaw, size, P, centre, far, signs, min_corner_depth, min_de
                 boxes[car, edge] = 0.0
 
 
-@kernel(A2, A2, OUT_B2)
-def find_meeting(a, b, meet):
-    """Which boxes of a (n, 4) share area with which of b (m, 4)."""
-    for row in range(len(a)):
-        for column in range(len(b)):
-            meet[row, column] = (
-                min(a[row, 2], b[column, 2]) > max(a[row, 0], b[column, 0])
-                and min(a[row, 3], b[column, 3]) > max(a[row, 1], b[column, 1])
-            )  # fmt: skip
+@inlined
+def share_area(a, b):
+    """Whether two boxes share area."""
+    return (
+        min(a[2], b[2]) > max(a[0], b[0])
+        and min(a[3], b[3]) > max(a[1], b[1])
+    )  # fmt: skip
+
+
+@kernel(
+    A2, A1, A2, F3, FLOAT, F2, F1, F1, F2, FLOAT, FLOAT, A2, I1, I1, OUT2, OUT2, OUT_I1, OUT_I1
+)  # fmt: skip
+def gate(
+    base, yaw, size, covs, sigmas, P, centre, far, signs, min_corner_depth, min_depth, seen,
+    starts, seen_starts, stretched, areas, rows, columns,
+):  # fmt: skip
+    """Regions and search areas of beliefs, and the pairs of these and boxes seen (m, 4) that meet.
+
+    starts, seen_starts: where the rows and boxes of each drive begin. Gives how many pairs there
+    are.
+    """
+    stretch(yaw, size, covs, sigmas, stretched)
+    box_cuboids(base, yaw, stretched, P, centre, far, signs, min_corner_depth, min_depth, areas)
+    count = 0
+    for drive in range(len(starts) - 1):
+        for row in range(starts[drive], starts[drive + 1]):
+            for column in range(seen_starts[drive], seen_starts[drive + 1]):
+                if share_area(areas[row], seen[column]):
+                    rows[count], columns[count] = row, column
+                    count += 1
+    return count
 
 
 @inlined
@@ -116,17 +139,68 @@ def is_close(box, other, limit):
     return (1.0 + limit) * shared > limit * (one + two)  # shared > limit (both - shared)
 
 
-@kernel(A2, A1, I1, F1, FLOAT, FLOAT, FLOAT, FLOAT, OUT_B1)
-def suppress_boxes(
-    boxes, scores, order, far, min_score, max_iou, max_iou_of_sure, sure_score, kept
-):
-    """Which boxes are kept, see `Suppression`. order: rows, the highest score first."""
+@inlined
+def from_highest(scores):
+    """Rows by falling scores; the earlier row first where two are equal."""
+    order = np.empty(len(scores), np.int64)
+    for row in range(len(scores)):
+        at = row
+        while at > 0 and scores[order[at - 1]] < scores[row]:
+            order[at] = order[at - 1]
+            at -= 1
+        order[at] = row
+    return order
+
+
+@kernel(A2, A1, F1, FLOAT, FLOAT, FLOAT, FLOAT, OUT_B1)
+def suppress_boxes(boxes, scores, far, min_score, max_iou, max_iou_of_sure, sure_score, kept):
+    """Which boxes are kept, see `Suppression`; how many."""
+    count = 0
     for row in range(len(boxes)):
         kept[row] = scores[row] >= min_score and has_area_inside(boxes[row], far)
-    for row in order:
+    for row in from_highest(scores):
         if kept[row]:
+            count += 1
             for other in range(len(boxes)):
                 if kept[other] and other != row:
                     is_sure = scores[other] >= sure_score or scores[row] == scores[other]
                     limit = max_iou_of_sure if is_sure else max_iou
                     kept[other] = not is_close(boxes[row], boxes[other], limit)
+    return count
+
+
+@kernel(A2, FLOAT, OUT_I2, OUT_I1, OUT_I1)
+def pair_clearly(costs, max_cost, pairs, lost, new):
+    """Each row with its cheapest column, if no two rows want the same; else -1.
+
+    That is then the optimal match, the only one. pairs: rows and columns that cost less than
+    `max_cost`. lost, new: the rows and the columns that are left. Gives how many pairs there are;
+    -1 also where a row has two cheapest columns, or costs are no numbers.
+    """
+    count = 0
+    for column in range(costs.shape[1]):
+        new[column] = 0
+    for row in range(costs.shape[0]):
+        best, least, is_tied = -1, 0.0, False
+        for column in range(costs.shape[1]):
+            gain = costs[row, column] - max_cost
+            if not gain > -inf:
+                return -1
+            if gain < least:
+                best, least, is_tied = column, gain, False
+            elif gain == least and best >= 0:
+                is_tied = True
+        if best < 0:
+            lost[row - count] = row
+        elif is_tied or new[best] > 0:
+            return -1
+        else:
+            pairs[0, count], pairs[1, count] = row, best
+            new[best] = 1
+            count += 1
+    left = 0
+    for column in range(costs.shape[1]):
+        if new[column] == 0:
+            new[left] = column
+            left += 1
+    return count

@@ -97,6 +97,11 @@ class Camera:
         return np.linalg.inv(self.K)
 
     @cached_property
+    def principal_point(self) -> Float[Array, "2"]:
+        """The pixel that the camera looks at."""
+        return self.K[:2, 2].copy()
+
+    @cached_property
     def P_road(self) -> Float[Array, "3 4"]:
         """Projects homogeneous points of the road frame: K [R | t]."""
         P: Float[Array, "3 4"] = self.K.dot(self.T_cam_road[:3])

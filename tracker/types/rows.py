@@ -28,22 +28,27 @@ class Rows:
         """The given rows of every column, in the given order."""
         if not isinstance(rows, np.ndarray):
             rows = np.arange(len(self))[rows]
-        elif rows.dtype == bool:
+        elif rows.dtype.kind == "b":
             rows = rows.nonzero()[0]
-        mine = self.__dict__
-        columns: dict[str, Any] = {}
+        return self.take(rows)
+
+    def take(self: Table, rows: RowIndex, axis: int = 0) -> Table:
+        """`select` for an array of row numbers; called as NumPy's `take`, so that tables nest.
+
+        Of an array it takes a third of the time of `array[rows]`.
+        """
+        mine, columns = self.__dict__, {}
         for name in self.__match_args__:
             column = mine[name]
-            if isinstance(column, np.ndarray):
-                columns[name] = column.take(rows, 0)  # three times faster than column[rows]
-            else:
-                columns[name] = None if column is None else column.select(rows)
+            columns[name] = None if column is None else column.take(rows, 0)
         return _table(type(self), columns)
 
     def replaced(self: Table, **columns: Any) -> Table:
         """The same table with other columns of these names."""
         mine = self.__dict__
-        return _table(type(self), {name: mine[name] for name in self.__match_args__} | columns)
+        kept: dict[str, Any] = {name: mine[name] for name in self.__match_args__}
+        kept.update(columns)
+        return _table(type(self), kept)
 
     def _columns(self) -> list[tuple[str, Any]]:
         """The columns with their names."""
@@ -59,7 +64,9 @@ class Rows:
 
     def locked(self: Table) -> Table:
         """This table itself, whose arrays can no longer be written to: NumPy raises ValueError."""
-        for _, column in self._columns():
+        mine = self.__dict__
+        for name in self.__match_args__:
+            column = mine[name]
             if isinstance(column, np.ndarray):
                 column.setflags(write=False)
             elif column is not None:
@@ -103,7 +110,7 @@ class Rows:
 def _table(kind: type[Table], columns: dict[str, Any]) -> Table:
     """A table of these columns."""
     table = object.__new__(kind)
-    table.__dict__.update(columns)
+    object.__setattr__(table, "__dict__", columns)
     return table
 
 

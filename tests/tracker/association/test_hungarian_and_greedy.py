@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import linear_sum_assignment
 
-from tracker.association import Greedy, Hungarian
+from tracker.association import Greedy, Hungarian, Match
 from tracker.errors import BadConfig
 
 # Greedy takes the 0.1 and must leave the second row with 0.9; together 0.2 + 0.3 are cheaper.
@@ -24,6 +27,25 @@ def test_hungarian_makes_a_pair_only_if_it_gains() -> None:
     costs = np.array([[0.1, 0.6], [0.6, np.inf]])
     assert Hungarian(max_cost=0.8)(costs).pairs.tolist() == [[0, 0]]
     assert Hungarian(max_cost=2.0)(costs).pairs.tolist() == [[0, 1], [1, 0]]
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(0, 6), st.integers(0, 6))
+def test_hungarian_is_the_optimum_also_where_nobody_competes(seed, rows, columns) -> None:  # type: ignore[no-untyped-def]
+    """Few pairs within the limit, so that most matrices are clear; ties among them."""
+    rng = np.random.default_rng(seed)
+    costs = rng.choice([0.2, 0.3, 0.9, np.inf], (rows, columns), p=[0.1, 0.1, 0.1, 0.7])
+    costs += rng.choice([0.0, 0.1], costs.shape) * rng.random(costs.shape)
+    match = Hungarian(max_cost=0.8)(costs)
+    gain = np.minimum(costs - 0.8, 0.0)
+    best = linear_sum_assignment(gain)
+    expected = np.array(best).T[gain[best] < 0.0]
+    np.testing.assert_allclose(gain[tuple(match.pairs.T)].sum(), gain[best].sum(), atol=1e-12)
+    assert len(match.pairs) == len(expected)
+    left = Match.of(match.pairs, rows, columns)
+    np.testing.assert_array_equal(match.unmatched_tracks, left.unmatched_tracks)
+    np.testing.assert_array_equal(match.unmatched_detections, left.unmatched_detections)
+    if len(np.unique(gain)) == 1 + (gain < 0.0).sum():  # no ties
+        np.testing.assert_array_equal(match.pairs, expected)
 
 
 def test_greedy_decides_ties_by_row_then_column() -> None:

@@ -1,9 +1,10 @@
-"""The probabilities of existence in plain NumPy."""
+"""The probabilities of existence, and what tells of rows in gaps, in plain NumPy."""
 
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
+from tracker.car_filter import border_gaps, project_boxes
 from tracker.existence import (
     LEAVING_MARGIN_PIXELS,
     MAX_COVERED_SHARE,
@@ -13,9 +14,10 @@ from tracker.existence import (
     ExistenceFilter,
     ExistenceUpdate,
 )
+from tracker.gap_rows import LEAVING_MARGIN, LOG_HEIGHTS, LOG_HITS, LOGITS, MIN_STD
 from tracker.geometry import covered_share
 from tracker.lifecycle import MAX_CONSECUTIVE_STEPS, ActiveTracks
-from tracker.types import Camera
+from tracker.types import Camera, CarEstimates
 
 
 def plain_existence(
@@ -82,3 +84,29 @@ def plain_written(
     in_box = np.exp(tracks.time_since_update * (-1.0 / how.prediction_lifetime))
     established = (tracks.hits > 1) | (tracks.time_since_update <= since_look)
     return (tracks.existence * in_box >= how.threshold) & established
+
+
+def plain_gap_features(
+    tracks: ActiveTracks, estimates: CarEstimates, camera: Camera
+) -> Float[Array, "n 6"]:
+    """What tells whether predicted boxes are right."""
+    boxes = camera.clip_boxes(tracks.beliefs.boxes)
+    sides = np.maximum(boxes[:, 2:] - boxes[:, :2], 1.0)
+    _, jacobian = project_boxes(estimates.means, camera)
+    across = jacobian[:, ::2]
+    cov = across @ estimates.covs @ across.transpose(0, 2, 1)
+    left, right = cov[:, 0, 0], cov[:, 1, 1]
+    place = 0.5 * (np.sqrt(left) + np.sqrt(right)) / sides[:, 0]
+    width = np.sqrt(np.maximum(left + right - 2.0 * cov[:, 0, 1], 0.0)) / sides[:, 0]
+    with np.errstate(divide="ignore"):
+        existence = np.log(tracks.existence / (1.0 - tracks.existence))
+    gap = border_gaps(boxes, camera)[:, ::2].min(axis=1)
+    columns = (
+        existence.clip(*LOGITS),
+        np.log(tracks.hits).clip(*LOG_HITS),
+        np.log(place + MIN_STD),
+        np.log(width + MIN_STD),
+        np.log(sides[:, 1]).clip(*LOG_HEIGHTS),
+        (gap < LEAVING_MARGIN).astype(float),
+    )
+    return np.stack(columns, axis=1)

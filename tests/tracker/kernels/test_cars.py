@@ -13,12 +13,17 @@ from tests.tracker.kernels.plain_cars import (
     plain_moved,
     plain_update,
 )
+from tests.tracker.kernels.plain_existence import plain_gap_features
 from tests.tracker.samples import LEVEL, PITCHED
+from tracker.beliefs import Beliefs
 from tracker.car_filter import CarFilter, CarMotion, CarStates, carried_boxes, project_boxes
 from tracker.car_filter.motion import RoadStep
 from tracker.car_filter.projection import expected_boxes
 from tracker.car_filter.states import MIN_LOG_WEIGHT
+from tracker.gap_rows import gap_features
 from tracker.geometry import homogeneous, rotation_y
+from tracker.lifecycle import ActiveTracks
+from tracker.types import CarEstimates, Cuboids
 
 cameras = st.sampled_from([LEVEL, PITCHED])
 SIZE_COV = np.diag([0.01, 0.02, 0.03])
@@ -112,3 +117,17 @@ def test_boxes_that_cars_carry_along(some, step, camera) -> None:  # type: ignor
     after = before + rng.normal(0.0, step, before.shape) * [1.0, 0.1, 1.0, 0.1, 0, 0, 0, 0, 0]
     boxes = plain_project_boxes(before, camera)[0] + rng.normal(0.0, 3.0, (len(before), 4))
     equal(carried_boxes(boxes, before, after, camera), plain_carried(boxes, before, after, camera))
+
+
+@given(cars(), cameras)
+def test_what_tells_of_rows_in_gaps(some, camera) -> None:  # type: ignore[no-untyped-def]
+    states, covs, rng = some
+    count = len(states)
+    boxes = expected_boxes(states, camera) + rng.normal(0.0, 5.0, (count, 4))
+    cuboids = Cuboids(states[:, :3], states[:, 3], np.ones((count, 3)))
+    beliefs = Beliefs(cuboids, np.zeros((count, 2)), np.zeros((count, 4, 4)), boxes)
+    likely = rng.choice([0.0, 1e-9, 0.5, 0.999], count)
+    tracks = ActiveTracks.born(beliefs, np.ones(count), likely, 0)
+    tracks = tracks.replaced(hits=rng.integers(1, 90, count))
+    estimates = CarEstimates(states, covs, np.ones(count))
+    equal(gap_features(tracks, estimates, camera), plain_gap_features(tracks, estimates, camera))
