@@ -32,7 +32,7 @@ ROOMS: dict[str, set[str]] = {
     "car_filter": {"beliefs"},
     "lifecycle": {"dynamics", "car_filter"},
     "costs": {"beliefs", "shape"},
-    "association": set(),
+    "association": {"kernels"},
     "existence": {"lifecycle"},
     "gap_rows": {"lifecycle", "car_filter"},
     "box_filter": {"lifecycle"},

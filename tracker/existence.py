@@ -23,7 +23,7 @@ MIN_KNOWN_HITS = 3
 # A box of which more is covered by another one tells nothing of it.
 MAX_COVERED_SHARE = 0.3
 LIMITS = np.array([MIN_KNOWN_HITS, MAX_COVERED_SHARE, LEAVING_MARGIN_PIXELS, MAX_PROBABILITY])
-JUDGE_TRACKS = Kernel("tracker.kernels.existing", "judge_tracks")
+JUDGE_EXISTENCE = Kernel("tracker.kernels.existing", "judge_existence")
 CHOOSE_WRITTEN = Kernel("tracker.kernels.existing", "choose_written")
 
 
@@ -134,7 +134,7 @@ class ExistenceFilter:
         missed = unmatched.existence, unmatched.hits, unmatched.time_since_update
         how = self._settings, MAX_CONSECUTIVE_STEPS * dt, LIMITS, leaving_border(camera)
         given = *missed, unmatched.beliefs.boxes, born_scores, boxes, np.array(detector)
-        JUDGE_TRACKS(*seen, *given, *how, *after, learned)
+        JUDGE_EXISTENCE(*seen, *given, *how, *after, learned)
         return ExistenceUpdate(*after, DetectorStatistics(*learned.tolist()))
 
     def survival(self, dt: float) -> float:

@@ -55,7 +55,7 @@ def learn_detector(seen, lost, covered, before, one_step, limits, right, learned
 @kernel(
     F1, I1, F1, F1, F1, I1, F1, F2, F1, A2, I1, F1, FLOAT, F1, FLOAT, OUT1, OUT1, OUT1, OUT_I1
 )  # fmt: skip
-def judge_tracks(
+def judge_existence(
     existence, hits, since, scores, lost_existence, lost_hits, lost_since, lost_boxes, born, boxes,
     before, settings, one_step, limits, right, hit, missed, fresh, learned,
 ):  # fmt: skip
@@ -92,13 +92,13 @@ def judge_each(
     lost_starts, born, born_starts, boxes, box_starts, settings, one_steps, limits, right, hit,
     missed, fresh, learned,
 ):  # fmt: skip
-    """`judge_tracks` of every drive; one_steps, learned: of drives, the latter renewed."""
+    """`judge_existence` of every drive; one_steps, learned: of drives, the latter renewed."""
     for drive in range(len(starts) - 1):
         a, b = starts[drive], starts[drive + 1]
         c, d = lost_starts[drive], lost_starts[drive + 1]
         e, f = born_starts[drive], born_starts[drive + 1]
         beside = boxes[box_starts[drive] : box_starts[drive + 1]]
-        judge_tracks(
+        judge_existence(
             existence[a:b], hits[a:b], since[a:b], scores[a:b], lost_existence[c:d],
             lost_hits[c:d], lost_since[c:d], lost_boxes[c:d], born[e:f], beside, learned[drive],
             settings, one_steps[drive], limits, right, hit[a:b], missed[c:d], fresh[e:f],
