@@ -119,11 +119,11 @@ def _rectangles(
     start: Array, ahead: Array, along: Array, low: Array, width: Array, height: Array
 ) -> Float[Array, "n 4 3"]:
     """Upright rectangles on a wall, by the middle of their lower edges."""
-    left = start + (along - 0.5 * width)[:, None] * ahead
-    right = start + (along + 0.5 * width)[:, None] * ahead
-    a, b = np.column_stack((left, low)), np.column_stack((right, low))
-    c, d = np.column_stack((right, low + height)), np.column_stack((left, low + height))
-    return np.stack((a, b, c, d), axis=1)
+    found = np.empty((len(along), 4, 3))
+    found[:, [0, 3], :2] = (start + (along - 0.5 * width)[:, None] * ahead)[:, None]
+    found[:, [1, 2], :2] = (start + (along + 0.5 * width)[:, None] * ahead)[:, None]
+    found[:, :2, 2], found[:, 2:, 2] = low[:, None], (low + height)[:, None]
+    return found
 
 
 def _roof(

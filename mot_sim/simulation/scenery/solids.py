@@ -47,7 +47,10 @@ class Solid:
 def cross(a: Float[Array, "n 3"], b: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
     """`np.cross` of two lists of vectors, the same bits; for few of them much faster."""
     (ax, ay, az), (bx, by, bz) = a.T, b.T
-    return np.stack((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx), axis=1)
+    across = np.empty((len(a), 3))
+    across[:, 0], across[:, 1] = ay * bz - az * by, az * bx - ax * bz
+    across[:, 2] = ax * by - ay * bx
+    return across
 
 
 def join(solids: list[Solid]) -> Solid:
@@ -69,15 +72,19 @@ def facing(
 ) -> Solid:
     """Convex polygons, 3 or 4 corners each, that look away from a point (or one each)."""
     normals = cross(polygons[:, 1] - polygons[:, 0], polygons[:, 2] - polygons[:, 0])
-    away = ((polygons.mean(axis=1) - inside) * normals).sum(axis=1)
+    middles = polygons.sum(axis=1) / polygons.shape[1]
+    away = ((middles - inside) * normals).sum(axis=1)
     # x, y and height are a left-handed frame: anticlockwise from outside turns around.
-    turned = np.where((away > 0.0)[:, None, None], polygons[:, ::-1], polygons)
-    first = np.asarray(np.broadcast_to(np.asarray(colours, float), (len(polygons), 3)))
-    painted = np.clip(first, 0, 255).astype(np.uint8)
+    turned, is_mirrored = np.array(polygons, float), away > 0.0
+    turned[is_mirrored] = polygons[is_mirrored, ::-1]
+    painted = np.empty((len(polygons), 3), np.uint8)
+    painted[:] = np.minimum(np.maximum(np.asarray(colours, float), 0.0), 255.0).astype(np.uint8)
     if polygons.shape[1] == 4:
         turned = np.concatenate((turned[:, :3], turned[:, [0, 2, 3]]))
         painted = np.concatenate((painted, painted))
-    return Solid(turned, painted, np.full(len(turned), semantic, np.uint8))
+    semantics = np.empty(len(turned), np.uint8)
+    semantics.fill(int(semantic))
+    return Solid(turned, painted, semantics)
 
 
 def box(
