@@ -26,7 +26,7 @@ END_FRAMES = 5  # of a track, whose mean place counts as its first or last
 PARKED_METRES = 2.0  # that the ends of a parked car's track may be apart: far labels wander so
 PARKED_SPEED = 1.0  # m/s from end to end at most, so that short tracks of slow cars are not parked
 LABEL_METRES = 0.5  # by which labels wander in a moment
-STANDING_SPEED = 0.5  # m/s
+EGO_DRIVING_SPEED = 0.5  # m/s
 DRIVING_SPEED = 2.0  # m/s, of others: above what labels of standing cars show
 FOLLOWING_SPEED = 3.0  # m/s, from which headways and lane changes are measured
 LANE_HALF_METRES = 1.5  # beside the way that we drive later, for a car ahead in our lane
@@ -91,7 +91,7 @@ class MeasuredDrive:
     @property
     def ego_drives(self) -> Bool[Array, " t"]:
         """In which frames our car does not stand; how it drives is measured in these."""
-        return np.abs(self.ego_speed) > STANDING_SPEED
+        return np.abs(self.ego_speed) > EGO_DRIVING_SPEED
 
     @cached_property
     def poses(self) -> Float[Array, "n 3"]:

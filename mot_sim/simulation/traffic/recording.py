@@ -14,7 +14,7 @@ from mot_sim.simulation.traffic.traffic_state import STEP_SECONDS, Traffic, Traf
 from tracker.errors import BadConfig, BadFile
 
 TRAFFIC_FORMAT = ArrayFormat("recorded traffic", 1)
-STANDING_SPEED = 0.05  # m/s, below which a car stands
+STILL_SPEED = 0.05  # m/s, below which a car that is first seen is parked
 OPTIONAL_COLUMNS = {"z", "crashed", "kinds", "tilt"}
 
 
@@ -89,7 +89,7 @@ class RecordedTraffic:
         """The cars that stand when they are first there: nobody sits in them."""
         first = self.present.argmax(axis=0)
         speed = np.abs(self.speed[first, np.arange(len(self.ids))])
-        return self.ids[speed < STANDING_SPEED]
+        return self.ids[speed < STILL_SPEED]
 
     @property
     def checksum(self) -> str:
