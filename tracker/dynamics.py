@@ -10,7 +10,6 @@ from numpy import ndarray as Array
 
 from tracker.beliefs import Beliefs
 from tracker.kernels import Kernel
-from tracker.types import Cuboids
 from tracker.types.embedding import Embedding
 from tracker.types.shape_pose import ShapePose
 
@@ -69,8 +68,7 @@ class ConstantVelocity:
         """F x and F P F' + Q; the shift of the position is returned apart."""
         FF, Q = _motion_model(round(dt, 6), self.acceleration_std)
         cov = beliefs.cov.reshape(-1, 16).dot(FF).reshape(-1, 4, 4) + Q
-        cues = _later(beliefs, dt), beliefs.embedding
-        moved = Beliefs(beliefs.cuboids, beliefs.velocity, cov, beliefs.boxes, *cues)
+        moved = beliefs.replaced(cov=cov, shape_pose=_later(beliefs, dt))
         return moved, beliefs.velocity * dt
 
     def update(self, expected: Beliefs, observed: Beliefs) -> Beliefs:
@@ -82,8 +80,14 @@ class ConstantVelocity:
         base, velocity, cov = np.empty((n, 3)), np.empty((n, 2)), np.empty((n, 4, 4))
         given = place, expected.velocity, expected.cov, seen.base, observed.cov
         CORRECT_PLACES(*given, base, velocity, cov)
-        cuboids = Cuboids(base, seen.yaw, seen.size)
-        return Beliefs(cuboids, velocity, cov, observed.boxes, *_latest(expected, observed))
+        pose, embedding = _latest(expected, observed)
+        return observed.replaced(
+            cuboids=seen.replaced(base=base),
+            velocity=velocity,
+            cov=cov,
+            shape_pose=pose,
+            embedding=embedding,
+        )
 
 
 def _later(beliefs: Beliefs, dt: float) -> ShapePose | None:

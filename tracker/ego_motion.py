@@ -11,7 +11,7 @@ from tracker.beliefs import MIN_DEPTH, Beliefs
 from tracker.errors import BadMotion
 from tracker.geometry import adjoint_of
 from tracker.kernels import Kernel
-from tracker.types import Camera, Cuboids, Frame, max_step
+from tracker.types import Camera, Frame, max_step
 from tracker.types.shape_pose import ShapePose
 
 # How far an unknown camera motion may be from standing still in UNKNOWN_MOTION_SECONDS: 1 m along
@@ -129,8 +129,10 @@ def compensate_ego_motion(
     motion = T_road, camera.road_shift, motion_cov, camera.T_cam_road[2]
     CARRY_BELIEFS(*before, beliefs.boxes, shift, *motion, *pixels, LIMITS, *out)
     base, velocity, cov, boxes = out
-    cuboids = Cuboids(base, beliefs.cuboids.yaw + turn, beliefs.cuboids.size)
+    cuboids = beliefs.cuboids.replaced(base=base, yaw=beliefs.cuboids.yaw + turn)
     pose = beliefs.shape_pose
     if pose is not None:
         pose = ShapePose(pose.shape, pose.yaw + turn, pose.cov)
-    return Beliefs(cuboids, velocity, cov, boxes, pose, beliefs.embedding)
+    return beliefs.replaced(
+        cuboids=cuboids, velocity=velocity, cov=cov, boxes=boxes, shape_pose=pose
+    )

@@ -69,9 +69,14 @@ class ActiveTracks(Rows):
         innovations: Float[Array, "n 4"],
     ) -> "ActiveTracks":
         """These tracks after one more hit each."""
-        now, hits = np.zeros(len(scores)), self.hits + 1
-        mine = self.ids, updated, now, hits, existence, innovations, scores
-        return ActiveTracks(*mine, self.cars)
+        return self.replaced(
+            beliefs=updated,
+            time_since_update=np.zeros(len(scores)),
+            hits=self.hits + 1,
+            existence=existence,
+            innovations=innovations,
+            scores=scores,
+        )
 
     def expected_at(self, boxes: Float[Array, "n 4"]) -> "ActiveTracks":
         """These tracks with the boxes that a `CarFilter` expects, px.

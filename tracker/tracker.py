@@ -363,19 +363,20 @@ class Tracker:
         since_look: seconds since a detector looked; 0: it did at this frame.
         """
         missed, scores, boxes = np.isnan(tracks.scores), tracks.scores, tracks.beliefs.boxes
+        is_all_seen = np.count_nonzero(missed) == 0
         written = tracks.time_since_update <= since_look if since_look > 0.0 else ~missed
         if self.existence is not None:
-            scores = np.where(missed, tracks.existence, scores)
             written = self.existence.written(tracks, since_look)
+        if self.existence is not None and not is_all_seen:
+            scores = np.where(missed, tracks.existence, scores)
+            unseen = (tracks.time_since_update > since_look).nonzero()[0]
             gap_rows = None if frame.T_now_before is None else self.gap_rows
-            if estimates is not None and gap_rows is not None:
-                unseen = (tracks.time_since_update > since_look).nonzero()[0]
-                if len(unseen):
-                    gone = tracks.replaced(cars=None).select(unseen), estimates.select(unseen)
-                    scores[unseen], written[unseen] = gap_rows(*gone, self.camera)
+            if estimates is not None and gap_rows is not None and len(unseen):
+                gone = tracks.replaced(cars=None).select(unseen), estimates.select(unseen)
+                scores[unseen], written[unseen] = gap_rows(*gone, self.camera)
         if since_look > 0.0:
             written &= in_view(tracks.beliefs, self.camera)
-        if np.count_nonzero(missed):
+        if not is_all_seen:
             boxes = np.where(missed[:, None], self.camera.clip_boxes(boxes), boxes)
         if estimates is not None:
             cuboids = estimates.cuboids()
