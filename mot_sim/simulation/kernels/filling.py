@@ -5,18 +5,19 @@ from math import inf
 import numpy as np
 
 from mot_sim.simulation.kernels.compiling import OUT_F32_2, OUT_I32_2
-from tracker.kernels.compiling import F2, F3, inlined, kernel
+from tracker.kernels.compiling import B1, F2, F3, inlined, kernel
 
 TINY_AREA = 1e-9  # pixels^2, twice a triangle's: what is smaller is taken for a line
 
 
 @inlined
-def fill_triangle(corners, K, left, top, nearness, numbers, number):
+def fill_triangle(corners, K, left, top, nearness, numbers, number, leaves=None):
     """Fill a triangle of the camera's frame into a crop of the image that begins at left, top.
 
     Where it is nearer than what is there, nearness (r, c), 1 / m, becomes its own, and numbers,
-    if there are any, `number`. Centres on its edges belong to it, so that no gap is between two
-    triangles: an edge's sums begin at its upper end in both.
+    if there are any, `number`; of equal depths the first that was filled counts. Centres on its
+    edges belong to it, so that no gap is between two triangles: an edge's sums begin at its upper
+    end in both. leaves: which triangles are leaves, and the numbers and the nearness behind them.
     """
     wa, wb, wc = 1.0 / corners[0, 2], 1.0 / corners[1, 2], 1.0 / corners[2, 2]
     va = (K[1, 0] * corners[0, 0] + K[1, 1] * corners[0, 1]) * wa + K[1, 2]
@@ -59,7 +60,19 @@ def fill_triangle(corners, K, left, top, nearness, numbers, number):
         near = nearness[row - top]
         for column in range(int(start), int(end) + 1):
             value = np.float32(begun + (column - ua) * across)
-            if value > near[column - left]:
+            if leaves is not None:
+                # After all that are none: what is behind leaves is kept, and equal depths are
+                # decided by the number, as if all had been filled in their order.
+                found = numbers[row - top, column - left]
+                if value > near[column - left] or (
+                    value == near[column - left] > 0.0 and number < found
+                ):
+                    if found == 0 or not leaves[0][found - 1]:
+                        leaves[1][row - top, column - left] = found
+                        leaves[2][row - top, column - left] = near[column - left]
+                    near[column - left] = value
+                    numbers[row - top, column - left] = number
+            elif value > near[column - left]:
                 near[column - left] = value
                 if numbers is not None:
                     numbers[row - top, column - left] = number
@@ -70,3 +83,15 @@ def fill_triangles(corners, K, nearness, numbers):
     """Fill all triangles into an image; numbers become 1 + their rows, the first of equal ones'."""
     for triangle in range(len(corners)):
         fill_triangle(corners[triangle], K, 0, 0, nearness, numbers, triangle + 1)
+
+
+@kernel(F3, F2, B1, OUT_F32_2, OUT_I32_2, OUT_F32_2, OUT_I32_2)
+def fill_around_leaves(corners, K, leaves, nearness, numbers, nearness_behind, behind):
+    """The same, and what lies behind those that are leaves; known only beneath leaves."""
+    for triangle in range(len(corners)):
+        if not leaves[triangle]:
+            fill_triangle(corners[triangle], K, 0, 0, nearness, numbers, triangle + 1)
+    for triangle in range(len(corners)):
+        if leaves[triangle]:
+            hidden = (leaves, behind, nearness_behind)
+            fill_triangle(corners[triangle], K, 0, 0, nearness, numbers, triangle + 1, hidden)

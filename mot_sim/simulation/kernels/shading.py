@@ -15,7 +15,7 @@ from mot_sim.simulation.kernels.compiling import (
     U8_2,
     U8_3,
 )
-from tracker.kernels.compiling import B1, F1, F2, F3, FLOAT, INT, inlined, kernel
+from tracker.kernels.compiling import B1, F1, F2, F3, FLOAT, inlined, kernel
 
 
 @inlined
@@ -100,17 +100,19 @@ def paint_triangles(
         painted[row, 3] = kind
 
 
-@kernel(I32_2, F32_2, U8_2, I32_1, OUT_U8_3, OUT_F32_2, OUT_I32_2, OUT_U8_2)
-def lay_over(numbers, nearness, painted, ids, image, depth, instances, semantics):
-    """Lay triangles, by their numbers, over a backdrop, in place."""
+@kernel(I32_2, F32_2, I32_2, U8_2, U8_2, I32_1, OUT_U8_3, OUT_F32_2, OUT_I32_2, OUT_U8_2)
+def lay_over(numbers, nearness, shown, codes, painted, ids, image, depth, instances, semantics):
+    """Lay triangles, by their numbers, over a backdrop, in place; the image has those of shown."""
     for row in range(numbers.shape[0]):
         for column in range(numbers.shape[1]):
-            triangle = numbers[row, column] - 1
+            triangle = shown[row, column] - 1
             if triangle >= 0:
                 image[row, column, 0] = painted[triangle, 0]
                 image[row, column, 1] = painted[triangle, 1]
                 image[row, column, 2] = painted[triangle, 2]
-                semantics[row, column] = painted[triangle, 3]
+            triangle = numbers[row, column] - 1
+            if triangle >= 0:
+                semantics[row, column] = codes[triangle, 3]
                 depth[row, column] = np.float32(1.0) / nearness[row, column]
                 instances[row, column] = ids[triangle]
 
@@ -122,38 +124,6 @@ def mixed_bits(x, y, z):
     bits = ((bits ^ (bits >> 15)) * 0x2C1B3C6D) & 0xFFFFFFFF
     bits = ((bits ^ (bits >> 12)) * 0x297A2D39) & 0xFFFFFFFF
     return bits ^ (bits >> 15)
-
-
-@kernel(I32_2, F32_2, U8_2, I32_1, F3, F2, INT, FLOAT, OUT_U8_3)
-def speckle_leaves(
-    numbers, nearness, painted, objects, As_cell_ray, starts, leaf, least, image
-):  # fmt: skip
-    """Break the faces of leaves into leaves in the sun, in the shade, and gaps between them.
-
-    objects (t,): whose the triangles are. As_cell_ray (n, 3, 3) and starts (n, 3) lead from a
-    pixel (u, v, 1), times its depth, to cells of space that stay where they are. leaf: the
-    semantic id of leaves; least: how near a face must be, 1 / m.
-    """
-    for row in range(numbers.shape[0]):
-        for column in range(numbers.shape[1]):
-            triangle = numbers[row, column] - 1
-            if triangle < 0 or painted[triangle, 3] != leaf or nearness[row, column] < least:
-                continue
-            thing, depth = objects[triangle], 1.0 / np.float64(nearness[row, column])
-            u, v = column * depth, row * depth
-            x = As_cell_ray[thing, 0, 0] * u + As_cell_ray[thing, 0, 1] * v
-            y = As_cell_ray[thing, 1, 0] * u + As_cell_ray[thing, 1, 1] * v
-            z = As_cell_ray[thing, 2, 0] * u + As_cell_ray[thing, 2, 1] * v
-            x += As_cell_ray[thing, 0, 2] * depth + starts[thing, 0]
-            y += As_cell_ray[thing, 1, 2] * depth + starts[thing, 1]
-            z += As_cell_ray[thing, 2, 2] * depth + starts[thing, 2]
-            bits = mixed_bits(int(np.floor(x)), int(np.floor(y)), int(np.floor(z)))
-            # Of 256 shares of the colour: from dark gaps to leaves that face the sun.
-            share = 152 + (bits & 255)
-            if bits >> 24 < 52:
-                share = 40 + share // 5
-            for band in range(3):
-                image[row, column, band] = min(image[row, column, band] * share // 256, 255)
 
 
 @kernel(I32_2, I32_1, U8_2, I32_1, U8_3, U8_3, OUT_U8_3)

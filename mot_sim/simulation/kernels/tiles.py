@@ -26,7 +26,7 @@ def mix_tile(weights, tone, slabs, shade, stones, blades, slow, colours, wear, r
             line, asphalt = line - lost, asphalt + lost
             asphalt *= (
                 np.float32(tone[row, column]) * np.float32(1.0 / 128.0)
-                * (one + np.float32(0.085) * stone + np.float32(0.05) * drift)
+                * (one + np.float32(0.09) * stone + np.float32(0.08) * drift)
             )  # fmt: skip
             pavement = np.float32(weights[row, column, 1]) * two55 * slabs[row, column]
             pavement *= one + np.float32(0.05) * stone + np.float32(0.04) * drift

@@ -16,6 +16,7 @@ from mot_sim.simulation.renderers.surroundings import Cover, Road, Sky, Sun, Tex
 from mot_sim.simulation.renderers.triangles import NEAR_METRES
 from mot_sim.simulation.renderers.view import (
     NO_INSTANCE,
+    Material,
     Mesh,
     MeshInstances,
     Pattern,
@@ -35,6 +36,7 @@ __all__ = [
     "Cover",
     "Hidden",
     "Layer",
+    "Material",
     "Mesh",
     "MeshInstances",
     "Pattern",

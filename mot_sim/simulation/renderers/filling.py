@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float32, Int32
+from jaxtyping import Bool, Float32, Int32
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers.triangles import Triangles
@@ -11,6 +11,7 @@ from tracker.kernels import Kernel
 from tracker.types import Camera
 
 FILL_TRIANGLES = Kernel("mot_sim.simulation.kernels.filling", "fill_triangles")
+FILL_AROUND_LEAVES = Kernel("mot_sim.simulation.kernels.filling", "fill_around_leaves")
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,3 +34,17 @@ def fill(triangles: Triangles, camera: Camera) -> Fragments:
     K = np.ascontiguousarray(camera.K, float)
     FILL_TRIANGLES(np.ascontiguousarray(triangles.corners), K, nearness, numbers)
     return Fragments(numbers, nearness)
+
+
+def fill_behind(
+    triangles: Triangles, camera: Camera, leaves: Bool[Array, " t"]
+) -> tuple[Fragments, Fragments]:
+    """`fill`, and what lies behind those triangles that are leaves; known only beneath leaves."""
+    width, height = camera.image_size
+    seen = Fragments(np.zeros((height, width), np.int32), np.zeros((height, width), np.float32))
+    behind = Fragments(np.empty((height, width), np.int32), np.empty((height, width), np.float32))
+    K, corners = np.ascontiguousarray(camera.K, float), np.ascontiguousarray(triangles.corners)
+    FILL_AROUND_LEAVES(
+        corners, K, leaves, seen.nearness, seen.numbers, behind.nearness, behind.numbers
+    )
+    return seen, behind

@@ -9,6 +9,7 @@ from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers.filling import fill
 from mot_sim.simulation.renderers.ground import horizon, road_rgba, road_semantics, sky_image
+from mot_sim.simulation.renderers.materials import Materials
 from mot_sim.simulation.renderers.shadows import closed_mask, light_left, shadow_mask
 from mot_sim.simulation.renderers.skins import GLOSS, Skins, glyphs, marked
 from mot_sim.simulation.renderers.surroundings import Sun
@@ -22,7 +23,6 @@ PAINT_TRIANGLES = Kernel("mot_sim.simulation.kernels.shading", "paint_triangles"
 LAY_GROUND = Kernel("mot_sim.simulation.kernels.backdrop", "lay_ground")
 SMOOTH_EDGES = Kernel("mot_sim.simulation.kernels.shading", "smooth_edges")
 LIGHT_SKINS = Kernel("mot_sim.simulation.kernels.skins", "light_skins")
-SPECKLE_LEAVES = Kernel("mot_sim.simulation.kernels.shading", "speckle_leaves")
 LAY_OVER = Kernel("mot_sim.simulation.kernels.shading", "lay_over")
 
 SKY_COLOUR = np.array([196.0, 208.0, 220.0])
@@ -33,10 +33,6 @@ SUN_GLINT_LEVELS = 120.0  # grey levels of the sun in a face that mirrors it
 SHINE = np.zeros((256, 3))
 SHINE[Semantic.CAR] = 0.02, 0.5, 18.0
 SHINE[Semantic.GLASS] = 0.16, 0.7, 40.0
-LEAF_METRES = 32.0  # metres up to which leaves are told apart
-LEAF_CELL_METRES = 0.085  # metres: the size of a leaf, or of a tuft of them
-# Leaves lie aslant to all faces, whose cuts through the cells are leaves of many shapes.
-R_CELL_OBJECT = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
 ROUNDING = 1e-3  # so that 99.99999 is 100
 ROAD_LIGHT_SHARE = 0.55  # of the sky's light, what a face that looks down still gets from the road
 
@@ -102,40 +98,29 @@ class SmoothRenderer(RasterRenderer):
 
 def _lay(rendered: Rendered, view: View, triangles: Triangles, antialias: bool) -> None:
     """Lay the objects over the backdrop, in place."""
-    fragments = fill(triangles, view.camera)
-    seen, samples, behind = fragments.numbers, None, rendered.image
+    materials = Materials.of(view, triangles)
+    fragments, shown = materials.fill(triangles, view)
+    seen, samples, behind = shown.numbers, None, rendered.image
     if antialias:
         samples, behind = fill(triangles, with_four_samples(view.camera)), behind.copy()
         seen = np.concatenate((seen.ravel(), samples.numbers.ravel()))[None]
     seen = marked(triangles, seen)
-    painted, skins = paint(view, triangles, seen), Skins.of(view, triangles, seen)
+    painted = paint(view, triangles, materials.codes, seen)
+    skins = Skins.of(view, triangles, seen)
     own = skins.slots, skins.skins, skins.objects, skins.places, skins.light
     tables = diffuse_light(view.sun), GLOSS, skins.mirror, skins.cover, glyphs()
     ids = view.instances.ids[triangles.objects].astype(np.int32)
     layers = rendered.image, rendered.depth, rendered.instances, rendered.semantics
-    LAY_OVER(fragments.numbers, fragments.nearness, painted, ids, *layers)
-    LIGHT_SKINS(
-        fragments.numbers, fragments.nearness, 1.0, 0.0, *own, *tables, rendered.image
-    )  # fmt: skip
-    leaves = painted, skins.objects, *cells_of(view), int(Semantic.VEGETATION)
-    SPECKLE_LEAVES(
-        fragments.numbers, fragments.nearness, *leaves, 1.0 / LEAF_METRES, rendered.image
+    LAY_OVER(
+        fragments.numbers, fragments.nearness, shown.numbers, materials.codes, painted, ids, *layers
     )
+    LIGHT_SKINS(shown.numbers, shown.nearness, 1.0, 0.0, *own, *tables, rendered.image)
+    materials.texture(triangles, shown, painted, rendered.image)
     if samples is not None:
         lit = np.empty((*samples.numbers.shape, 3), np.uint8)
         LIGHT_SKINS(samples.numbers, samples.nearness, 0.5, -0.25, *own, *tables, lit)
         mixed = painted, skins.slots, lit, behind, rendered.image
         SMOOTH_EDGES(samples.numbers, skins.objects, *mixed)
-
-
-def cells_of(view: View) -> tuple[Float[Array, "n 3 3"], Float[Array, "n 3"]]:
-    """From (u, v, 1), times the depth, to the cells of each object's space that leaves lie in."""
-    T_cam_object = view.instances.T_cam_object
-    R_object_cam = T_cam_object[:, :3, :3].swapaxes(1, 2)
-    A_cell_object = R_CELL_OBJECT / LEAF_CELL_METRES
-    As = A_cell_object @ R_object_cam @ view.camera.K_inverse
-    starts = -(A_cell_object @ R_object_cam @ T_cam_object[:, :3, 3:])[..., 0]
-    return np.ascontiguousarray(As), np.ascontiguousarray(starts)
 
 
 @lru_cache(maxsize=8)
@@ -147,14 +132,10 @@ def with_four_samples(camera: Camera) -> Camera:
     return replace(camera, K=K, image_size=(2 * width, 2 * height))
 
 
-def paint(view: View, triangles: Triangles, seen: Bool[Array, " t"]) -> UInt8[Array, "t 4"]:
+def paint(
+    view: View, triangles: Triangles, codes: UInt8[Array, "t 4"], seen: Bool[Array, " t"]
+) -> UInt8[Array, "t 4"]:
     """The lit colours and semantic ids of triangles; only those that are seen are known."""
-    codes = np.empty((len(triangles), 4), np.uint8)
-    packed = codes.view(np.uint32)[:, 0]
-    for row, (start, end) in enumerate(triangles.slices(len(view.instances)).tolist()):
-        if start < end:
-            own = view.instances.meshes[row].codes.view(np.uint32)[:, 0]
-            np.take(own, triangles.faces[start:end], out=packed[start:end], mode="clip")
     R_cam_road, sun, painted = view.camera.T_cam_road[:3, :3], view.sun, np.empty_like(codes)
     PAINT_TRIANGLES(
         triangles.corners,

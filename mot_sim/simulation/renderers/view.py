@@ -43,6 +43,22 @@ class Pattern(IntEnum):
     PLATE = 2  # characters on a number plate
 
 
+class Material(IntEnum):
+    """What a face of scenery is made of; it is painted pixel by pixel."""
+
+    PLAIN = 0
+    PLASTER = 1
+    BRICK = 2
+    BOARDS = 3
+    BLOCKS = 4  # of stone
+    TILES = 5  # of a roof
+    PANE = 6
+    BARK = 7
+    LEAF = 8  # of what is closed: a hedge, the inside of a crown
+    TUFT = 9  # of leaves, with gaps between them
+    SHOP = 16  # added to a wall's: the lowest storey is a shop's front
+
+
 @dataclass(frozen=True, eq=False)
 class Skin:
     """How a car's surface takes the light between the corners of its faces."""
@@ -71,6 +87,8 @@ class Mesh:
     """RGB of each face."""
     semantics: UInt8[Array, " f"]
     """A `Semantic` of each face."""
+    materials: UInt8[Array, " f"] | None = None
+    """A `Material` of each face; None: all are plain."""
     casts: bool = True
     """Whether it casts a shadow on the road; for what stands still, the road's picture may hold
     it."""

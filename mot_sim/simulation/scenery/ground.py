@@ -24,15 +24,15 @@ SLOW_TEXEL_METRES = 0.4  # metres a texel of the slow noise, which repeats after
 TILE_TEXELS = 256  # texels along a tile's sides
 SUPERSAMPLING = 2  # patches are filled on a finer grid, then averaged: smooth edges
 CHANNELS = {paint: channel for channel, paint in enumerate(("asphalt", "pavement", "kerb", "line"))}
-ASPHALT_COLOUR = (122, 121, 121)
+ASPHALT_COLOUR = (126, 122, 117)
 PAVEMENT_COLOUR = (158, 154, 147)
 KERB_COLOUR = (178, 176, 170)
 LINE_COLOUR = (228, 228, 222)
 GRASS_COLOUR = np.array([86, 101, 56], np.float32)
 DRY_GRASS_COLOUR = np.array([124, 116, 78], np.float32)
 SLAB_METRES = 0.5  # metres
-SEAL_METRES = 0.06  # metres: the width of the tar in cracks and around patches
-FLECK_METRES = 0.12  # metres: the size of the spots of sun beneath leaves
+SEAL_METRES = 0.04  # metres: the width of the tar in cracks and around patches
+FLECK_METRES = 0.15  # metres: the size of the spots of sun beneath leaves
 MAX_FEET_LEVEL = 2  # of detail: from afar what stands there hides its own feet
 MAX_FLECK_LEVEL = 2  # of detail: on coarser levels they are a part of the mean
 MAX_CRACK_LEVEL = 2  # of detail: cracks are finer than the texels of coarser levels
@@ -225,7 +225,7 @@ class Ground:
             points = [(self.cracks.corners[row] - low) / texel - 0.5 for row in found]
             lines = [np.round(one * 16.0).astype(np.int32) for one in points]
             wide = max(round(SEAL_METRES / texel), 1)
-            cv2.polylines(tone, lines, False, (48 + 14 * level,), wide, cv2.LINE_AA, 4)
+            cv2.polylines(tone, lines, False, (74 + 14 * level,), wide, cv2.LINE_AA, 4)
         return tone
 
     def _slabs(self, level: int, column: int, row: int) -> Float32[Array, "t t"]:
@@ -252,7 +252,7 @@ class Ground:
         if place[0] <= MAX_FLECK_LEVEL and leaves.any():
             soft = max(round(FLECK_METRES / texel), 1)
             spots = cv2.blur(self.grain.at("blades", *place), (soft, soft))
-            sunny = (1.5 * (spots - 0.35)).clip(0.0, 0.8)
+            sunny = (2.0 * (spots - 0.2)).clip(0.0, 0.9)
             leaves = (leaves * (1.0 - sunny)).astype(np.uint8)
         dark = np.maximum(dark, leaves)
         feet = self._filled(self.feet, low, texel) if place[0] <= MAX_FEET_LEVEL else dark[:0]

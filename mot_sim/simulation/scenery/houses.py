@@ -7,7 +7,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from mot_sim.simulation.random_numbers import named_stream
-from mot_sim.simulation.renderers import Semantic
+from mot_sim.simulation.renderers import Material, Semantic
 from mot_sim.simulation.scenery.solids import Colour, Solid, box, facing, join, shaded
 
 WALL_COLOURS: tuple[Colour, ...] = (
@@ -17,7 +17,12 @@ WALL_COLOURS: tuple[Colour, ...] = (
     (176, 182, 188), (150, 118, 96),
 )  # fmt: skip
 ROOF_COLOURS: tuple[Colour, ...] = ((128, 68, 52), (96, 60, 52), (74, 74, 78), (110, 84, 66))
-FRAME_COLOUR = (224, 222, 214)
+FRAME_COLOURS: tuple[Colour, ...] = (
+    (224, 222, 214), (224, 222, 214), (206, 200, 186), (92, 70, 52), (62, 66, 68), (58, 84, 66),
+)  # fmt: skip
+WALL_MATERIALS = (Material.PLASTER, Material.PLASTER, Material.PLASTER, Material.BLOCKS)
+BRICK_REDNESS = 30  # grey levels of red over green, from which on a wall is of bricks
+SHOP_SHARE = 0.4  # of the houses have a shop in their lowest storey
 PANE_COLOUR = (52, 62, 72)
 PLINTH_COLOUR = (112, 108, 102)
 DOOR_COLOURS: tuple[Colour, ...] = ((84, 56, 38), (44, 62, 52), (70, 30, 28), (52, 54, 60))
@@ -38,14 +43,21 @@ def house(seed: int, number: int, width: float, depth: float, detail: int) -> So
     rng.integers(8)  # (what follows keeps its draws: sizes and storeys stay as they are)
     paints = named_stream(seed, f"colours of house {number}")
     wall = WALL_COLOURS[int(paints.integers(len(WALL_COLOURS)))]
+    is_brick = wall[0] - wall[1] > BRICK_REDNESS
+    made = int(Material.BRICK if is_brick else paints.choice(WALL_MATERIALS))
+    gable = int(paints.choice((made, made, Material.BOARDS)))
+    frame = FRAME_COLOURS[int(paints.integers(len(FRAME_COLOURS)))]
+    shop = int(Material.SHOP) if paints.random() < SHOP_SHARE else 0
     middle = np.array([0.5 * width, 0.5 * depth, 0.5 * high])
     ends = np.array([(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)])
-    parts = [_roof(rng, width, depth, high, middle, wall, detail)]
+    parts = [_roof(rng, width, depth, high, middle, (wall, gable), detail)]
     for side in range(4):
         start, end = ends[side], ends[(side + 1) % 4]
-        parts.append(_wall(rng, start, end, storeys, wall, middle, detail))
+        own = made + (shop if side == 0 else 0)
+        parts.append(_wall(rng, start, end, storeys, wall, middle, detail).made_of(own))
         if side != 2 or detail == 0:  # the back is hardly ever seen
-            parts.append(_windows(seed * 4 + side, number, start, end, storeys, middle, detail))
+            place = start, end, storeys, middle
+            parts.append(_windows(seed * 4 + side, number, *place, frame, detail))
     return join(parts)
 
 
@@ -75,7 +87,14 @@ def _wall(
 
 
 def _windows(
-    seed: int, number: int, start: Array, end: Array, storeys: int, middle: Array, detail: int
+    seed: int,
+    number: int,
+    start: Array,
+    end: Array,
+    storeys: int,
+    middle: Array,
+    frame: Colour,
+    detail: int,
 ) -> Solid:
     """Frames and panes, a little before the wall; a door in the front."""
     rng, door = named_stream(seed, f"windows {number}"), seed % 4 == 0
@@ -101,16 +120,16 @@ def _windows(
         start + 0.07 * out, ahead, along, base + 0.62 * height, width, 0.38 * height
     )
     parts = [
-        facing(panes[~lit], colours[~lit], Semantic.BUILDING, middle),
-        facing(panes[lit], colours[lit], Semantic.LIGHT, middle),
+        facing(panes[~lit], colours[~lit], Semantic.BUILDING, middle).made_of(Material.PANE),
+        facing(panes[lit], colours[lit], Semantic.LIGHT, middle).made_of(Material.PANE),
     ]
     if detail < 2:
-        parts.append(facing(frames, FRAME_COLOUR, Semantic.BUILDING, middle))
+        parts.append(facing(frames, frame, Semantic.BUILDING, middle))
     if detail:
         return join(parts)
     parts += [
-        facing(upper[~lit], colours[~lit] * 1.25, Semantic.BUILDING, middle),
-        facing(bars, FRAME_COLOUR, Semantic.BUILDING, middle),
+        facing(upper[~lit], colours[~lit] * 1.25, Semantic.BUILDING, middle).made_of(Material.PANE),
+        facing(bars, frame, Semantic.BUILDING, middle),
     ]
     return join(parts)
 
@@ -132,7 +151,7 @@ def _roof(
     depth: float,
     high: float,
     middle: Array,
-    wall: Colour,
+    gable: tuple[Colour, int],
     detail: int,
 ) -> Solid:
     """A gable roof with its ridge along the front, in strips of tiles."""
@@ -154,9 +173,12 @@ def _roof(
     )
     inside = middle + (0.0, 0.0, 0.4 * high)
     chimney = _chimney(0.3 * width, 0.42 * depth, high + 0.7 * rise)
-    tiles = facing(np.array(quads), tones, Semantic.BUILDING, inside)
-    return join([tiles, facing(gables, wall, Semantic.BUILDING, inside), chimney])
+    tiles = facing(np.array(quads), tones, Semantic.BUILDING, inside).made_of(Material.TILES)
+    ends = facing(gables, gable[0], Semantic.BUILDING, inside).made_of(gable[1])
+    return join([tiles, ends, chimney])
 
 
 def _chimney(x: float, y: float, low: float) -> Solid:
-    return box((x, y, low), (x + 0.7, y + 0.6, low + 1.5), (120, 84, 70), Semantic.BUILDING)
+    return box(
+        (x, y, low), (x + 0.7, y + 0.6, low + 1.5), (120, 84, 70), Semantic.BUILDING
+    ).made_of(Material.BRICK)

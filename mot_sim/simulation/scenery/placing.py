@@ -1,7 +1,7 @@
 """Where houses, trees, lamps and walls stand: along the roads, seeded, never on them."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 import numpy as np
@@ -179,7 +179,7 @@ def _set_down(solid: Solid, start: Array, turn: float, out: Array) -> Solid:
     c, s = np.cos(turn), np.sin(turn)
     if -s * out[0] + c * out[1] < 0.0:  # the frame would have to be mirrored: mirror the solid
         corners = solid.corners * (1.0, -1.0, 1.0)
-        solid = Solid(corners[:, ::-1], solid.colours, solid.semantics)
+        solid = replace(solid, corners=corners[:, ::-1])
     return solid.moved((float(start[0]), float(start[1])), turn)
 
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from mot_sim.simulation.random_numbers import named_stream
-from mot_sim.simulation.renderers import Semantic
+from mot_sim.simulation.renderers import Material, Semantic
 from mot_sim.simulation.scenery.solids import Colour, Solid, box, cross, facing, join, prism, shaded
 
 STEEL_COLOUR: Colour = (128, 132, 134)
@@ -109,7 +109,7 @@ def garden_wall(length: float, tones: np.ndarray, detail: int) -> Solid:
     colours = shaded((146, 132, 118), np.resize(tones, len(stones)))
     middle = (0.5 * length, 0.0, 0.5)
     top = box((-0.05, -0.18, 1.0), (length + 0.05, 0.18, 1.1), (168, 162, 152), Semantic.WALL)
-    return join([facing(stones, colours, Semantic.WALL, middle), top])
+    return join([facing(stones, colours, Semantic.WALL, middle).made_of(Material.BLOCKS), top])
 
 
 @lru_cache(maxsize=128)
@@ -121,7 +121,8 @@ def tree(seed: int, kind: int, detail: int) -> Solid:
     middle = np.array([0.0, 0.0, start + high])
     radii = np.array([wide, wide, high])
     trunk = prism(0.17, 0.0, start + 0.7 * high, BARK_COLOUR, LEAF, 5 - detail, 0.09)
-    core = _blob(middle, radii * 0.74, shaded(green, rng.uniform(0.62, 0.75, 20)))
+    trunk = trunk.made_of(Material.BARK)
+    core = _blob(middle, radii * 0.74, shaded(green, 1.2 * rng.uniform(0.62, 0.75, 20)))
     return join([trunk, core, _tufts(rng, middle, radii, green, *TREE_TUFTS[detail])])
 
 
@@ -165,7 +166,8 @@ def hedge(length: float, seed: int, number: int, detail: int) -> Solid:
     inside = solid.mean(axis=1)
     inside[:, 1:] = 0.0, 0.6
     inside[-2:, 0] = 0.5 * length
-    return facing(solid, shaded(green, rng.uniform(0.7, 1.15, len(solid))), LEAF, inside)
+    colours = shaded(green, rng.uniform(0.7, 1.15, len(solid)))
+    return facing(solid, colours, LEAF, inside).made_of(Material.LEAF)
 
 
 def _tufts(
@@ -187,13 +189,14 @@ def _tufts(
     shapes = [centres + reach * (np.cos(t) * side + np.sin(t) * up) for t in (0.3, 2.2, 4.4)]
     light = 0.92 + 0.22 * out[:, 2] + rng.uniform(-0.24, 0.24, count)
     colours = shaded(green, light) + rng.uniform(-6, 10, (count, 1)) * (1.0, 0.6, 0.1)
-    return facing(np.stack(shapes, axis=1), colours, LEAF, middle)
+    return facing(np.stack(shapes, axis=1), colours, LEAF, middle).made_of(Material.TUFT)
 
 
 def _blob(middle: np.ndarray, radii: np.ndarray, colours: np.ndarray) -> Solid:
     """An ellipsoid of 20 faces: an icosahedron."""
     points, faces = _icosahedron()
-    return facing(middle + points[faces] / 1.902 * radii, colours, LEAF, middle)
+    solid = facing(middle + points[faces] / 1.902 * radii, colours, LEAF, middle)
+    return solid.made_of(Material.LEAF)
 
 
 @cache

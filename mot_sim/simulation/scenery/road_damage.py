@@ -93,7 +93,7 @@ def _patch(middle: Float[Array, "2"], draw: Float[Array, "3"]) -> Mark:
     corners = np.array([(-along, -across), (along, -across), (along, across), (-along, across)])
     return Mark(
         middle + 0.5 * corners,
-        int(84 + 34 * draw[2] if draw[2] < 0.7 else 128 + 70 * (draw[2] - 0.7)),
+        int(94 + 32 * draw[2] if draw[2] < 0.6 else 134 + 60 * (draw[2] - 0.6)),
     )
 
 

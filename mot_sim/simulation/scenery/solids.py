@@ -1,6 +1,6 @@
 """Triangles of things that stand beside roads, in metres: x, y of the world and height above it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -24,6 +24,8 @@ class Solid:
     """RGB of each triangle."""
     semantics: UInt8[Array, " k"]
     """A `Semantic` of each triangle."""
+    materials: UInt8[Array, " k"]
+    """A `Material` of each triangle."""
 
     def __len__(self) -> int:
         return len(self.corners)
@@ -34,14 +36,18 @@ class Solid:
         """Scaled (across, up), turned from x towards y, and put down at a place."""
         c, s = np.cos(turn) * scale[0], np.sin(turn) * scale[0]
         A = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, scale[1]]])
-        return Solid(self.corners @ A + (*place, 0.0), self.colours, self.semantics)
+        return replace(self, corners=self.corners @ A + (*place, 0.0))
 
     def mesh(self, origin: Float[Array, "2"]) -> Mesh:
         """The mesh in the object's frame (x forward, y down, z left), which stands at an origin."""
         points = self.corners.reshape(-1, 3) - (*origin, 0.0)
         vertices = points[:, [0, 2, 1]] * (1.0, -1.0, -1.0)
         faces = np.arange(len(vertices)).reshape(-1, 3)
-        return Mesh(vertices, faces, self.colours, self.semantics, casts=False)
+        return Mesh(vertices, faces, self.colours, self.semantics, self.materials, casts=False)
+
+    def made_of(self, material: int) -> "Solid":
+        """The same, all of one `Material`."""
+        return replace(self, materials=np.full(len(self), material, np.uint8))
 
 
 def cross(a: Float[Array, "n 3"], b: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
@@ -56,11 +62,13 @@ def cross(a: Float[Array, "n 3"], b: Float[Array, "n 3"]) -> Float[Array, "n 3"]
 def join(solids: list[Solid]) -> Solid:
     """All of them as one."""
     if not solids:
-        return Solid(np.zeros((0, 3, 3)), np.zeros((0, 3), np.uint8), np.zeros(0, np.uint8))
+        nothing = np.zeros(0, np.uint8)
+        return Solid(np.zeros((0, 3, 3)), np.zeros((0, 3), np.uint8), nothing, nothing)
     return Solid(
         np.concatenate([one.corners for one in solids]),
         np.concatenate([one.colours for one in solids]),
         np.concatenate([one.semantics for one in solids]),
+        np.concatenate([one.materials for one in solids]),
     )
 
 
@@ -84,7 +92,7 @@ def facing(
         painted = np.concatenate((painted, painted))
     semantics = np.empty(len(turned), np.uint8)
     semantics.fill(int(semantic))
-    return Solid(turned, painted, semantics)
+    return Solid(turned, painted, semantics, np.zeros(len(turned), np.uint8))
 
 
 def box(

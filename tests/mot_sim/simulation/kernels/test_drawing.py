@@ -18,6 +18,7 @@ from mot_sim.simulation.renderers import (
     scan_view,
 )
 from mot_sim.simulation.renderers.filling import fill
+from mot_sim.simulation.renderers.materials import Materials
 from mot_sim.simulation.renderers.raster import RasterRenderer, SmoothRenderer, paint
 from mot_sim.simulation.renderers.skins import marked
 from mot_sim.simulation.renderers.triangles import Triangles, boxes_inside, cut_near
@@ -174,7 +175,7 @@ def test_faces_are_lit(kind: Semantic, seed: int, count: int) -> None:
         for row, (start, end) in enumerate(triangles.slices(count))
     ])  # fmt: skip
     expected = pixels.plain_paint(triangles, codes, SMALL, view.sun).astype(int)
-    assert np.abs(paint(view, triangles, every) - expected).max() <= 1
+    assert np.abs(paint(view, triangles, codes, every) - expected).max() <= 1
 
 
 @FEW
@@ -193,7 +194,10 @@ def test_objects_are_laid_over_the_backdrop(seed: int, count: int) -> None:
         )
     np.testing.assert_array_equal(rendered.depth[covered], np.float32(1) / found.nearness[covered])
     if len(triangles):
-        codes = paint(view, triangles, marked(triangles, found.numbers))[found.numbers[covered] - 1]
+        own = Materials.of(view, triangles).codes
+        codes = paint(view, triangles, own, marked(triangles, found.numbers))[
+            found.numbers[covered] - 1
+        ]
         np.testing.assert_array_equal(rendered.image[covered], codes[:, :3])
         np.testing.assert_array_equal(rendered.semantics[covered], codes[:, 3])
 
@@ -210,12 +214,12 @@ def test_smooth_edges_mix_four_samples_and_nothing_else_changes(seed: int, count
         np.testing.assert_array_equal(smooth.image, plain_one.image)
         return
     aside = np.array([[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]])
-    colours, objects = [], []
+    colours, objects, own = [], [], Materials.of(view, triangles).codes
     for shift in aside:  # each sample by a camera of its own
         K = SMALL.K.copy()
         K[:2, 2] -= shift
         numbers = fill(triangles, replace(SMALL, K=K)).numbers
-        painted = paint(view, triangles, marked(triangles, numbers))[numbers - 1, :3]
+        painted = paint(view, triangles, own, marked(triangles, numbers))[numbers - 1, :3]
         colours.append(np.where((numbers > 0)[..., None], painted, behind))
         objects.append(np.where(numbers > 0, triangles.objects[numbers - 1], -1))
     mixed = (np.sum(colours, axis=0, dtype=int) + 2) // 4

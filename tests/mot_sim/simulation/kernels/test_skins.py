@@ -14,20 +14,14 @@ from mot_sim.simulation.cars.topology import PARTS, topology
 from mot_sim.simulation.renderers import Cover, Mesh, Pattern, Semantic, Skin, Sun, View
 from mot_sim.simulation.renderers.filling import fill
 from mot_sim.simulation.renderers.raster import (
-    LEAF_CELL_METRES,
-    LEAF_METRES,
-    R_CELL_OBJECT,
     RasterRenderer,
     SmoothRenderer,
-    cells_of,
     diffuse_light,
-    paint,
 )
 from mot_sim.simulation.renderers.skins import (
     GLINT_LEVELS,
     GLOSS,
     glyphs,
-    marked,
     mirrored_light,
     plate_of,
 )
@@ -211,51 +205,3 @@ def test_a_car_in_a_shadow_is_darker_and_mirrors_no_sun() -> None:
 def test_a_picture_of_shadows_without_pixels_is_refused() -> None:
     with pytest.raises(BadConfig, match="a picture of shadows of 1 x 1 pixels"):
         Cover(np.zeros((1, 1), np.uint8), np.eye(3))
-
-
-def plain_bits(cells: np.ndarray) -> np.ndarray:
-    """32 random bits of each cell (n, 3)."""
-    x, y, z = (cells[:, axis].astype(np.int64).astype(np.uint32) for axis in range(3))
-    bits = (x * np.uint32(0x8DA6B343)) ^ (y * np.uint32(0xD8163841)) ^ (z * np.uint32(0xCB1AB31F))
-    bits = (bits ^ (bits >> np.uint32(15))) * np.uint32(0x2C1B3C6D)
-    bits = (bits ^ (bits >> np.uint32(12))) * np.uint32(0x297A2D39)
-    return bits ^ (bits >> np.uint32(15))
-
-
-@settings(max_examples=6)
-@given(seed=seeds)
-def test_faces_of_leaves_break_into_leaves(seed: int) -> None:
-    rng, mesh = np.random.default_rng(seed), lump()
-    crown = replace(mesh, semantics=np.full(len(mesh.faces), Semantic.VEGETATION, np.uint8))
-    x, z, yaw = rng.uniform((-2.0, 2.0, -9.0), (2.0, 60.0, 9.0))
-    view = view_of(SMALL, (crown, at(SMALL, x, z, yaw)))
-    triangles = Triangles.of(view.instances, SMALL, 0.3)
-    found = fill(triangles, SMALL)
-    v, u = np.nonzero(found.numbers)
-    painted = paint(view, triangles, marked(triangles, found.numbers))
-    flat = painted[found.numbers[v, u] - 1, :3].astype(int)
-    depth = 1.0 / found.nearness[v, u].astype(float)
-    points = SMALL.rays(np.stack((u, v), axis=1).astype(float)) * depth[:, None]
-    T = view.instances.T_cam_object[0]
-    cells = (points - T[:3, 3]) @ T[:3, :3] @ R_CELL_OBJECT.T / LEAF_CELL_METRES
-    bits = plain_bits(np.floor(cells))
-    share = 152 + (bits & 255).astype(int)
-    share = np.where(bits >> 24 < 52, 40 + share // 5, share)
-    near = found.nearness[v, u] >= 1.0 / LEAF_METRES
-    expected = np.where(near[:, None], np.minimum(flat * share[:, None] // 256, 255), flat)
-    lit = RASTER.render(view).image[v, u]
-    assert (lit != expected).any(axis=1).mean() < 0.01  # on the border of two cells
-
-
-def test_leaves_stay_where_they_are_when_the_camera_moves() -> None:
-    R_cell = R_CELL_OBJECT @ R_CELL_OBJECT.T
-    np.testing.assert_allclose(R_cell, np.eye(3), atol=1e-12)
-    crown = replace(lump(), semantics=np.full(len(lump().faces), Semantic.VEGETATION, np.uint8))
-    views = [view_of(KITTI, (crown, at(KITTI, x, 8.0, 0.4))) for x in (-0.5, 0.5)]
-    for view in views:  # the middle of the crown, in cells, whatever the camera
-        As, starts = cells_of(view)
-        centre = view.instances.T_cam_object[0] @ (0.3, -0.9, 0.2, 1.0)
-        pixel = np.append(KITTI.project(centre[:3]), 1.0)
-        cell = As[0] @ pixel * centre[2] + starts[0]
-        expected = R_CELL_OBJECT @ (0.3, -0.9, 0.2) / LEAF_CELL_METRES
-        np.testing.assert_allclose(cell, expected, atol=1e-9)

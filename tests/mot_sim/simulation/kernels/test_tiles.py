@@ -28,7 +28,7 @@ def plain_tile(ground: Ground, place: tuple[int, int, int]) -> np.ndarray:
     lost = line * np.clip(0.8 * (stones + 0.9 * slow + 1.6 * ground.wear - 2.6), 0.0, 0.85)
     line, asphalt = line - lost, asphalt + lost
     tone = ground._tone(place[0], low, texel) / 128.0
-    asphalt = asphalt * tone * (1.0 + 0.085 * stones + 0.05 * slow)
+    asphalt = asphalt * tone * (1.0 + 0.09 * stones + 0.08 * slow)
     pavement = pavement * ground._slabs(*place) * (1.0 + 0.05 * stones + 0.04 * slow)
     grass = (1.0 + 0.16 * blades) * (1.0 - weights.sum(axis=2, dtype=int).clip(max=255) / 255.0)
     dry = np.clip(0.3 + 0.35 * slow, 0.0, 1.0)

@@ -1,0 +1,170 @@
+"""What scenery is made of, in a frame: gaps in crowns, and patterns on the faces that are seen."""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from jaxtyping import Bool, Float, Int8, Int32, UInt8
+from numpy import ndarray as Array
+
+from mot_sim.simulation.random_numbers import named_stream
+from mot_sim.simulation.renderers.filling import Fragments, fill, fill_behind
+from mot_sim.simulation.renderers.skins import glyphs
+from mot_sim.simulation.renderers.triangles import Triangles
+from mot_sim.simulation.renderers.view import Material, View
+from tracker.kernels import Kernel
+
+OPEN_CROWNS = Kernel("mot_sim.simulation.kernels.materials", "open_crowns")
+TEXTURE_FACES = Kernel("mot_sim.simulation.kernels.materials", "texture_faces")
+
+OPEN_SHARE = 108  # of 256 cells between tufts of leaves that one sees through
+NOISE_SIZES = (512, 256, 128, 64, 32, 16)  # texels along the sides of the noise's levels
+NOISE_SLOPE = 0.8  # by which its amplitude falls with the frequency: as rough from near as from far
+TEXELS_A_METRE = 40.0
+TONE_STEPS = 80.0  # of the patterns' whole numbers that are the whole brightness
+
+
+@dataclass(frozen=True, eq=False)
+class Materials:
+    """What a frame's triangles are made of, and the way from pixels into the things' spaces."""
+
+    codes: UInt8[Array, "t 4"]
+    """Their own colours and semantic ids."""
+    kinds: UInt8[Array, " t"]
+    """A `Material` of each triangle."""
+    objects: Int32[Array, " t"]
+    """Row of `MeshInstances` that each triangle belongs to."""
+    Rs_object_cam: Float[Array, "n 3 3"]
+    """From the camera's axes to each object's."""
+    As_object_ray: Float[Array, "n 3 3"]
+    """From a pixel (u, v, 1), times its depth, to the objects' frames, less their eyes."""
+    eyes: Float[Array, "n 3"]
+    """The camera in the objects' frames, metres."""
+    pixel: float
+    """A pixel's width at a depth of one metre, metres."""
+
+    @classmethod
+    def of(cls, view: View, triangles: Triangles) -> "Materials":
+        """Those of a view's triangles."""
+        codes, kinds = np.empty((len(triangles), 4), np.uint8), np.zeros(len(triangles), np.uint8)
+        packed = codes.view(np.uint32)[:, 0]
+        for row, (start, end) in enumerate(triangles.slices(len(view.instances)).tolist()):
+            if start < end:
+                mesh, faces = view.instances.meshes[row], triangles.faces[start:end]
+                own = mesh.codes.view(np.uint32)[:, 0]
+                np.take(own, faces, out=packed[start:end], mode="clip")
+                if mesh.materials is not None:
+                    np.take(mesh.materials, faces, out=kinds[start:end], mode="clip")
+        T_cam_object = view.instances.T_cam_object
+        Rs = np.ascontiguousarray(T_cam_object[:, :3, :3].swapaxes(1, 2), float)
+        As, eyes = Rs @ view.camera.K_inverse, -(Rs @ T_cam_object[:, :3, 3:])[..., 0]
+        objects = triangles.objects.astype(np.int32)
+        pixel = 1.0 / float(view.camera.K[0, 0])
+        As, eyes = np.ascontiguousarray(As), np.ascontiguousarray(eyes)
+        return cls(codes, kinds, objects, Rs, As, eyes, pixel)
+
+    @property
+    def tufts(self) -> Bool[Array, " t"]:
+        """Which triangles are leaves with gaps between them."""
+        return self.kinds == Material.TUFT
+
+    def fill(self, triangles: Triangles, view: View) -> tuple[Fragments, Fragments]:
+        """The nearest triangles, and those that are seen: others, through the gaps of crowns."""
+        tufts = self.tufts
+        if not tufts.any():
+            fragments = fill(triangles, view.camera)
+            return fragments, fragments
+        nearest, behind = fill_behind(triangles, view.camera, tufts)
+        shown = Fragments(nearest.numbers.copy(), nearest.nearness.copy())
+        OPEN_CROWNS(
+            nearest.numbers, nearest.nearness, behind.numbers, behind.nearness, self.kinds,
+            self.objects, self.As_object_ray, self.eyes, self.pixel, OPEN_SHARE,
+            shown.numbers, shown.nearness,
+        )  # fmt: skip
+        return nearest, shown
+
+    def texture(
+        self,
+        triangles: Triangles,
+        shown: Fragments,
+        painted: UInt8[Array, "t 4"],
+        image: UInt8[Array, "h w 3"],
+    ) -> None:
+        """Paint the patterns of what is seen over an image of lit colours, in place."""
+        if not self.kinds.any():
+            return
+        TEXTURE_FACES(
+            shown.numbers, shown.nearness, triangles.corners, self.codes, painted, self.kinds,
+            self.objects, self.Rs_object_cam, self.As_object_ray, self.eyes, self.pixel,
+            patterns(), glyphs(), image,
+        )  # fmt: skip
+
+
+@cache
+def patterns() -> Int8[Array, "m k"]:
+    """How much brighter than its mean each material is, of 80 = twice: a row each.
+
+    A row holds periodic pictures of 12.8 m, from texels of 25 mm on, each level the means of the
+    one before.
+    """
+    size = NOISE_SIZES[0]
+    noise, streaks = _noise(1.0, 1.0), _noise(1.0, 0.09)
+    v, u = np.mgrid[:size, :size] / TEXELS_A_METRE
+    walls = {
+        Material.PLASTER: 0.1 * noise + 0.06 * streaks,
+        Material.BRICK: _courses(u, v, 0.256, 12.8 / 154, 0.020, 0.5, 0.4)
+        + 0.13 * noise + 0.05 * streaks,
+        Material.BOARDS: _courses(u, v, 12.8, 12.8 / 68, 0.026, 0.16, -0.4)
+        + 0.07 * noise + 0.05 * streaks,
+        Material.BLOCKS: _courses(u, v, 0.64, 0.32, 0.026, 0.26, -0.36)
+        + 0.09 * noise + 0.05 * streaks,
+        Material.TILES: _courses(u, v, 0.256, 0.32, 0.0, 0.3, 0.0) + 0.17 * noise
+        + 0.32 * (0.5 - v / 0.32 % 1.0) - 0.2 * (v / 0.32 % 1.0 > 0.8),
+        # Curtains, dim rooms, and what stands opposite, mirrored.
+        Material.PANE: 0.4 * _noise(1.0, 0.6, 1.5) + 0.7 * (_noise(1.0, 0.3, 1.8) > 0.9),
+        Material.BARK: 0.28 * _noise(1.0, 0.2),
+    }  # fmt: skip
+    rows = np.zeros((max(walls) + 1, sum(side * side for side in NOISE_SIZES)), np.int8)
+    for material, tone in walls.items():
+        rows[material] = _means(tone - tone.mean())
+    return rows
+
+
+def _means(tone: Float[Array, "s s"]) -> Int8[Array, " k"]:
+    """A picture, and its means over 4, 16, ... texels, one after another."""
+    levels = []
+    for side in NOISE_SIZES:
+        step = len(tone) // side
+        mean = tone.reshape(side, step, side, step).mean(axis=(1, 3))
+        levels.append(np.clip(np.rint(TONE_STEPS * mean), -79, 127).astype(np.int8).ravel())
+    return np.concatenate(levels)
+
+
+def _courses(
+    u: Float[Array, "s s"],
+    v: Float[Array, "s s"],
+    wide: float,
+    high: float,
+    joint: float,
+    spread: float,
+    gap: float,
+) -> Float[Array, "s s"]:
+    """Stones in bond of a size in metres, each with its own tone; joints between them."""
+    row = np.floor(v / high + 1e-9).astype(np.int64)
+    place = u / wide + 0.5 * (row % 2)
+    column = np.floor(place).astype(np.int64) % max(round(12.8 / wide), 1)
+    draws = named_stream(0, "stones").uniform(-0.5, 0.5, (int(row.max()) + 1, 64))
+    tone: Float[Array, "s s"] = spread * draws[row, column % 64]
+    is_joint = ((place % 1.0) * wide < joint) | (v - row * high < joint)
+    return np.where(is_joint, gap, tone)
+
+
+def _noise(across: float, up: float, slope: float = NOISE_SLOPE) -> Float[Array, "s s"]:
+    """Periodic noise of unit variance; less than 1 up: drawn out upwards."""
+    size = NOISE_SIZES[0]
+    spectrum = np.fft.rfft2(named_stream(0, "materials").standard_normal((size, size)))
+    v, u = np.fft.fftfreq(size)[:, None] / up, np.fft.rfftfreq(size)[None] / across
+    noise = np.fft.irfft2(
+        spectrum * np.maximum(np.hypot(u, v), 12.0 / size) ** -slope, (size, size)
+    )
+    return (noise - noise.mean()) / noise.std()
