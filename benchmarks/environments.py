@@ -241,7 +241,7 @@ def main() -> None:
     seen = [env.reset(options={"episode_seed": 0})[1]["truth"]]
     scene: SceneEnv = env.unwrapped  # type: ignore[assignment]
     seen += [env.step(0)[4]["truth"] for _ in range(steps)]
-    present = np.mean([len(truth.world) for truth in seen])
+    present = np.mean([len(truth.traffic_state) for truth in seen])
     visible = np.mean([len(truth.exact) for truth in seen])
     print(f"{scene.scene.name}: {present:.1f} cars present, {visible:.1f} in the image, a frame")
     report("pixel-free, labels known", env)
