@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryFile
 from uuid import uuid4
 
 from tracker.errors import BadOutput
@@ -53,7 +54,7 @@ def write_bytes(path: Path, content: bytes) -> None:
 
 
 def require_writable(path: Path) -> None:
-    """Raise BadOutput when `write_lines` would not be able to write there; writes nothing."""
+    """Raise BadOutput when `write_lines` would not be able to write there; leaves nothing."""
     if path.is_dir():
         raise BadOutput(f"{path}: cannot be written: Is a directory")
     if path.is_symlink():
@@ -65,6 +66,9 @@ def require_writable(path: Path) -> None:
     place = path.parent
     while not place.exists() and place != place.parent:
         place = place.parent
-    if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
-        raise BadOutput(f"{path}: cannot be written: {place} is no folder that can be written to")
-    return None
+    try:  # not os.access: to root it allows all, and file systems have rules of their own
+        with TemporaryFile(dir=place):
+            return None
+    except OSError:
+        told = f"{path}: cannot be written: {place} is no folder that can be written to"
+        raise BadOutput(told) from None

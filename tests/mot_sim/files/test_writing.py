@@ -50,6 +50,19 @@ def test_a_place_that_cannot_be_written_is_known_before(tmp_path: Path) -> None:
             require_writable(bad)
 
 
+@pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="needs Linux's /proc")
+def test_a_folder_that_takes_files_from_nobody_is_told_before_the_work() -> None:
+    """Root is allowed to write to it, as `os.access` says, and cannot."""
+    with pytest.raises(BadOutput, match="/proc is no folder that can be written to"):
+        require_writable(Path("/proc/new/rows.txt"))
+
+
+def test_asking_whether_a_file_can_be_written_leaves_nothing_behind(tmp_path: Path) -> None:
+    require_writable(tmp_path / "new" / "rows.txt")
+    require_writable(tmp_path / "rows.txt")
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_full_disk_is_told_and_leaves_the_old_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
