@@ -23,12 +23,16 @@ OUT_B1, OUT_B2 = (Array(boolean, n, "C") for n in (1, 2))
 FLOAT, INT, BOOL = float64, int64, boolean
 
 
-def kernel(*arguments: Any) -> Callable[[Function], Function]:
+def kernel(*arguments: Any, allocates: bool = True) -> Callable[[Function], Function]:
     """Compile a function for arguments of these types, or take it from the cache.
 
     No fast maths, so the same numbers on every processor; x / 0 is inf or NaN as in NumPy.
+    allocates: whether it makes arrays; one that makes none, nor calls what does, needs no counts
+    of references, so that views of rows cost nothing in its loops.
     """
-    options = {"cache": bool(config.CACHE_DIR), "error_model": "numpy"}
+    options = {"cache": bool(config.CACHE_DIR), "error_model": "numpy", "no_cfunc_wrapper": True}
+    if not allocates:
+        options["_nrt"] = False
 
     def compiled(function: Function) -> Function:
         return njit(arguments, **options)(function)
@@ -37,5 +41,9 @@ def kernel(*arguments: Any) -> Callable[[Function], Function]:
 
 
 def inlined(function: Function) -> Function:
-    """A function for kernels to call; it is compiled with each of them."""
-    return njit(error_model="numpy")(function)
+    """A function for kernels to call; it is compiled with each of them.
+
+    It counts references where its kernel does.
+    """
+    options = {"no_cfunc_wrapper": True, "no_cpython_wrapper": True}  # nobody else calls it
+    return njit(error_model="numpy", **options)(function)
