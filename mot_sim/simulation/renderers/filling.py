@@ -1,6 +1,7 @@
 """Filling triangles: which one is nearest at each pixel, and how near it is."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from jaxtyping import Bool, Float32, Int32
@@ -22,6 +23,18 @@ class Fragments:
     """1 + row of the nearest triangle; 0: none."""
     nearness: Float32[Array, "h w"]
     """The inverse of its depth, 1 / m; 0: none."""
+
+
+class Filler(Protocol):
+    """Finds the nearest triangles; `KernelFiller` is one."""
+
+    def fill(self, triangles: Triangles, camera: Camera) -> Fragments:
+        """The nearest triangle at each pixel's centre; of several at one depth, the first."""
+
+    def fill_behind(
+        self, triangles: Triangles, camera: Camera, leaves: Bool[Array, " t"]
+    ) -> tuple[Fragments, Fragments]:
+        """`fill`, and what lies behind those triangles that are leaves; known beneath leaves."""
 
 
 def fill(triangles: Triangles, camera: Camera) -> Fragments:
@@ -48,3 +61,10 @@ def fill_behind(
         corners, K, leaves, seen.nearness, seen.numbers, behind.nearness, behind.numbers
     )
     return seen, behind
+
+
+class KernelFiller:
+    """Finds the nearest triangles with the compiled functions `fill` and `fill_behind`."""
+
+    fill = staticmethod(fill)
+    fill_behind = staticmethod(fill_behind)

@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Int8, Int32, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.random_numbers import named_stream
-from mot_sim.simulation.renderers.filling import Fragments, fill, fill_behind
+from mot_sim.simulation.renderers.filling import Filler, Fragments
 from mot_sim.simulation.renderers.skins import glyphs
 from mot_sim.simulation.renderers.triangles import Triangles
 from mot_sim.simulation.renderers.view import Material, View
@@ -68,13 +68,13 @@ class Materials:
         """Which triangles are leaves with gaps between them."""
         return self.kinds == Material.TUFT
 
-    def fill(self, triangles: Triangles, view: View) -> tuple[Fragments, Fragments]:
+    def fill(self, triangles: Triangles, view: View, filler: Filler) -> tuple[Fragments, Fragments]:
         """The nearest triangles, and those that are seen: others, through the gaps of crowns."""
         tufts = self.tufts
         if not tufts.any():
-            fragments = fill(triangles, view.camera)
+            fragments = filler.fill(triangles, view.camera)
             return fragments, fragments
-        nearest, behind = fill_behind(triangles, view.camera, tufts)
+        nearest, behind = filler.fill_behind(triangles, view.camera, tufts)
         shown = Fragments(nearest.numbers.copy(), nearest.nearness.copy())
         OPEN_CROWNS(
             nearest.numbers, nearest.nearness, behind.numbers, behind.nearness, self.kinds,

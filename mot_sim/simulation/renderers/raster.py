@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.simulation.renderers.filling import fill
+from mot_sim.simulation.renderers.filling import Filler, KernelFiller
 from mot_sim.simulation.renderers.ground import horizon, road_rgba, road_semantics, sky_image
 from mot_sim.simulation.renderers.materials import Materials
 from mot_sim.simulation.renderers.shadows import closed_mask, light_left, shadow_mask
@@ -55,13 +55,14 @@ class RasterRenderer:
         self.near = near
         self.shadows = shadows
         self.antialias = antialias
+        self.filler: Filler = KernelFiller()
 
     def render(self, view: View) -> Rendered:
         """The frame of a view; its arrays are the caller's own."""
         triangles = Triangles.of(view.instances, view.camera, self.near)
         rendered = self.backdrop(view)
         if len(triangles):
-            _lay(rendered, view, triangles, self.antialias)
+            _lay(rendered, view, triangles, self.filler, self.antialias)
         return rendered
 
     def backdrop(self, view: View) -> Rendered:
@@ -96,13 +97,15 @@ class SmoothRenderer(RasterRenderer):
         super().__init__(near, shadows, antialias=True)
 
 
-def _lay(rendered: Rendered, view: View, triangles: Triangles, antialias: bool) -> None:
+def _lay(
+    rendered: Rendered, view: View, triangles: Triangles, filler: Filler, antialias: bool
+) -> None:
     """Lay the objects over the backdrop, in place."""
     materials = Materials.of(view, triangles)
-    fragments, shown = materials.fill(triangles, view)
+    fragments, shown = materials.fill(triangles, view, filler)
     seen, samples, behind = shown.numbers, None, rendered.image
     if antialias:
-        samples, behind = fill(triangles, with_four_samples(view.camera)), behind.copy()
+        samples, behind = filler.fill(triangles, with_four_samples(view.camera)), behind.copy()
         seen = np.concatenate((seen.ravel(), samples.numbers.ravel()))[None]
     seen = marked(triangles, seen)
     painted = paint(view, triangles, materials.codes, seen)

@@ -1,23 +1,26 @@
 """The OpenGL renderer, and how well it agrees with the embedded one."""
 
 from collections.abc import Iterator
+from contextlib import nullcontext
 
 import cv2
 import numpy as np
 import pytest
 
+from mot_sim.simulation.registry import find_scene
 from mot_sim.simulation.renderers import (
-    NO_INSTANCE,
     MeshInstances,
     Rendered,
     Semantic,
     View,
     silhouettes,
 )
-from mot_sim.simulation.renderers.mesh import MeshRenderer
-from mot_sim.simulation.renderers.raster import RasterRenderer
+from mot_sim.simulation.renderers.mesh import MeshRenderer, OpenGLFiller
+from mot_sim.simulation.renderers.raster import RasterRenderer, SmoothRenderer
+from mot_sim.simulation.renderers.view import Material
+from mot_sim.simulation.scenery import WEATHERS, Neighbourhood
 from tests.mot_sim.simulation.renderers.shapes import CROOKED, KITTI, at, box, lump, street, view_of
-from tracker.errors import BadConfig, NoOpenGL
+from tracker.errors import NoOpenGL
 from tracker.types import Camera
 
 pytestmark = pytest.mark.gl
@@ -83,13 +86,22 @@ def test_visible_fractions_agree(mesh: MeshRenderer, name: str) -> None:
     assert np.abs(measured.fraction - counts / measured.amodal)[large].max() < 0.02
 
 
-def test_colours_are_alike(mesh: MeshRenderer) -> None:
-    one, other = both(mesh, street())
-    covered = (one.instances != NO_INSTANCE) & (one.instances == other.instances)
-    difference = np.abs(one.image[covered].astype(int) - other.image[covered])
-    assert difference.mean() < 25
-    away = cv2.dilate((one.instances != NO_INSTANCE).astype(np.uint8), np.ones((5, 5))) == 0
-    assert np.array_equal(one.image[away], other.image[away])
+@every_view
+def test_colours_are_those_of_the_smooth_renderer(mesh: MeshRenderer, name: str) -> None:
+    view = street(*VIEWS[name])
+    one, other = SmoothRenderer().render(view), mesh.render(view)
+    is_other = np.abs(one.image.astype(int) - other.image).max(axis=2) > 1
+    assert np.count_nonzero(is_other) < 0.002 * is_other.size
+
+
+def test_materials_and_gaps_in_crowns_are_the_same(mesh: MeshRenderer) -> None:
+    place = Neighbourhood.build(find_scene("street").roads, 3, WEATHERS["noon"].light)
+    view = place.view(KITTI, np.zeros(3), MeshInstances.empty())
+    one, other = SmoothRenderer().render(view), mesh.render(view)
+    kinds = [k for m in view.instances.meshes if m.materials is not None for k in set(m.materials)]
+    assert {int(Material.TUFT), int(Material.BRICK)} <= {int(kind) for kind in kinds}
+    is_other = np.abs(one.image.astype(int) - other.image).max(axis=2) > 1
+    assert np.count_nonzero(is_other) < 0.002 * is_other.size
 
 
 def test_an_object_at_the_near_plane_is_cut_alike(mesh: MeshRenderer) -> None:
@@ -103,9 +115,20 @@ def test_a_view_of_nothing_is_the_same_in_both(mesh: MeshRenderer) -> None:
     assert (other.semantics != Semantic.CAR).all()
 
 
-def test_a_skewed_camera_is_refused(mesh: MeshRenderer) -> None:
+def test_a_skewed_camera_sees_the_same(mesh: MeshRenderer) -> None:
     K = KITTI.K.copy()
-    K[0, 1] = 2.0
+    K[0, 1] = 20.0
     skewed = Camera.mounted(K, KITTI.image_size, 1.65)
-    with pytest.raises(BadConfig, match="skew of 2"):
-        mesh.render(view_of(skewed, (box(), at(skewed, 0.0, 9.0))))
+    view = view_of(skewed, (box(), at(skewed, 1.0, 6.0)))
+    one, other = both(mesh, view)
+    assert (one.instances == 0).sum() > 1000
+    assert np.count_nonzero(one.instances != other.instances) < 60
+
+
+def test_colours_of_neighbours_that_mix_are_noticed(
+    mesh: MeshRenderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert isinstance(mesh.filler, OpenGLFiller)
+    assert mesh.filler.keeps_colours()
+    monkeypatch.setattr("mot_sim.simulation.renderers.mesh._one_sample", lambda _: nullcontext())
+    assert not mesh.filler.keeps_colours()
