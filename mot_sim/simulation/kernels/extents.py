@@ -2,8 +2,6 @@
 
 from math import inf
 
-import numpy as np
-
 from tracker.kernels.compiling import (
     F1,
     F2,
@@ -79,14 +77,14 @@ def enclose_inside(box, triangle, far, tolerances):
                 widen(box, u, v)
 
 
-@kernel(F3, F1, F1, OUT2)
+@kernel(F3, F1, F1, OUT2, allocates=False)
 def enclose_triangles(triangles, far, tolerances, boxes):
     """Boxes (t, 4), so far inverted, around what triangles (t, 3, 2) cover of the image, pixels."""
     for row in range(len(triangles)):
         enclose_inside(boxes[row], triangles[row], far, tolerances)
 
 
-@kernel(F3, I2, F2, F1, F1, OUT3, OUT2, OUT2, OUT1)
+@kernel(F3, I2, F2, F1, F1, OUT3, OUT2, OUT2, OUT1, allocates=False)
 def extents(corners, parts, K, far, tolerances, pixels, boxes, clipped, farthest):
     """Where triangles' corners are seen, pixels (t, 3, 2), and boxes around parts of them.
 
@@ -122,18 +120,19 @@ def comes_close(low_u, low_v, high_u, high_v, box):
     return across and low_v < box[3] + 1.0 and high_v > box[1] - 1.0
 
 
-@kernel(F3, F3, I2, F2, F1, OUT_B1, OUT1)
+@kernel(F3, F3, I2, F2, F1, OUT_B1, OUT1, allocates=False)
 def mark_hiders(corners, pixels, parts, boxes, farthest, keep, over):
     """Which triangles of parts (as in `extents`) may hide something in boxes, up to these depths.
 
     over: a box, which is widened to hold them.
     """
-    around, deepest = np.array([inf, inf, -inf, -inf]), -inf
+    around, deepest = (inf, inf, -inf, -inf), -inf
     for box in range(len(boxes)):
         if farthest[box] > -inf:
-            widen(around, boxes[box, 0], boxes[box, 1])
-            widen(around, boxes[box, 2], boxes[box, 3])
-            deepest = max(deepest, farthest[box])
+            one = boxes[box]
+            low = min(around[0], one[0], one[2]), min(around[1], one[1], one[3])
+            high = max(around[2], one[0], one[2]), max(around[3], one[1], one[3])
+            around, deepest = (*low, *high), max(deepest, farthest[box])
     for part in range(len(parts)):
         for row in range(parts[part, 1], parts[part, 2]):
             a, b, c = pixels[row, 0], pixels[row, 1], pixels[row, 2]

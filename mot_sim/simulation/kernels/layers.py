@@ -29,7 +29,7 @@ from tracker.kernels.compiling import (
 )
 
 
-@kernel(F3, B1, I2, F2, I2, I1, OUT_F32_1, OUT_F32_2, OUT_I32_2)
+@kernel(F3, B1, I2, F2, I2, I1, OUT_F32_1, OUT_F32_2, OUT_I32_2, allocates=False)
 def draw_layers(corners, keep, parts, K, boxes, starts, alone, nearness, numbers):
     """Draw each layer alone, in its crop, and lay the crops over one another.
 
@@ -56,7 +56,7 @@ def draw_layers(corners, keep, parts, K, boxes, starts, alone, nearness, numbers
                     numbers[top + row, left + column] = layer + 1
 
 
-@kernel(F32_1, I1, I2, I32_2, OUT_I1, OUT_I1, OUT2, OUT_I2)
+@kernel(F32_1, I1, I2, I32_2, OUT_I1, OUT_I1, OUT2, OUT_I2, allocates=False)
 def measure_layers(alone, starts, boxes, numbers, whole, visible, visible_boxes, hidden):
     """Count the pixels of layers 1 on: all, those seen and their box, and who hides the rest.
 
@@ -92,7 +92,9 @@ def is_behind(alone, start, box, u, v, depth):
     return 0.0 < deepest < depth
 
 
-@kernel(F3, B2, I1, F2, FLOAT, F32_1, I1, I2, I32_2, FLOAT, FLOAT, OUT_U8_2)
+@kernel(
+    F3, B2, I1, F2, FLOAT, F32_1, I1, I2, I32_2, FLOAT, FLOAT, OUT_U8_2, allocates=False
+)  # fmt: skip
 def judge_keypoints(
     points_cam, faces_us, layers, K, near, alone, starts, boxes, numbers, thickness, slant, states
 ):

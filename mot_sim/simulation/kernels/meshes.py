@@ -1,7 +1,5 @@
 """The faces of meshes that look at the camera, in its frame, cut at the near plane."""
 
-import numpy as np
-
 from tracker.kernels.compiling import (
     F1,
     F2,
@@ -17,12 +15,18 @@ from tracker.kernels.compiling import (
 
 
 @inlined
-def meet_plane(a, b, near, met):
+def meet_plane(a, b, near):
     """Where the edge from a to b meets the near plane; a and b lie on different sides."""
     share = (near - a[2]) / (b[2] - a[2])
-    met[0] = a[0] + share * (b[0] - a[0])
-    met[1] = a[1] + share * (b[1] - a[1])
-    met[2] = near
+    return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), near
+
+
+@inlined
+def write_triangle(a, b, c, corners, row):
+    """Write three corners, x, y, z each, to a row."""
+    corners[row, 0, 0], corners[row, 0, 1], corners[row, 0, 2] = a
+    corners[row, 1, 0], corners[row, 1, 1], corners[row, 1, 2] = b
+    corners[row, 2, 0], corners[row, 2, 1], corners[row, 2, 2] = c
 
 
 @inlined
@@ -31,17 +35,12 @@ def cut_odd(a, b, c, near, corners, row):
 
     Gives the row after the last that is written.
     """
+    ab, ac = meet_plane(a, b, near), meet_plane(a, c, near)
     if a[2] < near:  # a quadrilateral is left, that is two triangles
-        meet_plane(a, b, near, corners[row, 0])
-        meet_plane(a, c, near, corners[row + 1, 2])
-        for axis in range(3):
-            corners[row, 1, axis], corners[row, 2, axis] = b[axis], c[axis]
-            corners[row + 1, 0, axis], corners[row + 1, 1, axis] = corners[row, 0, axis], c[axis]
+        write_triangle(ab, b, c, corners, row)
+        write_triangle(ab, c, ac, corners, row + 1)
         return row + 2
-    for axis in range(3):
-        corners[row, 0, axis] = a[axis]
-    meet_plane(a, b, near, corners[row, 1])
-    meet_plane(a, c, near, corners[row, 2])
+    write_triangle(a, ab, ac, corners, row)
     return row + 1
 
 
@@ -49,14 +48,12 @@ def cut_odd(a, b, c, near, corners, row):
 def write_part(a, b, c, near, corners, row):
     """Write the part of a triangle from the near plane on; the row after the last of it.
 
-    The odd corner comes first where it is cut; its sense of rotation stays.
+    a, b, c: x, y, z of the corners. The odd one comes first where it is cut; the sense of rotation
+    stays.
     """
     behind_a, behind_b, behind_c = a[2] < near, b[2] < near, c[2] < near
     if not (behind_a or behind_b or behind_c):
-        for axis in range(3):
-            corners[row, 0, axis] = a[axis]
-            corners[row, 1, axis] = b[axis]
-            corners[row, 2, axis] = c[axis]
+        write_triangle(a, b, c, corners, row)
         return row + 1
     if behind_a and behind_b and behind_c:
         return row
@@ -67,7 +64,13 @@ def write_part(a, b, c, near, corners, row):
     return cut_odd(c, a, b, near, corners, row)
 
 
-@kernel(F3, FLOAT, OUT3, OUT_I1)
+@inlined
+def corner_of(triangles, row, corner):
+    """x, y, z of a triangle's corner."""
+    return triangles[row, corner, 0], triangles[row, corner, 1], triangles[row, corner, 2]
+
+
+@kernel(F3, FLOAT, OUT3, OUT_I1, allocates=False)
 def cut_triangles(triangles, near, corners, numbers):
     """Write the parts (2 t, 3, 3) of triangles (t, 3, 3) from the near plane on, and their rows.
 
@@ -75,35 +78,41 @@ def cut_triangles(triangles, near, corners, numbers):
     """
     row = 0
     for triangle in range(len(triangles)):
-        a, b, c = triangles[triangle, 0], triangles[triangle, 1], triangles[triangle, 2]
-        after = write_part(a, b, c, near, corners, row)
+        a, b = corner_of(triangles, triangle, 0), corner_of(triangles, triangle, 1)
+        after = write_part(a, b, corner_of(triangles, triangle, 2), near, corners, row)
         for each in range(row, after):
             numbers[each] = triangle
         row = after
     return row
 
 
-@kernel(F2, I2, F2, F1, F2, FLOAT, INT, OUT3, OUT_I1)
+@inlined
+def placed(T, vertices, vertex):
+    """A vertex (x, y, z), moved by T (4, 4)."""
+    x, y, z = vertices[vertex, 0], vertices[vertex, 1], vertices[vertex, 2]
+    return (
+        T[0, 0] * x + T[0, 1] * y + T[0, 2] * z + T[0, 3],
+        T[1, 0] * x + T[1, 1] * y + T[1, 2] * z + T[1, 3],
+        T[2, 0] * x + T[2, 1] * y + T[2, 2] * z + T[2, 3],
+    )
+
+
+@kernel(F2, I2, F2, F1, F2, FLOAT, INT, OUT3, OUT_I1, allocates=False)
 def place_faces(vertices, faces, normals, offsets, T_cam_object, near, row, corners, numbers):
     """Write the faces of a mesh that look at the camera, and their numbers, from a row on.
 
-    Gives the row after the last. A face that the near plane cuts in two takes two rows.
+    Gives the row after the last. A face that the near plane cuts in two takes two rows. (To move
+    the corners of each face costs less than to move all vertices first: most faces are not seen.)
     """
-    placed, eye = np.empty((len(vertices), 3)), np.zeros(3)  # eye: the camera, seen by the object
-    for axis in range(3):
-        for each in range(3):
-            eye[axis] -= T_cam_object[each, axis] * T_cam_object[each, 3]
-    for vertex in range(len(vertices)):
-        x, y, z = vertices[vertex, 0], vertices[vertex, 1], vertices[vertex, 2]
-        for axis in range(3):
-            placed[vertex, axis] = (
-                T_cam_object[axis, 0] * x + T_cam_object[axis, 1] * y
-                + T_cam_object[axis, 2] * z + T_cam_object[axis, 3]
-            )  # fmt: skip
+    T, x, y, z = T_cam_object, 0.0, 0.0, 0.0  # x, y, z: the camera, seen by the object
+    for each in range(3):
+        x -= T[each, 0] * T[each, 3]
+        y -= T[each, 1] * T[each, 3]
+        z -= T[each, 2] * T[each, 3]
     for face in range(len(faces)):
-        towards = normals[face, 0] * eye[0] + normals[face, 1] * eye[1] + normals[face, 2] * eye[2]
-        if towards > offsets[face]:
-            a, b, c = placed[faces[face, 0]], placed[faces[face, 1]], placed[faces[face, 2]]
+        if normals[face, 0] * x + normals[face, 1] * y + normals[face, 2] * z > offsets[face]:
+            a, b = placed(T, vertices, faces[face, 0]), placed(T, vertices, faces[face, 1])
+            c = placed(T, vertices, faces[face, 2])
             after = write_part(a, b, c, near, corners, row)
             for each in range(row, after):
                 numbers[each] = face
