@@ -1,6 +1,7 @@
 """Houses: walls in storeys, windows with frames, doors, roofs."""
 
 import itertools
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -23,13 +24,75 @@ FRAME_COLOURS: tuple[Colour, ...] = (
 WALL_MATERIALS = (Material.PLASTER, Material.PLASTER, Material.PLASTER, Material.BLOCKS)
 BRICK_REDNESS = 30  # grey levels of red over green, from which on a wall is of bricks
 SHOP_SHARE = 0.4  # of the houses have a shop in their lowest storey
-PANE_COLOUR = (52, 62, 72)
+PANE_COLOUR = (54, 60, 66)
 PLINTH_COLOUR = (112, 108, 102)
 DOOR_COLOURS: tuple[Colour, ...] = ((84, 56, 38), (44, 62, 52), (70, 30, 28), (52, 54, 60))
 STOREY_METRES = 2.9  # height
-WINDOW_METRES = (1.05, 1.4)  # width and height
+WINDOW_WIDTHS, WINDOW_HEIGHTS = (0.9, 1.05, 1.05, 1.25, 1.6), (1.2, 1.4, 1.4, 1.6)  # metres
+WINDOW_PITCHES = (1.9, 3.0)  # from one to the next, in widths
+PAIR_GAP_METRES = 0.35  # between two windows that stand together
+ATTIC_HEIGHT_METRES = 0.95  # of the windows of a low upper storey
+SHUTTER_COLOURS: tuple[Colour, ...] = ((70, 92, 74), (104, 66, 46), (150, 148, 140), (62, 74, 92))
+SILL_COLOUR = (168, 164, 156)
 FOOT_SHARE = 0.93  # of the light at the lowest storey, where the street hides some sky
 LIT_SHARE = 0.35  # of the windows have a light behind them at night
+
+
+class WindowStyle(NamedTuple):
+    """How the windows of a house look; metres."""
+
+    width: float
+    """Of a pane."""
+    height: float
+    """Of a pane."""
+    pitch: float
+    """From one to the next, or from one pair to the next."""
+    is_paired: bool
+    """Whether they stand in twos."""
+    is_low_above: bool
+    """Whether those of the uppermost storey are low."""
+    blind_share: float
+    """Share of the places beside the house that are wall."""
+    bars: int
+    """0: one pane; 1: a bar in the middle; 2: two rows of panes as well."""
+    frame: Colour
+    """Colour of frames and bars."""
+    shutters: Colour | None
+    """Colour of open shutters; None: there are none."""
+    has_sills: bool
+    """Whether a sill lies beneath each."""
+
+    @classmethod
+    def of(cls, seed: int, number: int, frame: Colour) -> "WindowStyle":
+        """The style of a house by its number."""
+        rng = named_stream(seed, f"window style of house {number}")
+        width, height = float(rng.choice(WINDOW_WIDTHS)), float(rng.choice(WINDOW_HEIGHTS))
+        pitch, is_paired = width * float(rng.uniform(*WINDOW_PITCHES)), bool(rng.random() < 0.25)
+        if is_paired:
+            pitch += width + PAIR_GAP_METRES
+        shutters = SHUTTER_COLOURS[int(rng.integers(len(SHUTTER_COLOURS)))]
+        has_shutters = not is_paired and rng.random() < 0.3
+        return cls(
+            width,
+            height,
+            max(pitch, 2.1 * width if has_shutters else 0.0),
+            is_paired,
+            bool(rng.random() < 0.3),
+            float(rng.uniform(0.1, 0.5)),
+            int(rng.integers(3)),
+            frame,
+            shutters if has_shutters else None,
+            bool(rng.random() < 0.5),
+        )
+
+    def places(self, length: float) -> Float[Array, " n"]:
+        """The middles of windows along a wall, at least one."""
+        count = max(int((length - 0.6) / self.pitch), 1)
+        middles = (np.arange(count) + 0.5) * (length / count)
+        half = 0.5 * (self.width + PAIR_GAP_METRES)
+        if not self.is_paired or length < 2.0 * half + self.width + 0.4:
+            return middles
+        return np.sort(np.concatenate((middles - half, middles + half)))
 
 
 def house(seed: int, number: int, width: float, depth: float, detail: int) -> Solid:
@@ -47,6 +110,7 @@ def house(seed: int, number: int, width: float, depth: float, detail: int) -> So
     made = int(Material.BRICK if is_brick else paints.choice(WALL_MATERIALS))
     gable = int(paints.choice((made, made, Material.BOARDS)))
     frame = FRAME_COLOURS[int(paints.integers(len(FRAME_COLOURS)))]
+    style = WindowStyle.of(seed, number, frame)
     shop = int(Material.SHOP) if paints.random() < SHOP_SHARE else 0
     middle = np.array([0.5 * width, 0.5 * depth, 0.5 * high])
     ends = np.array([(0.0, 0.0), (width, 0.0), (width, depth), (0.0, depth)])
@@ -56,8 +120,8 @@ def house(seed: int, number: int, width: float, depth: float, detail: int) -> So
         own = made + (shop if side == 0 else 0)
         parts.append(_wall(rng, start, end, storeys, wall, middle, detail).made_of(own))
         if side != 2 or detail == 0:  # the back is hardly ever seen
-            place = start, end, storeys, middle
-            parts.append(_windows(seed * 4 + side, number, *place, frame, detail))
+            has_shop, place = side == 0 and shop > 0, (start, end, storeys, middle)
+            parts.append(_windows(seed * 4 + side, number, *place, style, has_shop, detail))
     return join(parts)
 
 
@@ -93,55 +157,80 @@ def _windows(
     end: Array,
     storeys: int,
     middle: Array,
-    frame: Colour,
+    style: WindowStyle,
+    has_shop: bool,
     detail: int,
 ) -> Solid:
     """Frames and panes, a little before the wall; a door in the front."""
     rng, door = named_stream(seed, f"windows {number}"), seed % 4 == 0
     length = float(np.hypot(*(end - start)))
-    count = max(int(length / 2.5), 1)
-    at = (np.arange(count) + 0.5) * (length / count)
-    low = np.array([0.5 + STOREY_METRES * storey + 0.85 for storey in range(storeys)])
-    along, base = np.tile(at, storeys), np.repeat(low, count)
-    width, height = (np.full(len(along), side) for side in WINDOW_METRES)
-    lit = rng.uniform(0.0, 1.0, len(along)) < LIT_SHARE
-    if door:
-        base[count // 2], height[count // 2], lit[count // 2] = 0.1, 2.3, False
+    at = style.places(length)
+    lowest = 1 if has_shop else 0  # the shop has panes of its own
+    storey, column = (part.ravel() for part in np.mgrid[lowest:storeys, : len(at)])
+    along, base = at[column], 0.5 + STOREY_METRES * storey + 0.85
+    width, height = (np.full(len(along), side) for side in (style.width, style.height))
+    if style.is_low_above:
+        height[storey == storeys - 1] = ATTIC_HEIGHT_METRES
+    lit, blind = rng.uniform(0.0, 1.0, (2, len(along))) < [[LIT_SHARE], [style.blind_share]]
+    shades, entrance = rng.uniform(0.75, 1.5, len(along)), np.zeros(len(along), bool)
+    if door and not has_shop:
+        entrance[len(at) // 2] = True
+        base[entrance], height[entrance], lit[entrance] = 0.1, 2.3, False
+    colours = shaded(PANE_COLOUR, shades)
+    colours[entrance] = DOOR_COLOURS[int(rng.integers(len(DOOR_COLOURS)))]
+    if not door:
+        rows = np.flatnonzero(~blind)
+        along, base, width, height, lit, colours, entrance = (
+            part[rows] for part in (along, base, width, height, lit, colours, entrance)
+        )
     ahead = (end - start) / length
     out = np.array([ahead[1], -ahead[0]])
     out *= np.sign(out @ (0.5 * (start + end) - middle[:2]))
-    frames = _rectangles(start + 0.03 * out, ahead, along, base - 0.08, width + 0.2, height + 0.16)
-    panes = _rectangles(start + 0.06 * out, ahead, along, base, width, height)
-    colours = shaded(PANE_COLOUR, rng.uniform(0.75, 1.5, len(along)))
-    if door:
-        colours[count // 2] = DOOR_COLOURS[int(rng.integers(len(DOOR_COLOURS)))]
-    bars = _rectangles(start + 0.08 * out, ahead, along, base, 0.07 + 0.0 * width, height)
-    upper = _rectangles(
-        start + 0.07 * out, ahead, along, base + 0.62 * height, width, 0.38 * height
-    )
+
+    def laid(
+        away: float, aside: Array | float, low: Array, wide: Array, high: Array | float
+    ) -> Float[Array, "n 4 3"]:
+        return _rectangles(start + away * out, ahead, along + aside, low, wide, high)
+
+    panes = laid(0.06, 0.0, base, width, height)
     parts = [
         facing(panes[~lit], colours[~lit], Semantic.BUILDING, middle).made_of(Material.PANE),
         facing(panes[lit], colours[lit], Semantic.LIGHT, middle).made_of(Material.PANE),
     ]
     if detail < 2:
-        parts.append(facing(frames, frame, Semantic.BUILDING, middle))
+        frames = laid(0.03, 0.0, base - 0.08, width + 0.2, height + 0.16)
+        parts.append(facing(frames, style.frame, Semantic.BUILDING, middle))
+        if style.shutters is not None:
+            beside = [
+                laid(0.045, side * width * 0.77, base, 0.44 * width, height) for side in (-1, 1)
+            ]
+            leaves = np.concatenate([each[~entrance] for each in beside])
+            parts.append(
+                facing(leaves, style.shutters, Semantic.BUILDING, middle).made_of(Material.BOARDS)
+            )
     if detail:
         return join(parts)
-    parts += [
-        facing(upper[~lit], colours[~lit] * 1.25, Semantic.BUILDING, middle).made_of(Material.PANE),
-        facing(bars, frame, Semantic.BUILDING, middle),
-    ]
+    if style.bars > 1:
+        upper = laid(0.07, 0.0, base + 0.62 * height, width, 0.38 * height)
+        glass = facing(upper[~lit], colours[~lit] * 1.25, Semantic.BUILDING, middle)
+        parts.append(glass.made_of(Material.PANE))
+    if style.bars > 0:
+        bars = laid(0.08, 0.0, base, 0.0 * width + 0.07, height)
+        parts.append(facing(bars, style.frame, Semantic.BUILDING, middle))
+    if style.has_sills:
+        sills = laid(0.1, 0.0, base - 0.1, width + 0.24, 0.07)[~entrance]
+        parts.append(facing(sills, SILL_COLOUR, Semantic.BUILDING, middle))
     return join(parts)
 
 
 def _rectangles(
-    start: Array, ahead: Array, along: Array, low: Array, width: Array, height: Array
+    start: Array, ahead: Array, along: Array, low: Array, width: Array, height: Array | float
 ) -> Float[Array, "n 4 3"]:
     """Upright rectangles on a wall, by the middle of their lower edges."""
     found = np.empty((len(along), 4, 3))
     found[:, [0, 3], :2] = (start + (along - 0.5 * width)[:, None] * ahead)[:, None]
     found[:, [1, 2], :2] = (start + (along + 0.5 * width)[:, None] * ahead)[:, None]
-    found[:, :2, 2], found[:, 2:, 2] = low[:, None], (low + height)[:, None]
+    found[:, :2, 2], found[:, 2:, 2] = low[:, None], np.add(low, height)[:, None]
     return found
 
 

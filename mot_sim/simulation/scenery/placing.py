@@ -10,7 +10,7 @@ from numpy import ndarray as Array
 
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.scenery.houses import house
-from mot_sim.simulation.scenery.props import Make, garden_wall, hedge, makers, rail
+from mot_sim.simulation.scenery.props import Make, garden_wall, hedge, makers, rail, wire
 from mot_sim.simulation.scenery.solids import Solid
 from mot_sim.simulation.scenery.terrain import Terrain
 from mot_sim.simulation.traffic.roads import Plot
@@ -22,6 +22,8 @@ MIN_CLEARANCE_METRES = 1.0  # metres from any thing to the asphalt, on a grid of
 FENCE_METRES = 3.6  # from the asphalt
 HOUSE_METRES = 7.5  # from the asphalt
 WOOD_METRES = 16.0  # from the asphalt, of the first woods
+WIRE_METRES = (12.0, 45.0)  # between lamps that share a wire
+WIRED_SHARE, WIRED_LAMPS = 0.5, 6  # of the rows of so many lamps have wires
 UNSCALED = (1.0, 1.0)
 _hedge_of = lru_cache(maxsize=256)(hedge)
 _rail_of = lru_cache(maxsize=64)(rail)
@@ -57,7 +59,7 @@ class Item:
     """A thing at its place beside the road."""
 
     kind: str
-    """What it is: house, tree, bush, lamp, sign, hedge, wall or rail."""
+    """What it is: house, tree, bush, lamp, wire, sign, hedge, wall or rail."""
     make: Callable[[int], Solid]
     """Gives the thing in world, by level of detail: 0 (finest) to DETAIL_LEVELS - 1."""
     base: Float[Array, "n 2"]
@@ -78,7 +80,8 @@ def place(terrain: Terrain, seed: int, knobs: Knobs, plots: tuple[Plot, ...] = (
         items += _fences(terrain, seed, knobs.furniture)
         items += _single(terrain, seed, "tree", 4.6, 8.0, 0.62 * knobs.trees)
         items += _single(terrain, seed, "bush", 5.6, 5.0, 0.5 * knobs.trees)
-        items += _single(terrain, seed, "lamp", 1.3, 26.0, knobs.furniture)
+        lamps = _single(terrain, seed, "lamp", 1.3, 26.0, knobs.furniture)
+        items += lamps + _wires(lamps, seed)
         items += _single(terrain, seed, "sign", 1.3, 21.0, 0.7 * knobs.furniture)
     else:
         items += _rails(terrain, knobs.furniture)
@@ -212,6 +215,22 @@ def _single(
         there = (float(spots[number, 0]), float(spots[number, 1]))
         move = partial(_moved, make, number, (there, turn, scale))
         found.append(Item(kind, move, bases[number], leafy))
+    return found
+
+
+def _wires(lamps: list[Item], seed: int) -> list[Item]:
+    """Wires from lamp to lamp along some streets: they hang high above all cars."""
+    feet = np.array([lamp.base.mean(axis=0) for lamp in lamps]).reshape(-1, 2)
+    spans = np.diff(feet, axis=0)
+    lengths = np.hypot(*spans.T)
+    rows = np.flatnonzero((lengths > WIRE_METRES[0]) & (lengths < WIRE_METRES[1]))
+    draws = random_numbers.uniform(seed, "wire", rows // WIRED_LAMPS, np.zeros_like(rows))[:, 0]
+    found = []
+    for row in rows[draws < WIRED_SHARE].tolist():
+        side = 0.05 * np.array([-spans[row, 1], spans[row, 0]]) / lengths[row]
+        start, end = feet[row], feet[row + 1]
+        base = np.array([start - side, end - side, end + side, start + side])
+        found.append(Item("wire", partial(wire, start, end), base))
     return found
 
 

@@ -13,6 +13,10 @@ from mot_sim.simulation.scenery.solids import Colour, Solid, box, cross, facing,
 
 STEEL_COLOUR: Colour = (128, 132, 134)
 LAMP_HEIGHT_METRES = 6.5
+WIRE_HEIGHT_METRES, WIRE_SAG = 6.3, 0.02  # where it is fixed; how far it hangs, of its length
+WIRE_WIDTHS = (0.024, 0.05)  # by detail, metres: about a pixel
+WIRE_EDGES = ((-0.5, -0.3), (0.5, -0.3), (0.0, 0.6))  # aside and up, in widths
+WIRE_COLOUR: Colour = (70, 72, 74)
 SIGN_FACES: tuple[tuple[Colour, Colour, int], ...] = (  # rim, middle, corners
     ((176, 28, 32), (232, 232, 226), 12),
     ((24, 74, 150), (24, 74, 150), 12),
@@ -53,6 +57,30 @@ def lamp_post() -> Solid:
     glass[..., 2] = LAMP_HEIGHT_METRES - 0.11
     above = (0.0, -1.5, LAMP_HEIGHT_METRES)
     return join([post, arm, head, facing(glass, (238, 236, 220), Semantic.LIGHT, above)])
+
+
+def wire(start: np.ndarray, end: np.ndarray, detail: int) -> Solid:
+    """A wire from the top of one lamp post to the next, x, y each; none is seen from far."""
+    if detail >= len(WIRE_WIDTHS):
+        return join([])
+    share = np.linspace(0.0, 1.0, (9, 5)[detail])
+    sag = WIRE_SAG * float(np.hypot(*(end - start)))
+    high = WIRE_HEIGHT_METRES - 4.0 * sag * share * (1.0 - share)
+    span = end - start
+    line = np.column_stack((start + share[:, None] * span, high))
+    aside = np.append(np.array([-span[1], span[0]]) / np.hypot(*span), 0.0)
+    width = WIRE_WIDTHS[detail]
+    edges = [line + width * (a * aside + (0.0, 0.0, up)) for a, up in WIRE_EDGES]
+    sides = [
+        facing(
+            np.stack((one[:-1], one[1:], other[1:], other[:-1]), axis=1),
+            WIRE_COLOUR,
+            Semantic.POLE,
+            0.5 * (line[:-1] + line[1:]),
+        )
+        for one, other in pairwise([*edges, edges[0]])
+    ]
+    return join(sides)
 
 
 def sign(kind: int) -> Solid:
