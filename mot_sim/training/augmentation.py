@@ -15,6 +15,7 @@ from numpy import ndarray as Array
 from mot_sim.simulation.random_numbers import named_stream
 from mot_sim.simulation.renderers import Semantic
 from mot_sim.simulation.truth import KeypointVisibility
+from mot_sim.training.car_ends import repaint_ends
 from mot_sim.training.keypoint_crops import ANY_CAR_MARK, CROP_PIXELS, OWN_CAR_MARK, Crops
 from tracker.shape import CROP_SIDE, windows_of
 
@@ -29,6 +30,9 @@ ROLL_STD = 0.04  # radians: of the camera against the road
 COVERED_SHARE = 0.18  # of crops, with something laid over the car
 PART_CODES = 256
 REPAINTED_SHARE = 0.45  # of crops
+REPAINTED_ENDS_SHARE = 0.75  # of crops
+VIVID_SHARE = 0.2  # of the other paints
+SHADED_SHARE = 0.3  # of crops, partly in a shadow
 NEW_BACKGROUND_SHARE = 0.25  # of crops
 REFLECTION_CELLS = (4, 16)  # of the smooth noise that imitates reflections
 # Standard deviation of the light that is added, in grey levels, by what it falls on.
@@ -117,6 +121,9 @@ def _augmented(crops: Crops, row: int, rng: np.random.Generator) -> AugmentedCro
     noise = POOR_EDGE_STD if rng.uniform() < POOR_DETECTOR_SHARE else EDGE_STD
     one = _warped(crops, row, box + rng.normal(0.0, noise, 4) * size, rng.normal(0.0, ROLL_STD))
     other = background(crops, int(rng.integers(len(crops))), CROP_SIDE, rng)
+    if rng.uniform() < REPAINTED_ENDS_SHARE:
+        image, parts = repaint_ends(one.image, one.parts, one.keypoints, other, rng)
+        one = replace(one, image=image, parts=parts)
     image = domain_randomized(one.image, one.parts, other, rng)
     states = one.states
     if rng.uniform() < COVERED_SHARE:
@@ -218,6 +225,8 @@ def domain_randomized(
         if rng.uniform() < REPAINTED_SHARE:
             _repaint(lit, parts == (mark | Semantic.GLASS), rng)
     lit += _sheen(parts, rng)
+    if rng.uniform() < SHADED_SHARE:
+        lit *= _cast_shadow(parts.shape[0], rng)
     if rng.uniform() < NEW_BACKGROUND_SHARE:
         keep = parts >= (ANY_CAR_MARK if rng.uniform() < 0.5 else OWN_CAR_MARK)
         soft = cv2.GaussianBlur(keep.astype(np.float32), (3, 3), 0.0)[:, :, None]
@@ -231,9 +240,23 @@ def _repaint(lit: Float32[Array, "s s 3"], where: Array, rng: np.random.Generato
         return
     grey = rng.uniform(8.0, 240.0)
     colour = np.clip(grey + rng.normal(0.0, 12.0 if rng.uniform() < 0.6 else 50.0, 3), 4.0, 250.0)
+    if rng.uniform() < VIVID_SHARE:  # red paint is no sign of a rear
+        hue = np.array([[[rng.integers(0, 180), rng.integers(140, 256), rng.integers(60, 250)]]])
+        colour = cv2.cvtColor(hue.astype(np.uint8), cv2.COLOR_HSV2BGR)[0, 0].astype(float)
     pixels = lit[where]
     change = pixels - pixels.mean(axis=0)
     lit[where] = colour + rng.uniform(0.4, 1.4) * change
+
+
+def _cast_shadow(side: int, rng: np.random.Generator) -> Float32[Array, "s s 1"]:
+    """What a shadow that covers one side of the crop leaves of the light, often the lower one."""
+    turn, soft = rng.uniform(0.0, 2.0 * np.pi), np.exp(rng.uniform(np.log(0.5), np.log(8.0)))
+    if rng.uniform() < 0.5:
+        turn = rng.normal(-0.5 * np.pi, 0.2)
+    v, u = np.mgrid[:side, :side] - 0.5 * side
+    across = np.cos(turn) * u + np.sin(turn) * v - rng.uniform(-0.3, 0.3) * side
+    share = 1.0 / (1.0 + np.exp(np.clip(across / soft, -30.0, 30.0)))
+    return (1.0 - rng.uniform(0.3, 0.9) * share)[:, :, None].astype(np.float32)
 
 
 def _sheen(parts: UInt8[Array, "s s"], rng: np.random.Generator) -> Float32[Array, "s s 3"]:

@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from mot_sim.simulation.cars import BODIES, Vehicles, load_fleet
-from mot_sim.simulation.random_numbers import named_stream
+from mot_sim.simulation.cars import BODIES, Cars, Fleet, Vehicles, load_fleet
+from mot_sim.simulation.random_numbers import named_stream, uniform
 from mot_sim.simulation.registry import find_scene
 from mot_sim.simulation.renderers import View
 from mot_sim.simulation.rig import KITTI_HEIGHT_METRES, KITTI_IMAGE_SIZE, KITTI_K, Rig
@@ -28,6 +28,10 @@ FINE_IMAGE_SIZE = (1242, 440)  # pixels; the finer view is a part of the image
 DAY_SHARE = 0.95
 FOG_SHARE = 0.12
 ALIGNED_SHARE = 0.35  # of cars that head along the road
+# Of cars that are made vans beside those that the fleet has: the network has to learn from many
+# that their fronts and rears differ by little; and of these how many are white, as on streets.
+MORE_VANS_SHARE = 0.2
+WHITE_VANS_SHARE = 0.35
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +136,7 @@ def cars_before(
     """Cars of any shape in the view, near ones as often as far ones; no two overlap."""
     n = int(rng.integers(*CARS_PER_VIEW))
     fleet, camera = load_fleet(SHAPE_COEFFICIENTS), rig.camera
-    cars = fleet.sample(int(rng.integers(1 << 40)), np.arange(n))
+    cars = cars_of(fleet, int(rng.integers(1 << 40)), n)
     size = fleet.size(cars.coefficients)
     z = np.exp(rng.uniform(np.log(depths[0]), np.log(depths[1]), n))
     spread = (rng.permutation(n) + rng.uniform(size=n)) / n  # side by side rather than behind
@@ -173,6 +177,20 @@ def cars_before(
     paints = np.array(cars.paints)[rows]
     kinds = np.where(names == "van", "Van", "Car")
     return world, Vehicles(ids, kinds, names, paints, cars.coefficients[rows], size[rows])
+
+
+def cars_of(fleet: Fleet, seed: int, count: int) -> Cars:
+    """Cars of a fleet, more of them vans than on a street."""
+    ids = np.arange(count)
+    cars, vans = fleet.sample(seed, ids), fleet.sample(seed, ids, "van")
+    draws = uniform(seed, "training vans", ids, np.zeros_like(ids), 2)
+    is_van = draws[:, 0] < MORE_VANS_SHARE
+    is_white = is_van & (draws[:, 1] < WHITE_VANS_SHARE)
+    return Cars(
+        np.where(is_van[:, None], vans.coefficients, cars.coefficients),
+        np.where(is_van, vans.bodies, cars.bodies),
+        tuple(np.where(is_white, "white", cars.paints).tolist()),
+    )
 
 
 def light_of(rng: np.random.Generator) -> Light:
