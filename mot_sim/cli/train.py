@@ -26,6 +26,8 @@ class TrainKeypoints:
 
     mot-sim train-keypoints --out out/keypoints --resume
 
+    mot-sim train-keypoints --out out/better --start mine.onnx --rate 0.0008 --epochs 4
+
     Crops of cars are rendered first, then the network is trained; both continue where they were
     stopped. The defaults are those of the shipped network. Needs PyTorch:
     pip install 'mot-sim[train]'.
@@ -40,6 +42,9 @@ class TrainKeypoints:
     size: str = "shipped"
     """Size of the network: shipped, or small (to try it out)."""
     held_out: Annotated[int, option("N", "1400", help=_of_plan("held_out"))] = 1400
+    rate: Annotated[float, option("R", "0.002", help=_of_plan("rate"))] = 0.002
+    start: Annotated[Path | None, option("FILE", "none: random weights")] = None
+    """Go on from the weights of this ONNX file, with its .json beside it."""
     resume: Flag = False
     """Continue from the checkpoint in --out, which must be of the same training."""
     verbose: Verbose = 0
@@ -56,9 +61,10 @@ class TrainKeypoints:
             seed=self.seed,
             size=self.size,
             held_out=self.held_out,
+            rate=self.rate,
         )
         with terminal.progress() as tell:
-            scores = train_keypoints(plan, self.out, tell, self.resume)
+            scores = train_keypoints(plan, self.out, tell, self.resume, self.start)
         terminal.write(
             f"{self.out / 'hourglass.onnx'}: PCK@0.1 {scores.pck:.3f} of {scores.seen.sum()} "
             f"visible keypoints of {len(scores.seen)} held-out crops; confidences off by "

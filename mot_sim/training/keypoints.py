@@ -5,6 +5,7 @@ import io
 import json
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from mot_sim.training.keypoint_crops import FIRST_HELD_OUT_SEED, gather_crops
 from mot_sim.training.learning import CHECKPOINT_FILE, KeypointScores, Progress, TrainingPlan, train
 from mot_sim.training.network import load_torch, module
 from tracker.errors import BadOutput, OutputExists
+from tracker.shape import Hourglass
 
 PLACES_PER_SEED = 1_000
 WEIGHTS_FILE = "hourglass.onnx"
@@ -39,14 +41,17 @@ CARD_FORMAT = 1
 
 
 def train_keypoints(
-    plan: TrainingPlan, out: Path, tell: Progress, resume: bool = False
+    plan: TrainingPlan, out: Path, tell: Progress, resume: bool = False, start: Path | None = None
 ) -> KeypointScores:
     """Draw crops, train, score on held-out ones; write ONNX, JSON and the learning curve.
 
-    Files of the same plan that are already in `out` are used again. Raises NoTorch, OutputExists
-    for a checkpoint without `resume`, BadOutput for a folder that cannot be written to.
+    start: an ONNX file of an earlier training that this one goes on from. Files of the same plan
+    that are already in `out` are used again. Raises NoTorch, OutputExists for a checkpoint without
+    `resume`, BadOutput for a folder that cannot be written to, BadWeights for `start`.
     """
     torch = load_torch()
+    if start is not None:
+        plan = replace(plan, start=Hourglass.load(start).sha256)
     require_writable(out / WEIGHTS_FILE)
     if not resume and (out / CHECKPOINT_FILE).exists():
         raise OutputExists(
@@ -58,7 +63,7 @@ def train_keypoints(
     first = plan.seed * PLACES_PER_SEED
     crops = gather_crops(out / CROPS_FOLDER, first, plan.crops, tell)
     held_out = gather_crops(out / CROPS_FOLDER, FIRST_HELD_OUT_SEED + first, plan.held_out, tell)
-    trainer = train(plan, crops, held_out, out, tell, resume)
+    trainer = train(plan, crops, held_out, out, tell, resume, start=start)
     write_curve(trainer.curve, out)
     scores = trainer.score(held_out)
     facts = {

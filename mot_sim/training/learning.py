@@ -18,6 +18,7 @@ from mot_sim.simulation.truth import KeypointVisibility
 from mot_sim.training.augmentation import augmented_crops, detected_crops
 from mot_sim.training.keypoint_crops import Crops
 from mot_sim.training.network import build_network, keypoint_loss, load_torch, size_of, target_maps
+from mot_sim.training.warm_start import begin_with
 from tracker.errors import BadConfig, BadFile, DatasetNotFound
 from tracker.shape import CROP_MARGIN, decode, network_input
 
@@ -61,6 +62,8 @@ class TrainingPlan:
     """Decay of the weights, 0 or more and below 1; raising it keeps the weights smaller."""
     average: int = 400
     """Steps over which the exported weights are about averaged, 1 or more; more smooth more."""
+    start: str = ""
+    """SHA-256 of the weights that the training begins with; empty: random ones."""
 
     def __post_init__(self) -> None:
         for name in ("crops", "epochs", "held_out", "average"):
@@ -234,11 +237,18 @@ def train(
     tell: Progress,
     resume: bool = False,
     save_every: int = 250,
+    start: Path | None = None,
 ) -> KeypointTrainer:
-    """Train to the end of the plan, with checkpoints on the way and one when interrupted."""
+    """Train to the end of the plan, with checkpoints on the way and one when interrupted.
+
+    start: an ONNX file whose weights the training begins with.
+    """
     trainer, path = KeypointTrainer.begin(plan), folder / CHECKPOINT_FILE
     if resume:
         load_checkpoint(trainer, path)
+    elif start is not None:
+        begin_with(trainer.network, start, crops, plan.seed)
+        trainer.mean.load_state_dict(trainer.network.state_dict())
     try:
         while trainer.step < plan.steps:
             trainer.recent_losses.append(trainer.learn(crops))

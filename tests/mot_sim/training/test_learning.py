@@ -1,6 +1,7 @@
 """PCK, confidences, targets, the plan; a small training from crops to files, where torch is."""
 
 import json
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from importlib.util import find_spec
@@ -22,9 +23,17 @@ from mot_sim.training.learning import (
     train,
 )
 from mot_sim.training.network import target_maps
+from mot_sim.training.warm_start import begin_with
 from tests.mot_sim.cli.conftest import CommandLine, mot_sim
 from tests.mot_sim.training.made_up import made_up
-from tracker.errors import BadConfig, BadFile, DatasetNotFound, OutputExists, UnknownName
+from tracker.errors import (
+    BadConfig,
+    BadFile,
+    BadWeights,
+    DatasetNotFound,
+    OutputExists,
+    UnknownName,
+)
 from tracker.shape import Hourglass, decode
 
 __all__ = ["mot_sim"]  # the fixture
@@ -209,6 +218,31 @@ def test_opencv_and_pytorch_see_the_same(out: Path) -> None:
     found = Hourglass.load(path).run(crops)
     assert found[0] == pytest.approx(every[-1].numpy(), abs=2e-3)
     assert found[1] == pytest.approx(activations.numpy(), abs=2e-3)
+
+
+@needs_torch
+@pytest.mark.slow
+def test_a_training_goes_on_from_the_weights_of_a_file(out: Path, tmp_path: Path) -> None:
+    import torch
+
+    from tracker.shape import network_input
+
+    first = train_keypoints(PLAN, out, say_nothing)
+    start, crops = out / "hourglass.onnx", made_up(PLAN.crops)
+    trainer, shown = KeypointTrainer.begin(PLAN), made_up(5).images[:, :64, :64]
+    begin_with(trainer.network, start, crops, 0)
+    trainer.network.eval()
+    with torch.no_grad():
+        every, _ = trainer.network(torch.from_numpy(network_input(shown)))
+    assert every[-1].numpy() == pytest.approx(Hourglass.load(start).run(shown)[0], abs=2e-3)
+    later = tmp_path / "later"
+    shutil.copytree(out / "crops", later / "crops")
+    scores = train_keypoints(replace(PLAN, epochs=1, rate=1e-4), later, say_nothing, start=start)
+    assert scores.pck > first.pck - 0.1
+    card = Hourglass.load(later / "hourglass.onnx").card
+    assert card["training"]["start"] == Hourglass.load(start).sha256
+    with pytest.raises(BadWeights, match="--size"):
+        begin_with(KeypointTrainer.begin(replace(PLAN, size="shipped")).network, start, crops, 0)
 
 
 @needs_torch
