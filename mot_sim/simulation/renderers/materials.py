@@ -111,7 +111,7 @@ def patterns() -> Int8[Array, "m k"]:
     noise, streaks = _noise(1.0, 1.0), _noise(1.0, 0.09)
     v, u = np.mgrid[:size, :size] / TEXELS_A_METRE
     walls = {
-        Material.PLASTER: 0.1 * noise + 0.06 * streaks,
+        Material.PLASTER: 0.06 * _noise(1.0, 1.0, 0.8) + 0.03 * noise + 0.03 * streaks,
         Material.BRICK: _courses(u, v, 0.256, 12.8 / 154, 0.020, 0.5, 0.4)
         + 0.13 * noise + 0.05 * streaks,
         Material.BOARDS: _courses(u, v, 12.8, 12.8 / 68, 0.026, 0.16, -0.4)
@@ -121,7 +121,7 @@ def patterns() -> Int8[Array, "m k"]:
         Material.TILES: _courses(u, v, 0.256, 0.32, 0.0, 0.3, 0.0) + 0.17 * noise
         + 0.32 * (0.5 - v / 0.32 % 1.0) - 0.2 * (v / 0.32 % 1.0 > 0.8),
         # Curtains, dim rooms, and what stands opposite, mirrored.
-        Material.PANE: 0.4 * _noise(1.0, 0.6, 1.5) + 0.7 * (_noise(1.0, 0.3, 1.8) > 0.9),
+        Material.PANE: 0.22 * _noise(1.0, 0.6, 1.5) + 0.5 * (_noise(1.0, 0.3, 1.8) > 0.9),
         Material.BARK: 0.28 * _noise(1.0, 0.2),
     }  # fmt: skip
     rows = np.zeros((max(walls) + 1, sum(side * side for side in NOISE_SIZES)), np.int8)

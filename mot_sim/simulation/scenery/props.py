@@ -24,7 +24,7 @@ SIGN_FACES: tuple[tuple[Colour, Colour, int], ...] = (  # rim, middle, corners
     ((226, 226, 220), (24, 74, 150), 4),
     ((226, 226, 220), (214, 178, 40), 4),
 )
-LEAF_COLOURS: tuple[Colour, ...] = ((62, 86, 36), (78, 98, 44), (52, 78, 40), (92, 104, 50))
+LEAF_COLOURS: tuple[Colour, ...] = ((65, 90, 39), (82, 102, 47), (55, 82, 42), (96, 108, 53))
 BARK_COLOUR: Colour = (84, 72, 58)
 LEAF = Semantic.VEGETATION
 TREE_KINDS = 6  # trees that differ; each place takes one, turned and scaled
