@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mot_sim.simulation.renderers import Material, Mesh, Semantic, View
-from mot_sim.simulation.renderers.filling import fill, fill_behind
+from mot_sim.simulation.renderers.filling import KernelFiller, fill, fill_behind
 from mot_sim.simulation.renderers.materials import Materials, patterns
 from mot_sim.simulation.renderers.raster import RasterRenderer, paint
 from mot_sim.simulation.renderers.skins import marked
@@ -84,7 +84,7 @@ def test_one_sees_through_gaps_but_the_truth_does_not(seed: int) -> None:
     is_crown = open_one.semantics == Semantic.VEGETATION
     np.testing.assert_array_equal(open_one.image[~is_crown], whole.image[~is_crown])
     triangles = Triangles.of(tufts.instances, SMALL, 0.3)
-    shown = Materials.of(tufts, triangles).fill(triangles, tufts)[1]
+    shown = Materials.of(tufts, triangles).fill(triangles, tufts, KernelFiller())[1]
     gaps = is_crown & (np.append(triangles.objects, -1)[shown.numbers - 1] != 0)
     behind = fill(triangles.of_objects(np.array([1])), SMALL)
     np.testing.assert_array_equal(shown.nearness[gaps], behind.nearness[gaps])
