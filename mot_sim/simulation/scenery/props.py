@@ -1,4 +1,4 @@
-"""What stands beside roads one by one: lamp posts, signs, rails, walls, trees, bushes, hedges."""
+"""What stands beside roads one by one: lamp posts, wires, rails, walls, trees, bushes, hedges."""
 
 import itertools
 from collections.abc import Callable
@@ -9,21 +9,14 @@ import numpy as np
 
 from mot_sim.simulation.random_numbers import named_stream
 from mot_sim.simulation.renderers import Material, Semantic
+from mot_sim.simulation.scenery.signs import STEEL_COLOUR, sign
 from mot_sim.simulation.scenery.solids import Colour, Solid, box, cross, facing, join, prism, shaded
 
-STEEL_COLOUR: Colour = (128, 132, 134)
 LAMP_HEIGHT_METRES = 6.5
 WIRE_HEIGHT_METRES, WIRE_SAG = 6.3, 0.02  # where it is fixed; how far it hangs, of its length
 WIRE_WIDTHS = (0.024, 0.05)  # by detail, metres: about a pixel
 WIRE_EDGES = ((-0.5, -0.3), (0.5, -0.3), (0.0, 0.6))  # aside and up, in widths
 WIRE_COLOUR: Colour = (70, 72, 74)
-SIGN_FACES: tuple[tuple[Colour, Colour, int], ...] = (  # rim, middle, corners
-    ((176, 28, 32), (232, 232, 226), 12),
-    ((24, 74, 150), (24, 74, 150), 12),
-    ((176, 28, 32), (232, 232, 226), 3),
-    ((226, 226, 220), (24, 74, 150), 4),
-    ((226, 226, 220), (214, 178, 40), 4),
-)
 LEAF_COLOURS: tuple[Colour, ...] = ((65, 90, 39), (82, 102, 47), (55, 82, 42), (96, 108, 53))
 BARK_COLOUR: Colour = (84, 72, 58)
 LEAF = Semantic.VEGETATION
@@ -81,32 +74,6 @@ def wire(start: np.ndarray, end: np.ndarray, detail: int) -> Solid:
         for one, other in pairwise([*edges, edges[0]])
     ]
     return join(sides)
-
-
-def sign(kind: int) -> Solid:
-    """A traffic sign at the origin; it looks towards -x."""
-    rim, middle, corners = SIGN_FACES[kind % len(SIGN_FACES)]
-    pole = prism(0.035, 0.0, 2.75, STEEL_COLOUR, Semantic.POLE, 5)
-    front = [_disc(corners, r, x) for r, x in ((0.36, -0.05), (0.27, -0.06))]
-    back = _disc(corners, 0.36, -0.04)
-    inside, behind = (0.0, 0.0, 2.4), (-0.3, 0.0, 2.4)
-    plates = [
-        facing(front[0], rim, Semantic.OTHER, inside),
-        facing(front[1], middle, Semantic.OTHER, inside),
-        facing(back, (120, 122, 124), Semantic.OTHER, behind),
-    ]
-    symbol = np.array(
-        [[(-0.07, -0.05, 2.28), (-0.07, 0.05, 2.28), (-0.07, 0.05, 2.53), (-0.07, -0.05, 2.53)]]
-    )
-    return join([pole, *plates, facing(symbol, (30, 30, 32), Semantic.OTHER, inside)])
-
-
-def _disc(corners: int, radius: float, x: float) -> np.ndarray:
-    """A regular polygon as triangles around its middle, upright at an x."""
-    turn = (np.arange(corners + 1) + 0.5 * (corners == 4)) * (2.0 * np.pi / corners)
-    rim = np.stack((0.0 * turn + x, radius * np.sin(turn), 2.4 + radius * np.cos(turn)), axis=1)
-    centre = np.broadcast_to(np.array([x, 0.0, 2.4]), rim[:-1].shape)
-    return np.stack((centre, rim[:-1], rim[1:]), axis=1)
 
 
 def rail(length: float, detail: int) -> Solid:
@@ -246,7 +213,6 @@ def _icosahedron() -> tuple[np.ndarray, np.ndarray]:
 
 
 _lamp_post = lru_cache(lamp_post)
-_sign = lru_cache(sign)
 
 
 def makers(seed: int) -> dict[str, tuple[Make, float, bool]]:
@@ -256,7 +222,7 @@ def makers(seed: int) -> dict[str, tuple[Make, float, bool]]:
         "bush": (lambda number, detail: bush(seed, number * 3 % BUSH_KINDS, detail), 0.6, True),
         "lamp": (lambda number, detail: _lamp_post(), 0.12, False),
         "sign": (
-            lambda number, detail: _sign((number * 3 + number // 5) % len(SIGN_FACES)),
+            lambda number, detail: sign(number * 3 + number // 5),
             0.12,
             False,
         ),
