@@ -1,6 +1,7 @@
 """Whether the predicted box of a car that was not detected is worth a row."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -21,6 +22,7 @@ LOGITS, LOG_HITS, LOG_HEIGHTS = (-6.0, 7.0), (0.0, 4.0), (3.2, 6.0)
 MIN_STD = 0.01
 LIMITS = np.array([LOGITS, LOG_HITS, LOG_HEIGHTS])
 TELL_GAPS = Kernel("tracker.kernels.gaps", "tell_gaps")
+WEIGH_GAPS = Kernel("tracker.kernels.gaps", "weigh_gaps")
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,11 @@ class GapRows:
         others = self.existence, self.hits, self.place, self.width, self.height, self.leaving
         return (self.intercept, *others)
 
+    @cached_property
+    def _weights(self) -> Float[Array, "7"]:
+        """The same as an array."""
+        return np.array(self.weights)
+
     def __call__(
         self, tracks: ActiveTracks, estimates: CarEstimates, camera: Camera
     ) -> tuple[Float[Array, " n"], Bool[Array, " n"]]:
@@ -67,8 +74,8 @@ class GapRows:
 
         estimates: of the cars behind them. What was detected only once is not put out.
         """
-        intercept, *weights = self.weights
-        logits = intercept + gap_features(tracks, estimates, camera).dot(weights)
+        logits = np.empty(len(tracks))
+        WEIGH_GAPS(gap_features(tracks, estimates, camera), self._weights, logits)
         probabilities: Float[Array, " n"] = 1.0 / (1.0 + np.exp(-logits))
         return probabilities, (probabilities >= self.threshold) & (tracks.hits > 1)
 

@@ -23,6 +23,7 @@ from tracker.errors import BadConfig, TrackingError, WorkersLost
 
 CONNECT_TIMEOUT = 10.0  # seconds that a scheduler may take to answer
 IDLE_TIMEOUT = 60.0  # seconds without any worker, after which none is expected any more
+FAR_PROCESSES = 32
 POLL_SECONDS = 1.0  # between looks at which workers are there
 MAX_ERROR_LETTERS = 200  # that are kept of what joblib or Dask say
 KEPT = "finished trials are kept where there is a folder for them: run the same command again"
@@ -71,6 +72,15 @@ class WorkerPool:
     """Keyword arguments of joblib's `parallel_config`, which choose the backend."""
     is_far: bool = False
     """Whether the workers are on other machines; then even a single task is sent to them."""
+
+    @property
+    def processes(self) -> int:
+        """How many processes share the work; of a cluster, whose workers come and go, a guess."""
+        if self.is_far:
+            return FAR_PROCESSES
+        from joblib import effective_n_jobs
+
+        return int(effective_n_jobs(self.jobs))
 
     def run(
         self,

@@ -3,6 +3,7 @@
 from tracker.batch.batch_costs import BatchCosts, BatchMatch
 from tracker.batch.batch_tracker import BatchRows, BatchTracker
 from tracker.batch.prepared_frames import PreparedFrames, prepare_frames
+from tracker.batch.whole_drives import follows_together, track_drives
 
 __all__ = [
     "BatchCosts",
@@ -10,5 +11,7 @@ __all__ = [
     "BatchRows",
     "BatchTracker",
     "PreparedFrames",
+    "follows_together",
     "prepare_frames",
+    "track_drives",
 ]

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
+from tracker.association import match_in_stages
 from tracker.batch.drive_memories import DriveRoads
 from tracker.batch.prepared_frames import FrameMotions
 from tracker.beliefs import Beliefs
@@ -62,13 +63,36 @@ class BatchCosts:
     columns: Int[Array, " _"]
     """Where those of each drive begin, and the last ones end."""
     pairs: tuple[Int[Array, " k"], Int[Array, " k"]]
-    """Rows of `tracks` and of `detections` that were compared, in that order."""
+    """Rows of `tracks`, ascending, and of `detections` that were compared."""
     costs: Float[Array, " k"]
     """What each pair costs; all others are impossible, as those with inf are."""
     motions: FrameMotions
     """Of the cameras, one row per drive."""
     roads: DriveRoads
     """What is known of the road of each drive before the detections."""
+
+    def matrix(self, drive: int) -> Float[Array, "n m"]:
+        """The costs of one drive, as `CostMatrix` has them."""
+        top, bottom = self.starts[drive], self.starts[drive + 1]
+        left, right = self.columns[drive], self.columns[drive + 1]
+        matrix = np.full((bottom - top, right - left), np.inf)
+        mine = slice(*np.searchsorted(self.pairs[0], (top, bottom)))
+        rows, columns = self.pairs
+        matrix[rows[mine] - top, columns[mine] - left] = self.costs[mine]
+        return matrix
+
+    def match_each(self, one: Tracker) -> "BatchMatch":
+        """The match that a tracker alone with each drive makes."""
+        strong = self.detections.scores >= one.strong_score
+        pairs, lost, new = [], [], []
+        for drive in range(len(self.starts) - 1):
+            top, left = self.starts[drive], self.columns[drive]
+            columns = strong[left : self.columns[drive + 1]]
+            match = match_in_stages(self.matrix(drive), columns, one.associate)
+            pairs.append(match.pairs + (top, left))
+            lost.append(match.unmatched_tracks + top)
+            new.append(match.unmatched_detections + left)
+        return BatchMatch(np.concatenate(pairs), np.concatenate(lost), np.concatenate(new))
 
     @cached_property
     def track_drives(self) -> Int[Array, " n"]:
@@ -86,8 +110,18 @@ class BatchMatch:
     """Which detections are of which tracks, in all drives; rows and columns of `BatchCosts`."""
 
     pairs: Int[Array, "p 2"]
-    """A track and a detection of its drive, in the order of tracks."""
+    """A track and a detection of its drive, drive by drive. Sums over matched tracks keep the order
+    within a drive, and so do the tracks of drives where all were matched."""
     unmatched_tracks: Int[Array, " l"]
     """The other tracks, ascending."""
     unmatched_detections: Int[Array, " b"]
     """The detections that begin tracks where their score is high enough, ascending."""
+
+    def order_after(self, drives: Int[Array, " n"]) -> Int[Array, " n"]:
+        """In which order the tracks of these drives stand after it: the old one, or in drives
+        where all were matched that of the pairs."""
+        order, rows = np.arange(len(drives)), self.pairs[:, 0]
+        is_whole = np.ones(drives.max(initial=0) + 1, bool)
+        is_whole[drives[self.unmatched_tracks]] = False
+        order[is_whole[drives]] = rows[is_whole[drives[rows]]]
+        return order

@@ -255,13 +255,16 @@ class BatchTracker:
         roads, places, drives = compared.roads, self.places, of_track
         if self.cars is not None:
             roads = self._update_cars(self.cars, compared, rows, columns, seen[1])
-        sources = np.arange(len(tracks))
+        sources = match.order_after(of_track)
+        if self.cars is not None:
+            places = places[sources]
         if len(missed):
             updated = tracks.updated(rows, updated)
             updated.existence[missed] = miss
+            updated = updated.select(sources)
             alive = how.lifecycle.are_alive(updated, how.camera)
             if not alive.all():
-                sources, updated = alive.nonzero()[0], updated.select(alive)
+                sources, updated = sources[alive], updated.select(alive)
                 if self.cars is not None:
                     self.cars.release(places[~alive])
                     places = places[alive]

@@ -5,7 +5,7 @@ from math import log, sqrt
 import numpy as np
 
 from tracker.kernels.car_boxes import put_box
-from tracker.kernels.compiling import A2, F1, F2, F3, FLOAT, I1, I2, OUT2, inlined, kernel
+from tracker.kernels.compiling import A2, F1, F2, F3, FLOAT, I1, I2, OUT1, OUT2, inlined, kernel
 
 
 @inlined
@@ -51,3 +51,16 @@ def tell_gaps(
         features[car, 2], features[car, 3] = log(place + min_std), log(width + min_std)
         features[car, 4] = within(log(height), limits[2, 0], limits[2, 1])
         features[car, 5] = 1.0 if min(left, far[0] - right) < margin else 0.0
+
+
+@kernel(F2, F1, OUT1, allocates=False)
+def weigh_gaps(features, weights, logits):
+    """Logits: the first weight, then features (n, 6) times the others, in the same order for each.
+
+    (A product of matrices adds up in an order of its own for each number of rows.)
+    """
+    for car in range(len(features)):
+        total = 0.0
+        for column in range(features.shape[1]):
+            total += features[car, column] * weights[column + 1]
+        logits[car] = weights[0] + total

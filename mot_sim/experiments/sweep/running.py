@@ -16,9 +16,10 @@ import pyarrow.parquet as pq
 from mot_sim.experiments.executor import Executor, WorkerPool
 from mot_sim.experiments.sweep.design import Design, Point, Range
 from mot_sim.experiments.sweep.drives import Recordings, truth_key
+from mot_sim.experiments.sweep.groups import JobGroup, group_without_lost, grouped, run_group
 from mot_sim.experiments.sweep.store import SWEEP_FILE, TABLE_FILE, SweepFolder, TrialOutcome
 from mot_sim.experiments.sweep.tracker_specs import TrackerSpec
-from mot_sim.experiments.sweep.trial import Job, JobDone, run_job, without_lost
+from mot_sim.experiments.sweep.trial import Job, JobDone, run_job
 from mot_sim.files.documents import CONTENT_ERRORS
 from mot_sim.files.fingerprint import SWEEP_FORMAT, code_digest, digest
 from mot_sim.files.settings import versions
@@ -167,22 +168,23 @@ def _run(
     truths = truth_jobs(todo)
     for number, _ in enumerate(pool.run(run_job, truths), 1):
         tell("truth", number, len(truths))
-    done, again = before, list[Job]()
+    done, again = before, list[JobGroup]()
 
-    def give_up(job: Job) -> JobDone:
-        lost, rest = without_lost(job)
+    def give_up(group: JobGroup) -> JobDone:
+        lost, rest = group_without_lost(group)
         again.extend(rest)
         return lost
 
     tell("trials", done, total)
-    while todo:
-        for _, job in pool.run(run_job, todo, give_up):
+    groups = grouped(todo, pool.processes)
+    while groups:
+        for _, job in pool.run(run_group, groups, give_up):
             done += job.trials
             tell("trials", done, total)
             for who, said in job.said:
                 for line in said.splitlines():
                     log.info("%s: %s", who, line)
-        todo, again = again, []
+        groups, again = again, []
 
 
 def _require_all(plan: SweepPlan, done: Mapping[str, TrialOutcome], folder: Path) -> None:

@@ -67,9 +67,7 @@ def run_trial(
         at = "in the end"
         require_rows(output, came)
         at = "scoring"
-        scores = evaluate_sequence(drive.truth, output, drive.frame_count, rules).numbers()
-        if spatial:
-            scores |= drive.spatial_scores(output).numbers()
+        scores = scores_of(output, drive, rules, spatial)
     except (Exception, SystemExit) as error:  # noqa: BLE001
         kind = "" if isinstance(error, BadRows) else f"{type(error).__name__}: "
         words = " ".join(f"{at}: {kind}{error}".split())[:MAX_ERROR_LETTERS]
@@ -77,8 +75,17 @@ def run_trial(
         return TrialOutcome({}, words, len(came), detections, thread_time() - start, said)
     finally:
         close_tracker(tracker)  # when we are interrupted, too
-    numbers = {name: _plain(value) for name, value in scores.items() if not np.isnan(value)}
-    return TrialOutcome(numbers, None, len(came), detections, seconds, said)
+    return TrialOutcome(scores, None, len(came), detections, seconds, said)
+
+
+def scores_of(
+    output: Tracks, drive: TrialSequence, rules: str, spatial: bool = False
+) -> dict[str, int | float]:
+    """The scores of an output by name, those that are NaN left out; spatial: of cuboids, too."""
+    scores = evaluate_sequence(drive.truth, output, drive.frame_count, rules).numbers()
+    if spatial:
+        scores |= drive.spatial_scores(output).numbers()
+    return {name: _plain(value) for name, value in scores.items() if not np.isnan(value)}
 
 
 def require_rows(rows: object, allowed: list[int]) -> None:
@@ -134,6 +141,14 @@ class Job:
     trials: tuple[tuple[str, TrackerSpec], ...] = ()
     """Keys and trackers; empty: only the truth is recorded."""
 
+    def about(self, contender: TrackerSpec) -> dict[str, str | int]:
+        """What a person wants to know who opens the file of one of the trials."""
+        return {
+            "tracker": contender.name,
+            "scene": self.conditions.scene,
+            "seed": self.seed,
+        }
+
 
 @dataclass(frozen=True)
 class JobDone:
@@ -151,24 +166,28 @@ def run_job(job: Job) -> JobDone:
     What goes wrong before a tracker is asked is the error of all the trials. Raises BadConfig
     where the code here is not the code that asked.
     """
+    require_same_code(job)
+    folder = SweepFolder(job.folder)
+    drive = drive_for(job)
+    said: list[tuple[str, str]] = []
+    for key, contender in job.trials:
+        if isinstance(drive, TrialSequence):
+            outcome = run_trial(contender, drive, job.rules, job.spatial)
+        else:
+            outcome = TrialOutcome({}, drive)
+        folder.write(key, outcome, job.about(contender))
+        if outcome.output:
+            said.append((f"{contender.name}, seed {job.seed}", outcome.output))
+    return JobDone(len(job.trials), tuple(said))
+
+
+def require_same_code(job: Job) -> None:
+    """Raise BadConfig where the code here is not the code that asked."""
     if job.code != code_digest():
         raise BadConfig(
             f"a worker has other code or libraries ({code_digest()[:8]}, asked {job.code[:8]}): "
             "install the same mot-sim, numpy, scipy and OpenCV on all machines"
         )
-    folder = SweepFolder(job.folder)
-    drive = _drive(job)
-    said: list[tuple[str, str]] = []
-    for key, contender in job.trials:
-        about = {"tracker": contender.name, "scene": job.conditions.scene, "seed": job.seed}
-        if isinstance(drive, TrialSequence):
-            outcome = run_trial(contender, drive, job.rules, job.spatial)
-        else:
-            outcome = TrialOutcome({}, drive)
-        folder.write(key, outcome, about)
-        if outcome.output:
-            said.append((f"{contender.name}, seed {job.seed}", outcome.output))
-    return JobDone(len(job.trials), tuple(said))
 
 
 def without_lost(job: Job) -> tuple[JobDone, list[Job]]:
@@ -183,13 +202,13 @@ def without_lost(job: Job) -> tuple[JobDone, list[Job]]:
     finished = [folder.read(key) is not None for key, _ in job.trials]
     place = finished.index(False) if False in finished else len(finished) - 1
     key, contender = job.trials[place]
-    about = {"tracker": contender.name, "scene": job.conditions.scene, "seed": job.seed}
-    folder.write(key, TrialOutcome({}, "the process of the trial died, and died again"), about)
+    died = TrialOutcome({}, "the process of the trial died, and died again")
+    folder.write(key, died, job.about(contender))
     rest = job.trials[place + 1 :]
     return JobDone(place + 1), [replace(job, trials=rest)] if rest else []
 
 
-def _drive(job: Job) -> TrialSequence | str:
+def drive_for(job: Job) -> TrialSequence | str:
     """What the trackers are given; or what went wrong with it."""
     try:
         recorded = job.recordings.truth(job.conditions, job.seed)

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from mot_sim.experiments.result_file import read_result, write_result
-from mot_sim.experiments.sweep.trial import Job
+from mot_sim.experiments.sweep.groups import JobGroup
+from mot_sim.experiments.sweep.trial import JobDone
 from tests.mot_sim.cli.conftest import CommandLine
 from tests.mot_sim.report.page.made import stress_result, write_every
 from tests.mot_sim.report.page.pages import Page
@@ -97,15 +98,15 @@ def test_a_sweep_that_was_interrupted_is_shown_as_far_as_it_is(
 ) -> None:
     axis = ("--axis", "detector.jitter=0,1,2", "--out", tmp_path / "out")
     running = import_module("mot_sim.experiments.sweep.running")
-    real, trials = running.run_job, []
+    real, groups = running.run_group, []
 
-    def ctrl_c_after_two(job: Job) -> int:
-        if len(trials) == 2:
+    def ctrl_c_after_one(group: JobGroup) -> JobDone:
+        if groups:
             raise KeyboardInterrupt
-        trials.extend([job] if job.trials else [])
-        return real(job)
+        groups.append(group)
+        return real(group)
 
-    monkeypatch.setattr(running, "run_job", ctrl_c_after_two)
+    monkeypatch.setattr(running, "run_group", ctrl_c_after_one)
     assert mot_sim(*SWEEP, *axis).code == 130
     told = mot_sim("report", tmp_path / "out", "--out", tmp_path / "r.html")
     assert told.code == 0, told.err

@@ -1,6 +1,6 @@
-"""Many drives tracked at once give what one tracker per drive gives, row by row."""
+"""Many drives tracked at once give what one tracker per drive gives, bit for bit."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,11 +8,13 @@ import pytest
 
 from mot_sim.simulation.episode import record
 from mot_sim.simulation.registry import find_scene
-from tracker import TRACKERS, Detections, Frame, Tracker
-from tracker.association import Match, match_in_stages
-from tracker.batch import BatchCosts, BatchMatch, BatchTracker, PreparedFrames, prepare_frames
+from tracker import TRACKERS, Camera, Detections, Frame, Tracker
+from tracker.association import Greedy, match_in_stages
+from tracker.batch import BatchTracker, PreparedFrames, prepare_frames
+from tracker.costs import ImageOverlap, Reprojection, Volume
 from tracker.errors import BadConfig
 from tracker.geometry import homogeneous, rotation_y
+from tracker.lifecycle import Lifecycle
 
 UNSURE = np.diag(np.square([0.01, 0.01, 0.05, 0.004, 0.008, 0.001]))
 
@@ -54,68 +56,67 @@ def drives() -> list[list[Frame]]:
     return [list(record(scene, seed)) for seed, scene in enumerate(scenes)]
 
 
-def dense(compared: BatchCosts, drive: int) -> np.ndarray:
-    """The cost matrix of one drive."""
-    top, left = compared.starts[drive], compared.columns[drive]
-    n, m = compared.starts[drive + 1] - top, compared.columns[drive + 1] - left
-    matrix = np.full((n, m), np.inf)
-    mine = compared.track_drives[compared.pairs[0]] == drive
-    matrix[compared.pairs[0][mine] - top, compared.pairs[1][mine] - left] = compared.costs[mine]
-    return matrix
+def equal(one: object, other: object) -> None:
+    """Every array of two tables is the same, bit for bit."""
+    assert type(one) is type(other)
+    for name, mine in vars(one).items():
+        theirs = vars(other)[name]
+        if isinstance(mine, np.ndarray):
+            np.testing.assert_array_equal(mine, theirs, err_msg=name, strict=True)
+        elif mine is not None or theirs is not None:
+            equal(mine, theirs)
 
 
-def matched(tracker: Tracker, compared: BatchCosts, count: int) -> tuple[BatchMatch, list[Match]]:
-    """What the tracker's own association makes of every drive."""
-    each, pairs, lost, new = [], [np.zeros((0, 2), int)], [], []
-    for drive in range(count):
-        top, left = compared.starts[drive], compared.columns[drive]
-        scores = compared.detections.scores[left : compared.columns[drive + 1]]
-        match = match_in_stages(
-            dense(compared, drive), scores >= tracker.strong_score, tracker.associate
-        )
-        # In the order of rows and columns, as a `BatchMatch` is.
-        in_order = match.pairs[np.argsort(match.pairs[:, 0])]
-        new_ones = np.sort(match.unmatched_detections)
-        match = replace(match, pairs=in_order, unmatched_detections=new_ones)
-        each.append(match)
-        pairs.append(match.pairs + (top, left))
-        lost.append(match.unmatched_tracks + top)
-        new.append(match.unmatched_detections + left)
-    table = np.concatenate(pairs)
-    table = table[np.argsort(table[:, 0])]
-    return BatchMatch(table, np.sort(np.concatenate(lost)), np.sort(np.concatenate(new))), each
+# Trackers whose steps differ, by the names that tests give them.
+KINDS: dict[str, Callable[[Camera], Tracker]] = {
+    **TRACKERS,
+    "greedy": lambda camera: replace(Tracker.default(camera), associate=Greedy(0.7)),
+    "brief": lambda camera: replace(Tracker.default(camera), lifecycle=Lifecycle(0.8, max_gap=0.0)),
+    "all geometry": lambda camera: Tracker.default(
+        camera, ((0.5, ImageOverlap()), (0.3, Volume()), (0.2, Reprojection()))
+    ),
+}
 
 
-@pytest.mark.parametrize("name", list(TRACKERS))
+@pytest.mark.parametrize("name", list(KINDS))
 @pytest.mark.parametrize("how", [plain, jittery, uneven])
 def test_drives_side_by_side_give_what_each_gives_alone(drives, name, how) -> None:
     camera = record(find_scene("street", frames=2), 0).camera
-    tracker, given = TRACKERS[name](camera), [how(frames) for frames in drives]
-    alone = [TRACKERS[name](camera) for _ in given]
+    tracker, given = KINDS[name](camera), [how(frames) for frames in drives]
+    alone = [KINDS[name](camera) for _ in given]
     batch, frames, first = BatchTracker(tracker, len(given)), prepared(tracker, []), []
     for each in given:
         first.append(len(frames))
         frames = prepared(tracker, each).after(frames)
+    lengths = np.array([len(each) for each in given])
     for step in range(max(map(len, given))):
-        lengths = np.array([len(each) for each in given])
         at = np.where(step < lengths, np.array(first) + step, 0)
         if step:
             batch.reset(np.flatnonzero(lengths == step))
         compared = batch.compare(frames, at)
-        match, matches = matched(tracker, compared, len(given))
-        rows = batch.apply_match(compared, match)
+        rows = batch.apply_match(compared, compared.match_each(tracker))
         for drive, each in enumerate(given):
-            mine = rows.output.select(rows.output.frames == drive)
+            output = rows.output.select(rows.output.frames == drive)
+            mine = np.flatnonzero(rows.drives == drive)
             if step >= len(each):
-                assert len(mine) == 0
+                assert len(output) == len(mine) == 0
                 continue
-            single = alone[drive].cost_matrix(each[step])
-            np.testing.assert_allclose(dense(compared, drive), single.costs, atol=1e-12)
-            written = alone[drive].apply_match(each[step], single, matches[drive])
-            np.testing.assert_array_equal(mine.ids, written.ids)
-            np.testing.assert_allclose(mine.boxes, written.boxes, atol=1e-9)
-            np.testing.assert_allclose(mine.scores, written.scores, atol=1e-9)
-            assert (rows.drives == drive).sum() == len(alone[drive].state.tracks)
+            single, before = alone[drive].cost_matrix(each[step]), alone[drive].state.tracks.ids
+            np.testing.assert_array_equal(compared.matrix(drive), single.costs)
+            strong = single.detections.scores >= tracker.strong_score
+            match = match_in_stages(single.costs, strong, tracker.associate)
+            written = alone[drive].apply_match(each[step], single, match)
+            state = alone[drive].state
+            for column in ("ids", "boxes", "scores"):
+                np.testing.assert_array_equal(getattr(output, column), getattr(written, column))
+            equal(batch.tracks.select(mine), state.tracks.replaced(cars=None))
+            if state.estimates is not None:
+                equal(batch.estimates.select(mine), state.estimates)
+                for column, number in zip(vars(batch.roads).values(), state.road, strict=True):
+                    np.testing.assert_array_equal(column[drive], number)
+            sources = rows.sources[mine]
+            kept = sources[sources >= 0] - compared.starts[drive]
+            np.testing.assert_array_equal(before[kept], state.tracks.ids[sources >= 0])
 
 
 def prepared(tracker: Tracker, frames: list[Frame]) -> PreparedFrames:
@@ -131,7 +132,7 @@ def test_a_drive_that_begins_anew_forgets_all(drives) -> None:
         assert kept.sum() == (0 if round_ == 0 else len(batch.tracks))
         for step in range(6):
             compared = batch.compare(frames, np.array([step, 6 * round_ + step]) + 1)
-            rows = batch.apply_match(compared, matched(tracker, compared, 2)[0])
+            rows = batch.apply_match(compared, compared.match_each(tracker))
             seen.append(rows.output.select(rows.output.frames == 0))
     for one, other in zip(seen[:6], seen[6:], strict=True):
         np.testing.assert_array_equal(one.ids, other.ids)
