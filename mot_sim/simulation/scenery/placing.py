@@ -195,7 +195,7 @@ def _single(
     amount: float,
     scatter: float = 0.5,
 ) -> list[Item]:
-    """Trees, bushes, lamps or signs, one by one."""
+    """Trees, bushes, lamps or signs, one by one; a sign faces those who drive on its side."""
     make, radius, leafy = makers(seed)[kind]
     circle = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]) * radius
     least = max(min(away - 0.8, 0.6 * away), MIN_CLEARANCE_METRES)
@@ -209,8 +209,6 @@ def _single(
     for number, out, draw in zip(settled, outs[settled], draws[settled].tolist(), strict=True):
         size = 0.75 + 0.55 * draw[3] if leafy else 1.0
         turn = 2.0 * np.pi * draw[4] if leafy else float(np.arctan2(out[1], out[0]) - 0.5 * np.pi)
-        if kind == "sign":
-            turn += 0.5 * np.pi * (1.0 if draw[5] < 0.5 else -1.0) + 0.5 * np.pi
         scale = (size, size * (0.9 + 0.35 * draw[5])) if leafy else (1.0, 1.0)
         there = (float(spots[number, 0]), float(spots[number, 1]))
         move = partial(_moved, make, number, (there, turn, scale))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
+from scipy.spatial import KDTree
 
 from mot_sim.simulation import random_numbers
 from mot_sim.simulation.traffic.roads import Roads, ribbon
@@ -32,6 +33,32 @@ class Crack:
 
     points: Float[Array, "n 2"]
     """Points x, y in world, metres, in order."""
+
+
+@dataclass(frozen=True, eq=False)
+class LaneWays:
+    """Which way lanes lead, by the nearest piece of any."""
+
+    middles: KDTree
+    """x, y in world of the middles of the lanes' pieces, metres."""
+    ways: Float[Array, "n 2"]
+    """Unit vectors along each piece."""
+
+    @classmethod
+    def of(cls, roads: Roads) -> "LaneWays":
+        """Those of all lanes; without lanes everything leads along x."""
+        lines = [np.zeros((0, 2)), *(np.asarray(lane.centre)[:, :2] for lane in roads.lanes)]
+        steps = np.concatenate([np.diff(line, axis=0) for line in lines])
+        middles = np.concatenate([0.5 * (line[1:] + line[:-1]) for line in lines])
+        lengths = np.hypot(*steps.T)
+        keep = lengths > 0.0
+        return cls(KDTree(middles[keep]), steps[keep] / lengths[keep, None])
+
+    def at(self, point: Float[Array, "2"]) -> Float[Array, "2"]:
+        """The way at a point x, y in world."""
+        if not len(self.ways):
+            return np.array([1.0, 0.0])
+        return self.ways[self.middles.query(point)[1]]
 
 
 def tracks_of(roads: Roads) -> list[Mark]:
@@ -67,11 +94,12 @@ def damage_of(roads: Roads, seed: int, amount: float) -> tuple[list[Mark], list[
     )
     ids = np.array([column * 65_536 + row for column, row in cells], dtype=np.int64)
     chance = random_numbers.uniform(seed, "wear", ids, np.zeros_like(ids), 12)
-    marks, cracks = [], []
+    marks, cracks, ways = [], [], LaneWays.of(roads)
     for cell, number, draw in zip(cells, ids.tolist(), chance, strict=True):
         corner = CELL_METRES * np.array(cell, dtype=float)
         if draw[0] < 0.45 * amount:
-            marks.append(_patch(corner + CELL_METRES * draw[1:3], draw[3:6]))
+            middle = corner + CELL_METRES * draw[1:3]
+            marks.append(_patch(middle, ways.at(middle), draw[3:6]))
             outline = marks[-1].corners
             cracks.append(Crack(np.vstack((outline, outline[:1]))))  # its seam
         if draw[6] < 0.75 * amount:
@@ -87,12 +115,12 @@ def _span(values: Float[Array, " n"]) -> range:
     )
 
 
-def _patch(middle: Float[Array, "2"], draw: Float[Array, "3"]) -> Mark:
-    """A rectangle of newer asphalt: fresh and dark, or of paler stones."""
+def _patch(middle: Float[Array, "2"], way: Float[Array, "2"], draw: Float[Array, "3"]) -> Mark:
+    """A rectangle of newer asphalt along a way: fresh and dark, or of paler stones."""
     along, across = 0.6 + 2.6 * draw[0], 0.5 + 1.2 * draw[1]
     corners = np.array([(-along, -across), (along, -across), (along, across), (-along, across)])
     return Mark(
-        middle + 0.5 * corners,
+        middle + 0.5 * corners @ np.array([way, (-way[1], way[0])]),
         int(94 + 32 * draw[2] if draw[2] < 0.6 else 134 + 60 * (draw[2] - 0.6)),
     )
 

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from mot_sim.simulation.renderers import MeshInstances, Semantic, View, find_renderer
+from mot_sim.simulation.scenery.road_damage import LaneWays, damage_of
 from mot_sim.simulation.scenery.signs import BLACK, SIGN_FACES, lettered, sign
 from tests.mot_sim.simulation.renderers.shapes import KITTI
+from tests.mot_sim.simulation.scenery.places import neighbourhood, roads
 
 KINDS = range(len(SIGN_FACES))
 
@@ -55,3 +57,32 @@ def test_a_speed_limit_reads_from_left_to_right() -> None:
     upper, lower = np.array_split(ink[rows][:, five[:3]], 2)
     assert upper.sum() > 1.5 * lower.sum()  # of a 5 the upper half is closed on the left
     assert max(BLACK) < 45
+
+
+@pytest.mark.parametrize("road", ["street", "intersection"])
+def test_signs_face_those_who_drive_on_their_side(road: str) -> None:
+    ways, facing = LaneWays.of(roads(road)), []
+    for item in neighbourhood(road).scenery.items:
+        if item.kind == "sign":
+            solid = item.make(0)
+            front = solid.corners[solid.semantics == Semantic.OTHER][
+                -1
+            ]  # of the face, not the back
+            across = np.cross(front[1] - front[0], front[2] - front[0])
+            away = -across[:2] / np.linalg.norm(across)  # x, y and height are left-handed
+            facing.append(float(away @ ways.at(item.base.mean(axis=0))))
+    assert len(facing) > 3
+    assert np.mean(np.array(facing) < -0.8) > 0.75  # near junctions another lane may be nearer
+
+
+@pytest.mark.parametrize("road", ["street", "roundabout"])
+def test_patches_of_asphalt_lie_along_lanes(road: str) -> None:
+    ways = LaneWays.of(roads(road))
+    marks, _ = damage_of(roads(road), 3, 1.0)
+    patches = [mark.corners for mark in marks if len(mark.corners) == 4]
+    sized = [each for each in patches if np.ptp(each, axis=0).max() > 0.5]  # no bars of covers
+    assert len(sized) > 5
+    for corners in sized:
+        along = corners[1] - corners[0]
+        way = ways.at(corners.mean(axis=0))
+        assert abs(along @ way) > 0.999 * np.hypot(*along)
