@@ -6,6 +6,7 @@ Cars on one road stand nearly parallel, so rectangles that share edges are the r
 exception. There OpenCV is sometimes wrong by whole cars.
 """
 
+import argparse
 from time import perf_counter
 
 import cv2
@@ -40,6 +41,7 @@ def parallel_rectangles(count: int, rng: np.random.Generator) -> tuple[Array, Ar
 
 
 def main() -> None:
+    argparse.ArgumentParser(description=__doc__).parse_args()
     rng = np.random.default_rng(0)
     print("pairs      ours us   OpenCV us   ratio")
     for count in (1, 10, 100, 1000):

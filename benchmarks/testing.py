@@ -3,6 +3,7 @@
 python -m benchmarks.testing
 """
 
+import argparse
 import subprocess
 import sys
 import tempfile
@@ -37,6 +38,7 @@ def forget() -> None:
 
 def main() -> None:
     """Print a line a scene, beside a yardstick of this machine."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     yardstick = timed(lambda: eval(YARDSTICK))
     print(f"CPU seconds, medians of {REPEATS}; yardstick {YARDSTICK}: {yardstick:.3f}")
     print(f"{'scene':14}{'made':>8}{'read':>8}{'assert':>8}{'a cached test':>15}")
