@@ -12,7 +12,10 @@ from mot_sim.simulation.cars.design import BODIES
 from mot_sim.simulation.cars.fleet import Cars, Fleet, load_fleet, look_alike_ids
 from mot_sim.simulation.traffic.recording import RecordedTraffic
 from tracker.errors import BadConfig, UnknownName
+from tracker.kernels import Kernel
 from tracker.types import Rows
+
+LOOK_AT_EYES = Kernel("mot_sim.simulation.kernels.layers", "look_at_eyes")
 
 VAN_BODY = "van"
 ON_FACE_METRES = 1e-4  # metres
@@ -78,10 +81,10 @@ class Vehicles(Rows):
 
     def faces_eye(self, rows: Int[Array, " m"], eyes: Float[Array, "m 3"]) -> Bool[Array, "m 36"]:
         """Which keypoints of some cars lie on a face that looks at a point of the object frame."""
-        planes = self.skins[rows]
-        facing = (planes[..., :3] @ eyes[:, :, None])[..., 0] > planes[..., 3]
-        starts = np.cumsum([0, *(len(faces) for faces in keypoint_faces()[:-1])])
-        return np.logical_or.reduceat(facing, starts, axis=1)
+        starts = face_starts()
+        facing = np.empty((len(rows), len(starts) - 1), bool)
+        LOOK_AT_EYES(self.skins, rows, np.ascontiguousarray(eyes, float), starts, facing)
+        return facing
 
     @cached_property
     def keypoints(self) -> Float[Array, "n 36 3"]:
@@ -104,6 +107,12 @@ def keypoint_faces() -> tuple[Int[Array, " f"], ...]:
         nearest = closest_point(corners, np.tile(point, (len(corners), 1)))  # type: ignore[no-untyped-call]
         found.append(np.flatnonzero(np.linalg.norm(nearest - point, axis=1) < ON_FACE_METRES))
     return tuple(found)
+
+
+@cache
+def face_starts() -> Int[Array, "37"]:
+    """Where the faces of each keypoint begin, laid one after the other, and the last ones end."""
+    return np.cumsum([0, *(len(faces) for faces in keypoint_faces())])
 
 
 @dataclass(frozen=True, eq=False)

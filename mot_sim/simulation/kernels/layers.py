@@ -8,7 +8,6 @@ from mot_sim.simulation.kernels.compiling import (
     F32_1,
     I32_2,
     OUT_F32_1,
-    OUT_F32_2,
     OUT_I32_2,
     OUT_U8_2,
 )
@@ -22,6 +21,7 @@ from tracker.kernels.compiling import (
     I1,
     I2,
     OUT2,
+    OUT_B2,
     OUT_I1,
     OUT_I2,
     inlined,
@@ -29,14 +29,21 @@ from tracker.kernels.compiling import (
 )
 
 
-@kernel(F3, B1, I2, F2, I2, I1, OUT_F32_1, OUT_F32_2, OUT_I32_2, allocates=False)
-def draw_layers(corners, keep, parts, K, boxes, starts, alone, nearness, numbers):
+@inlined
+def place_in(starts, boxes, layer, row, column):
+    """Where a pixel of the image stands among the crops' nearness, in a layer that holds it."""
+    box = boxes[layer]
+    return starts[layer] + (row - box[1]) * (box[2] - box[0]) + column - box[0]
+
+
+@kernel(F3, B1, I2, F2, I2, I1, OUT_F32_1, OUT_I32_2, allocates=False)
+def draw_layers(corners, keep, parts, K, boxes, starts, alone, numbers):
     """Draw each layer alone, in its crop, and lay the crops over one another.
 
     parts: rows (layer, first triangle, last plus one), by layer; of their triangles those of `keep`
     are drawn. boxes (k, 4): first column and row, last ones plus one, of the crops. alone: the
-    crops' nearness, 1 / m, layer after layer from `starts` on. nearness and numbers, of the image,
-    are so far 0; numbers become 1 + the nearest layer.
+    crops' nearness, 1 / m, layer after layer from `starts` on. numbers, of the image, are so far 0
+    and become 1 + the nearest layer, the first of equally near ones.
     """
     part = 0
     for layer in range(len(boxes)):
@@ -51,9 +58,11 @@ def draw_layers(corners, keep, parts, K, boxes, starts, alone, nearness, numbers
             part += 1
         for row in range(rows):
             for column in range(columns):
-                if crop[row, column] > nearness[top + row, left + column]:
-                    nearness[top + row, left + column] = crop[row, column]
-                    numbers[top + row, left + column] = layer + 1
+                if crop[row, column] > 0.0:
+                    v, u = top + row, left + column
+                    shown = numbers[v, u] - 1
+                    if shown < 0 or crop[row, column] > alone[place_in(starts, boxes, shown, v, u)]:
+                        numbers[v, u] = layer + 1
 
 
 @kernel(F32_1, I1, I2, I32_2, OUT_I1, OUT_I1, OUT2, OUT_I2, allocates=False)
@@ -81,12 +90,12 @@ def measure_layers(alone, starts, boxes, numbers, whole, visible, visible_boxes,
 
 
 @inlined
-def is_behind(alone, start, box, u, v, depth):
+def is_behind(alone, starts, boxes, layer, u, v, depth):
     """Whether all that a layer shows in the nine pixels around one is nearer than a depth."""
-    deepest = np.float32(0.0)
+    box, deepest = boxes[layer], np.float32(0.0)
     for row in range(max(v - 1, box[1]), min(v + 2, box[3])):
         for column in range(max(u - 1, box[0]), min(u + 2, box[2])):
-            near = alone[start + (row - box[1]) * (box[2] - box[0]) + column - box[0]]
+            near = alone[place_in(starts, boxes, layer, row, column)]
             if near > 0.0:
                 deepest = max(deepest, np.float32(1.0) / near)
     return 0.0 < deepest < depth
@@ -121,6 +130,24 @@ def judge_keypoints(
             states[car, point] = 2 if shown > 0 and shown != layer + 1 else 0
             depth = z - (thickness + slant * z)
             if not faces_us[car, point] or is_behind(
-                alone, starts[layer], boxes[layer], column, row, depth
+                alone, starts, boxes, layer, column, row, depth
             ):
                 states[car, point] = 1
+
+
+@kernel(F3, I1, F2, I1, OUT_B2, allocates=False)
+def look_at_eyes(planes, cars, eyes, starts, facing):
+    """Whether any face around each keypoint looks at the eye (n, 3) of a car.
+
+    planes (m, p, 4): of the faces of all cars, normals and how far along them. cars: which of them.
+    starts: where the faces of each keypoint begin, and the last ones end.
+    """
+    for row in range(len(cars)):
+        x, y, z = eyes[row, 0], eyes[row, 1], eyes[row, 2]
+        for point in range(len(starts) - 1):
+            facing[row, point] = False
+            for face in range(starts[point], starts[point + 1]):
+                plane = planes[cars[row], face]
+                if plane[0] * x + plane[1] * y + plane[2] * z > plane[3]:
+                    facing[row, point] = True
+                    break

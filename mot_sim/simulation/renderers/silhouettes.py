@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float, Float32, Int, Int32
@@ -117,8 +118,16 @@ class Scan:
     """All that is drawn inside the image."""
     numbers: Int32[Array, "h w"]
     """1 + row in `layers` of the nearest; 0: none."""
-    nearness: Float32[Array, "h w"]
-    """Of the nearest object, as in `Layer`; 0: none."""
+
+    @cached_property
+    def nearness(self) -> Float32[Array, "h w"]:
+        """Of the nearest object, as in `Layer`; 0: none."""
+        nearness = np.zeros(self.numbers.shape, np.float32)
+        for layer in self.layers:
+            left, top, right, bottom = layer.box
+            crop = nearness[top:bottom, left:right]
+            np.maximum(crop, layer.nearness, out=crop)
+        return nearness
 
     @property
     def instances(self) -> Int32[Array, "h w"]:
@@ -146,7 +155,9 @@ def scan_view(view: View, near: float = NEAR_METRES) -> Scan:
     camera, K = view.camera, np.ascontiguousarray(view.camera.K, float)
     triangles = Triangles.of(view.instances, camera, near)
     owners = view.instances.ids
-    every = np.unique(owners[owners != NO_INSTANCE])
+    every = owners[owners != NO_INSTANCE]
+    if not (every[1:] > every[:-1]).all():  # parts of one thing, or cars in no order
+        every = np.unique(every)
     layers_of = np.where(owners == NO_INSTANCE, 0, 1 + np.searchsorted(every, owners))
     parts = np.column_stack((layers_of, triangles.slices(len(owners))))
     parts = parts[np.argsort(layers_of, kind="stable")]
@@ -162,12 +173,11 @@ def scan_view(view: View, near: float = NEAR_METRES) -> Scan:
     layers = Cutouts.empty(np.append(NO_INSTANCE, every), pixel_boxes(clipped, camera))
     width, height = camera.image_size
     # (Zeros cost nothing where nothing is drawn: the system hands out empty pages.)
-    numbers, nearness = np.zeros((height, width), np.int32), np.zeros((height, width), np.float32)
-    crops = layers.boxes, layers.starts, layers.nearness, nearness, numbers
-    DRAW_LAYERS(corners, keep, parts, K, *crops)
+    numbers = np.zeros((height, width), np.int32)
+    DRAW_LAYERS(corners, keep, parts, K, layers.boxes, layers.starts, layers.nearness, numbers)
     counted, hidden = _measured(layers, numbers)
     seen = Silhouettes(every, *counted, boxes[1:], clipped[1:])
-    return Scan(seen, hidden, layers, numbers, nearness)
+    return Scan(seen, hidden, layers, numbers)
 
 
 def silhouettes(view: View, near: float = NEAR_METRES) -> Silhouettes:

@@ -1,7 +1,7 @@
 """The triangles of a view that face the camera and lie before its near plane; clipping."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -93,6 +93,7 @@ def sphere_in_view(instances: MeshInstances, camera: Camera, near: float) -> Boo
     return (centres_cam[:, 2] + radii > near) & (distances >= -radii[:, None]).all(axis=1)
 
 
+@lru_cache(maxsize=8)
 def side_planes(camera: Camera) -> Float[Array, "4 3"]:
     """Unit normals, inwards, of the view's four sides, through the outer edges of its pixels."""
     width, height = camera.image_size

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, Shaped
 from numpy import ndarray as Array
 
+SPARE_METRES = 1e-6  # for rounding
 STEP_SECONDS = 0.1  # seconds from one state to the next: KITTI's 10 Hz
 
 
@@ -92,8 +93,13 @@ class Finite(Traffic, Protocol):
 def colliding_pairs(poses: Float[Array, "n 3"], size: Float[Array, "n 3"]) -> Int[Array, "p 2"]:
     """Rows i < j of cars at poses x, y, heading whose footprints share some area."""
     reach = 0.5 * np.hypot(size[:, 0], size[:, 2])
-    apart = np.hypot(*(poses[:, None, :2] - poses[None, :, :2]).transpose(2, 0, 1))
-    near = np.argwhere(np.triu(apart < reach[:, None] + reach[None], k=1))
+    spare = reach[:, None] + SPARE_METRES
+    low, high = poses[:, :2] - spare, poses[:, :2] + spare
+    meet = (low[:, None, 0] <= high[None, :, 0]) & (low[:, None, 1] <= high[None, :, 1])
+    near = np.argwhere(meet & meet.T)
+    i, j = near[near[:, 0] < near[:, 1]].T
+    apart = np.hypot(*(poses[i, :2] - poses[j, :2]).T)
+    near = np.stack((i, j), axis=1)[apart < reach[i] + reach[j]]
     if not len(near):
         return near
     corners = outline(poses, size)

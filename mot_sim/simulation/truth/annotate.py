@@ -123,8 +123,9 @@ def keypoints_of(
 
 def occlusions_of(scanned: Scan, truth: Truth, frame: int) -> Occlusions:
     """Who hides the cars that have a row."""
-    hidden = scanned.hidden
-    hidden = hidden.select(np.isin(hidden.instances, truth.tracks.ids))
+    hidden, known = scanned.hidden, np.zeros(len(scanned.layers.instances), bool)
+    known[np.searchsorted(scanned.layers.instances, truth.tracks.ids)] = True
+    hidden = hidden.select(known[np.searchsorted(scanned.layers.instances, hidden.instances)])
     frames = np.full(len(hidden), frame)
     return Occlusions(frames, hidden.instances, hidden.occluder_ids, hidden.pixels)
 

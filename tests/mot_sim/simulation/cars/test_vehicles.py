@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from mot_sim.simulation.cars import Vehicles, VehicleSampler, load_fleet
 from mot_sim.simulation.cars.vehicles import keypoint_faces
@@ -139,3 +141,16 @@ def test_a_keypoint_of_the_tail_faces_who_stands_behind() -> None:
     names = np.array(KEYPOINTS_36)
     assert behind[[i for i, name in enumerate(names) if "taillight" in name]].all()
     assert not behind[[i for i, name in enumerate(names) if "headlight" in name]].any()
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(0, 5))
+def test_keypoints_face_an_eye_that_any_of_their_faces_sees(seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    vehicles = VehicleSampler().sample(traffic_of([(4.4, 1.45, 1.8), (5.0, 2.0, 2.0)]), seed=0)
+    rows, eyes = rng.integers(0, 2, count), rng.uniform(-20.0, 20.0, (count, 3))
+    plain = np.zeros((count, 36), bool)
+    for row, point in np.ndindex(count, 36):
+        first = sum(len(faces) for faces in keypoint_faces()[:point])
+        planes = vehicles.skins[rows[row], first : first + len(keypoint_faces()[point])]
+        plain[row, point] = (planes[:, :3] @ eyes[row] > planes[:, 3]).any()
+    np.testing.assert_array_equal(vehicles.faces_eye(rows, eyes), plain)
