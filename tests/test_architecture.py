@@ -30,7 +30,7 @@ ROOMS: dict[str, set[str]] = {
     "camera_rotation_filter": {"types"},
     "dynamics": {"beliefs"},
     "car_filter": {"beliefs"},
-    "lifecycle": {"dynamics", "car_filter"},
+    "lifecycle": {"dynamics", "car_filter", "association"},
     "costs": {"beliefs", "shape"},
     "association": {"kernels"},
     "existence": {"lifecycle"},
@@ -42,6 +42,8 @@ ROOMS: dict[str, set[str]] = {
     "suppression": {"types"},
     "cost_matrix": {"costs", "state"},
     "explain": {"costs", "association"},
+    "expectation": {"costs", "ego_motion", "lifecycle"},
+    "renewal": {"existence", "box_filter"},
     "tracker": {
         "cost_matrix",
         "state",
@@ -50,6 +52,8 @@ ROOMS: dict[str, set[str]] = {
         "suppression",
         "explain",
         "ego_motion",
+        "expectation",
+        "renewal",
     }
     | {"camera_rotation_filter", "gap_rows"},
     "batch": {"tracker"},

@@ -11,8 +11,8 @@ from numpy import ndarray as Array
 
 from tracker.errors import BadConfig
 from tracker.kernels import Kernel
-from tracker.lifecycle import MAX_CONSECUTIVE_STEPS, ActiveTracks
-from tracker.types import Camera
+from tracker.lifecycle import MAX_CONSECUTIVE_STEPS, ActiveTracks, Partners
+from tracker.types import Camera, Detections
 
 # No track ever exists for certain.
 MAX_PROBABILITY = 0.999
@@ -23,7 +23,7 @@ MIN_KNOWN_HITS = 3
 # A box of which more is covered by another one tells nothing of it.
 MAX_COVERED_SHARE = 0.3
 LIMITS = np.array([MIN_KNOWN_HITS, MAX_COVERED_SHARE, LEAVING_MARGIN_PIXELS, MAX_PROBABILITY])
-JUDGE_EXISTENCE = Kernel("tracker.kernels.existing", "judge_existence")
+JUDGE_ROWS = Kernel("tracker.kernels.existing", "judge_rows")
 CHOOSE_WRITTEN = Kernel("tracker.kernels.existing", "choose_written")
 
 
@@ -43,21 +43,21 @@ class DetectorStatistics(NamedTuple):
 class ExistenceUpdate(NamedTuple):
     """The probabilities of existence after a frame, and what was learned of the detector."""
 
-    matched: Float[Array, " k"]
-    """Probability, 0 to 1, that each detected track is an object."""
-    unmatched: Float[Array, " l"]
-    """The same of each track that was not detected."""
+    tracks: Float[Array, " n"]
+    """Probability, 0 to 1, that each track is an object, detected or not."""
     born: Float[Array, " b"]
-    """The same of each detection that no track claims."""
+    """The same of each detection that begins a track."""
     detector: DetectorStatistics
     """What is known of the detector after this frame."""
 
     @classmethod
     def certain(
-        cls, matched: int, unmatched: ActiveTracks, born: int, detector: DetectorStatistics
+        cls, tracks: ActiveTracks, partners: Partners, detector: DetectorStatistics
     ) -> "ExistenceUpdate":
-        """Without a filter: so many detections are objects, and tracks stay as likely as before."""
-        return cls(np.ones(matched), unmatched.existence, np.ones(born), detector)
+        """Without a filter: detections are objects, and other tracks stay as likely as before."""
+        existence = tracks.existence.copy()
+        existence[partners.rows] = 1.0
+        return cls(existence, np.ones(len(partners.born)), detector)
 
 
 @dataclass(frozen=True)
@@ -116,26 +116,24 @@ class ExistenceFilter:
     def __call__(
         self,
         detector: DetectorStatistics,
-        matched: ActiveTracks,
-        unmatched: ActiveTracks,
-        matched_scores: Float[Array, " k"],
-        born_scores: Float[Array, " b"],
-        boxes: Float[Array, "m 4"],
+        tracks: ActiveTracks,
+        partners: Partners,
+        found: Detections,
         dt: float,
         camera: Camera,
     ) -> ExistenceUpdate:
-        """The probabilities after a frame, of tracks as predicted for it and of newborns.
+        """The probabilities after a frame, of tracks as predicted for it and of those that begin.
 
-        boxes: all detections; a track that is hidden behind one of them was not missed.
+        found: all detections; a track that is hidden behind one of them was not missed.
         """
-        k, lost, b = len(matched_scores), len(unmatched), len(born_scores)
-        after, learned = (np.empty(k), np.empty(lost), np.empty(b)), np.empty(4, np.int64)
-        seen = matched.existence, matched.hits, matched.time_since_update, matched_scores
-        missed = unmatched.existence, unmatched.hits, unmatched.time_since_update
+        rows, columns, missed, born = partners
+        after, fresh = np.empty(len(tracks)), np.empty(len(born))
+        learned = np.empty(4, np.int64)
+        given = tracks.existence, tracks.hits, tracks.time_since_update, tracks.beliefs.boxes
+        seen = rows, columns, missed, found.scores, born, found.boxes, np.array(detector)
         how = self._settings, MAX_CONSECUTIVE_STEPS * dt, LIMITS, leaving_border(camera)
-        given = *missed, unmatched.beliefs.boxes, born_scores, boxes, np.array(detector)
-        JUDGE_EXISTENCE(*seen, *given, *how, *after, learned)
-        return ExistenceUpdate(*after, DetectorStatistics(*learned.tolist()))
+        JUDGE_ROWS(*given, *seen, *how, after, fresh, learned)
+        return ExistenceUpdate(after, fresh, DetectorStatistics(*learned.tolist()))
 
     def survival(self, dt: float) -> float:
         """The probability that a car is still there after `dt` seconds."""

@@ -1,11 +1,13 @@
 """Births, coasting through gaps, deaths and ids."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
+from tracker.association import Match
 from tracker.beliefs import MIN_DEPTH, Beliefs
 from tracker.car_filter import CarStates
 from tracker.kernels import Kernel
@@ -90,6 +92,19 @@ class ActiveTracks(Rows):
 NO_TRACKS = ActiveTracks.empty()
 
 
+class Partners(NamedTuple):
+    """Which tracks and detections of a frame belong together, and what becomes of the others."""
+
+    rows: Int[Array, " k"]
+    """The tracks that were detected; no two alike."""
+    columns: Int[Array, " k"]
+    """By which detection each of them was."""
+    missed: Int[Array, " l"]
+    """The other tracks."""
+    born: Int[Array, " b"]
+    """Detections that begin tracks."""
+
+
 @dataclass(frozen=True)
 class Lifecycle:
     """When tracks begin and end; one whose predicted place has left the view ends as well."""
@@ -101,6 +116,19 @@ class Lifecycle:
     """Seconds that a track lives on without a detection; 0: it ends at the first miss (the paper);
     more: longer gaps are bridged."""
 
+    @property
+    def longest_gap(self) -> float:
+        """`max_gap` with what sums of steps are off by, s."""
+        return self.max_gap + MAX_TIME_ROUNDING
+
+    def partners(self, match: Match, scores: Float[Array, " m"]) -> Partners:
+        """Who is who by this match. scores: of all detections."""
+        rows, columns = match.pairs.T
+        born = match.unmatched_detections
+        if len(born):
+            born = born[scores[born] >= self.birth_score]
+        return Partners(rows, columns, match.unmatched_tracks, born)
+
     def living(self, tracks: ActiveTracks, camera: Camera) -> ActiveTracks:
         """Those detected in this frame, and those that live on without."""
         alive = self.are_alive(tracks, camera)
@@ -108,8 +136,8 @@ class Lifecycle:
 
     def are_alive(self, tracks: ActiveTracks, camera: Camera) -> Bool[Array, " n"]:
         """Which tracks those are."""
-        alive, longest = np.empty(len(tracks), bool), self.max_gap + MAX_TIME_ROUNDING
-        place = tracks.beliefs.cuboids.base, tracks.beliefs.boxes, *_view(camera)
+        alive, longest = np.empty(len(tracks), bool), self.longest_gap
+        place = tracks.beliefs.cuboids.base, tracks.beliefs.boxes, *seen_from(camera)
         KEEP_LIVING(*place, tracks.time_since_update, tracks.scores, longest, alive)
         return alive
 
@@ -117,10 +145,10 @@ class Lifecycle:
 def in_view(beliefs: Beliefs, camera: Camera) -> Bool[Array, " n"]:
     """Whose predicted box still lies in the image, and whose place before the camera."""
     seen = np.empty(len(beliefs), bool)
-    SEE_BELIEFS(beliefs.cuboids.base, beliefs.boxes, *_view(camera), seen)
+    SEE_BELIEFS(beliefs.cuboids.base, beliefs.boxes, *seen_from(camera), seen)
     return seen
 
 
-def _view(camera: Camera) -> tuple[Float[Array, "4"], Float[Array, "4"], float]:
+def seen_from(camera: Camera) -> tuple[Float[Array, "4"], Float[Array, "4"], float]:
     """What tells depths of the road frame; the image's corners; the least depth."""
     return camera.T_cam_road[2], camera.far_corner, MIN_DEPTH

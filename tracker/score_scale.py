@@ -121,8 +121,8 @@ class ScoreScale:
         """What is known after these detections, the next frame's that was looked at."""
         boxes, scores = detections.boxes, detections.scores
         low, high = memory.low, memory.high
-        if len(scores):
-            low, high = min(low, float(scores.min())), max(high, float(scores.max()))
+        listed = scores.tolist()  # of so few numbers Python finds the least sooner
+        low, high = min((low, *listed)), max((high, *listed))
         watched = memory.watched
         if watched >= JUDGED_AT[-1]:
             is_known = low == memory.low and high == memory.high

@@ -45,8 +45,8 @@ class Suppression:
     def __call__(self, detections: Detections, camera: Camera) -> Detections:
         """What is left, in the given order, in arrays of its own."""
         boxes, scores = detections.boxes, detections.scores
-        kept = np.empty(len(boxes), bool)
+        rows = np.empty(len(boxes), np.int64)
         of_sure = self.max_iou if self.max_iou_of_sure is None else self.max_iou_of_sure
         limits = self.min_score, self.max_iou, of_sure, self.sure_score
-        count = SUPPRESS_BOXES(boxes, scores, camera.far_corner, *limits, kept)
-        return detections.copied() if count == len(boxes) else detections.select(kept)
+        count = SUPPRESS_BOXES(boxes, scores, camera.far_corner, *limits, rows)
+        return detections.copied() if count == len(boxes) else detections.take(rows[:count])

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from numpy import ndarray as Array
 
 from tracker.association import Associate, Hungarian, Match, match_in_stages
@@ -24,11 +24,13 @@ from tracker.costs import (
 from tracker.dynamics import ConstantPosition, ConstantVelocity, Dynamics
 from tracker.ego_motion import CameraMotion, compensate_ego_motion
 from tracker.errors import BadConfig
-from tracker.existence import ExistenceFilter, ExistenceUpdate
+from tracker.existence import ExistenceFilter
+from tracker.expectation import Expectation
 from tracker.explain import Explanation
 from tracker.gap_rows import GapRows
-from tracker.lifecycle import NO_TRACKS, ActiveTracks, Lifecycle, in_view
+from tracker.lifecycle import ActiveTracks, Lifecycle, Partners, in_view
 from tracker.motion_check import Contradiction
+from tracker.renewal import Renewal, picked
 from tracker.score_scale import ScoreMemory, ScoreScale
 from tracker.state import TrackerState
 from tracker.suppression import Suppression
@@ -155,8 +157,12 @@ class Tracker:
         observed = self.lift(detections, self.camera)
         motion, dt = self.state.clock.since_look(frame)
         tracks, road = self.state.tracks, self.state.road
-        T_now_before, cov = motion.T_now_before, motion.covariance
-        if len(tracks):
+        T_now_before, cov, gated = motion.T_now_before, motion.covariance, None
+        if len(tracks) and self._turns_for_certain(motion, cov):
+            survival = 1.0 if self.existence is None else self.existence.survival(dt)
+            how = self.dynamics, (T_now_before, cov), (dt, survival), self.camera, self.sigmas
+            tracks, gated = Expectation.of(tracks, observed, *how)
+        elif len(tracks):
             tracks, T_now_before = self.predict_tracks(tracks, motion, dt, detections)
         if self.car_filter is not None:
             cars, motion_now = tracks.cars or CarStates.empty(), (T_now_before, cov, dt)
@@ -168,9 +174,14 @@ class Tracker:
                 boxes = self.state.tracks.beliefs.boxes
                 boxes = carried_boxes(boxes, estimates.means, later, self.camera)
                 tracks = tracks.expected_at(boxes)
-        pairs = self.gate(tracks, observed, detections, dt)
+        if gated is None:
+            pairs = self.gate(tracks, observed, detections, dt)
+        else:
+            seen = (tracks.beliefs, observed), detections
+            pairs = GatedPairs.known(*seen, (self.camera, self.sigmas, dt), gated)
         costs, unmeasured = self.pair_costs(pairs)
-        matrix = np.full(pairs.shape, np.inf)
+        matrix = np.empty(pairs.shape)
+        matrix.fill(np.inf)
         matrix[pairs.pairs] = costs
         return CostMatrix(matrix, tracks, pairs, unmeasured, memory, road)
 
@@ -222,11 +233,7 @@ class Tracker:
         T_now_before, motion_cov = motion.T_now_before, motion.covariance
         predicted = compensate_ego_motion(beliefs, self.camera, T_now_before, motion_cov, moved)
         rotation_filter = self.camera_rotation_filter
-        if (
-            rotation_filter is not None
-            and motion.is_known
-            and rotation_filter.is_uncertain(motion_cov, self.camera)
-        ):
+        if rotation_filter is not None and not self._turns_for_certain(motion, motion_cov):
             expected = predicted.boxes[tracks.time_since_update <= 0.0]  # detected just before
             T_now_before, motion_cov = rotation_filter(
                 expected, detections.boxes, T_now_before, motion_cov, self.camera
@@ -242,6 +249,11 @@ class Tracker:
             scores=np.full(len(existence), np.nan),
         )
         return predicted_tracks, T_now_before
+
+    def _turns_for_certain(self, motion: CameraMotion, cov: Float[Array, "6 6"]) -> bool:
+        """Whether no filter corrects the rotation of the camera. cov: of the motion."""
+        turns = self.camera_rotation_filter
+        return turns is None or not motion.is_known or not turns.is_uncertain(cov, self.camera)
 
     def gate(
         self, tracks: ActiveTracks, observed: Beliefs, detections: Detections, dt: float
@@ -264,68 +276,45 @@ class Tracker:
     def _update(self, frame: Frame, compared: CostMatrix, match: Match) -> TrackerState:
         """The memory after this frame: the tracks in their old order, then the new ones."""
         state, tracks, observed = self.state, compared.tracks, compared.pairs.observed
-        rows, columns = match.pairs.T
-        born, scores = match.unmatched_detections, compared.detections.scores
-        if len(born):
-            born = born[scores[born] >= self.lifecycle.birth_score]
-        matched_scores, born_scores = scores.take(columns), scores.take(born)
-        matched = tracks if _is_all(rows, len(tracks)) else tracks.select(rows)
-        missed = match.unmatched_tracks
-        unmatched = tracks.select(missed) if len(missed) else NO_TRACKS
-        dt = state.clock.seconds_since_look(frame)
-        scored = matched_scores, born_scores
-        if self.existence is None:
-            existence = ExistenceUpdate.certain(len(rows), unmatched, len(born), state.detector)
-        else:
-            existence = self.existence(
-                state.detector, matched, unmatched, *scored, observed.boxes, dt, self.camera
-            )
-        updated, gains = self.update_tracks(
-            matched, observed.select(columns), matched_scores, existence.matched, dt, state.gains
-        )
-        road, boxes = compared.road, compared.detections.boxes
+        found, dt = compared.detections, state.clock.seconds_since_look(frame)
+        partners, road = self.lifecycle.partners(match, found.scores), compared.road
+        learned = state.detector, state.gains
+        given = tracks, partners, observed, found, learned, dt, state.next_id
+        after = self.renewal(*given)
+        now = after.tracks
         if self.car_filter is not None:
-            assert matched.cars is not None  # `cost_matrix` predicted them
-            found = compared.detections.select(columns)
-            cars, road, _ = self.car_filter.update(
-                matched.cars, road, found, boxes, dt, self.camera
-            )
-            updated = updated.replaced(cars=cars)
-        if len(missed):
-            updated = tracks.updated(rows, updated)
-            updated.existence[missed] = existence.unmatched
-            updated = self.lifecycle.living(updated, self.camera)
-        if len(born):
-            new = observed.select(born)
-            newborn = ActiveTracks.born(new, born_scores, existence.born, state.next_id)
-            if self.car_filter is not None:
-                found = compared.detections.select(born)
-                places = new.cuboids.base, found, boxes
-                newborn = newborn.replaced(cars=self.car_filter.start(road, *places, self.camera))
-            updated = ActiveTracks.concatenate((updated, newborn))
+            cars, road = self._update_cars(tracks.cars, compared, partners, dt)
+            now = now.replaced(cars=after.cars(*cars))
         n, m = compared.costs.shape
-        statistics = state.statistics.after_frame(
-            n * m, len(compared.pairs.pairs[0]), compared.unmeasured
-        )
-        next_id = state.next_id + len(born)
+        counts = n * m, len(compared.pairs.pairs[0]), compared.unmeasured
+        T, usual = state.clock.T_since_look(frame), self.lift.car_size[1]
         return TrackerState(
-            updated.locked(),
-            next_id,
+            now.locked(),
+            state.next_id + len(partners.born),
             state.clock.after(frame),
-            statistics,
-            existence.detector,
-            gains,
+            state.statistics.after_frame(*counts),
+            after.detector,
+            after.gains,
             compared.scores,
-            state.motion_check.after(
-                frame,
-                state.clock.T_since_look(frame),
-                observed.boxes,
-                self.camera,
-                self.lift.car_size[1],
-            ),
+            state.motion_check.after(frame, T, observed.boxes, self.camera, usual),
             road,
-            self.car_estimates(updated, road),
+            self.car_estimates(now, road),
         )
+
+    def _update_cars(
+        self, cars: CarStates | None, compared: CostMatrix, partners: Partners, dt: float
+    ) -> tuple[tuple[CarStates, CarStates, CarStates], RoadMemory]:
+        """The cars as predicted, those of detected tracks updated, and new ones; the road."""
+        assert self.car_filter is not None
+        assert cars is not None  # `cost_matrix` predicted them
+        found, boxes = compared.detections, compared.detections.boxes
+        matched, seen = picked(cars, partners.rows), picked(found, partners.columns)
+        updated = self.car_filter.update(matched, compared.road, seen, boxes, dt, self.camera)
+        begun, places = CarStates.empty(), compared.pairs.observed.cuboids.base
+        if len(partners.born):
+            places, new = places.take(partners.born, 0), found.select(partners.born)
+            begun = self.car_filter.start(updated.memory, places, new, boxes, self.camera)
+        return (cars, updated.states, begun), updated.memory
 
     def update_tracks(
         self,
@@ -340,14 +329,15 @@ class Tracker:
 
         scores: of the detections. existence: after them. dt: seconds since the last frame.
         """
-        updated, innovations = self.dynamics.update(matched.beliefs, observed), matched.innovations
-        if self.box_filter is not None:
-            known = self.box_filter.start() if gains is None else gains
-            boxes, innovations, gains = self.box_filter(
-                known, matched, updated.boxes, dt, self.camera
-            )
-            updated = updated.replaced(boxes=boxes)
+        given = matched, observed, dt, gains
+        updated, innovations, gains = self.renewal.beliefs_after(*given)
         return matched.seen_again(updated, scores, existence, innovations), gains
+
+    @property
+    def renewal(self) -> Renewal:
+        """What renews the tracks by the detections of a frame."""
+        parts = self.dynamics, self.box_filter, self.existence, self.lifecycle
+        return Renewal(*parts, self.camera)
 
     def car_estimates(self, tracks: ActiveTracks, road: RoadMemory) -> CarEstimates | None:
         """The states of the cars behind these tracks; None without a `car_filter`."""
@@ -383,14 +373,11 @@ class Tracker:
         else:
             beliefs = tracks.beliefs
             cuboids = beliefs.cuboids if self.state_assumed else self.lift.measured_part(beliefs)
-        frames = np.full(len(scores), frame.index)
+        frames = np.empty(len(scores), np.int64)
+        frames.fill(frame.index)
         rows = Tracks(frames, tracks.ids, boxes, scores, cuboids=cuboids, estimates=estimates)
-        return rows.select(written)  # arrays of their own
-
-
-def _is_all(rows: Int[Array, " k"], count: int) -> bool:
-    """Whether the rows are 0 ... count - 1, in order."""
-    return len(rows) == count and bool((rows[1:] > rows[:-1]).all())
+        is_all = np.count_nonzero(written) == len(written)
+        return rows.copied() if is_all else rows.select(written)  # arrays of their own
 
 
 # Trackers by the name that the command line gives them.

@@ -1,13 +1,16 @@
 """The probability of existence: what newborns, hits and misses are worth."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
 from tests.tracker.samples import LEVEL, beliefs_at
 from tracker.errors import BadConfig
-from tracker.existence import DetectorStatistics, ExistenceFilter, ExistenceUpdate
+from tracker.existence import DetectorStatistics, ExistenceFilter
 from tracker.geometry import covered_share
-from tracker.lifecycle import ActiveTracks
+from tracker.lifecycle import ActiveTracks, Partners
+from tracker.types import Detections
 
 DT = 0.1
 CLEAN, CLUTTERED = DetectorStatistics(950, 1000, 190, 200), DetectorStatistics(800, 1000, 40, 200)
@@ -29,6 +32,15 @@ def tracks(existence: list[float], hits: int = 9, unseen: float = DT) -> ActiveT
     )
 
 
+class After(NamedTuple):
+    """The probabilities of the tracks that were seen and lost, and of newborns."""
+
+    matched: np.ndarray
+    unmatched: np.ndarray
+    born: np.ndarray
+    detector: DetectorStatistics
+
+
 def after_frame(
     statistics: DetectorStatistics = DetectorStatistics(),
     seen: ActiveTracks | None = None,
@@ -37,14 +49,23 @@ def after_frame(
     born: list[float] | None = None,
     boxes: np.ndarray | None = None,
     existence_filter: ExistenceFilter = ExistenceFilter(),
-) -> ExistenceUpdate:
+) -> After:
     """What the filter makes of tracks that were seen and lost, and of newborns, in a step."""
     none = tracks([])
     seen, lost = none if seen is None else seen, none if lost is None else lost
     given = np.full(len(seen), 0.9) if scores is None else np.array(scores)
     fresh = np.array([] if born is None else born, float)
     others = np.zeros((0, 4)) if boxes is None else boxes
-    return existence_filter(statistics, seen, lost, given, fresh, others, DT, LEVEL)
+    k, b, n = len(given), len(fresh), len(seen) + len(lost)
+    # those of the tracks and newborns cover nothing
+    found = Detections(
+        np.concatenate((np.zeros((k + b, 4)), others)),
+        np.concatenate((given, fresh, np.zeros(len(others)))),
+    )
+    partners = Partners(np.arange(k), np.arange(k), np.arange(k, n), k + np.arange(b))
+    everyone = ActiveTracks.concatenate((seen, lost))
+    after = existence_filter(statistics, everyone, partners, found, DT, LEVEL)
+    return After(after.tracks[:k], after.tracks[k:], after.born, after.detector)
 
 
 def test_a_miss_is_bayes_rule() -> None:

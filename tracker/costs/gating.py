@@ -47,6 +47,31 @@ class GatedPairs:
     pairs: tuple[Int[Array, " k"], Int[Array, " k"]] = field(init=False)
     """Rows and columns of the pairs whose boxes meet the search areas."""
 
+    @classmethod
+    def known(
+        cls,
+        beliefs: tuple[Beliefs, Beliefs],
+        detections: Detections,
+        how: tuple[Camera, float, float],
+        gated: dict[str, Any],
+    ) -> "GatedPairs":
+        """Those whose regions, search areas and pairs are known.
+
+        beliefs: expected, observed. how: camera, sigmas, seconds.
+        """
+        (expected, observed), (camera, sigmas, seconds) = beliefs, how
+        pairs = object.__new__(cls)
+        pairs.__dict__.update(
+            expected=expected,
+            observed=observed,
+            detections=detections,
+            camera=camera,
+            sigmas=sigmas,
+            seconds=seconds,
+            **gated,
+        )
+        return pairs
+
     def __post_init__(self) -> None:
         starts = np.array((0, len(self.expected))), np.array((0, len(self.observed)))
         self.__dict__.update(self.gated(*starts))
@@ -63,7 +88,7 @@ class GatedPairs:
         rows, columns = np.empty(most, np.int64), np.empty(most, np.int64)
         given = cuboids.base, cuboids.yaw, cuboids.size, expected.cov, self.sigmas
         out = size, areas, rows, columns
-        count = GATE(*given, *_view(self.camera), seen, starts, seen_starts, *out)
+        count = GATE(*given, *view_of_regions(self.camera), seen, starts, seen_starts, *out)
         regions = Cuboids(cuboids.base, cuboids.yaw, size)
         pairs = rows[:count], columns[:count]
         return {"expected_regions": regions, "search_areas": areas, "pairs": pairs}
@@ -105,11 +130,11 @@ def project_cuboids(cuboids: Cuboids, camera: Camera) -> Float[Array, "n 4"]:
     nearer than NEAR gets a box without area.
     """
     boxes = np.empty((len(cuboids), 4))
-    BOX_CUBOIDS(cuboids.base, cuboids.yaw, cuboids.size, *_view(camera), boxes)
+    BOX_CUBOIDS(cuboids.base, cuboids.yaw, cuboids.size, *view_of_regions(camera), boxes)
     return boxes
 
 
-def _view(camera: Camera) -> tuple[Any, ...]:
+def view_of_regions(camera: Camera) -> tuple[Any, ...]:
     """How kernels project corners of cuboids."""
     lens = camera.P_road_centred, camera.principal_point, camera.far_corner
     return *lens, CORNERS, MIN_CORNER_DEPTH, MIN_DEPTH

@@ -2,9 +2,12 @@
 
 from math import exp, isnan
 
+import numpy as np
+
 from tracker.kernels.compiling import (
     A1,
     A2,
+    A_I1,
     F1,
     F2,
     FLOAT,
@@ -81,6 +84,44 @@ def judge_existence(
         missed[row] = before_miss * not_found / (1.0 - before_miss * (1.0 - not_found))
     for row in range(len(fresh)):
         fresh[row] = min(max(born[row], 0.0) * worth, limits[3])
+
+
+@kernel(
+    F1, I1, F1, F2, A_I1, A_I1, A_I1, A1, A_I1, A2, I1, F1, FLOAT, F1, FLOAT, OUT1, OUT1, OUT_I1
+)  # fmt: skip
+def judge_rows(
+    existence, hits, since, expected, rows, columns, missed, scores, born, boxes, before, settings,
+    one_step, limits, right, after, fresh, learned,
+):  # fmt: skip
+    """`judge_existence` of tracks by their rows: `after` (n,) of all, `fresh` of newborns.
+
+    expected: predicted boxes (n, 4). rows, columns: who was detected by which detection; missed:
+    who was not. scores, boxes: of all detections; born: those that begin tracks.
+    """
+    k, lost, begun = len(rows), len(missed), len(born)
+    seen, gone = np.empty((4, k)), np.empty((3, lost))
+    seen_hits, gone_hits = np.empty(k, np.int64), np.empty(lost, np.int64)
+    gone_boxes, born_scores = np.empty((lost, 4)), np.empty(begun)
+    for at in range(k):
+        row, seen[2, at] = rows[at], scores[columns[at]]
+        seen[0, at], seen[1, at], seen_hits[at] = existence[row], since[row], hits[row]
+    for at in range(lost):
+        row = missed[at]
+        gone[0, at], gone[1, at], gone_hits[at] = existence[row], since[row], hits[row]
+        for side in range(4):
+            gone_boxes[at, side] = expected[row, side]
+    for at in range(begun):
+        born_scores[at] = scores[born[at]]
+    judge_existence(
+        seen[0], seen_hits, seen[1], seen[2], gone[0], gone_hits, gone[1], gone_boxes, born_scores,
+        boxes, before, settings, one_step, limits, right, seen[3], gone[2], fresh, learned,
+    )  # fmt: skip
+    for row in range(len(after)):
+        after[row] = existence[row]
+    for at in range(k):
+        after[rows[at]] = seen[3, at]
+    for at in range(lost):
+        after[missed[at]] = gone[2, at]
 
 
 @kernel(

@@ -15,7 +15,6 @@ from tracker.kernels.compiling import (
     I1,
     OUT1,
     OUT2,
-    OUT_B1,
     OUT_I1,
     OUT_I2,
     inlined,
@@ -152,20 +151,23 @@ def from_highest(scores):
     return order
 
 
-@kernel(A2, A1, F1, FLOAT, FLOAT, FLOAT, FLOAT, OUT_B1)
-def suppress_boxes(boxes, scores, far, min_score, max_iou, max_iou_of_sure, sure_score, kept):
-    """Which boxes are kept, see `Suppression`; how many."""
-    count = 0
+@kernel(A2, A1, F1, FLOAT, FLOAT, FLOAT, FLOAT, OUT_I1)
+def suppress_boxes(boxes, scores, far, min_score, max_iou, max_iou_of_sure, sure_score, rows):
+    """The rows of boxes that are kept, ascending, see `Suppression`; how many."""
+    kept, count = np.empty(len(boxes), np.bool_), 0
     for row in range(len(boxes)):
         kept[row] = scores[row] >= min_score and has_area_inside(boxes[row], far)
     for row in from_highest(scores):
         if kept[row]:
-            count += 1
             for other in range(len(boxes)):
                 if kept[other] and other != row:
                     is_sure = scores[other] >= sure_score or scores[row] == scores[other]
                     limit = max_iou_of_sure if is_sure else max_iou
                     kept[other] = not is_close(boxes[row], boxes[other], limit)
+    for row in range(len(boxes)):
+        if kept[row]:
+            rows[count] = row
+            count += 1
     return count
 
 

@@ -45,21 +45,22 @@ class Rows:
 
     def replaced(self: Table, **columns: Any) -> Table:
         """The same table with other columns of these names."""
-        mine = self.__dict__
-        kept: dict[str, Any] = {name: mine[name] for name in self.__match_args__}
+        kept = self.__dict__.copy()
+        if len(kept) > len(self.__match_args__):  # what was derived of the columns and kept
+            kept = {name: kept[name] for name in self.__match_args__}
         kept.update(columns)
         return _table(type(self), kept)
 
-    def _columns(self) -> list[tuple[str, Any]]:
-        """The columns with their names."""
-        mine = self.__dict__
-        return [(name, mine[name]) for name in self.__match_args__]
-
     def copied(self: Table) -> Table:
         """The same rows in arrays of their own."""
-        columns = {
-            name: None if column is None else _copied(column) for name, column in self._columns()
-        }
+        mine = self.__dict__
+        columns: dict[str, Any] = {}
+        for name in self.__match_args__:
+            column = mine[name]
+            if isinstance(column, np.ndarray):
+                columns[name] = column.copy()
+            else:
+                columns[name] = None if column is None else column.copied()
         return _table(type(self), columns)
 
     def locked(self: Table) -> Table:
@@ -68,7 +69,7 @@ class Rows:
         for name in self.__match_args__:
             column = mine[name]
             if isinstance(column, np.ndarray):
-                column.setflags(write=False)
+                column.setflags(False)  # type: ignore[call-arg]  # by name it takes twice as long
             elif column is not None:
                 column.locked()
         return self
@@ -112,8 +113,3 @@ def _table(kind: type[Table], columns: dict[str, Any]) -> Table:
     table = object.__new__(kind)
     object.__setattr__(table, "__dict__", columns)
     return table
-
-
-def _copied(column: Any) -> Any:
-    """An array or a nested table of its own."""
-    return column.copy() if isinstance(column, np.ndarray) else column.copied()

@@ -16,23 +16,23 @@ from tracker.existence import (
 )
 from tracker.gap_rows import LEAVING_MARGIN, LOG_HEIGHTS, LOG_HITS, LOGITS, MIN_STD
 from tracker.geometry import covered_share
-from tracker.lifecycle import MAX_CONSECUTIVE_STEPS, ActiveTracks
-from tracker.types import Camera, CarEstimates
+from tracker.lifecycle import MAX_CONSECUTIVE_STEPS, ActiveTracks, Partners
+from tracker.types import Camera, CarEstimates, Detections
 
 
 def plain_existence(
     how: ExistenceFilter,
     detector: DetectorStatistics,
-    matched: ActiveTracks,
-    unmatched: ActiveTracks,
-    scores: Float[Array, " k"],
-    born_scores: Float[Array, " b"],
-    boxes: Float[Array, "m 4"],
+    tracks: ActiveTracks,
+    partners: Partners,
+    found: Detections,
     dt: float,
     camera: Camera,
 ) -> ExistenceUpdate:
     """What `ExistenceFilter` makes of a frame."""
-    covered = covered_share(unmatched.beliefs.boxes, boxes)
+    matched, unmatched = tracks.select(partners.rows), tracks.select(partners.missed)
+    scores = found.scores[partners.columns]
+    covered = covered_share(unmatched.beliefs.boxes, found.boxes)
     learned = plain_learned(detector, matched, unmatched, covered, dt, camera)
     prior = how.detection_prior
     detected = (learned.hits + how.detection_probability * prior) / (learned.tries + prior)
@@ -47,8 +47,10 @@ def plain_existence(
     odds = before / (1.0 - before) * (how.likelihood_ratio * np.maximum(scores, 0.0))
     hit = np.minimum(np.maximum(odds / (1.0 + odds), newborn(scores)), MAX_PROBABILITY)
     missed, before = 1.0 - detected * (1.0 - covered), unmatched.existence
-    miss = before * missed / (1.0 - before * (1.0 - missed))
-    return ExistenceUpdate(hit, miss, newborn(born_scores), learned)
+    after = tracks.existence.copy()
+    after[partners.rows] = hit
+    after[partners.missed] = before * missed / (1.0 - before * (1.0 - missed))
+    return ExistenceUpdate(after, newborn(found.scores[partners.born]), learned)
 
 
 def plain_learned(

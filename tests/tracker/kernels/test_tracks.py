@@ -18,7 +18,7 @@ from tracker.dynamics import ConstantVelocity
 from tracker.ego_motion import compensate_ego_motion
 from tracker.existence import DetectorStatistics, ExistenceFilter
 from tracker.geometry import homogeneous, rotation_y
-from tracker.lifecycle import ActiveTracks
+from tracker.lifecycle import ActiveTracks, Partners
 from tracker.suppression import Suppression
 from tracker.types import Cuboids, Detections
 
@@ -149,17 +149,25 @@ def some_tracks(rng: np.random.Generator, count: int, dt: float) -> ActiveTracks
     )
 
 
-@given(seeds, counts, counts, counts, cameras, st.sampled_from([0.0, 0.1]))
-def test_existence(seed, seen, lost, others, camera, dt) -> None:  # type: ignore[no-untyped-def]
+def some_partners(rng: np.random.Generator, count: int, found: int) -> Partners:
+    """Some tracks with some detections, in any order; some others begin tracks."""
+    both = rng.integers(0, min(count, found) + 1)
+    rows, columns = rng.permutation(count), rng.permutation(found)
+    born = columns[both:][rng.random(found - both) < 0.5]
+    return Partners(rows[:both], columns[:both], np.sort(rows[both:]), np.sort(born))
+
+
+@given(seeds, counts, counts, cameras, st.sampled_from([0.0, 0.1]))
+def test_existence(seed, count, others, camera, dt) -> None:  # type: ignore[no-untyped-def]
     rng, how = np.random.default_rng(seed), ExistenceFilter()
     counted = DetectorStatistics(*rng.integers(0, 1000, 4).tolist())
-    tracks = some_tracks(rng, seen, dt), some_tracks(rng, lost, dt)
-    scores = rng.uniform(-0.5, 5.0, seen), rng.uniform(-0.5, 5.0, others)
-    frame = counted, *tracks, *scores, some_boxes(rng, others), dt, camera
+    tracks, partners = some_tracks(rng, count, dt), some_partners(rng, count, others)
+    seen = Detections(some_boxes(rng, others), rng.uniform(-0.5, 5.0, others))
+    frame = counted, tracks, partners, seen, dt, camera
     found, expected = how(*frame), plain_existence(how, *frame)
-    for one, other in zip(found[:3], expected[:3], strict=True):
-        np.testing.assert_array_equal(one, other)
+    np.testing.assert_array_equal(found.tracks, expected.tracks)
+    np.testing.assert_array_equal(found.born, expected.born)
     assert found.detector == expected.detector
     for since_look in (0.0, dt):
-        written = how.written(tracks[1], since_look)
-        np.testing.assert_array_equal(written, plain_written(how, tracks[1], since_look))
+        written = how.written(tracks, since_look)
+        np.testing.assert_array_equal(written, plain_written(how, tracks, since_look))
