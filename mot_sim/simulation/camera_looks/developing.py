@@ -47,8 +47,11 @@ def develop(
     curves = exposed(image, look).curves(look, light)
     noise = noise_of(seed, look.sensor.shared, look.sensor.grain, camera.image_size)
     lens = _lens_map(camera.image_size, look.lens.vignetting, look.tone.contrast)
-    seen = np.empty_like(image)
-    DEVELOP(np.ascontiguousarray(image), lens, curves, noise, *noise_place(seed, frame), seen)
+    (height, width), seen = image.shape[:2], np.empty_like(image)
+    drawn, noise = np.ascontiguousarray(image).reshape(height, -1), noise.reshape(len(noise), -1)
+    room = np.empty((2, 3 * width), np.int32)
+    place, result = noise_place(seed, frame), seen.reshape(height, 3 * width)
+    DEVELOP(drawn, lens, curves.ravel(), noise, *place, room, result)
     return compressed(seen, look.file.jpeg)
 
 

@@ -4,8 +4,9 @@ from math import hypot, inf, sqrt
 
 import numpy as np
 
-from mot_sim.simulation.kernels.compiling import OUT_I32_2, OUT_U8_2, OUT_U8_3, U8_2, U8_3
+from mot_sim.simulation.kernels.compiling import I32_2, OUT_I32_2, OUT_U8_2, OUT_U8_3, U8_2, U8_3
 from tracker.kernels.compiling import (
+    BOOL,
     F1,
     F2,
     F3,
@@ -19,34 +20,48 @@ from tracker.kernels.compiling import (
 )
 
 
-@kernel(U8_3, U8_2, U8_2, U8_2, U8_2, INT, INT, INT, OUT_U8_3, OUT_U8_2)
-def lay_ground(rgba, below, dark, closed, light, first, road, ground, image, semantics):
+@kernel(
+    U8_3, U8_2, U8_2, U8_2, U8_2, INT, INT, INT, BOOL, I32_2, I32_2, OUT_U8_3, OUT_U8_2,
+    allocates=False,
+)  # fmt: skip
+def lay_ground(
+    rgba, below, dark, closed, light, first, road, ground, everywhere, numbers, spans, image,
+    semantics,
+):  # fmt: skip
     """Lay the road (r, w, 4), from row `first` on, over the sky, where the plane is below.
 
     dark: how much of the sun shadows take at each pixel; closed: how much of the sky what stands
     there hides, 255 = all. light (256, 256): what is left under both, 255 of all. road and ground:
-    ids of what is painted, alpha over 127, and of what is around.
+    ids of what is painted, alpha over 127, and of what is around. numbers: over 0 where something
+    else is seen, which stays, unless everywhere; ids are written where they are 0. spans (h, 2):
+    the columns from where to where the road is given.
     """
     for row in range(first, image.shape[0]):
-        for column in range(image.shape[1]):
-            if below[row, column] > 0:
-                left = np.int64(light[dark[row, column], closed[row, column]])
-                for band in range(3):
-                    # (Rounded to the nearest; two are never equally near.)
-                    value = np.int64(rgba[row - first, column, band]) * left
-                    image[row, column, band] = (2 * value + 255) // 510
-                semantics[row, column] = road if rgba[row - first, column, 3] > 127 else ground
+        for column in range(spans[row, 0], spans[row, 1]):
+            number = numbers[row, column]
+            if below[row, column] > 0 and (number <= 0 or everywhere):
+                shadow, shut = dark[row, column], closed[row, column]
+                if shadow == 0 and shut == 0:  # nothing is taken
+                    for band in range(3):
+                        image[row, column, band] = rgba[row - first, column, band]
+                else:
+                    left = np.int32(light[shadow, shut])
+                    for band in range(3):
+                        # (Rounded to the nearest; two are never equally near.)
+                        value = np.int32(rgba[row - first, column, band]) * left
+                        image[row, column, band] = np.uint32(2 * value + 255) // np.uint32(510)
+                if number == 0:
+                    semantics[row, column] = road if rgba[row - first, column, 3] > 127 else ground
 
 
 @inlined
-def narrow_span(slope, offset, span):
-    """Cut a span of columns to where slope * u + offset >= 0."""
+def narrow_span(slope, offset, start, end):
+    """A span of columns, cut to where slope * u + offset >= 0."""
     if slope > 0.0:
-        span[0] = max(span[0], -offset / slope)
-    elif slope < 0.0:
-        span[1] = min(span[1], -offset / slope)
-    elif offset < 0.0:
-        span[1] = span[0] - 1.0
+        return max(start, -offset / slope), end
+    if slope < 0.0:
+        return start, min(end, -offset / slope)
+    return start, start - 1.0 if offset < 0.0 else end
 
 
 @inlined
@@ -64,7 +79,7 @@ def hidden_sky(x, z, half_x, half_z, height, clearance):
     return 0.5 * (1.0 - sqrt(apart / (apart + height * height)))
 
 
-@kernel(F3, F2, FLOAT, FLOAT, INT, OUT_U8_2)
+@kernel(F3, F2, FLOAT, FLOAT, INT, OUT_U8_2, allocates=False)
 def close_sky(As_object_image, sizes, clearance, reach, first, closed):
     """Write how much of the sky boxes on the road hide at each pixel from row `first` on.
 
@@ -72,23 +87,21 @@ def close_sky(As_object_image, sizes, clearance, reach, first, closed):
     a box along x and z, and its height, metres. reach: metres beside a box. The darkest counts.
     """
     height, width = closed.shape
-    span = np.empty(2)
     for box in range(len(sizes)):
         A, half_x, half_z, high = As_object_image[box], sizes[box, 0], sizes[box, 1], sizes[box, 2]
         least = hidden_sky(half_x + reach, 0.0, half_x, half_z, high, clearance)
         for row in range(first, height):
-            span[0], span[1] = 0.0, width - 1.0
             v = float(row)
             w0, w1 = A[2, 0], A[2, 1] * v + A[2, 2]
-            narrow_span(w0, w1 - 1e-9, span)
+            start, end = narrow_span(w0, w1 - 1e-9, 0.0, width - 1.0)
             for axis in range(2):
                 limit = (half_x if axis == 0 else half_z) + reach
                 a0, a1 = A[axis, 0], A[axis, 1] * v + A[axis, 2]
-                narrow_span(limit * w0 - a0, limit * w1 - a1, span)
-                narrow_span(limit * w0 + a0, limit * w1 + a1, span)
-            if not span[0] <= span[1]:
+                start, end = narrow_span(limit * w0 - a0, limit * w1 - a1, start, end)
+                start, end = narrow_span(limit * w0 + a0, limit * w1 + a1, start, end)
+            if not start <= end:
                 continue
-            for column in range(int(np.ceil(span[0])), int(np.floor(span[1])) + 1):
+            for column in range(int(np.ceil(start)), int(np.floor(end)) + 1):
                 w = w0 * column + w1
                 x, z = (A[0, 0] * column + A[0, 1] * v + A[0, 2]) / w, 0.0
                 z = (A[1, 0] * column + A[1, 1] * v + A[1, 2]) / w
@@ -146,7 +159,7 @@ def choose_pictures(
                 sharp[row] = sharp[row] or across >= enough
 
 
-@kernel(F2, INT, OUT_B1)
+@kernel(F2, INT, OUT_B1, allocates=False)
 def mark_tiles(outline, count, touched):
     """Which of count x count tiles of side 1, row by row, a convex outline (n, 2) touches."""
     low_u, low_v, high_u, high_v, middle_u, middle_v = inf, inf, -inf, -inf, 0.0, 0.0
@@ -172,7 +185,7 @@ def mark_tiles(outline, count, touched):
             touched[row * count + column] = inside
 
 
-@kernel(F2, I1, F2, F2, FLOAT, FLOAT, FLOAT, OUT_I32_2, OUT_B1)
+@kernel(F2, I1, F2, F2, FLOAT, FLOAT, FLOAT, OUT_I32_2, OUT_B1, allocates=False)
 def project_outlines(corners, ends, T_cam_road, K, near, most, scale, fixed, whole):
     """Where corners (k, 2), x and z on the road, are seen: pixels times scale, rounded to fixed.
 

@@ -11,13 +11,13 @@ TINY_AREA = 1e-9  # pixels^2, twice a triangle's: what is smaller is taken for a
 
 
 @inlined
-def fill_triangle(corners, K, left, top, nearness, numbers, number, leaves=None):
+def fill_triangle(corners, K, left, top, nearness, numbers, number):
     """Fill a triangle of the camera's frame into a crop of the image that begins at left, top.
 
     Where it is nearer than what is there, nearness (r, c), 1 / m, becomes its own, and numbers,
     if there are any, `number`; of equal depths the first that was filled counts. Centres on its
     edges belong to it, so that no gap is between two triangles: an edge's sums begin at its upper
-    end in both. leaves: which triangles are leaves, and the numbers and the nearness behind them.
+    end in both.
     """
     wa, wb, wc = 1.0 / corners[0, 2], 1.0 / corners[1, 2], 1.0 / corners[2, 2]
     va = (K[1, 0] * corners[0, 0] + K[1, 1] * corners[0, 1]) * wa + K[1, 2]
@@ -56,42 +56,30 @@ def fill_triangle(corners, K, left, top, nearness, numbers, number, leaves=None)
         end = min(np.floor(max(one, other)), farthest)
         if not start <= end:
             continue
-        begun = wa + (row - va) * down
-        near = nearness[row - top]
-        for column in range(int(start), int(end) + 1):
-            value = np.float32(begun + (column - ua) * across)
-            if leaves is not None:
-                # After all that are none: what is behind leaves is kept, and equal depths are
-                # decided by the number, as if all had been filled in their order.
-                found = numbers[row - top, column - left]
-                if value > near[column - left] or (
-                    value == near[column - left] > 0.0 and number < found
-                ):
-                    if found == 0 or not leaves[0][found - 1]:
-                        leaves[1][row - top, column - left] = found
-                        leaves[2][row - top, column - left] = near[column - left]
-                    near[column - left] = value
-                    numbers[row - top, column - left] = number
-            elif value > near[column - left]:
-                near[column - left] = value
-                if numbers is not None:
-                    numbers[row - top, column - left] = number
+        begun, begin, stop = wa + (row - va) * down, int(start) - left, int(end) - left + 1
+        # (Loops over views from 0 on are done for several pixels at once.)
+        near = nearness[row - top, begin:stop]
+        if numbers is None:
+            for each in range(len(near)):
+                value = np.float32(begun + (float(each + int(start)) - ua) * across)
+                near[each] = value if value > near[each] else near[each]
+        else:
+            found = numbers[row - top, begin:stop]
+            for each in range(len(near)):
+                value = np.float32(begun + (float(each + int(start)) - ua) * across)
+                is_nearer = value > near[each]
+                near[each] = value if is_nearer else near[each]
+                found[each] = number if is_nearer else found[each]
 
 
-@kernel(F3, F2, OUT_F32_2, OUT_I32_2)
-def fill_triangles(corners, K, nearness, numbers):
-    """Fill all triangles into an image; numbers become 1 + their rows, the first of equal ones'."""
+@kernel(F3, F2, B1, OUT_F32_2, OUT_I32_2, OUT_F32_2, OUT_I32_2, allocates=False)
+def fill_triangles(corners, K, leaves, nearness, numbers, nearness_leaves, numbers_leaves):
+    """Fill all triangles into an image; numbers become 1 + their rows, the first of equal ones'.
+
+    Those that are leaves into an image of their own.
+    """
     for triangle in range(len(corners)):
-        fill_triangle(corners[triangle], K, 0, 0, nearness, numbers, triangle + 1)
-
-
-@kernel(F3, F2, B1, OUT_F32_2, OUT_I32_2, OUT_F32_2, OUT_I32_2)
-def fill_around_leaves(corners, K, leaves, nearness, numbers, nearness_behind, behind):
-    """The same, and what lies behind those that are leaves; known only beneath leaves."""
-    for triangle in range(len(corners)):
-        if not leaves[triangle]:
-            fill_triangle(corners[triangle], K, 0, 0, nearness, numbers, triangle + 1)
-    for triangle in range(len(corners)):
+        near, found = nearness, numbers
         if leaves[triangle]:
-            hidden = (leaves, behind, nearness_behind)
-            fill_triangle(corners[triangle], K, 0, 0, nearness, numbers, triangle + 1, hidden)
+            near, found = nearness_leaves, numbers_leaves
+        fill_triangle(corners[triangle], K, 0, 0, near, found, np.int32(triangle + 1))

@@ -13,43 +13,51 @@ from mot_sim.simulation.kernels.compiling import (
     I8_2,
     I32_1,
     I32_2,
-    OUT_F32_2,
-    OUT_I32_2,
     OUT_U8_3,
     U8_1,
     U8_2,
     U8_3,
 )
-from mot_sim.simulation.kernels.shading import mixed_bits, unit_normal
-from tracker.kernels.compiling import F2, F3, FLOAT, INT, inlined, kernel
+from mot_sim.simulation.kernels.leaves import (
+    LEAF_METRES,
+    TUFT,
+    axes_in_row,
+    cell_bits,
+    leaf_side,
+    mixed_bits,
+)
+from mot_sim.simulation.kernels.shading import unit_normal
+from tracker.kernels.compiling import F2, F3, FLOAT, OUT2, OUT_B1, inlined, kernel
 
 TEXELS = 512  # along a side of the finest level of a pattern
 LEVELS = 6
 TEXELS_A_METRE = 40.0
-TONES = 1.0 / 80.0  # share of brightness of a step of the patterns
+MEAN = 1 << 20  # of a pattern's brightness
+TONE = 13107  # a step of the patterns, of which 80 are the whole brightness
 # As in `renderers.view.Material`; what is painted by a pattern comes first, each in its own row.
-PANE, BLOCKS, LEAF, TUFT, SHOP = 6, 4, 8, 9, 16
+BLOCKS, LEAF, SHOP = 4, 8, 16
 STOREY_FOOT, STOREY = 0.5, 2.9  # metres: the plinth's height, and a storey's
-LEAF_METRES = 0.085  # of the finest leaves, or tufts of them
-LEAF_PIXELS = 2.2  # that leaves are at least wide
 
 
 @inlined
 def tone_at(pattern, x, y, level):
-    """How much brighter than its mean a pattern is at a place, in texels of the finest level."""
+    """How bright a pattern is at a place, in texels of the finest level."""
     size = TEXELS >> level
-    start = (TEXELS * TEXELS - size * size) * 4 // 3
-    shrink = 1.0 / (1 << level)
-    x, y = x * shrink, y * shrink
-    left, top = np.int64(x + 1048576.0) - 1048576, np.int64(y + 1048576.0) - 1048576  # rounds down
+    start = (TEXELS * TEXELS - size * size) // 3 * 4
+    mask = size - 1
     if level > 0:  # the texels are hardly larger than the pixels
-        return pattern[start + (top & (size - 1)) * size + (left & (size - 1))] * TONES
-    right, down = x - left, y - top
-    column, beside = left & (size - 1), (left + 1) & (size - 1)
-    upper, lower = start + (top & (size - 1)) * size, start + ((top + 1) & (size - 1)) * size
-    one = pattern[upper + column] * (1.0 - right) + right * pattern[upper + beside]
-    two = pattern[lower + column] * (1.0 - right) + right * pattern[lower + beside]
-    return (one + down * (two - one)) * TONES
+        left, top = np.int64(x + 1048576.0) >> level, np.int64(y + 1048576.0) >> level
+        return MEAN + np.int64(pattern[start + (top & mask) * size + (left & mask)]) * TONE
+    # (Rounds down to steps of 1 / 256.)
+    across, down = np.int64(256.0 * x + 268435456.0), np.int64(256.0 * y + 268435456.0)
+    left, top, right, below = across >> 8, down >> 8, across & 255, down & 255
+    column, beside = left & mask, (left + 1) & mask
+    upper, lower = (top & mask) * size, ((top + 1) & mask) * size
+    one = np.int64(pattern[upper + column]) * (256 - right)
+    one += np.int64(pattern[upper + beside]) * right
+    two = np.int64(pattern[lower + column]) * (256 - right)
+    two += np.int64(pattern[lower + beside]) * right
+    return MEAN + ((one * (256 - below) + two * below) * TONE >> 16)
 
 
 @inlined
@@ -62,59 +70,6 @@ def cut_to_one(value):
 def chance(x, y, salt):
     """A random number from 0 to 1 of a cell of a plane."""
     return (mixed_bits(np.int64(x), np.int64(y), salt) & 0xFFFF) * (1.0 / 65535.0)
-
-
-@inlined
-def leaf_cell(x, y, z, pixel, place):
-    """Write the cell of space, aslant to all faces, of the leaf at a point; as large as is seen."""
-    side = LEAF_METRES
-    while side < LEAF_PIXELS * pixel:
-        side *= 2.0
-    x, y, z = x / side, y / side, z / side
-    place[0] = np.floor(0.36 * x + 0.48 * y - 0.8 * z)
-    place[1] = np.floor(-0.8 * x + 0.6 * y)
-    place[2] = np.floor(0.48 * x + 0.64 * y + 0.6 * z)
-
-
-@kernel(I32_2, F32_2, I32_2, F32_2, U8_1, I32_1, F3, F2, FLOAT, INT, OUT_I32_2, OUT_F32_2)
-def open_crowns(
-    numbers, nearness, behind, nearness_behind, materials, objects, As_object_ray, eyes, pixel,
-    share, shown, nearness_shown,
-):  # fmt: skip
-    """Write which triangles are seen where tufts of leaves have gaps: those behind all tufts.
-
-    numbers, nearness: the nearest triangles, 1 + row, and 1 / m; behind: the nearest that are no
-    tufts, known only beneath tufts. As_object_ray (n, 3, 3) and eyes (n, 3) lead from a pixel
-    (u, v, 1), times its depth, to the objects' frames. share: of 256 cells, how many are open.
-    """
-    place = np.empty(3)
-    for row in range(numbers.shape[0]):
-        last, is_tuft = 0, False
-        for column in range(numbers.shape[1]):
-            number = numbers[row, column]
-            if number != last:
-                last, is_tuft = number, number > 0 and materials[number - 1] == TUFT
-            if not is_tuft:
-                continue
-            A, eye = As_object_ray[objects[number - 1]], eyes[objects[number - 1]]
-            depth = 1.0 / np.float64(nearness[row, column])
-            u, v = column * depth, row * depth
-            x = A[0, 0] * u + A[0, 1] * v + A[0, 2] * depth + eye[0]
-            y = A[1, 0] * u + A[1, 1] * v + A[1, 2] * depth + eye[1]
-            z = A[2, 0] * u + A[2, 1] * v + A[2, 2] * depth + eye[2]
-            leaf_cell(x, y, z, pixel * depth, place)
-            bits = mixed_bits(np.int64(place[0]), np.int64(place[1]), np.int64(place[2]))
-            if (bits >> 16) & 255 < share:
-                shown[row, column] = behind[row, column]
-                nearness_shown[row, column] = nearness_behind[row, column]
-
-
-@inlined
-def leaf_share(place):
-    """Of 256 shares of the colour of a leaf: from dark gaps to leaves that face the sun."""
-    bits = mixed_bits(np.int64(place[0]), np.int64(place[1]), np.int64(place[2]))
-    share = 112 + (bits & 255) + ((bits >> 8) & 63)
-    return 40 + share // 5 if bits >> 24 < 60 else share
 
 
 @inlined
@@ -140,38 +95,44 @@ def height_tone(up):
 
 
 @inlined
-def lay_axes(face_normal, R, A, eye, column, row, normal, along, upward):
-    """Write how pixels lead to metres along a face and up, for (u, v, 1) times depth, and 1.
+def lay_axes(corners, R, A, eye, wall):
+    """Write how pixels lead to metres along a face and up, and how it faces them.
 
-    Gives by how much a pixel is wider on the face than across the ray.
+    wall (11): along and upward, (4) each, for (u, v, 1) times depth, and 1; facing (3), for
+    (u, v, 1): the cosine between ray and normal times the ray's length.
     """
-    for axis in range(3):
-        normal[axis] = (
-            R[axis, 0] * face_normal[0] + R[axis, 1] * face_normal[1] + R[axis, 2] * face_normal[2]
-        )
-    level = sqrt(normal[0] * normal[0] + normal[2] * normal[2])
+    out = unit_normal(corners)
+    x = R[0, 0] * out[0] + R[0, 1] * out[1] + R[0, 2] * out[2]
+    y = R[1, 0] * out[0] + R[1, 1] * out[1] + R[1, 2] * out[2]
+    z = R[2, 0] * out[0] + R[2, 1] * out[1] + R[2, 2] * out[2]
+    level = sqrt(x * x + z * z)
     right, ahead = 1.0, 0.0  # the level tangent's x and z
     if level > 1e-3:
-        right, ahead = -normal[2] / level, normal[0] / level
-    up_x, up_y = normal[1] * ahead, normal[2] * right - normal[0] * ahead
-    up_z = -normal[1] * right
+        right, ahead = -z / level, x / level
+    up_x, up_y, up_z = y * ahead, z * right - x * ahead, -y * right
     if up_y > 0.0:
         up_x, up_y, up_z = -up_x, -up_y, -up_z
-    facing, length = 0.0, 0.0
     for axis in range(3):
-        along[axis] = right * A[0, axis] + ahead * A[2, axis]
-        upward[axis] = up_x * A[0, axis] + up_y * A[1, axis] + up_z * A[2, axis]
-        ray = A[axis, 0] * column + A[axis, 1] * row + A[axis, 2]
-        facing += normal[axis] * ray
-        length += ray * ray
-    along[3] = right * eye[0] + ahead * eye[2]
-    upward[3] = up_x * eye[0] + up_y * eye[1] + up_z * eye[2]
-    return 1.0 / max(sqrt(abs(facing) / sqrt(length)), 0.15)
+        wall[axis] = right * A[0, axis] + ahead * A[2, axis]
+        wall[4 + axis] = up_x * A[0, axis] + up_y * A[1, axis] + up_z * A[2, axis]
+        wall[8 + axis] = x * A[0, axis] + y * A[1, axis] + z * A[2, axis]
+    wall[3] = right * eye[0] + ahead * eye[2]
+    wall[7] = up_x * eye[0] + up_y * eye[1] + up_z * eye[2]
 
 
 @inlined
-def shop_front(along, up, tone, light, pixel, glyphs, colour):
-    """Write the colour of a shop's front: panes between posts, and a sign with letters above."""
+def slant_at(wall, A, column, row):
+    """By how much a pixel is wider on a face than across the ray."""
+    x = A[0, 0] * column + A[0, 1] * row + A[0, 2]
+    y = A[1, 0] * column + A[1, 1] * row + A[1, 2]
+    z = A[2, 0] * column + A[2, 1] * row + A[2, 2]
+    facing = wall[8] * column + wall[9] * row + wall[10]
+    return 1.0 / max(sqrt(abs(facing) / sqrt(x * x + y * y + z * z)), 0.15)
+
+
+@inlined
+def shop_front(along, up, tone, light, pixel, glyphs):
+    """The colour of a shop's front: panes between posts, and a sign with letters above."""
     shop = np.floor(along / 9.0)
     own = chance(shop, 1, 11)
     if up > 2.78:
@@ -192,85 +153,122 @@ def shop_front(along, up, tone, light, pixel, glyphs, colour):
             ]
             ink = sharp * drawn / 255.0 + (1.0 - sharp) * 0.4
         towards = 24.0 if is_pale else 236.0
-        colour[0] = light * (red + ink * (towards - red))
-        colour[1] = light * (green + ink * (towards - green))
-        colour[2] = light * (blue + ink * (towards - blue))
-        return
+        return (
+            light * (red + ink * (towards - red)),
+            light * (green + ink * (towards - green)),
+            light * (blue + ink * (towards - blue)),
+        )
     post = np.floor(along / 1.6)
     aside = along - 1.6 * post
     if aside < 0.09 or up > 2.7 or up < 0.72:
-        for band in range(3):
-            colour[band] = light * (46.0 + 90.0 * own) * tone
-        return
+        grey = light * (46.0 + 90.0 * own) * tone
+        return grey, grey, grey
     # What lies behind the pane: goods on shelves, dim, and the sky mirrored in its upper part.
     shelf, item = np.floor(up / 0.42), np.floor(along / 0.3)
     goods = chance(item, shelf, 7)
     strength = light * (34.0 + 26.0 * (up - 0.7) + 80.0 * goods * goods * goods)
+    return (
+        strength * (0.7 + 0.6 * chance(item, shelf, 20)) * tone,
+        strength * (0.7 + 0.6 * chance(item, shelf, 21)) * tone,
+        strength * (0.7 + 0.6 * chance(item, shelf, 22)) * tone,
+    )
+
+
+@inlined
+def paint_leaf(bits, own, colour):
+    """Write the colour of a leaf: from dark gaps to leaves that face the sun."""
+    share = 112 + (bits & 255) + ((bits >> 8) & 63)
+    if bits >> 24 < 60:
+        share = 40 + (share * 205 >> 10)  # a fifth
     for band in range(3):
-        tint = chance(item, shelf, 20 + band)
-        colour[band] = strength * (0.7 + 0.6 * tint) * tone
+        colour[band] = min((np.int64(own[band]) * share) >> 8, 255)
 
 
-@kernel(I32_2, F32_2, F3, U8_2, U8_2, U8_1, I32_1, F3, F3, F2, FLOAT, I8_2, U8_3, OUT_U8_3)
-def texture_faces(
-    numbers, nearness, corners, codes, painted, materials, objects, Rs_object_cam, As_object_ray,
-    eyes, pixel, patterns, glyphs, image,
+@inlined
+def paint_wall(near, row, start, kind, own, light, wall, wide, pattern, glyphs, colours):
+    """Paint a run of pixels of a face with a pattern; wide: a pixel's width at 1 m."""
+    red, green, blue = np.int64(own[0]), np.int64(own[1]), np.int64(own[2])
+    x_step, x_begun, x_eye = wall[0], wall[1] * row + wall[2], wall[3]
+    y_step, y_begun, y_eye = wall[4], wall[5] * row + wall[6], wall[7]
+    level, side = 0, 1.0 / TEXELS_A_METRE
+    has_storeys, is_shop = kind >= SHOP or kind <= BLOCKS, kind >= SHOP
+    for each in range(len(near)):
+        depth, column = 1.0 / np.float64(near[each]), float(start + each)
+        x = depth * (x_step * column + x_begun) + x_eye
+        y = depth * (y_step * column + y_begun) + y_eye
+        across = wide * depth
+        while across > side and level < LEVELS - 1:
+            side, level = 2.0 * side, level + 1
+        while level > 0 and across <= 0.5 * side:
+            side, level = 0.5 * side, level - 1
+        tone = tone_at(pattern, TEXELS_A_METRE * x, TEXELS_A_METRE * y, level)
+        if is_shop and STOREY_FOOT < y < STOREY_FOOT + STOREY - 0.06:
+            colour = shop_front(x, y, tone * (1.0 / MEAN), light, across, glyphs)
+            colours[each, 0] = np.uint8(min(max(colour[0], 0.0), 255.0))
+            colours[each, 1] = np.uint8(min(max(colour[1], 0.0), 255.0))
+            colours[each, 2] = np.uint8(min(max(colour[2], 0.0), 255.0))
+            continue
+        if has_storeys:
+            tone = np.int64(tone * height_tone(y))
+        colours[each, 0] = min((red * tone) >> 20, 255)
+        colours[each, 1] = min((green * tone) >> 20, 255)
+        colours[each, 2] = min((blue * tone) >> 20, 255)
+
+
+@kernel(
+    I32_2, F32_2, F3, U8_2, U8_2, U8_1, I32_1, I32_1, F3, F3, F2, F3, FLOAT, I8_2, U8_3,
+    OUT2, OUT_B1, OUT_U8_3, allocates=False,
+)  # fmt: skip
+def paint_faces(
+    numbers, nearness, corners, codes, painted, materials, slots, objects, Rs_object_cam,
+    As_object_ray, eyes, As_cell_ray, pixel, patterns, glyphs, walls, laid, image,
 ):  # fmt: skip
-    """Paint what faces are made of over their lit colours, in place.
+    """Paint what is seen of the faces, with what they are made of; not those with a skin.
 
     codes: their own colours (t, 4); painted: lit; materials (t,): see `renderers.view.Material`.
-    pixel: a pixel's width at a depth of 1 m. patterns: see `renderers.materials.patterns`.
+    slots (t,): of the skins. pixel: a pixel's width at a depth of 1 m. patterns: see
+    `renderers.materials.patterns`. walls (t, 11): room for `lay_axes`, laid (t,): so far False.
     """
-    normal, along, upward = np.empty(3), np.empty(4), np.empty(4)
-    place, colour = np.empty(3), np.empty(3)
-    for row in range(numbers.shape[0]):
-        last, is_leafy, kind, thing = -1, False, 0, 0
-        slant = light = 1.0
-        for column in range(numbers.shape[1]):
-            triangle = numbers[row, column] - 1
-            if triangle != last:
-                last = triangle
-                kind = np.int64(materials[triangle]) if triangle >= 0 else 0
-                is_leafy = kind in (LEAF, TUFT)
-                if kind != 0:
-                    thing = objects[triangle]
-                if kind != 0 and not is_leafy:
-                    unit_normal(corners[triangle], place)
-                    slant = lay_axes(
-                        place, Rs_object_cam[thing], As_object_ray[thing], eyes[thing],
-                        column, row, normal, along, upward,
-                    )  # fmt: skip
-                    light = lit_share(codes[triangle], painted[triangle])
+    height, width = numbers.shape
+    for row in range(height):
+        column = 0
+        while column < width:
+            number, start = numbers[row, column], column
+            triangle = number - 1
+            kind = np.int64(materials[triangle]) if number > 0 else 0
+            if kind in (LEAF, TUFT):  # over all that follow
+                thing, side = -1, LEAF_METRES
+                axes = axes_in_row(As_cell_ray[objects[triangle]], row)
+                while kind in (LEAF, TUFT):
+                    if objects[triangle] != thing:
+                        thing = objects[triangle]
+                        axes = axes_in_row(As_cell_ray[thing], row)
+                    depth = 1.0 / np.float64(nearness[row, column])
+                    side = leaf_side(side, pixel * depth)
+                    bits = cell_bits(axes, float(column), depth, side)
+                    paint_leaf(bits, painted[triangle], image[row, column])
+                    column += 1
+                    triangle = numbers[row, column] - 1 if column < width else -1
+                    kind = np.int64(materials[triangle]) if triangle >= 0 else 0
+                continue
+            while column < width and numbers[row, column] == number:
+                column += 1
+            if number <= 0 or slots[triangle] >= 0:
+                continue
+            own, near, colours = (
+                painted[triangle], nearness[row, start:column], image[row, start:column]
+            )  # fmt: skip
             if kind == 0:
+                red, green, blue = own[0], own[1], own[2]
+                for each in range(len(near)):
+                    colours[each, 0], colours[each, 1], colours[each, 2] = red, green, blue
                 continue
-            depth = 1.0 / np.float64(nearness[row, column])
-            u, v = column * depth, row * depth
-            if is_leafy:
-                A, eye = As_object_ray[thing], eyes[thing]
-                x = A[0, 0] * u + A[0, 1] * v + A[0, 2] * depth + eye[0]
-                y = A[1, 0] * u + A[1, 1] * v + A[1, 2] * depth + eye[1]
-                z = A[2, 0] * u + A[2, 1] * v + A[2, 2] * depth + eye[2]
-                leaf_cell(x, y, z, pixel * depth, place)
-                share = leaf_share(place)
-                for band in range(3):
-                    image[row, column, band] = min(image[row, column, band] * share // 256, 255)
-                continue
-            x = along[0] * u + along[1] * v + along[2] * depth + along[3]
-            y = upward[0] * u + upward[1] * v + upward[2] * depth + upward[3]
-            wide = pixel * depth * slant
-            level, side = 0, 1.0 / TEXELS_A_METRE
-            while wide > side and level < LEVELS - 1:
-                side, level = 2.0 * side, level + 1
-            tone = 1.0 + tone_at(
-                patterns[kind % SHOP], TEXELS_A_METRE * x, TEXELS_A_METRE * y, level
-            )
-            if kind >= SHOP and STOREY_FOOT < y < STOREY_FOOT + STOREY - 0.06:
-                shop_front(x, y, tone, light, wide, glyphs, colour)
-                for band in range(3):
-                    image[row, column, band] = np.uint8(min(max(colour[band], 0.0), 255.0))
-                continue
-            if kind >= SHOP or kind <= BLOCKS:  # walls
-                tone *= height_tone(y)
-            for band in range(3):
-                value = image[row, column, band] * tone
-                image[row, column, band] = np.uint8(min(max(value, 0.0), 255.0))
+            thing = objects[triangle]
+            A, wall = As_object_ray[thing], walls[triangle]
+            if not laid[triangle]:
+                laid[triangle] = True
+                lay_axes(corners[triangle], Rs_object_cam[thing], A, eyes[thing], wall)
+            light = lit_share(codes[triangle], own) if kind >= SHOP else 1.0
+            wide = pixel * slant_at(wall, A, start, row)
+            pattern = patterns[kind % SHOP]
+            paint_wall(near, row, start, kind, own, light, wall, wide, pattern, glyphs, colours)

@@ -1,15 +1,12 @@
-"""The lit colours of the triangles that are seen, and how they are laid over a backdrop."""
+"""The lit colours of the triangles that are seen, and the smooth edges between objects."""
 
 from math import sqrt
 
 import numpy as np
 
 from mot_sim.simulation.kernels.compiling import (
-    F32_2,
     I32_1,
     I32_2,
-    OUT_F32_2,
-    OUT_I32_2,
     OUT_U8_2,
     OUT_U8_3,
     U8_2,
@@ -31,16 +28,19 @@ def whole_power(base, exponent):
 
 
 @inlined
-def unit_normal(corners, normal):
-    """Write the unit normal away from the object; zero of a triangle without area."""
-    a, b, c = corners[0], corners[1], corners[2]
-    for axis in range(3):
-        one, two = (axis + 1) % 3, (axis + 2) % 3
-        normal[axis] = (b[one] - a[one]) * (c[two] - a[two]) - (b[two] - a[two]) * (c[one] - a[one])
-    length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2])
+def unit_normal(corners):
+    """The unit normal away from the object; zero of a triangle without area."""
+    x1, y1, z1 = (
+        corners[1, 0] - corners[0, 0], corners[1, 1] - corners[0, 1], corners[1, 2] - corners[0, 2]
+    )  # fmt: skip
+    x2, y2, z2 = (
+        corners[2, 0] - corners[0, 0], corners[2, 1] - corners[0, 1], corners[2, 2] - corners[0, 2]
+    )  # fmt: skip
+    x, y, z = y1 * z2 - y2 * z1, z1 * x2 - z2 * x1, x1 * y2 - x2 * y1
+    length = sqrt(x * x + y * y + z * z)
     if length > 0.0:
-        for axis in range(3):
-            normal[axis] /= length
+        x, y, z = x / length, y / length, z / length
+    return x, y, z
 
 
 @inlined
@@ -49,7 +49,7 @@ def dot3(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@kernel(F3, U8_2, B1, F1, F1, F2, F2, F1, FLOAT, FLOAT, FLOAT, OUT_U8_2)
+@kernel(F3, U8_2, B1, F1, F1, F2, F2, F1, FLOAT, FLOAT, FLOAT, OUT_U8_2, allocates=False)
 def paint_triangles(
     corners,
     codes,
@@ -71,11 +71,10 @@ def paint_triangles(
     whether it goes through; shine as `raster.SHINE`. sky_colour: what is mirrored; ground_share:
     of it below the horizon; glint: grey levels of the sun. rounding: so that 99.99999 is 100.
     """
-    normal = np.empty(3)
     for row in range(len(corners)):
         if not seen[row]:
             continue
-        unit_normal(corners[row], normal)
+        normal = unit_normal(corners[row])
         kind = codes[row, 3]
         to_zenith, to_light = dot3(normal, up), dot3(normal, sun)
         constant, of_zenith, of_sun, through = diffuse[kind]
@@ -100,33 +99,7 @@ def paint_triangles(
         painted[row, 3] = kind
 
 
-@kernel(I32_2, F32_2, I32_2, U8_2, U8_2, I32_1, OUT_U8_3, OUT_F32_2, OUT_I32_2, OUT_U8_2)
-def lay_over(numbers, nearness, shown, codes, painted, ids, image, depth, instances, semantics):
-    """Lay triangles, by their numbers, over a backdrop, in place; the image has those of shown."""
-    for row in range(numbers.shape[0]):
-        for column in range(numbers.shape[1]):
-            triangle = shown[row, column] - 1
-            if triangle >= 0:
-                image[row, column, 0] = painted[triangle, 0]
-                image[row, column, 1] = painted[triangle, 1]
-                image[row, column, 2] = painted[triangle, 2]
-            triangle = numbers[row, column] - 1
-            if triangle >= 0:
-                semantics[row, column] = codes[triangle, 3]
-                depth[row, column] = np.float32(1.0) / nearness[row, column]
-                instances[row, column] = ids[triangle]
-
-
-@inlined
-def mixed_bits(x, y, z):
-    """32 random bits of a cell of space, the same on every processor."""
-    bits = (x * 0x8DA6B343 ^ y * 0xD8163841 ^ z * 0xCB1AB31F) & 0xFFFFFFFF
-    bits = ((bits ^ (bits >> 15)) * 0x2C1B3C6D) & 0xFFFFFFFF
-    bits = ((bits ^ (bits >> 12)) * 0x297A2D39) & 0xFFFFFFFF
-    return bits ^ (bits >> 15)
-
-
-@kernel(I32_2, I32_1, U8_2, I32_1, U8_3, U8_3, OUT_U8_3)
+@kernel(I32_2, I32_1, U8_2, I32_1, U8_3, U8_3, OUT_U8_3, allocates=False)
 def smooth_edges(numbers, objects, painted, slots, lit, behind, image):
     """Mix the colours of four samples where they show different objects, in place.
 

@@ -19,7 +19,7 @@ ROUNDING = 1e-3  # so that 99.99999 is 100
 TINY_VOLUME = 1e-9  # m^3: the eye lies in the plane of a face
 
 
-@kernel(I32_2, OUT_B1)
+@kernel(I32_2, OUT_B1, allocates=False)
 def mark_seen(numbers, seen):
     """Mark the numbers that stand in an image."""
     for number in numbers.flat:
@@ -134,7 +134,8 @@ def plate_cell(across, down):
 
 
 @kernel(
-    I32_2, F32_2, FLOAT, FLOAT, I32_1, F2, I32_1, F2, F1, F2, F2, F2, U8_2, U8_3, OUT_U8_3
+    I32_2, F32_2, FLOAT, FLOAT, I32_1, F2, I32_1, F2, F1, F2, F2, F2, U8_2, U8_3, OUT_U8_3,
+    allocates=False,
 )  # fmt: skip
 def light_skins(  # noqa: PLR0915 (see its last line)
     numbers, nearness, scale, shift, slots, skins, objects, places, light, diffuse, gloss, mirror,

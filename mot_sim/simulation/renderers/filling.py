@@ -12,7 +12,6 @@ from tracker.kernels import Kernel
 from tracker.types import Camera
 
 FILL_TRIANGLES = Kernel("mot_sim.simulation.kernels.filling", "fill_triangles")
-FILL_AROUND_LEAVES = Kernel("mot_sim.simulation.kernels.filling", "fill_around_leaves")
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,10 +30,10 @@ class Filler(Protocol):
     def fill(self, triangles: Triangles, camera: Camera) -> Fragments:
         """The nearest triangle at each pixel's centre; of several at one depth, the first."""
 
-    def fill_behind(
+    def fill_apart(
         self, triangles: Triangles, camera: Camera, leaves: Bool[Array, " t"]
     ) -> tuple[Fragments, Fragments]:
-        """`fill`, and what lies behind those triangles that are leaves; known beneath leaves."""
+        """`fill` of the triangles that are no leaves, and of those that are."""
 
 
 def fill(triangles: Triangles, camera: Camera) -> Fragments:
@@ -42,29 +41,26 @@ def fill(triangles: Triangles, camera: Camera) -> Fragments:
 
     The same sums as in `scan_view`: what is covered there is covered here.
     """
-    width, height = camera.image_size
-    numbers, nearness = np.zeros((height, width), np.int32), np.zeros((height, width), np.float32)
-    K = np.ascontiguousarray(camera.K, float)
-    FILL_TRIANGLES(np.ascontiguousarray(triangles.corners), K, nearness, numbers)
-    return Fragments(numbers, nearness)
+    return fill_apart(triangles, camera, np.zeros(len(triangles), bool))[0]
 
 
-def fill_behind(
+def fill_apart(
     triangles: Triangles, camera: Camera, leaves: Bool[Array, " t"]
 ) -> tuple[Fragments, Fragments]:
-    """`fill`, and what lies behind those triangles that are leaves; known only beneath leaves."""
+    """`fill` of the triangles that are no leaves, and of those that are."""
     width, height = camera.image_size
-    seen = Fragments(np.zeros((height, width), np.int32), np.zeros((height, width), np.float32))
-    behind = Fragments(np.empty((height, width), np.int32), np.empty((height, width), np.float32))
-    K, corners = np.ascontiguousarray(camera.K, float), np.ascontiguousarray(triangles.corners)
-    FILL_AROUND_LEAVES(
-        corners, K, leaves, seen.nearness, seen.numbers, behind.nearness, behind.numbers
+    others, alone = (
+        Fragments(np.zeros((height, width), np.int32), np.zeros((height, width), np.float32))
+        for _ in range(2)
     )
-    return seen, behind
+    K, corners = np.ascontiguousarray(camera.K, float), np.ascontiguousarray(triangles.corners)
+    layers = others.nearness, others.numbers, alone.nearness, alone.numbers
+    FILL_TRIANGLES(corners, K, leaves, *layers)
+    return others, alone
 
 
 class KernelFiller:
-    """Finds the nearest triangles with the compiled functions `fill` and `fill_behind`."""
+    """Finds the nearest triangles with the compiled functions `fill` and `fill_apart`."""
 
     fill = staticmethod(fill)
-    fill_behind = staticmethod(fill_behind)
+    fill_apart = staticmethod(fill_apart)

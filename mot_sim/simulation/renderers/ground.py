@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import cv2
 import numpy as np
-from jaxtyping import Float, Float32, UInt8
+from jaxtyping import Float, Float32, Int32, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers.surroundings import Colour, Level, Panorama, Road, Sky
@@ -19,6 +19,7 @@ from tracker.types import Camera
 MAX_SUPERSAMPLING = 4
 MAX_TEXELS_PER_ROW = 3.0  # that a drawn row may skip
 MIN_TEXELS_PER_PIXEL = 0.33  # where a finer picture is to be had
+PIECE_ROWS = 16  # that are drawn at once, from the first column that is needed to the last
 SKY_TOP_SLOPE = 0.35  # slope above the horizon from which on the sky has its top colour
 CHOOSE_PICTURES = Kernel("mot_sim.simulation.kernels.backdrop", "choose_pictures")
 
@@ -55,13 +56,21 @@ def horizon(camera: Camera) -> Horizon:
     return Horizon(depth, mask, first, deepest, (-falling).astype(np.float32))
 
 
-def sky_image(camera: Camera, sky: Sky) -> UInt8[Array, "h w 3"]:
-    """The sky alone, all over the image; the caller's own."""
+def sky_image(
+    camera: Camera, sky: Sky, spans: Int32[Array, "h 2"] | None = None
+) -> UInt8[Array, "h w 3"]:
+    """The sky alone, all over the image; the caller's own.
+
+    spans: the first column that is needed of each row, and the last one plus one; what lies beside
+    them may be anything.
+    """
     faded = _faded(camera, sky.top, sky.low)
     if sky.panorama is None:
         return faded.copy()
-    around = panorama_image(camera, sky.panorama, sky.heading)
-    return np.concatenate((around, faded[len(around) :]))
+    image = np.empty_like(faded)
+    count = _lay_panorama(camera, sky.panorama, sky.heading, spans, image)
+    image[count:] = faded[count:]
+    return image
 
 
 @lru_cache(maxsize=8)
@@ -71,28 +80,59 @@ def _faded(camera: Camera, top: Colour, low: Colour) -> UInt8[Array, "h w 3"]:
     return np.round(first + share * (last - first)).astype(np.uint8)
 
 
-def panorama_image(camera: Camera, panorama: Panorama, heading: float) -> UInt8[Array, "r w 3"]:
-    """The rows of the image that see anything above the horizon."""
+def _lay_panorama(
+    camera: Camera,
+    panorama: Panorama,
+    heading: float,
+    spans: Int32[Array, "h 2"] | None,
+    image: UInt8[Array, "h w 3"],
+) -> int:
+    """Write the rows of the image that see anything above the horizon; gives their number."""
     height, width = panorama.rgba.shape[:2]
-    columns, rows = _panorama_map(camera, (width, height), panorama.top, panorama.bottom)
-    if not len(rows):
-        return np.zeros((0, camera.image_size[0], 3), np.uint8)
-    leftmost = float(columns.min())
+    columns, rows, leftmost = _panorama_map(camera, (width, height), panorama.top, panorama.bottom)
     start = (leftmost + heading * width / (2.0 * np.pi)) % width
     whole = int(start)
     shift = start - whole - leftmost
     piece = panorama.twice[:, whole : whole + width]
-    seen = cv2.remap(
-        piece, cv2.add(columns, shift), rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-    )
-    return cv2.cvtColor(seen, cv2.COLOR_RGBA2RGB)
+    for top, bottom, left, right in pieces(0, len(rows), image.shape[1], spans):
+        part = slice(top, bottom), slice(left, right)
+        seen = cv2.remap(
+            piece,
+            cv2.add(columns[part], shift),
+            rows[part],
+            cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_REPLICATE,
+        )
+        image[part] = cv2.cvtColor(seen, cv2.COLOR_RGBA2RGB)
+    return len(rows)
+
+
+def pieces(
+    first: int, end: int, width: int, spans: Int32[Array, "h 2"] | None
+) -> list[tuple[int, int, int, int]]:
+    """The part of rows from `first` to before `end` that is needed, in pieces.
+
+    Of each: first row, last plus one, first column, last plus one.
+    """
+    if spans is None:
+        return [(first, end, 0, width)] if first < end else []
+    found = []
+    for top in range(first, end, PIECE_ROWS):
+        bottom = min(top + PIECE_ROWS, end)
+        left, right = int(spans[top:bottom, 0].min()), int(spans[top:bottom, 1].max())
+        if left < right:
+            found.append((top, bottom, left, right))
+    return found
 
 
 @lru_cache(maxsize=8)
 def _panorama_map(
     camera: Camera, size: tuple[int, int], top: float, bottom: float
-) -> tuple[Float32[Array, "r w"], Float32[Array, "r w"]]:
-    """Columns (from straight ahead) and rows of a panorama at the image's pixels."""
+) -> tuple[Float32[Array, "r w"], Float32[Array, "r w"], float]:
+    """Columns (from straight ahead) and rows of a panorama at the image's pixels.
+
+    And the leftmost of these columns.
+    """
     width, _height = camera.image_size
     count = int((horizon(camera).below == 0).any(axis=1).sum())
     v, u = np.mgrid[:count, :width].astype(float)
@@ -101,7 +141,8 @@ def _panorama_map(
     elevation = np.arctan2(-rays[..., 1], np.hypot(rays[..., 0], rays[..., 2]))
     columns = azimuth * (size[0] / (2.0 * np.pi))
     rows = (top - elevation) / (top - bottom) * (size[1] - 1.0)
-    return columns.astype(np.float32), rows.astype(np.float32)
+    columns = columns.astype(np.float32)
+    return columns, rows.astype(np.float32), float(columns.min(initial=np.inf))
 
 
 def road_warp(camera: Camera, road: Road | Level) -> Float[Array, "3 3"]:
@@ -116,26 +157,34 @@ def road_image(camera: Camera, road: Road) -> UInt8[Array, "r w 3"]:
     return cv2.cvtColor(rgba, cv2.COLOR_RGBA2RGB) if len(rgba) else rgba[..., :3]
 
 
-def road_rgba(camera: Camera, road: Road) -> UInt8[Array, "r w 4"]:
-    """The road from the horizon's first row down; alpha is 255 on the road, 0 beside it."""
+def road_rgba(
+    camera: Camera, road: Road, spans: Int32[Array, "h 2"] | None = None
+) -> UInt8[Array, "r w 4"]:
+    """The road from the horizon's first row down; alpha is 255 on the road, 0 beside it.
+
+    spans: see `sky_image`.
+    """
     first, (width, height) = horizon(camera).first, camera.image_size
     warps = [road_warp(camera, level) for level in road.levels]
     image = np.empty((height - first, width, 4), np.uint8)
-    for top, bottom, finer, number in cuts(camera, road):
-        A_band_image = np.array(
-            [[1.0, 0.0, 0.0], [0.0, finer, 0.5 * (finer - 1.0) - finer * top], [0.0, 0.0, 1.0]]
-        )
-        band = cv2.warpPerspective(
-            road.levels[number].texture.rgba,
-            A_band_image @ warps[number],
-            (width, (bottom - top) * finer),
-            flags=cv2.INTER_LINEAR,
-            borderMode=cv2.BORDER_CONSTANT,
-            borderValue=(*road.around, 0),
-        )
-        while len(band) > bottom - top:  # (OpenCV's own INTER_AREA is several times slower)
-            band = cv2.addWeighted(band[::2], 0.5, band[1::2], 0.5, 0.0)
-        image[top - first : bottom - first] = band
+    for begun, end, finer, number in cuts(camera, road):
+        for top, bottom, left, right in pieces(begun, end, width, spans):
+            A_band_image = np.array([
+                [1.0, 0.0, -float(left)],
+                [0.0, finer, 0.5 * (finer - 1.0) - finer * top],
+                [0.0, 0.0, 1.0],
+            ])  # fmt: skip
+            band = cv2.warpPerspective(
+                road.levels[number].texture.rgba,
+                A_band_image @ warps[number],
+                (right - left, (bottom - top) * finer),
+                flags=cv2.INTER_LINEAR,
+                borderMode=cv2.BORDER_CONSTANT,
+                borderValue=(*road.around, 0),
+            )
+            while len(band) > bottom - top:  # (OpenCV's own INTER_AREA is several times slower)
+                band = cv2.addWeighted(band[::2], 0.5, band[1::2], 0.5, 0.0)
+            image[top - first : bottom - first, left:right] = band
     return image
 
 

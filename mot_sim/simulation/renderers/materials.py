@@ -4,24 +4,41 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from jaxtyping import Bool, Float, Int8, Int32, UInt8
+from jaxtyping import Bool, Float, Float32, Int8, Int32, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.random_numbers import named_stream
-from mot_sim.simulation.renderers.filling import Filler, Fragments
+from mot_sim.simulation.renderers.filling import Filler
 from mot_sim.simulation.renderers.skins import glyphs
 from mot_sim.simulation.renderers.triangles import Triangles
-from mot_sim.simulation.renderers.view import Material, View
+from mot_sim.simulation.renderers.view import Material, Rendered, View
 from tracker.kernels import Kernel
 
-OPEN_CROWNS = Kernel("mot_sim.simulation.kernels.materials", "open_crowns")
-TEXTURE_FACES = Kernel("mot_sim.simulation.kernels.materials", "texture_faces")
+LAY_LABELS = Kernel("mot_sim.simulation.kernels.labels", "lay_labels")
+PAINT_FACES = Kernel("mot_sim.simulation.kernels.materials", "paint_faces")
 
 OPEN_SHARE = 108  # of 256 cells between tufts of leaves that one sees through
 NOISE_SIZES = (512, 256, 128, 64, 32, 16)  # texels along the sides of the noise's levels
 NOISE_SLOPE = 0.8  # by which its amplitude falls with the frequency: as rough from near as from far
 TEXELS_A_METRE = 40.0
+WALL_NUMBERS = 11  # see `kernels.materials.lay_axes`
 TONE_STEPS = 80.0  # of the patterns' whole numbers that are the whole brightness
+# Crowns break into cells aslant to all faces.
+R_CELL_OBJECT = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What the image shows of triangles: the nearest, and others through the gaps of crowns."""
+
+    numbers: Int32[Array, "h w"]
+    """1 + row of the triangle; 0: none, -1: none in a gap."""
+    nearness: Float32[Array, "h w"]
+    """The inverse of its depth, 1 / m; 0: none."""
+    seen: Bool[Array, " t"]
+    """Which triangles there are."""
+    spans: Int32[Array, "h 2"]
+    """Of each row, the first column without a triangle, and the last one plus one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +57,8 @@ class Materials:
     """From a pixel (u, v, 1), times its depth, to the objects' frames, less their eyes."""
     eyes: Float[Array, "n 3"]
     """The camera in the objects' frames, metres."""
+    As_cell_ray: Float[Array, "n 3 4"]
+    """From a pixel (u, v, 1), times its depth, and 1, to the axes of leaves' cells, metres."""
     pixel: float
     """A pixel's width at a depth of one metre, metres."""
 
@@ -61,42 +80,42 @@ class Materials:
         objects = triangles.objects.astype(np.int32)
         pixel = 1.0 / float(view.camera.K[0, 0])
         As, eyes = np.ascontiguousarray(As), np.ascontiguousarray(eyes)
-        return cls(codes, kinds, objects, Rs, As, eyes, pixel)
+        cells = R_CELL_OBJECT @ np.concatenate((As, eyes[..., None]), axis=2)
+        return cls(codes, kinds, objects, Rs, As, eyes, np.ascontiguousarray(cells), pixel)
 
-    @property
-    def tufts(self) -> Bool[Array, " t"]:
-        """Which triangles are leaves with gaps between them."""
-        return self.kinds == Material.TUFT
-
-    def fill(self, triangles: Triangles, view: View, filler: Filler) -> tuple[Fragments, Fragments]:
-        """The nearest triangles, and those that are seen: others, through the gaps of crowns."""
-        tufts = self.tufts
-        if not tufts.any():
-            fragments = filler.fill(triangles, view.camera)
-            return fragments, fragments
-        nearest, behind = filler.fill_behind(triangles, view.camera, tufts)
-        shown = Fragments(nearest.numbers.copy(), nearest.nearness.copy())
-        OPEN_CROWNS(
-            nearest.numbers, nearest.nearness, behind.numbers, behind.nearness, self.kinds,
-            self.objects, self.As_object_ray, self.eyes, self.pixel, OPEN_SHARE,
-            shown.numbers, shown.nearness,
+    def lay(self, triangles: Triangles, view: View, filler: Filler, rendered: Rendered) -> Shown:
+        """Lay the nearest triangles over depth, ids and semantic ids, in place; what is shown."""
+        tufts = self.kinds == Material.TUFT
+        nearest, leaves = filler.fill_apart(triangles, view.camera, tufts)
+        seen, spans = (
+            np.zeros(len(triangles), bool),
+            np.empty((len(nearest.numbers), 2), np.int32),
+        )
+        ids = view.instances.ids[triangles.objects].astype(np.int32)
+        LAY_LABELS(
+            nearest.numbers, nearest.nearness, leaves.numbers, leaves.nearness, self.codes,
+            self.objects, ids, self.As_cell_ray, self.pixel, OPEN_SHARE, bool(tufts.any()),
+            seen, rendered.depth, rendered.instances, rendered.semantics, spans,
         )  # fmt: skip
-        return nearest, shown
+        return Shown(nearest.numbers, nearest.nearness, seen, spans)
 
-    def texture(
+    def paint(
         self,
         triangles: Triangles,
-        shown: Fragments,
+        shown: Shown,
         painted: UInt8[Array, "t 4"],
+        slots: Int32[Array, " t"],
         image: UInt8[Array, "h w 3"],
     ) -> None:
-        """Paint the patterns of what is seen over an image of lit colours, in place."""
-        if not self.kinds.any():
-            return
-        TEXTURE_FACES(
+        """Paint what is shown into an image, in place, but for what has a skin's slot, over -1.
+
+        painted: lit colours and semantic ids.
+        """
+        walls, laid = np.empty((len(triangles), WALL_NUMBERS)), np.zeros(len(triangles), bool)
+        PAINT_FACES(
             shown.numbers, shown.nearness, triangles.corners, self.codes, painted, self.kinds,
-            self.objects, self.Rs_object_cam, self.As_object_ray, self.eyes, self.pixel,
-            patterns(), glyphs(), image,
+            slots, self.objects, self.Rs_object_cam, self.As_object_ray, self.eyes,
+            self.As_cell_ray, self.pixel, patterns(), glyphs(), walls, laid, image,
         )  # fmt: skip
 
 

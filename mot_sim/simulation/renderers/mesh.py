@@ -112,14 +112,25 @@ class OpenGLFiller:
         np.divide(1.0, depth, out=nearness, where=depth > 0.0)
         return Fragments(np.ascontiguousarray(numbers), nearness)
 
-    def fill_behind(
+    def fill_apart(
         self, triangles: Triangles, camera: Camera, leaves: Bool[Array, " t"]
     ) -> tuple[Fragments, Fragments]:
-        """`fill`, and what is seen without those triangles that are leaves."""
-        rows = np.flatnonzero(~leaves)
-        behind = self.fill(triangles.at(rows), camera)
-        numbers = np.append(0, 1 + rows).astype(np.int32)[behind.numbers]
-        return self.fill(triangles, camera), Fragments(numbers, behind.nearness)
+        """`fill` of the triangles that are no leaves, and of those that are."""
+        others, alone = (self._fill_some(triangles, camera, some) for some in (~leaves, leaves))
+        return others, alone
+
+    def _fill_some(
+        self, triangles: Triangles, camera: Camera, some: Bool[Array, " t"]
+    ) -> Fragments:
+        """`fill` of some of the triangles, with their numbers among all."""
+        if some.all():
+            return self.fill(triangles, camera)
+        rows = np.flatnonzero(some)
+        if not len(rows):
+            shape = camera.image_size[::-1]
+            return Fragments(np.zeros(shape, np.int32), np.zeros(shape, np.float32))
+        found = self.fill(triangles.at(rows), camera)
+        return Fragments(np.append(0, 1 + rows).astype(np.int32)[found.numbers], found.nearness)
 
     def close(self) -> None:
         """Give OpenGL's memory back."""

@@ -1,16 +1,16 @@
-"""The embedded renderer: OpenCV fills triangles, everything else is a look-up by triangle."""
+"""The embedded renderer: labels first, then the backdrop where it is seen, then the objects."""
 
 from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from jaxtyping import Bool, Float, UInt8
+from jaxtyping import Bool, Float, Int32, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.simulation.renderers.filling import Filler, KernelFiller
+from mot_sim.simulation.renderers.filling import Filler, Fragments, KernelFiller
 from mot_sim.simulation.renderers.ground import horizon, road_rgba, road_semantics, sky_image
-from mot_sim.simulation.renderers.materials import Materials
-from mot_sim.simulation.renderers.shadows import closed_mask, light_left, shadow_mask
+from mot_sim.simulation.renderers.materials import Materials, Shown
+from mot_sim.simulation.renderers.shadows import casters, closed_mask, light_left, shadow_mask
 from mot_sim.simulation.renderers.skins import GLOSS, Skins, glyphs, marked
 from mot_sim.simulation.renderers.surroundings import Sun
 from mot_sim.simulation.renderers.triangles import NEAR_METRES, Triangles
@@ -23,7 +23,6 @@ PAINT_TRIANGLES = Kernel("mot_sim.simulation.kernels.shading", "paint_triangles"
 LAY_GROUND = Kernel("mot_sim.simulation.kernels.backdrop", "lay_ground")
 SMOOTH_EDGES = Kernel("mot_sim.simulation.kernels.shading", "smooth_edges")
 LIGHT_SKINS = Kernel("mot_sim.simulation.kernels.skins", "light_skins")
-LAY_OVER = Kernel("mot_sim.simulation.kernels.shading", "lay_over")
 
 SKY_COLOUR = np.array([196.0, 208.0, 220.0])
 GROUND_LIGHT_SHARE = 0.3  # of the sky's light, what comes from below the horizon
@@ -60,34 +59,58 @@ class RasterRenderer:
     def render(self, view: View) -> Rendered:
         """The frame of a view; its arrays are the caller's own."""
         triangles = Triangles.of(view.instances, view.camera, self.near)
-        rendered = self.backdrop(view)
-        if len(triangles):
-            _lay(rendered, view, triangles, self.filler, self.antialias)
+        if not len(triangles):
+            return self.backdrop(view)
+        rendered = _without_objects(view)
+        materials = Materials.of(view, triangles)
+        shown = materials.lay(triangles, view, self.filler, rendered)
+        rendered = self._painted(view, rendered, shown.numbers, shown.spans)
+        samples = None
+        if self.antialias:
+            samples = self.filler.fill(triangles, with_four_samples(view.camera))
+        _lay(rendered, view, triangles, materials, shown, samples)
         return rendered
 
     def backdrop(self, view: View) -> Rendered:
         """The view without its objects, but with their shadows."""
-        camera, road = view.camera, view.road
-        image = sky_image(camera, view.sky)
-        instances = np.full(image.shape[:2], NO_INSTANCE, np.int32)
+        width, height = view.camera.image_size
+        nowhere = np.zeros((height, width), np.int32)
+        everywhere = np.tile(np.array([0, width], np.int32), (height, 1))
+        return self._painted(view, _without_objects(view), nowhere, everywhere)
+
+    def _painted(
+        self,
+        view: View,
+        rendered: Rendered,
+        numbers: Int32[Array, "h w"],
+        spans: Int32[Array, "h 2"],
+    ) -> Rendered:
+        """With the backdrop's image where numbers are below 1, and the ids of the road where 0.
+
+        spans: see `materials.Shown`. With smooth edges the backdrop is all over the image.
+        """
+        camera, road, semantics = view.camera, view.road, rendered.semantics
+        needed = None if self.antialias else spans
+        image = sky_image(camera, view.sky, needed)
         if road is None:
-            depth = np.full(image.shape[:2], np.inf, np.float32)
-            nothing = np.zeros(image.shape[:2], np.uint8)
-            return Rendered(image, depth, instances, nothing, view.instances.unlit)
+            return replace(rendered, image=image)
         seen = horizon(camera)
-        rgba = road_rgba(camera, road)
-        semantics = np.full(image.shape[:2], Semantic.SKY, np.uint8)
+        rgba = road_rgba(camera, road, needed)
+        if needed is None:
+            spans = np.tile(np.array([0, image.shape[1]], np.int32), (len(image), 1))
         dark = closed = np.zeros(image.shape[:2], np.uint8)
         if self.shadows and len(view.instances) and len(rgba):
-            dark = shadow_mask(view, self.near)
-            closed = closed_mask(view, self.near, seen.first)
-        ids = int(Semantic.ROAD), int(Semantic.GROUND)
-        left = light_left(view.sun.shade)
-        LAY_GROUND(rgba, seen.below, dark, closed, left, seen.first, *ids, image, semantics)
-        if not road.finer:  # whose alpha is that of a plain picture: the border is exact
-            semantics = road_semantics(camera, road)
-        unlit = view.instances.unlit
-        return Rendered(image, seen.depth.copy(), instances, semantics, unlit)
+            rows = casters(view, self.near)
+            dark = shadow_mask(view, self.near, rows)
+            closed = closed_mask(view, seen.first, rows)
+        ids, left = (int(Semantic.ROAD), int(Semantic.GROUND)), light_left(view.sun.shade)
+        # Of a plain road the ids are there already, by its exact border.
+        kinds = semantics if road.finer else np.empty_like(semantics)
+        LAY_GROUND(
+            rgba, seen.below, dark, closed, left, seen.first, *ids, self.antialias, numbers, spans,
+            image, kinds,
+        )  # fmt: skip
+        return replace(rendered, image=image)
 
 
 class SmoothRenderer(RasterRenderer):
@@ -97,28 +120,41 @@ class SmoothRenderer(RasterRenderer):
         super().__init__(near, shadows, antialias=True)
 
 
+def _without_objects(view: View) -> Rendered:
+    """Depth and ids without objects; semantic ids of a road with finer levels are not there yet."""
+    camera, road, unlit = view.camera, view.road, view.instances.unlit
+    width, height = camera.image_size
+    image = np.empty((0, 0, 3), np.uint8)
+    instances = np.full((height, width), NO_INSTANCE, np.int32)
+    if road is None:
+        depth = np.full((height, width), np.inf, np.float32)
+    else:
+        depth = horizon(camera).depth.copy()
+    if road is None or road.finer:
+        semantics = np.full((height, width), Semantic.SKY, np.uint8)
+    else:
+        semantics = road_semantics(camera, road)
+    return Rendered(image, depth, instances, semantics, unlit)
+
+
 def _lay(
-    rendered: Rendered, view: View, triangles: Triangles, filler: Filler, antialias: bool
+    rendered: Rendered,
+    view: View,
+    triangles: Triangles,
+    materials: Materials,
+    shown: Shown,
+    samples: Fragments | None,
 ) -> None:
-    """Lay the objects over the backdrop, in place."""
-    materials = Materials.of(view, triangles)
-    fragments, shown = materials.fill(triangles, view, filler)
-    seen, samples, behind = shown.numbers, None, rendered.image
-    if antialias:
-        samples, behind = filler.fill(triangles, with_four_samples(view.camera)), behind.copy()
-        seen = np.concatenate((seen.ravel(), samples.numbers.ravel()))[None]
-    seen = marked(triangles, seen)
+    """Paint the objects over the backdrop, in place; with four samples a pixel, edges smoothly."""
+    seen, behind = shown.seen, rendered.image
+    if samples is not None:
+        seen, behind = seen | marked(triangles, samples.numbers), behind.copy()
     painted = paint(view, triangles, materials.codes, seen)
     skins = Skins.of(view, triangles, seen)
     own = skins.slots, skins.skins, skins.objects, skins.places, skins.light
     tables = diffuse_light(view.sun), GLOSS, skins.mirror, skins.cover, glyphs()
-    ids = view.instances.ids[triangles.objects].astype(np.int32)
-    layers = rendered.image, rendered.depth, rendered.instances, rendered.semantics
-    LAY_OVER(
-        fragments.numbers, fragments.nearness, shown.numbers, materials.codes, painted, ids, *layers
-    )
+    materials.paint(triangles, shown, painted, skins.slots, rendered.image)
     LIGHT_SKINS(shown.numbers, shown.nearness, 1.0, 0.0, *own, *tables, rendered.image)
-    materials.texture(triangles, shown, painted, rendered.image)
     if samples is not None:
         lit = np.empty((*samples.numbers.shape, 3), np.uint8)
         LIGHT_SKINS(samples.numbers, samples.nearness, 0.5, -0.25, *own, *tables, lit)

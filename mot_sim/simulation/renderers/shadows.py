@@ -62,11 +62,13 @@ class Outlines:
         return middle + (self.corners - middle) * scale
 
 
-def shadow_mask(view: View, near: float) -> UInt8[Array, "h w"]:
-    """How much of the sun shadows take from the road at each pixel, 255 = all of it."""
+def shadow_mask(view: View, near: float, rows: Int[Array, " k"]) -> UInt8[Array, "h w"]:
+    """How much of the sun shadows take from the road at each pixel, 255 = all of it.
+
+    rows: of the objects, see `casters`.
+    """
     width, height = view.camera.image_size
     mask = np.zeros((height, width), np.uint8)
-    rows = casters(view, near)
     if not len(rows) or view.sun.shade <= 0.0:
         return mask
     outlines = outlines_of(view, rows)
@@ -77,11 +79,13 @@ def shadow_mask(view: View, near: float) -> UInt8[Array, "h w"]:
     return cv2.blur(mask, (3, 3))
 
 
-def closed_mask(view: View, near: float, first: int) -> UInt8[Array, "h w"]:
-    """How much of the sky objects hide from the road at each pixel from a row on, 255 = all."""
+def closed_mask(view: View, first: int, rows: Int[Array, " k"]) -> UInt8[Array, "h w"]:
+    """How much of the sky objects hide from the road at each pixel from a row on, 255 = all.
+
+    rows: of the objects, see `casters`.
+    """
     width, height = view.camera.image_size
     mask = np.zeros((height, width), np.uint8)
-    rows = casters(view, near)
     if not len(rows):
         return mask
     meshes = [view.instances.meshes[row] for row in rows.tolist()]

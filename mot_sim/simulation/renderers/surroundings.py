@@ -98,7 +98,7 @@ class Road:
     def __post_init__(self) -> None:
         Level(self.texture, self.A_texture_road)  # which checks them
 
-    @property
+    @cached_property
     def levels(self) -> tuple[Level, ...]:
         """All pictures of the plane, from fine to coarse."""
         return (*self.finer, Level(self.texture, self.A_texture_road))

@@ -5,7 +5,7 @@ light on faces, is done when a face is drawn; fog, rain, lamps and lens depend o
 """
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import cv2
 import numpy as np
@@ -38,6 +38,8 @@ WARM_BLUE_LOSS = 0.3
 # Air: extinction by Koschmieder's law.
 HAZE_LAYER_METRES = 70.0  # how high haze reaches above the road
 MIN_HAZE_SLOPE = 1e-4
+AIR_STEPS = 341  # of the table of exp(-x), a unit: a line between two is off by 1e-6
+MOST_AIR = 12  # the largest x; of the light 6e-6 are left
 BELOW_HORIZON_METRES = 1e9  # of air, for rays that meet the road: their own depth counts
 # Glare: a wide veil and a disc around the sun, as parts of the image's width.
 MIN_SUN_COSINE = 0.15  # between the sun and the optical axis, for a halo to be drawn
@@ -105,7 +107,7 @@ def post_process(
     the motion blur. look: of the camera; unless it is neutral, it replaces the weather's noise,
     vignetting and JPEG. The same seed and frame give the same bytes.
     """
-    image = rendered.image.copy()
+    image = rendered.image
     if not look.is_neutral:
         weather = replace(weather, noise=0.0, vignetting=0.0, jpeg=100.0)
     if not weather.is_neutral:
@@ -123,7 +125,7 @@ def post_process(
         ):
             image = effect(image, shot)
     if look.is_neutral:
-        return image
+        return image.copy() if image is rendered.image else image
     light = 1.0 - (1.0 - LIGHT_AT_NIGHT) * weather.night
     return develop(image, view.camera, look, seed, frame, light)
 
@@ -134,6 +136,7 @@ def with_tone(image: Image, shot: Shot) -> Image:
     if not (weather.overcast or weather.warmth or weather.exposure != 1.0):
         return image
     if weather.overcast:
+        image = image.copy()
         rows_of_sky = np.flatnonzero(np.isinf(depth).any(axis=1))
         upper = image[: int(rows_of_sky.max(initial=-1)) + 1]
         sky = np.isinf(depth[: len(upper)]).view(np.uint8)
@@ -154,7 +157,7 @@ def with_rain(image: Image, shot: Shot) -> Image:
     rain, semantics = shot.weather.rain, shot.rendered.semantics
     if not rain:
         return image
-    return rained_on(image, shot.camera, semantics, rain, shot.seed, shot.frame)
+    return rained_on(image.copy(), shot.camera, semantics, rain, shot.seed, shot.frame)
 
 
 def with_night(image: Image, shot: Shot) -> Image:
@@ -173,17 +176,23 @@ def with_air(image: Image, shot: Shot) -> Image:
     weather = shot.weather
     if not np.isfinite(weather.visibility):
         return image
-    seen = np.minimum(shot.rendered.depth, _haze_depth(shot.camera))
-    seen *= np.float32(-KOSCHMIEDER / weather.visibility)
-    np.exp(seen, out=seen)
-    if weather.vignetting and shot.lens_follows_air:
-        lens = _vignette(shot.camera, weather.vignetting)
-        seen *= lens
-    else:
-        lens = _vignette(shot.camera, 0.0)
-    through = np.empty_like(image)
-    DIM_AND_ADD(np.ascontiguousarray(image), seen, lens, np.array(weather.air, float), through)
-    return through
+    loss = weather.vignetting if shot.lens_follows_air else 0.0
+    height, width = image.shape[:2]
+    flat, seen = np.ascontiguousarray(image).reshape(height, 3 * width), np.empty_like(image)
+    steps = KOSCHMIEDER / weather.visibility * AIR_STEPS
+    air, room = np.array(weather.air, float), np.empty(width, np.float32)
+    DIM_AND_ADD(
+        flat, shot.rendered.depth, _haze_depth(shot.camera), _vignette(shot.camera, loss),
+        _powers(), steps, air, room, np.empty((2, 3 * width), np.int32),
+        seen.reshape(height, 3 * width),
+    )  # fmt: skip
+    return seen
+
+
+@cache
+def _powers() -> Float32[Array, " k"]:
+    """exp(-x) for x from 0 to MOST_AIR, at AIR_STEPS a unit."""
+    return np.exp(-np.arange(AIR_STEPS * MOST_AIR + 1) / AIR_STEPS).astype(np.float32)
 
 
 def with_glare(image: Image, shot: Shot) -> Image:

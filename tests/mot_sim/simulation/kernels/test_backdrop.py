@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from mot_sim.simulation.renderers import Road, Sun, Texture, View
 from mot_sim.simulation.renderers.ground import cuts, horizon, road_rgba, sky_image
 from mot_sim.simulation.renderers.raster import RasterRenderer
-from mot_sim.simulation.renderers.shadows import closed_mask, drawn, shadow_mask
+from mot_sim.simulation.renderers.shadows import casters, closed_mask, drawn, shadow_mask
 from mot_sim.simulation.renderers.surroundings import Level
 from mot_sim.simulation.scenery.window import _needed
 from tests.mot_sim.simulation.kernels import plain_backdrop as plain
@@ -44,7 +44,8 @@ def test_the_ground_is_laid_under_shadows(seed: int, camera: Camera, shade: floa
     view = view_of(camera, (box(), at(camera, 0.0, 8.0)), road=road, sun=Sun(shade=shade))
     found, seen = RasterRenderer().backdrop(view), horizon(camera)
     rgba, expected = road_rgba(camera, road), sky_image(camera, view.sky)
-    dark, closed = shadow_mask(view, 0.3), closed_mask(view, 0.3, seen.first)
+    rows = casters(view, 0.3)
+    dark, closed = shadow_mask(view, 0.3, rows), closed_mask(view, seen.first, rows)
     if len(rgba):
         plane = np.ascontiguousarray(rgba[..., :3])
         ground = plain.plain_shaded(plane, dark[seen.first :], closed[seen.first :], shade)
@@ -63,7 +64,7 @@ def test_the_sky_that_boxes_hide_from_the_road(seed: int, count: int) -> None:
         x, z, yaw = rng.uniform((-6.0, -2.0, -9.0), (6.0, 20.0, 9.0))
         places.append((box(*rng.uniform(0.2, 5.0, 3)), at(SMALL, x, z, yaw)))
     view, first = view_of(SMALL, *places), horizon(SMALL).first
-    found, expected = closed_mask(view, 0.3, first), plain.plain_closed(view)
+    found, expected = closed_mask(view, first, casters(view, 0.3)), plain.plain_closed(view)
     # A centre on the border of a footprint may fall to either side.
     assert (np.abs(found[first:] - expected[first:]) > 1.0).sum() <= 2
     assert not found[:first].any()

@@ -8,12 +8,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mot_sim.simulation.renderers import Material, Mesh, Semantic, View
-from mot_sim.simulation.renderers.filling import KernelFiller, fill, fill_behind
-from mot_sim.simulation.renderers.materials import Materials, patterns
+from mot_sim.simulation.renderers.filling import KernelFiller, fill, fill_apart
+from mot_sim.simulation.renderers.materials import (
+    NOISE_SIZES,
+    TEXELS_A_METRE,
+    TONE_STEPS,
+    Materials,
+    patterns,
+)
 from mot_sim.simulation.renderers.raster import RasterRenderer, paint
 from mot_sim.simulation.renderers.skins import marked
 from mot_sim.simulation.renderers.triangles import Triangles
 from tests.mot_sim.simulation.renderers.shapes import KITTI, at, box, lump, view_of
+from tracker.kernels.loading import load
 from tracker.types import Camera
 
 SMALL = Camera.mounted(
@@ -84,8 +91,8 @@ def test_one_sees_through_gaps_but_the_truth_does_not(seed: int) -> None:
     is_crown = open_one.semantics == Semantic.VEGETATION
     np.testing.assert_array_equal(open_one.image[~is_crown], whole.image[~is_crown])
     triangles = Triangles.of(tufts.instances, SMALL, 0.3)
-    shown = Materials.of(tufts, triangles).fill(triangles, tufts, KernelFiller())[1]
-    gaps = is_crown & (np.append(triangles.objects, -1)[shown.numbers - 1] != 0)
+    shown = Materials.of(tufts, triangles).lay(triangles, tufts, KernelFiller(), open_one)
+    gaps = is_crown & (np.append(triangles.objects, -1)[np.maximum(shown.numbers, 0) - 1] != 0)
     behind = fill(triangles.of_objects(np.array([1])), SMALL)
     np.testing.assert_array_equal(shown.nearness[gaps], behind.nearness[gaps])
     backdrop = RASTER.backdrop(tufts).image
@@ -98,19 +105,38 @@ def test_one_sees_through_gaps_but_the_truth_does_not(seed: int) -> None:
 
 @settings(max_examples=10)
 @given(seed=seeds)
-def test_filling_around_leaves_fills_the_same(seed: int) -> None:
+def test_leaves_are_filled_apart(seed: int) -> None:
     view = some_tree(seed, Material.TUFT)
     triangles = Triangles.of(view.instances, SMALL, 0.3)
     leaves = np.random.default_rng(seed).random(len(triangles)) < 0.5
-    plain, (found, behind) = fill(triangles, SMALL), fill_behind(triangles, SMALL, leaves)
-    np.testing.assert_array_equal(found.numbers, plain.numbers)
-    np.testing.assert_array_equal(found.nearness, plain.nearness)
-    beneath = np.append(leaves, False)[found.numbers - 1]
-    rows = np.flatnonzero(~leaves)
-    others = fill(triangles.at(rows), SMALL)
-    np.testing.assert_array_equal(behind.nearness[beneath], others.nearness[beneath])
-    numbers = np.append(0, rows + 1)[others.numbers]
-    np.testing.assert_array_equal(behind.numbers[beneath], numbers[beneath])
+    for part, found in zip((~leaves, leaves), fill_apart(triangles, SMALL, leaves), strict=True):
+        rows = np.flatnonzero(part)
+        alone = fill(triangles.at(rows), SMALL)
+        np.testing.assert_array_equal(found.nearness, alone.nearness)
+        np.testing.assert_array_equal(found.numbers, np.append(0, rows + 1)[alone.numbers])
+
+
+@settings(max_examples=10)
+@given(seed=seeds)
+def test_labels_are_of_the_nearest_and_what_is_seen_is_marked(seed: int) -> None:
+    view = some_tree(seed, Material.TUFT)
+    triangles = Triangles.of(view.instances, SMALL, 0.3)
+    found, plain = RASTER.render(view), fill(triangles, SMALL)
+    covered = plain.numbers > 0
+    rows = plain.numbers[covered] - 1
+    np.testing.assert_array_equal(found.depth[covered], np.float32(1) / plain.nearness[covered])
+    np.testing.assert_array_equal(
+        found.instances[covered], view.instances.ids[triangles.objects[rows]]
+    )
+    materials = Materials.of(view, triangles)
+    np.testing.assert_array_equal(found.semantics[covered], materials.codes[rows, 3])
+    shown = materials.lay(triangles, view, KernelFiller(), found)
+    assert shown.seen[shown.numbers[shown.numbers > 0] - 1].all()
+    assert ((shown.numbers < 0) <= covered).all()
+    assert (shown.nearness[shown.numbers <= 0] == 0.0).all()
+    for row, (first, end) in zip(shown.numbers, shown.spans.tolist(), strict=True):
+        open_ones = np.flatnonzero(row <= 0)
+        assert (first, end) == ((open_ones[0], open_ones[-1] + 1) if len(open_ones) else (end, end))
 
 
 @pytest.mark.parametrize("material", [each for each in Material if each])
@@ -133,3 +159,12 @@ def test_patterns_change_the_mean_little() -> None:
     finest = patterns()[1 : Material.BARK + 1, : 512 * 512] / 80.0
     assert finest.std(axis=1).min() > 0.05
     assert np.abs(finest.mean(axis=1)).max() < 0.02
+
+
+def test_the_kernel_counts_texels_and_materials_as_the_patterns_do() -> None:
+    kernel = load("mot_sim.simulation.kernels.materials")
+    assert kernel.TEXELS_A_METRE == TEXELS_A_METRE
+    assert tuple(kernel.TEXELS >> level for level in range(kernel.LEVELS)) == NOISE_SIZES
+    assert pytest.approx(TONE_STEPS, rel=1e-4) == kernel.MEAN / kernel.TONE
+    named = ("BLOCKS", "LEAF", "TUFT", "SHOP")
+    assert [getattr(kernel, name) for name in named] == [Material[name] for name in named]

@@ -4,10 +4,15 @@ import numpy as np
 import pytest
 
 from mot_sim.simulation.renderers import MeshInstances, Sun, View
-from mot_sim.simulation.renderers.shadows import Outlines, drawn, fall, shadow_mask
+from mot_sim.simulation.renderers.shadows import Outlines, casters, drawn, fall, shadow_mask
 from tests.mot_sim.simulation.renderers.shapes import KITTI, at, box, view_of
 
 SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 4.0], [0.0, 4.0], [1.0, 1.0]])
+
+
+def sun_taken(view: View) -> np.ndarray:
+    """The mask of all shadows in a view."""
+    return shadow_mask(view, 0.3, casters(view, 0.3))
 
 
 def test_light_from_the_right_above_falls_to_the_left() -> None:
@@ -28,11 +33,11 @@ def test_an_outline_that_shrinks_too_far_becomes_a_point() -> None:
 
 
 def test_nothing_casts_no_shadow() -> None:
-    assert not shadow_mask(View(KITTI, MeshInstances.empty()), 0.3).any()
+    assert not sun_taken(View(KITTI, MeshInstances.empty())).any()
 
 
 def test_a_shadow_that_reaches_behind_the_camera_is_cut() -> None:
-    mask = shadow_mask(view_of(KITTI, (box(14.0), at(KITTI, -4.6, 5.0, np.pi / 2))), 0.3)
+    mask = sun_taken(view_of(KITTI, (box(14.0), at(KITTI, -4.6, 5.0, np.pi / 2))))
     assert mask[-1, 0] > 0
     assert mask[-1, -1] == 0
     assert not mask[:170].any()
@@ -49,7 +54,7 @@ def test_a_shadow_that_ends_just_before_the_camera_is_cut() -> None:
 
 
 def test_it_is_darkest_beneath_the_car() -> None:
-    mask = shadow_mask(view_of(KITTI, (box(), at(KITTI, 0.0, 10.0))), 0.3)
+    mask = sun_taken(view_of(KITTI, (box(), at(KITTI, 0.0, 10.0))))
     u, v = np.round(KITTI.project(np.array([0.0, KITTI.height, 10.0]))).astype(int)
     assert mask[v, u] == 255
     assert len(np.unique(mask)) >= 4  # soft

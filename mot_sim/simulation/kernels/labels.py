@@ -1,0 +1,103 @@
+"""What is nearest at each pixel, as labels; which triangles are seen, also through crowns."""
+
+import numpy as np
+
+from mot_sim.simulation.kernels.compiling import (
+    I32_1,
+    OUT_F32_2,
+    OUT_I32_2,
+    OUT_U8_2,
+    U8_2,
+)
+from mot_sim.simulation.kernels.leaves import LEAF_METRES, axes_in_row, cell_bits, leaf_side
+from tracker.kernels.compiling import BOOL, F3, FLOAT, INT, OUT_B1, inlined, kernel
+
+
+@inlined
+def put_behind(numbers, nearness, numbers_tufts, nearness_tufts):
+    """Exchange tufts that are nearest with what is behind them; the others become -1.
+
+    Gives whether there is any.
+    """
+    is_any = False
+    for column in range(len(numbers)):
+        number, near = numbers[column], nearness[column]
+        tuft, near_tuft = numbers_tufts[column], nearness_tufts[column]
+        is_nearest = near_tuft > near or (near_tuft == near and 0 < tuft < number)
+        is_any = is_any or is_nearest
+        numbers[column] = tuft if is_nearest else number
+        nearness[column] = near_tuft if is_nearest else near
+        numbers_tufts[column] = number if is_nearest else np.int32(-1)
+        nearness_tufts[column] = near
+    return is_any
+
+
+@inlined
+def lay_row(numbers, nearness, codes, ids, seen, depth, instances, semantics):
+    """Write what is nearest in a row, where anything is."""
+    for column in range(len(numbers)):
+        near = nearness[column]
+        depth[column] = np.float32(1.0) / near if near > 0.0 else depth[column]
+    for column in range(len(numbers)):
+        triangle = numbers[column] - 1
+        if triangle >= 0:
+            semantics[column], instances[column] = codes[triangle, 3], ids[triangle]
+            seen[triangle] = True
+
+
+@inlined
+def open_row(
+    numbers, nearness, behind, nearness_behind, row, objects, As_cell_ray, pixel, share, seen
+):  # fmt: skip
+    """Show what is behind the gaps between the tufts of a row."""
+    thing, side = -1, LEAF_METRES
+    axes = axes_in_row(As_cell_ray[0], row)
+    for column in range(len(numbers)):
+        other = behind[column]
+        if other < 0:
+            continue
+        owner = objects[numbers[column] - 1]
+        if owner != thing:
+            thing = owner
+            axes = axes_in_row(As_cell_ray[thing], row)
+        depth = 1.0 / np.float64(nearness[column])
+        side = leaf_side(side, pixel * depth)
+        if (cell_bits(axes, float(column), depth, side) >> 16) & 255 < share:
+            numbers[column] = other if other > 0 else np.int32(-1)
+            nearness[column] = nearness_behind[column]
+            if other > 0:
+                seen[other - 1] = True
+
+
+@kernel(
+    OUT_I32_2, OUT_F32_2, OUT_I32_2, OUT_F32_2, U8_2, I32_1, I32_1, F3, FLOAT, INT, BOOL,
+    OUT_B1, OUT_F32_2, OUT_I32_2, OUT_U8_2, OUT_I32_2, allocates=False,
+)  # fmt: skip
+def lay_labels(
+    numbers, nearness, numbers_tufts, nearness_tufts, codes, objects, ids, As_cell_ray, pixel,
+    share, has_tufts, seen, depth, instances, semantics, spans,
+):  # fmt: skip
+    """Write depth, ids and semantic ids of the nearest triangles, then open the crowns, in place.
+
+    numbers, nearness: the nearest triangles that are no tufts of leaves, 1 + row, and 1 / m, and
+    those that are, if there are any; of equal depths the lower number is nearer. The first become
+    those that are seen, also through the gaps between tufts; -1 where nothing is behind a gap; the
+    second may become anything. As_cell_ray (n, 3, 4): see `renderers.materials`. share: of 256
+    cells, how many are open. seen (t,): the triangles that are seen. spans (h, 2): of each row,
+    the first column where the backdrop is seen, and the last one plus one.
+    """
+    for row in range(len(numbers)):
+        found, near = numbers[row], nearness[row]
+        behind, near_behind = numbers_tufts[row], nearness_tufts[row]
+        is_leafy = has_tufts and put_behind(found, near, behind, near_behind)
+        lay_row(found, near, codes, ids, seen, depth[row], instances[row], semantics[row])
+        if is_leafy:
+            open_row(
+                found, near, behind, near_behind, row, objects, As_cell_ray, pixel, share, seen
+            )
+        first, last = 0, len(found)
+        while first < last and found[first] > 0:
+            first += 1
+        while last > first and found[last - 1] > 0:
+            last -= 1
+        spans[row, 0], spans[row, 1] = first, last
