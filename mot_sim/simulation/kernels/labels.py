@@ -3,6 +3,7 @@
 import numpy as np
 
 from mot_sim.simulation.kernels.compiling import (
+    F32_2,
     I32_1,
     OUT_F32_2,
     OUT_I32_2,
@@ -19,30 +20,35 @@ def put_behind(numbers, nearness, numbers_tufts, nearness_tufts):
 
     Gives whether there is any.
     """
-    is_any = False
+    highest = np.int32(0)
+    for column in range(len(numbers)):
+        highest = max(highest, numbers_tufts[column])
+    if highest == 0:
+        return False
     for column in range(len(numbers)):
         number, near = numbers[column], nearness[column]
         tuft, near_tuft = numbers_tufts[column], nearness_tufts[column]
         is_nearest = near_tuft > near or (near_tuft == near and 0 < tuft < number)
-        is_any = is_any or is_nearest
         numbers[column] = tuft if is_nearest else number
         nearness[column] = near_tuft if is_nearest else near
         numbers_tufts[column] = number if is_nearest else np.int32(-1)
         nearness_tufts[column] = near
-    return is_any
+    return True
 
 
 @inlined
-def lay_row(numbers, nearness, codes, ids, seen, depth, instances, semantics):
-    """Write what is nearest in a row, where anything is."""
+def lay_row(numbers, nearness, plane, codes, ids, nobody, seen, depth, instances, semantics):
+    """Write what is nearest in a row; semantic ids only where there is a triangle."""
     for column in range(len(numbers)):
         near = nearness[column]
-        depth[column] = np.float32(1.0) / near if near > 0.0 else depth[column]
+        depth[column] = np.float32(1.0) / near if near > 0.0 else plane[column]
     for column in range(len(numbers)):
         triangle = numbers[column] - 1
         if triangle >= 0:
             semantics[column], instances[column] = codes[triangle, 3], ids[triangle]
             seen[triangle] = True
+        else:
+            instances[column] = nobody
 
 
 @inlined
@@ -70,15 +76,16 @@ def open_row(
 
 
 @kernel(
-    OUT_I32_2, OUT_F32_2, OUT_I32_2, OUT_F32_2, U8_2, I32_1, I32_1, F3, FLOAT, INT, BOOL,
-    OUT_B1, OUT_F32_2, OUT_I32_2, OUT_U8_2, OUT_I32_2, allocates=False,
+    OUT_I32_2, OUT_F32_2, OUT_I32_2, OUT_F32_2, F32_2, U8_2, I32_1, I32_1, INT, F3, FLOAT, INT,
+    BOOL, OUT_B1, OUT_F32_2, OUT_I32_2, OUT_U8_2, OUT_I32_2, allocates=False,
 )  # fmt: skip
 def lay_labels(
-    numbers, nearness, numbers_tufts, nearness_tufts, codes, objects, ids, As_cell_ray, pixel,
-    share, has_tufts, seen, depth, instances, semantics, spans,
+    numbers, nearness, numbers_tufts, nearness_tufts, plane, codes, objects, ids, nobody,
+    As_cell_ray, pixel, share, has_tufts, seen, depth, instances, semantics, spans,
 ):  # fmt: skip
     """Write depth, ids and semantic ids of the nearest triangles, then open the crowns, in place.
 
+    plane: depth where there are none, nobody: the id; semantic ids are there already.
     numbers, nearness: the nearest triangles that are no tufts of leaves, 1 + row, and 1 / m, and
     those that are, if there are any; of equal depths the lower number is nearer. The first become
     those that are seen, also through the gaps between tufts; -1 where nothing is behind a gap; the
@@ -90,7 +97,8 @@ def lay_labels(
         found, near = numbers[row], nearness[row]
         behind, near_behind = numbers_tufts[row], nearness_tufts[row]
         is_leafy = has_tufts and put_behind(found, near, behind, near_behind)
-        lay_row(found, near, codes, ids, seen, depth[row], instances[row], semantics[row])
+        labels = depth[row], instances[row], semantics[row]
+        lay_row(found, near, plane[row], codes, ids, nobody, seen, *labels)
         if is_leafy:
             open_row(
                 found, near, behind, near_behind, row, objects, As_cell_ray, pixel, share, seen

@@ -10,7 +10,7 @@ from jaxtyping import Float, Float32, Int32, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers.surroundings import Colour, Level, Panorama, Road, Sky
-from mot_sim.simulation.renderers.view import Semantic
+from mot_sim.simulation.renderers.view import Semantic, View
 from tracker.kernels import Kernel
 from tracker.types import Camera
 
@@ -54,6 +54,18 @@ def horizon(camera: Camera) -> Horizon:
     mask = np.where(below, 255, 0).astype(np.uint8)
     deepest, depth = depth[first:].max(axis=1), depth.astype(np.float32)
     return Horizon(depth, mask, first, deepest, (-falling).astype(np.float32))
+
+
+def plane_depth(view: View) -> Float32[Array, "h w"]:
+    """How far the road plane is at each pixel, metres; inf: it is not there, or there is none."""
+    if view.road is None:
+        return _nothing(view.camera.image_size)
+    return horizon(view.camera).depth
+
+
+@lru_cache(maxsize=8)
+def _nothing(image_size: tuple[int, int]) -> Float32[Array, "h w"]:
+    return np.full(image_size[::-1], np.inf, np.float32)
 
 
 def sky_image(
@@ -174,17 +186,19 @@ def road_rgba(
                 [0.0, finer, 0.5 * (finer - 1.0) - finer * top],
                 [0.0, 0.0, 1.0],
             ])  # fmt: skip
+            target = image[top - first : bottom - first, left:right]
             band = cv2.warpPerspective(
                 road.levels[number].texture.rgba,
                 A_band_image @ warps[number],
                 (right - left, (bottom - top) * finer),
-                flags=cv2.INTER_LINEAR,
-                borderMode=cv2.BORDER_CONSTANT,
-                borderValue=(*road.around, 0),
+                target if finer == 1 else None,
+                cv2.INTER_LINEAR,
+                cv2.BORDER_CONSTANT,
+                (*road.around, 0),
             )
             while len(band) > bottom - top:  # (OpenCV's own INTER_AREA is several times slower)
-                band = cv2.addWeighted(band[::2], 0.5, band[1::2], 0.5, 0.0)
-            image[top - first : bottom - first, left:right] = band
+                into = target if len(band) == 2 * (bottom - top) else None
+                band = cv2.addWeighted(band[::2], 0.5, band[1::2], 0.5, 0.0, into)
     return image
 
 

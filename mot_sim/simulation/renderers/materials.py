@@ -9,9 +9,10 @@ from numpy import ndarray as Array
 
 from mot_sim.simulation.random_numbers import named_stream
 from mot_sim.simulation.renderers.filling import Filler
+from mot_sim.simulation.renderers.ground import plane_depth
 from mot_sim.simulation.renderers.skins import glyphs
 from mot_sim.simulation.renderers.triangles import Triangles
-from mot_sim.simulation.renderers.view import Material, Rendered, View
+from mot_sim.simulation.renderers.view import NO_INSTANCE, Material, View
 from tracker.kernels import Kernel
 
 LAY_LABELS = Kernel("mot_sim.simulation.kernels.labels", "lay_labels")
@@ -83,21 +84,24 @@ class Materials:
         cells = R_CELL_OBJECT @ np.concatenate((As, eyes[..., None]), axis=2)
         return cls(codes, kinds, objects, Rs, As, eyes, np.ascontiguousarray(cells), pixel)
 
-    def lay(self, triangles: Triangles, view: View, filler: Filler, rendered: Rendered) -> Shown:
-        """Lay the nearest triangles over depth, ids and semantic ids, in place; what is shown."""
-        tufts = self.kinds == Material.TUFT
+    def lay(
+        self, triangles: Triangles, view: View, filler: Filler, semantics: UInt8[Array, "h w"]
+    ) -> tuple[Float32[Array, "h w"], Int32[Array, "h w"], Shown]:
+        """Depth and ids of the nearest triangles and of the road plane, and what is shown.
+
+        semantics: ids of the road plane; those of the triangles are laid over them, in place.
+        """
+        tufts, shape = self.kinds == Material.TUFT, semantics.shape
         nearest, leaves = filler.fill_apart(triangles, view.camera, tufts)
-        seen, spans = (
-            np.zeros(len(triangles), bool),
-            np.empty((len(nearest.numbers), 2), np.int32),
-        )
+        depth, instances = np.empty(shape, np.float32), np.empty(shape, np.int32)
+        seen, spans = np.zeros(len(triangles), bool), np.empty((shape[0], 2), np.int32)
         ids = view.instances.ids[triangles.objects].astype(np.int32)
         LAY_LABELS(
-            nearest.numbers, nearest.nearness, leaves.numbers, leaves.nearness, self.codes,
-            self.objects, ids, self.As_cell_ray, self.pixel, OPEN_SHARE, bool(tufts.any()),
-            seen, rendered.depth, rendered.instances, rendered.semantics, spans,
+            nearest.numbers, nearest.nearness, leaves.numbers, leaves.nearness, plane_depth(view),
+            self.codes, self.objects, ids, NO_INSTANCE, self.As_cell_ray, self.pixel, OPEN_SHARE,
+            bool(tufts.any()), seen, depth, instances, semantics, spans,
         )  # fmt: skip
-        return Shown(nearest.numbers, nearest.nearness, seen, spans)
+        return depth, instances, Shown(nearest.numbers, nearest.nearness, seen, spans)
 
     def paint(
         self,

@@ -8,7 +8,13 @@ from jaxtyping import Bool, Float, Int32, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers.filling import Filler, Fragments, KernelFiller
-from mot_sim.simulation.renderers.ground import horizon, road_rgba, road_semantics, sky_image
+from mot_sim.simulation.renderers.ground import (
+    horizon,
+    plane_depth,
+    road_rgba,
+    road_semantics,
+    sky_image,
+)
 from mot_sim.simulation.renderers.materials import Materials, Shown
 from mot_sim.simulation.renderers.shadows import casters, closed_mask, light_left, shadow_mask
 from mot_sim.simulation.renderers.skins import GLOSS, Skins, glyphs, marked
@@ -61,10 +67,10 @@ class RasterRenderer:
         triangles = Triangles.of(view.instances, view.camera, self.near)
         if not len(triangles):
             return self.backdrop(view)
-        rendered = _without_objects(view)
-        materials = Materials.of(view, triangles)
-        shown = materials.lay(triangles, view, self.filler, rendered)
-        rendered = self._painted(view, rendered, shown.numbers, shown.spans)
+        materials, semantics = Materials.of(view, triangles), _plane_semantics(view)
+        depth, instances, shown = materials.lay(triangles, view, self.filler, semantics)
+        image = self._painted(view, semantics, shown.numbers, shown.spans)
+        rendered = Rendered(image, depth, instances, semantics, view.instances.unlit)
         samples = None
         if self.antialias:
             samples = self.filler.fill(triangles, with_four_samples(view.camera))
@@ -74,26 +80,29 @@ class RasterRenderer:
     def backdrop(self, view: View) -> Rendered:
         """The view without its objects, but with their shadows."""
         width, height = view.camera.image_size
-        nowhere = np.zeros((height, width), np.int32)
+        instances = np.full((height, width), NO_INSTANCE, np.int32)
+        semantics, nowhere = _plane_semantics(view), np.zeros((height, width), np.int32)
         everywhere = np.tile(np.array([0, width], np.int32), (height, 1))
-        return self._painted(view, _without_objects(view), nowhere, everywhere)
+        image = self._painted(view, semantics, nowhere, everywhere)
+        depth = plane_depth(view).copy()
+        return Rendered(image, depth, instances, semantics, view.instances.unlit)
 
     def _painted(
         self,
         view: View,
-        rendered: Rendered,
+        semantics: UInt8[Array, "h w"],
         numbers: Int32[Array, "h w"],
         spans: Int32[Array, "h 2"],
-    ) -> Rendered:
-        """With the backdrop's image where numbers are below 1, and the ids of the road where 0.
+    ) -> UInt8[Array, "h w 3"]:
+        """The backdrop where numbers are below 1; the road's semantic ids, in place, where 0.
 
         spans: see `materials.Shown`. With smooth edges the backdrop is all over the image.
         """
-        camera, road, semantics = view.camera, view.road, rendered.semantics
+        camera, road = view.camera, view.road
         needed = None if self.antialias else spans
         image = sky_image(camera, view.sky, needed)
         if road is None:
-            return replace(rendered, image=image)
+            return image
         seen = horizon(camera)
         rgba = road_rgba(camera, road, needed)
         if needed is None:
@@ -110,7 +119,7 @@ class RasterRenderer:
             rgba, seen.below, dark, closed, left, seen.first, *ids, self.antialias, numbers, spans,
             image, kinds,
         )  # fmt: skip
-        return replace(rendered, image=image)
+        return image
 
 
 class SmoothRenderer(RasterRenderer):
@@ -120,21 +129,11 @@ class SmoothRenderer(RasterRenderer):
         super().__init__(near, shadows, antialias=True)
 
 
-def _without_objects(view: View) -> Rendered:
-    """Depth and ids without objects; semantic ids of a road with finer levels are not there yet."""
-    camera, road, unlit = view.camera, view.road, view.instances.unlit
-    width, height = camera.image_size
-    image = np.empty((0, 0, 3), np.uint8)
-    instances = np.full((height, width), NO_INSTANCE, np.int32)
-    if road is None:
-        depth = np.full((height, width), np.inf, np.float32)
-    else:
-        depth = horizon(camera).depth.copy()
-    if road is None or road.finer:
-        semantics = np.full((height, width), Semantic.SKY, np.uint8)
-    else:
-        semantics = road_semantics(camera, road)
-    return Rendered(image, depth, instances, semantics, unlit)
+def _plane_semantics(view: View) -> UInt8[Array, "h w"]:
+    """Semantic ids without objects; those of a road with finer levels are not there yet."""
+    if view.road is None or view.road.finer:
+        return np.full(view.camera.image_size[::-1], Semantic.SKY, np.uint8)
+    return road_semantics(view.camera, view.road)
 
 
 def _lay(

@@ -173,20 +173,23 @@ class Ground:
         low = TILE_TEXELS * texel * np.array([column, row], dtype=float)
         place = level, column, row
         weights = self._weights(low, texel)
-        is_painted = [bool(weights[..., channel].any()) for channel in range(4)]
+        bits = np.bitwise_or.reduce(weights.view(np.uint32), axis=None)
+        is_painted = np.frombuffer(bits.tobytes(), np.uint8) > 0
         asphalt = is_painted[0] or is_painted[3]  # which shows where a line is worn
         rgba = np.empty((TILE_TEXELS, TILE_TEXELS, 4), np.uint8)
+        flat = TILE_TEXELS, 4 * TILE_TEXELS
         MIX_TILE(
-            weights,
+            weights.reshape(flat),
             self._tone(level, low, texel) if asphalt else _plain_tone(),
             self._slabs(*place) if is_painted[1] else _plain_slabs(),
             self._shade(place, low, texel),
-            self.grain.at("stones", *place),
-            self.grain.at("blades", *place),
-            self.grain.slow_at(*place),
+            np.ascontiguousarray(self.grain.at("stones", *place)),
+            np.ascontiguousarray(self.grain.at("blades", *place)),
+            np.ascontiguousarray(self.grain.slow_at(*place)),
             TILE_COLOURS,
             self.wear,
-            rgba,
+            np.empty((7, TILE_TEXELS), np.float32),
+            rgba.reshape(flat),
         )
         return rgba
 

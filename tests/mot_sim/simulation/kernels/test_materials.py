@@ -91,7 +91,8 @@ def test_one_sees_through_gaps_but_the_truth_does_not(seed: int) -> None:
     is_crown = open_one.semantics == Semantic.VEGETATION
     np.testing.assert_array_equal(open_one.image[~is_crown], whole.image[~is_crown])
     triangles = Triangles.of(tufts.instances, SMALL, 0.3)
-    shown = Materials.of(tufts, triangles).lay(triangles, tufts, KernelFiller(), open_one)
+    kinds = open_one.semantics.copy()
+    shown = Materials.of(tufts, triangles).lay(triangles, tufts, KernelFiller(), kinds)[2]
     gaps = is_crown & (np.append(triangles.objects, -1)[np.maximum(shown.numbers, 0) - 1] != 0)
     behind = fill(triangles.of_objects(np.array([1])), SMALL)
     np.testing.assert_array_equal(shown.nearness[gaps], behind.nearness[gaps])
@@ -130,7 +131,7 @@ def test_labels_are_of_the_nearest_and_what_is_seen_is_marked(seed: int) -> None
     )
     materials = Materials.of(view, triangles)
     np.testing.assert_array_equal(found.semantics[covered], materials.codes[rows, 3])
-    shown = materials.lay(triangles, view, KernelFiller(), found)
+    shown = materials.lay(triangles, view, KernelFiller(), found.semantics)[2]
     assert shown.seen[shown.numbers[shown.numbers > 0] - 1].all()
     assert ((shown.numbers < 0) <= covered).all()
     assert (shown.nearness[shown.numbers <= 0] == 0.0).all()
