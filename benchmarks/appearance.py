@@ -52,7 +52,7 @@ class Maps:
     """The network's activations of the latest picture, computed once for all that ask."""
 
     def __init__(self) -> None:
-        self.hourglass = Hourglass.load()
+        self.hourglass = Hourglass.load(mirrored=False)
         self.latest: tuple[CarPicture, Array] | None = None
 
     def __call__(self, picture: CarPicture) -> Array:

@@ -81,7 +81,8 @@ class FrontEnd:
         descriptor = next((DESCRIPTORS[name]() for name in named if name in DESCRIPTORS), None)
         needed = POSE in named or (descriptor is not None and descriptor.needs_activations)
 
-        hourglass = Hourglass.load() if needed else None
+        # Mirror images make keypoints better; a descriptor alone needs none.
+        hourglass = Hourglass.load(mirrored=POSE in named) if needed else None
         return cls(hourglass, ShapeFit() if POSE in named else None, descriptor)
 
     def __call__(

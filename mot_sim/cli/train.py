@@ -111,7 +111,7 @@ class TrainAppearance:
         if self.out.exists() and not self.overwrite:
             raise OutputExists(f"{self.out}: exists already; --overwrite replaces it")
         require_writable(self.out)
-        network = Hourglass.load(self.hourglass)
+        network = Hourglass.load(self.hourglass, mirrored=False)
         try:
             with terminal.progress(
                 sum(drive.pictures for drive in drives), unit="frames"

@@ -139,10 +139,10 @@ class ShapeFit:
     max_depth_std: float = 0.25
     """A fit with a larger std of its depth is not trusted, share of the depth, > 0; more: more
     fits, less exact ones."""
-    min_turned_gap: float = 2.0
+    min_turned_gap: float = 1.5
     """A fit is not trusted whose log-likelihood falls by less than this where each point is taken
-    for its counterpart of the car's other end, finite; more: fewer fits, and fewer turned round. 2
-    keeps nine in ten of the right fits to drawn cars (`benchmarks.turned_fits`)."""
+    for its counterpart of the car's other end, finite; more: fewer fits, and fewer turned round.
+    1.5 keeps nine in ten of the right fits to drawn cars (`benchmarks.turned_fits`)."""
 
     def __post_init__(self) -> None:
         for name in ("sigma", "road_std", "kernel", "max_residual", "max_yaw_std", "max_depth_std"):

@@ -27,6 +27,8 @@ OUTPUT_NAMES = ("heatmaps", "activations")
 INPUT_SCALE = 1.0 / 64.0
 INPUT_MIDDLE = 128.0
 MAX_CROPS_AT_ONCE = 32  # crops at once
+# For each keypoint the row of its mirror image: left ones come first.
+OTHER_SIDE = np.roll(np.arange(len(KEYPOINTS_36)), len(KEYPOINTS_36) // 2)
 # Cells around the peak whose mean is the point; `benchmarks.keypoints --synthetic` tries others.
 PEAK_REACH = 2
 NETWORK_HINT = "give an ONNX file that `mot-sim train-keypoints` wrote, with its .json beside it"
@@ -53,9 +55,13 @@ class Hourglass:
     """What the JSON beside the weights says of them."""
     sha256: str
     """SHA-256 of the ONNX file."""
+    mirrored: bool = True
+    """Whether each crop's mirror image is looked at, too, and the log odds are averaged: twice the
+    time, and fewer cars turned round (`benchmarks.turned_fits`). Activations are of the crop
+    alone."""
 
     @classmethod
-    def load(cls, path: Path | None = None) -> "Hourglass":
+    def load(cls, path: Path | None = None, mirrored: bool = True) -> "Hourglass":
         """The network of an ONNX file; None: the shipped one.
 
         Raises BadWeights for files that are missing, damaged, or of another network.
@@ -74,7 +80,7 @@ class Hourglass:
             raise BadWeights(
                 f"{path} is no ONNX that OpenCV reads ({error.err}): {NETWORK_HINT}"
             ) from error
-        hourglass = cls(network, card, found)
+        hourglass = cls(network, card, found, mirrored)
         hourglass._check(path)
         return hourglass
 
@@ -94,7 +100,11 @@ class Hourglass:
         windows = windows_of(boxes[rows])
         for start in range(0, len(rows), MAX_CROPS_AT_ONCE):
             some = slice(start, start + MAX_CROPS_AT_ONCE)
-            heatmaps, activations = self.run(cut_crops(pixels, windows[some]))
+            crops = cut_crops(pixels, windows[some])
+            heatmaps, activations = self.run(crops)
+            if self.mirrored:
+                turned = self.run(np.ascontiguousarray(crops[:, :, ::-1]))[0]
+                heatmaps = 0.5 * (heatmaps + turned[:, OTHER_SIDE, :, ::-1])
             points = decode(heatmaps)
             points[:, :, :2] = from_shares(points[:, :, :2], windows[some])
             seen.keypoints[rows[some]] = points

@@ -14,7 +14,7 @@ from mot_sim.datasets.images import ImageFolder
 from tracker.errors import BadImage, BadWeights
 from tracker.geometry import wrap_angle
 from tracker.shape import SHIPPED_HOURGLASS, Hourglass, ShapeFit
-from tracker.shape.keypoints import colour_of, network_input
+from tracker.shape.keypoints import OTHER_SIDE, colour_of, network_input
 
 BOXES = np.array([[20.0, 20.0, 90.0, 60.0], [-40.0, 10.0, 30.0, 70.0], [100.0, 30.0, 130.0, 60.0]])
 
@@ -58,6 +58,21 @@ def test_a_shifted_image_shifts_the_keypoints(hourglass: Hourglass, image: np.nd
     first, second = hourglass(image, box), hourglass(shifted, box + (24.0, 30.0, 24.0, 30.0))
     off = second.keypoints - first.keypoints - (24.0, 30.0, 0.0)
     assert np.abs(off).max() < 0.05
+
+
+def test_the_mirror_image_of_a_crop_has_mirrored_keypoints(
+    hourglass: Hourglass, image: np.ndarray
+) -> None:
+    box = np.array([[40.0, 20.0, 120.0, 80.0]])
+    flipped = box.copy()
+    flipped[:, [0, 2]] = image.shape[1] - 1.0 - box[:, [2, 0]]
+    here = hourglass(image, box).keypoints[0]
+    there = hourglass(np.ascontiguousarray(image[:, ::-1]), flipped).keypoints[0, OTHER_SIDE]
+    there[:, 0] = image.shape[1] - 1.0 - there[:, 0]
+    assert there == pytest.approx(here, abs=0.02)
+    once = Hourglass.load(mirrored=False)
+    assert once(image, box).activations == pytest.approx(hourglass(image, box).activations)
+    assert np.abs(once(image, box).keypoints[0] - here).max() > 0.02
 
 
 def test_boxes_that_show_nothing_are_nan(hourglass: Hourglass, image: np.ndarray) -> None:
