@@ -3,8 +3,11 @@
 from math import cos, exp, inf, isfinite, sin
 
 import numpy as np
+from numba.types import Tuple
 
-from tracker.kernels.compiling import A2, BOOL, F2, FLOAT, I2, OUT2, OUT3, inlined, kernel
+from tracker.kernels.compiling import A2, BOOL, F2, FLOAT, I2, OUT1, OUT2, OUT3, inlined, kernel
+
+ROOM_TO_CARRY = Tuple((OUT2, OUT2, OUT1, OUT1))
 
 # Corners nearer to the camera than this are taken to be this far, m.
 MIN_CORNER_DEPTH = 0.5
@@ -173,10 +176,16 @@ def project_cars(states, P, far_x, signs, edges, boxes, jacobians, is_derived):
         put_box(states[car], P, far_x, signs, edges, pixels, boxes[car], jacobian, is_derived)
 
 
-@kernel(A2, F2, F2, F2, FLOAT, F2, I2, FLOAT, OUT2)
-def carry_boxes(boxes, before, after, P, far_x, signs, edges, max_growth, carried):
-    """Boxes (n, 4) moved and scaled as the cuboids of their cars are, see `carried_boxes`."""
-    pixels, none, old, new = np.empty((8, 3)), np.empty((4, 9)), np.empty(4), np.empty(4)
+@inlined
+def room_to_carry():
+    """Arrays that `carry_in_room` writes to."""
+    return np.empty((8, 3)), np.empty((4, 9)), np.empty(4), np.empty(4)
+
+
+@kernel(A2, F2, F2, F2, FLOAT, F2, I2, FLOAT, OUT2, ROOM_TO_CARRY, allocates=False)
+def carry_in_room(boxes, before, after, P, far_x, signs, edges, max_growth, carried, room):
+    """What `carry_boxes` does."""
+    pixels, none, old, new = room
     for car in range(len(boxes)):
         put_box(before[car], P, far_x, signs, edges, pixels, old, none, False)
         put_box(after[car], P, far_x, signs, edges, pixels, new, none, False)
@@ -188,3 +197,10 @@ def carry_boxes(boxes, before, after, P, far_x, signs, edges, max_growth, carrie
             middle = 0.5 * (new[low] + new[high] + off * growth)
             half = 0.5 * (boxes[car, high] - boxes[car, low]) * growth
             carried[car, low], carried[car, high] = middle - half, middle + half
+
+
+@kernel(A2, F2, F2, F2, FLOAT, F2, I2, FLOAT, OUT2)
+def carry_boxes(boxes, before, after, P, far_x, signs, edges, max_growth, carried):
+    """Boxes (n, 4) moved and scaled as the cuboids of their cars are, see `carried_boxes`."""
+    room = room_to_carry()
+    carry_in_room(boxes, before, after, P, far_x, signs, edges, max_growth, carried, room)

@@ -3,6 +3,7 @@
 from math import cos, erfc, exp, inf, log, pi, sin, sqrt
 
 import numpy as np
+from numba.types import Tuple
 
 from tracker.kernels.compiling import (
     F1,
@@ -14,10 +15,13 @@ from tracker.kernels.compiling import (
     OUT2,
     OUT3,
     OUT4,
+    OUT_B1,
     OUT_I2,
     inlined,
     kernel,
 )  # fmt: skip
+
+ROOM_TO_ESTIMATE = Tuple((OUT2, OUT_B1, OUT2, OUT1, OUT1))
 
 YAW, SPEED, LOG_HEIGHT, YAW_RATE = 3, 4, 6, 8
 
@@ -44,7 +48,7 @@ def strip_of(x, borders):
     return strip
 
 
-@kernel(F3, F2, F3, F2, F1, F1, FLOAT, FLOAT, OUT2)
+@kernel(F3, F2, F3, F2, F1, F1, FLOAT, FLOAT, OUT2, allocates=False)
 def weigh_directions(
     means, log_weights, shares, traffic, borders, middle, concentration, prior, weights
 ):
@@ -97,12 +101,17 @@ def likeliest(means, weights, ways, alike, cos_same, min_weight):
     return best, known
 
 
-@kernel(F3, F4, F2, FLOAT, FLOAT, OUT2, OUT3, OUT1)
-def estimate_cars(means, covs, weights, cos_same, min_weight, means_out, covs_out, known):
-    """One state per car out of its hypotheses (n, k, 9), see `estimate`."""
-    count = means.shape[1]
-    ways, alike, off = np.empty((count, 2)), np.empty(count, np.bool_), np.empty((count, 9))
-    shares, shift = np.empty(count), np.empty(9)
+@inlined
+def room_to_estimate(count):
+    """Arrays that `estimate_in_room` writes to, for cars with so many hypotheses."""
+    ways, off = np.empty((count, 2)), np.empty((count, 9))
+    return ways, np.empty(count, np.bool_), off, np.empty(count), np.empty(9)
+
+
+@kernel(F3, F4, F2, FLOAT, FLOAT, OUT2, OUT3, OUT1, ROOM_TO_ESTIMATE, allocates=False)
+def estimate_in_room(means, covs, weights, cos_same, min_weight, means_out, covs_out, known, room):
+    """What `estimate_cars` does."""
+    count, (ways, alike, off, shares, shift) = means.shape[1], room
     for car in range(len(means)):
         best, known[car] = likeliest(means[car], weights[car], ways, alike, cos_same, min_weight)
         total, shift[:] = 0.0, 0.0
@@ -139,7 +148,14 @@ def estimate_cars(means, covs, weights, cos_same, min_weight, means_out, covs_ou
                         )
 
 
-@kernel(F2, F3, FLOAT, FLOAT, FLOAT, F2, OUT3)
+@kernel(F3, F4, F2, FLOAT, FLOAT, OUT2, OUT3, OUT1)
+def estimate_cars(means, covs, weights, cos_same, min_weight, means_out, covs_out, known):
+    """One state per car out of its hypotheses (n, k, 9), see `estimate`."""
+    room = room_to_estimate(means.shape[1])
+    estimate_in_room(means, covs, weights, cos_same, min_weight, means_out, covs_out, known, room)
+
+
+@kernel(F2, F3, FLOAT, FLOAT, FLOAT, F2, OUT3, allocates=False)
 def state_covariances(means, covs, factor, yaw_std, speed_std, own, stated):
     """Covariances (n, 9, 9) as rows state them. own: of the camera's velocity (2, 2)."""
     for car in range(len(means)):
@@ -201,7 +217,7 @@ def switch_modes(means, covs, weights, begin, limits, starting_var, parents):
         normalise(weights)
 
 
-@kernel(OUT3, OUT4, F2, FLOAT, F2, F2, FLOAT, FLOAT, F1, FLOAT, OUT2, OUT_I2)
+@kernel(OUT3, OUT4, F2, FLOAT, F2, F2, FLOAT, FLOAT, F1, FLOAT, OUT2, OUT_I2, allocates=False)
 def weigh_cars(
     means, covs, before, min_log_weight, fits, told, evidence, begin, limits, starting_var,
     log_weights, parents,
@@ -227,7 +243,7 @@ def weigh_cars(
         switch_modes(means[car], covs[car], weights, begin, limits, starting_var, parents[car])
 
 
-@kernel(F3, F2, F1, FLOAT, FLOAT, FLOAT, OUT2)
+@kernel(F3, F2, F1, FLOAT, FLOAT, FLOAT, OUT2, allocates=False)
 def watch_traffic(means, log_weights, borders, min_speed, min_probability, dt, traffic):
     """Add the seconds of traffic, the camera's way and oncoming, of cars that move for certain."""
     count = means.shape[1]
@@ -246,7 +262,7 @@ def watch_traffic(means, log_weights, borders, min_speed, min_probability, dt, t
             traffic[strip, 1] += dt * oncoming
 
 
-@kernel(F3, F2, OUT1)
+@kernel(F3, F2, OUT1, allocates=False)
 def believe_heights(means, log_weights, heights):
     """Heights (n,) of cars by the expected logarithm, m."""
     for car in range(len(means)):

@@ -3,6 +3,7 @@
 from math import cos, exp, sin, sqrt
 
 import numpy as np
+from numba.types import Tuple
 
 from tracker.kernels.compiling import (
     A2,
@@ -11,12 +12,15 @@ from tracker.kernels.compiling import (
     F3,
     F4,
     FLOAT,
+    OUT1,
     OUT2,
     OUT3,
     OUT4,
     inlined,
     kernel,
 )  # fmt: skip
+
+ROOM_TO_PREDICT = Tuple((OUT1, OUT1, OUT2, OUT2, OUT2))
 
 
 @inlined
@@ -78,7 +82,7 @@ def transpose(square, out):
             out[row, column] = square[column, row]
 
 
-@kernel(F2, F2, F1, F1, F1, OUT2)
+@kernel(F2, F2, F1, F1, F1, OUT2, allocates=False)
 def moved(states, T_road, step, rates, log_size, later):
     """States (h, 9) after a step."""
     for car in range(len(states)):
@@ -162,6 +166,34 @@ def predict_hypothesis(state, cov, is_moving, shared, ego, scratch, later, cov_o
     add_ego_motion(later, ego[0], ego[1], jacobian, cov_out)
 
 
+@inlined
+def room_to_predict():
+    """Arrays that `predict_hypothesis` writes to, made once for many hypotheses."""
+    return np.empty(2), np.empty(2), np.empty((3, 6)), np.empty((9, 9)), np.empty((9, 9))
+
+
+@kernel(
+    F3, F4, F2, FLOAT, F2, F1, F1, F1, F1, F1, F2, F2, A2, OUT3, OUT4, ROOM_TO_PREDICT,
+    allocates=False,
+)  # fmt: skip
+def predict_in_room(
+    means, covs, log_weights, min_log_weight, T_road, step, rates, noise, off_road, log_size,
+    log_size_cov, place_shift, motion_cov, means_out, covs_out, room,
+):  # fmt: skip
+    """What `predict_cars` does."""
+    kept, half = kept_in(step[1], rates), means.shape[1] // 2
+    shared = T_road, step, rates, kept, noise, off_road, log_size, log_size_cov
+    for car in range(len(means)):
+        for which in range(means.shape[1]):
+            state, cov = means[car, which], covs[car, which]
+            later, cov_out = means_out[car, which], covs_out[car, which]
+            if log_weights[car, which] > min_log_weight:
+                is_moving, ego = which >= half, (place_shift, motion_cov)
+                predict_hypothesis(state, cov, is_moving, shared, ego, room, later, cov_out)
+            else:
+                copy_hypothesis(state, cov, later, cov_out)
+
+
 @kernel(F3, F4, F2, FLOAT, F2, F1, F1, F1, F1, F1, F2, F2, A2, OUT3, OUT4)
 def predict_cars(
     means, covs, log_weights, min_log_weight, T_road, step, rates, noise, off_road, log_size,
@@ -173,15 +205,7 @@ def predict_cars(
     rate, speed, heading of parked cars; the speed below which cars turn less, and their share then.
     off_road: std at the camera, per metre, and the road's roughness.
     """
-    kept, half = kept_in(step[1], rates), means.shape[1] // 2
-    scratch = np.empty(2), np.empty(2), np.empty((3, 6)), np.empty((9, 9)), np.empty((9, 9))
-    shared = T_road, step, rates, kept, noise, off_road, log_size, log_size_cov
-    for car in range(len(means)):
-        for which in range(means.shape[1]):
-            state, cov = means[car, which], covs[car, which]
-            later, cov_out = means_out[car, which], covs_out[car, which]
-            if log_weights[car, which] > min_log_weight:
-                is_moving, ego = which >= half, (place_shift, motion_cov)
-                predict_hypothesis(state, cov, is_moving, shared, ego, scratch, later, cov_out)
-            else:
-                copy_hypothesis(state, cov, later, cov_out)
+    predict_in_room(
+        means, covs, log_weights, min_log_weight, T_road, step, rates, noise, off_road, log_size,
+        log_size_cov, place_shift, motion_cov, means_out, covs_out, room_to_predict(),
+    )  # fmt: skip

@@ -3,6 +3,7 @@
 from math import inf, log, sqrt
 
 import numpy as np
+from numba.types import Tuple
 
 from tracker.kernels.car_boxes import put_box
 from tracker.kernels.car_motion import copy_hypothesis
@@ -15,12 +16,15 @@ from tracker.kernels.compiling import (
     F4,
     FLOAT,
     I2,
+    OUT1,
     OUT2,
     OUT3,
     OUT4,
     inlined,
     kernel,
 )  # fmt: skip
+
+ROOM_FOR_UPDATE = Tuple((OUT1, OUT1, OUT1, OUT2, OUT2, Tuple((OUT2, OUT2, OUT1, OUT1))))
 
 
 @inlined
@@ -114,18 +118,16 @@ def update_hypothesis(
     return update_car(mean, cov, H, off, told, variances, of_edges, limits, mean_out, cov_out)
 
 
-@kernel(F3, F4, F2, FLOAT, F3, BOOL, A2, F2, F2, F2, I2, F1, F1, OUT3, OUT4, OUT2, OUT2)
-def update_cars(
+@kernel(
+    F3, F4, F2, FLOAT, F3, BOOL, A2, F2, F2, F2, I2, F1, F1, OUT3, OUT4, OUT2, OUT2,
+    ROOM_FOR_UPDATE, allocates=False,
+)  # fmt: skip
+def update_in_room(
     means, covs, log_weights, min_log_weight, linear, is_linear_given, boxes, variances, P, signs,
-    edges, far, limits, means_out, covs_out, fits, misfits,
+    edges, far, limits, means_out, covs_out, fits, misfits, room,
 ):  # fmt: skip
-    """Hypotheses (n, k, 9), covariances, log-likelihoods, squared deviations after boxes (n, 4).
-
-    The projection is linearised at `linear`, where it is given, else at `means`. Hypotheses that
-    are not followed stay as they are: log-likelihood 0, deviation inf. limits: border of the
-    image, px; most standard deviations; tightness.
-    """
-    scratch, lens = room_for_update(), (P, signs, edges, far)
+    """What `update_cars` does."""
+    lens = P, signs, edges, far
     for car in range(len(means)):
         for which in range(means.shape[1]):
             mean, cov = means[car, which], covs[car, which]
@@ -137,5 +139,22 @@ def update_cars(
             at = linear[car, which] if is_linear_given else mean
             seen = boxes[car], variances[car]
             fits[car, which], misfits[car, which] = update_hypothesis(
-                mean, cov, at, is_linear_given, seen, lens, limits, scratch, mean_out, cov_out
+                mean, cov, at, is_linear_given, seen, lens, limits, room, mean_out, cov_out
             )
+
+
+@kernel(F3, F4, F2, FLOAT, F3, BOOL, A2, F2, F2, F2, I2, F1, F1, OUT3, OUT4, OUT2, OUT2)
+def update_cars(
+    means, covs, log_weights, min_log_weight, linear, is_linear_given, boxes, variances, P, signs,
+    edges, far, limits, means_out, covs_out, fits, misfits,
+):  # fmt: skip
+    """Hypotheses (n, k, 9), covariances, log-likelihoods, squared deviations after boxes (n, 4).
+
+    The projection is linearised at `linear`, where it is given, else at `means`. Hypotheses that
+    are not followed stay as they are: log-likelihood 0, deviation inf. limits: border of the
+    image, px; most standard deviations; tightness.
+    """
+    update_in_room(
+        means, covs, log_weights, min_log_weight, linear, is_linear_given, boxes, variances, P,
+        signs, edges, far, limits, means_out, covs_out, fits, misfits, room_for_update(),
+    )  # fmt: skip

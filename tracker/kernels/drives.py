@@ -10,18 +10,26 @@ from math import inf
 import numpy as np
 
 from tracker.kernels.box_gains import filter_boxes
-from tracker.kernels.car_boxes import carry_boxes
+from tracker.kernels.car_boxes import ROOM_TO_CARRY, carry_in_room, room_to_carry
 from tracker.kernels.car_hypotheses import (
+    ROOM_TO_ESTIMATE,
     believe_heights,
-    estimate_cars,
+    estimate_in_room,
+    room_to_estimate,
     state_covariances,
     watch_traffic,
     weigh_cars,
     weigh_directions,
 )
-from tracker.kernels.car_motion import kept_in, moved, predict_hypothesis
+from tracker.kernels.car_motion import (
+    ROOM_TO_PREDICT,
+    kept_in,
+    moved,
+    predict_hypothesis,
+    room_to_predict,
+)
 from tracker.kernels.car_scene import hide_edges, sum_flatness, sum_slopes
-from tracker.kernels.car_update import room_for_update, update_hypothesis
+from tracker.kernels.car_update import ROOM_FOR_UPDATE, room_for_update, update_hypothesis
 from tracker.kernels.compiling import (
     B1,
     F1,
@@ -35,6 +43,7 @@ from tracker.kernels.compiling import (
     OUT3,
     OUT4,
     OUT_B2,
+    OUT_I2,
     kernel,
 )
 from tracker.kernels.lifting import carry_beliefs
@@ -57,15 +66,15 @@ def carry_each(
         )  # fmt: skip
 
 
-@kernel(
-    OUT3, OUT4, F2, FLOAT, I1, I1, F3, F2, F1, F1, F2, F1, F2, F2, F3
-)  # fmt: skip
-def predict_each(
+PREDICT = OUT3, OUT4, F2, FLOAT, I1, I1, F3, F2, F1, F1, F2, F1, F2, F2, F3
+
+
+@kernel(*PREDICT, ROOM_TO_PREDICT, allocates=False)
+def predict_each_in_room(
     means, covs, log_weights, min_log_weight, places, drives, T_road, steps, rates, noise,
-    off_road, log_size, log_size_cov, place_shift, motion_cov,
+    off_road, log_size, log_size_cov, place_shift, motion_cov, room,
 ):  # fmt: skip
-    """`predict_cars` of rows; T_road, steps, off_road, motion_cov: one per drive."""
-    scratch = np.empty(2), np.empty(2), np.empty((3, 6)), np.empty((9, 9)), np.empty((9, 9))
+    """What `predict_each` does."""
     half = means.shape[1] // 2
     for row in range(len(places)):
         car, drive = places[row], drives[row]
@@ -75,22 +84,48 @@ def predict_each(
         for which in range(means.shape[1]):
             if log_weights[car, which] > min_log_weight:
                 mean, cov = means[car, which], covs[car, which]
-                predict_hypothesis(mean, cov, which >= half, shared, ego, scratch, mean, cov)
+                predict_hypothesis(mean, cov, which >= half, shared, ego, room, mean, cov)
 
 
-@kernel(F2, F2, I1, F3, F2, F1, F1, F2, FLOAT, F2, I2, FLOAT, OUT2)
+@kernel(*PREDICT)
+def predict_each(
+    means, covs, log_weights, min_log_weight, places, drives, T_road, steps, rates, noise,
+    off_road, log_size, log_size_cov, place_shift, motion_cov,
+):  # fmt: skip
+    """`predict_cars` of rows; T_road, steps, off_road, motion_cov: one per drive."""
+    predict_each_in_room(
+        means, covs, log_weights, min_log_weight, places, drives, T_road, steps, rates, noise,
+        off_road, log_size, log_size_cov, place_shift, motion_cov, room_to_predict(),
+    )  # fmt: skip
+
+
+CARRY = F2, F2, I1, F3, F2, F1, F1, F2, FLOAT, F2, I2, FLOAT, OUT2
+
+
+@kernel(*CARRY, OUT2, ROOM_TO_CARRY, allocates=False)
+def carry_boxes_each_in_room(
+    boxes, states, drives, T_road, steps, rates, log_size, P, far_x, signs, edges, max_growth,
+    carried, later, room,
+):  # fmt: skip
+    """What `carry_boxes_each` does."""
+    for row in range(len(boxes)):
+        one, drive = slice(row, row + 1), drives[row]
+        moved(states[one], T_road[drive], steps[drive], rates, log_size, later)
+        carry_in_room(
+            boxes[one], states[one], later, P, far_x, signs, edges, max_growth, carried[one], room
+        )
+
+
+@kernel(*CARRY)
 def carry_boxes_each(
     boxes, states, drives, T_road, steps, rates, log_size, P, far_x, signs, edges, max_growth,
     carried,
 ):  # fmt: skip
     """Boxes (n, 4) of cars in these states (n, 9) after the step of their drive."""
-    later = np.empty((1, 9))
-    for row in range(len(boxes)):
-        one, drive = slice(row, row + 1), drives[row]
-        moved(states[one], T_road[drive], steps[drive], rates, log_size, later)
-        carry_boxes(
-            boxes[one], states[one], later, P, far_x, signs, edges, max_growth, carried[one]
-        )
+    carry_boxes_each_in_room(
+        boxes, states, drives, T_road, steps, rates, log_size, P, far_x, signs, edges, max_growth,
+        carried, np.empty((1, 9)), room_to_carry(),
+    )  # fmt: skip
 
 
 @kernel(
@@ -148,30 +183,27 @@ def sum_roads_each(
         )  # fmt: skip
 
 
-@kernel(
+UPDATE = (
     OUT3, OUT4, OUT2, FLOAT, I1, F2, F2, F2, F2, I2, F1, F1, F2, FLOAT, FLOAT, F1, FLOAT, OUT1
 )  # fmt: skip
-def update_each(
-    means, covs, log_weights, min_log_weight, places, boxes, variances, P, signs, edges, far,
-    limits, told, evidence, begin, switching, starting_var, misfits,
-):  # fmt: skip
-    """Cars after their boxes, weights included: `update_cars` and `weigh_cars`.
 
-    misfits: of each row the smallest of its hypotheses.
-    """
-    count = means.shape[1]
-    scratch, lens = room_for_update(), (P, signs, edges, far)
-    before, fits = np.empty((1, count)), np.empty((1, count))
-    parents = np.empty((1, count), np.int64)
+
+@kernel(*UPDATE, OUT2, OUT2, OUT_I2, ROOM_FOR_UPDATE, allocates=False)
+def update_each_in_room(
+    means, covs, log_weights, min_log_weight, places, boxes, variances, P, signs, edges, far,
+    limits, told, evidence, begin, switching, starting_var, misfits, before, fits, parents, room,
+):  # fmt: skip
+    """What `update_each` does."""
+    lens = P, signs, edges, far
     for row in range(len(places)):
         car, seen = places[row], (boxes[row], variances[row])
         misfits[row] = inf
-        for which in range(count):
+        for which in range(means.shape[1]):
             before[0, which], fits[0, which] = log_weights[car, which], 0.0
             if log_weights[car, which] > min_log_weight:
                 mean, cov = means[car, which], covs[car, which]
                 fits[0, which], misfit = update_hypothesis(
-                    mean, cov, mean, False, seen, lens, limits, scratch, mean, cov
+                    mean, cov, mean, False, seen, lens, limits, room, mean, cov
                 )
                 misfits[row] = min(misfits[row], misfit)
         one = slice(car, car + 1)
@@ -181,7 +213,24 @@ def update_each(
         )  # fmt: skip
 
 
-@kernel(F3, F2, I1, I1, F1, FLOAT, FLOAT, F1, OUT3)
+@kernel(*UPDATE)
+def update_each(
+    means, covs, log_weights, min_log_weight, places, boxes, variances, P, signs, edges, far,
+    limits, told, evidence, begin, switching, starting_var, misfits,
+):  # fmt: skip
+    """Cars after their boxes, weights included: `update_cars` and `weigh_cars`.
+
+    misfits: of each row the smallest of its hypotheses.
+    """
+    count = means.shape[1]
+    update_each_in_room(
+        means, covs, log_weights, min_log_weight, places, boxes, variances, P, signs, edges, far,
+        limits, told, evidence, begin, switching, starting_var, misfits, np.empty((1, count)),
+        np.empty((1, count)), np.empty((1, count), np.int64), room_for_update(),
+    )  # fmt: skip
+
+
+@kernel(F3, F2, I1, I1, F1, FLOAT, FLOAT, F1, OUT3, allocates=False)
 def watch_each(
     means, log_weights, places, drives, borders, min_speed, min_probability, dt, traffic
 ):
@@ -194,9 +243,33 @@ def watch_each(
         )  # fmt: skip
 
 
-@kernel(
+ESTIMATE = (
     OUT3, OUT4, OUT2, I1, I1, F3, F3, F1, F1, FLOAT, FLOAT, FLOAT, FLOAT, F1, F3, OUT2, OUT3, OUT1
 )  # fmt: skip
+
+
+@kernel(*ESTIMATE, OUT2, OUT3, ROOM_TO_ESTIMATE, allocates=False)
+def estimate_each_in_room(
+    means, covs, log_weights, places, drives, shares, traffic, borders, middle, concentration,
+    prior, cos_same, min_weight, stating, own, means_out, covs_out, known, weights, cov, room,
+):  # fmt: skip
+    """What `estimate_each` does."""
+    for row in range(len(places)):
+        one, car, drive = slice(row, row + 1), slice(places[row], places[row] + 1), drives[row]
+        weigh_directions(
+            means[car], log_weights[car], shares, traffic[drive], borders, middle, concentration,
+            prior, weights,
+        )  # fmt: skip
+        estimate_in_room(
+            means[car], covs[car], weights, cos_same, min_weight, means_out[one], cov, known[one],
+            room,
+        )  # fmt: skip
+        state_covariances(
+            means_out[one], cov, stating[0], stating[1], stating[2], own[drive], covs_out[one]
+        )
+
+
+@kernel(*ESTIMATE)
 def estimate_each(
     means, covs, log_weights, places, drives, shares, traffic, borders, middle, concentration,
     prior, cos_same, min_weight, stating, own, means_out, covs_out, known,
@@ -205,16 +278,9 @@ def estimate_each(
 
     traffic, own: of drives. stating: factor, std of yaws, of speeds.
     """
-    weights, cov = np.empty((1, means.shape[1])), np.empty((1, 9, 9))
-    for row in range(len(places)):
-        one, car, drive = slice(row, row + 1), slice(places[row], places[row] + 1), drives[row]
-        weigh_directions(
-            means[car], log_weights[car], shares, traffic[drive], borders, middle, concentration,
-            prior, weights,
-        )  # fmt: skip
-        estimate_cars(
-            means[car], covs[car], weights, cos_same, min_weight, means_out[one], cov, known[one]
-        )
-        state_covariances(
-            means_out[one], cov, stating[0], stating[1], stating[2], own[drive], covs_out[one]
-        )
+    count = means.shape[1]
+    estimate_each_in_room(
+        means, covs, log_weights, places, drives, shares, traffic, borders, middle, concentration,
+        prior, cos_same, min_weight, stating, own, means_out, covs_out, known,
+        np.empty((1, count)), np.empty((1, 9, 9)), room_to_estimate(count),
+    )  # fmt: skip
