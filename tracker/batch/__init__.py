@@ -2,7 +2,7 @@
 
 from tracker.batch.batch_costs import BatchCosts, BatchMatch
 from tracker.batch.batch_tracker import BatchRows, BatchTracker
-from tracker.batch.prepared_frames import PreparedFrames, prepare_frames
+from tracker.batch.prepared_frames import PreparedFrames, decisive_parts, prepare_frames
 from tracker.batch.whole_drives import follows_together, track_drives
 
 __all__ = [
@@ -11,6 +11,7 @@ __all__ = [
     "BatchRows",
     "BatchTracker",
     "PreparedFrames",
+    "decisive_parts",
     "follows_together",
     "prepare_frames",
     "track_drives",

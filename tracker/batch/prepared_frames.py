@@ -116,6 +116,13 @@ class PreparedFrames:
         )
 
 
+def decisive_parts(tracker: Tracker) -> tuple[object, ...]:
+    """What decides beside the frames what `prepare_frames` gives: the camera, then components."""
+    of_boxes = tracker.score_scale, tracker.suppress, tracker.lift
+    of_motions = tracker.camera_rotation_filter, tracker.existence, tracker.car_filter
+    return (tracker.camera, *of_boxes, *of_motions)
+
+
 def prepare_frames(tracker: Tracker, frames: Sequence[Frame], name: str) -> PreparedFrames:
     """The frames of one drive, from its beginning, as this tracker takes them.
 

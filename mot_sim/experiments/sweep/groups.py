@@ -23,9 +23,16 @@ from mot_sim.experiments.sweep.trial import (
     without_lost,
     wrong_motion_allowed,
 )
+from mot_sim.files.fingerprint import digest
 from mot_sim.simulation.rig import Rig
 from tracker import Camera, Frame, Tracker, Tracks
-from tracker.batch import PreparedFrames, follows_together, prepare_frames, track_drives
+from tracker.batch import (
+    PreparedFrames,
+    decisive_parts,
+    follows_together,
+    prepare_frames,
+    track_drives,
+)
 
 log = logging.getLogger(__name__)
 MAX_DRIVES = 25  # of a group; more are hardly faster
@@ -55,6 +62,10 @@ class Alike:
     """What the tracker is given, and scored against."""
     frames: list[Frame]
     """The frames of that."""
+
+
+# What trackers made of frames, by what decides that, and the identity of the list of frames.
+Prepared = dict[tuple[str, int], PreparedFrames | None]
 
 
 def grouped(jobs: Sequence[Job], processes: int) -> list[JobGroup]:
@@ -131,15 +142,19 @@ def _run_together(group: JobGroup) -> set[str]:
             alike.setdefault(same, []).append(Alike(job, key, contender, drive, frames))
         held += len(frames)
         if held > MAX_FRAMES:
-            done = done.union(*map(_track_together, alike.values()))
+            done |= _track_all(alike.values())
             alike, held = {}, 0
-    for trials in alike.values():
-        done |= _track_together(trials)
-    return done
+    return done | _track_all(alike.values())
 
 
-def _track_together(trials: list[Alike]) -> set[str]:
-    """The keys of those trials of one tracker that are done; the others are to be done alone.
+def _track_all(alike: Iterable[list[Alike]]) -> set[str]:
+    """The keys of those trials that are done; the others are to be done alone."""
+    prepared: Prepared = {}
+    return set[str]().union(*(_track_together(trials, prepared) for trials in alike))
+
+
+def _track_together(trials: list[Alike], known: Prepared) -> set[str]:
+    """The same of the trials of one tracker. known: what trackers have made of frames so far.
 
     Whatever goes wrong for one of them goes wrong again where it is done alone, and is told there.
     """
@@ -149,7 +164,11 @@ def _track_together(trials: list[Alike]) -> set[str]:
         tracker = first.contender.build(first.drive.sequence.camera, first.drive.frame_rate)
         assert isinstance(tracker, Tracker)
         with wrong_motion_allowed():
-            prepared = [_prepared(tracker, trial) for trial in trials]
+            how = digest(decisive_parts(tracker))
+            for trial in trials:
+                if (how, id(trial.frames)) not in known:
+                    known[how, id(trial.frames)] = _prepared(tracker, trial)
+            prepared = [known[how, id(trial.frames)] for trial in trials]
             ready = [at for at, frames in enumerate(prepared) if frames is not None]
             if len(ready) < 2:
                 return set()

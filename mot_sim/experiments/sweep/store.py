@@ -34,7 +34,8 @@ class TrialOutcome:
     detections: int = 0
     """Number of detections in those frames."""
     cpu_seconds: float = 0.0
-    """CPU time of building and running the tracker, s; it differs between runs."""
+    """CPU time of building and running the tracker, s, of drives that were followed together an
+    equal share a frame; it differs between runs."""
     output: str = ""
     """The end of what the tracker printed in a process of its own; may differ between runs, too."""
 
