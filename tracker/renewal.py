@@ -267,9 +267,11 @@ def _cue(
         return None
     each = [
         known.unknown(count) if part is None else part
-        for part, count in zip(having, counts, strict=True)
+        for part, count, is_used in zip(having, counts, used, strict=True)
+        if is_used
     ]
-    return type(known).concatenate(each).take(places)
+    skipped = 0 if used[0] else n if used[1] else n + k
+    return type(known).concatenate(each).take(places - skipped if skipped else places)
 
 
 def picked(table: Table, rows: Int[Array, " k"]) -> Table:

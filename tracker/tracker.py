@@ -11,7 +11,7 @@ from tracker.association import Associate, Hungarian, Match, match_in_stages
 from tracker.beliefs import Beliefs, Lift
 from tracker.box_filter import BoxFilter, Gains
 from tracker.camera_rotation_filter import CameraRotationFilter
-from tracker.car_filter import CarFilter, CarStates, RoadMemory, carried_boxes
+from tracker.car_filter import CarFilter, CarStates, RoadMemory, expected_after
 from tracker.cost_matrix import CostMatrix
 from tracker.costs import (
     GatedPairs,
@@ -160,8 +160,8 @@ class Tracker:
         T_now_before, cov, gated = motion.T_now_before, motion.covariance, None
         if len(tracks) and self._turns_for_certain(motion, cov):
             survival = 1.0 if self.existence is None else self.existence.survival(dt)
-            how = self.dynamics, (T_now_before, cov), (dt, survival), self.camera, self.sigmas
-            tracks, gated = Expectation.of(tracks, observed, *how)
+            moving = self.dynamics, (T_now_before, cov), (dt, survival)
+            tracks, gated = Expectation.of(tracks, observed, *moving, self.camera, self.sigmas)
         elif len(tracks):
             tracks, T_now_before = self.predict_tracks(tracks, motion, dt, detections)
         if self.car_filter is not None:
@@ -170,10 +170,11 @@ class Tracker:
             road, tracks = predicted.memory, tracks.replaced(cars=predicted.states)
             carries, estimates = self.car_filter.carries_boxes, self.state.estimates
             if carries and motion.is_known and estimates is not None and len(tracks):
-                later = self.car_filter.motion.moved(estimates.means, predicted.step)
-                boxes = self.state.tracks.beliefs.boxes
-                boxes = carried_boxes(boxes, estimates.means, later, self.camera)
-                tracks = tracks.expected_at(boxes)
+                boxes, beliefs = self.state.tracks.beliefs.boxes, tracks.beliefs
+                cars_before = tracks.hits, estimates.means, predicted.step
+                how = self.car_filter.motion, self.camera
+                boxes = expected_after(boxes, beliefs.boxes, *cars_before, *how)
+                tracks = tracks.replaced(beliefs=beliefs.replaced(boxes=boxes))
         if gated is None:
             pairs = self.gate(tracks, observed, detections, dt)
         else:

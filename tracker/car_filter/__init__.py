@@ -1,6 +1,6 @@
 """The state of a car behind its boxes: place, heading, speed and size, with their uncertainty."""
 
-from tracker.car_filter.carried_boxes import carried_boxes
+from tracker.car_filter.carried_boxes import carried_boxes, expected_after
 from tracker.car_filter.cues import CarCues, CueModel
 from tracker.car_filter.edges import EdgeModel, border_gaps
 from tracker.car_filter.filter import CarFilter
@@ -20,5 +20,6 @@ from tracker.car_filter.states import CarStates
 __all__ = [
     "CarCues", "CarFilter", "CarMotion", "CarStates", "CueModel", "DirectionPrior", "EdgeModel",
     "FilteredFrame", "FollowedCars", "RoadMemory", "RoadModel", "SeenCars",
-    "border_gaps", "carried_boxes", "follow_cars", "project_boxes", "smooth_cars", "smooth_first",
+    "border_gaps", "carried_boxes", "expected_after", "follow_cars", "project_boxes",
+    "smooth_cars", "smooth_first",
 ]  # fmt: skip

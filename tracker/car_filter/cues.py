@@ -1,19 +1,19 @@
 """What measured yaws and sizes tell of the cars behind boxes: their noise, and front for rear."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
 from numpy import ndarray as Array
 
-from tracker.car_filter.states import LOG_SIZE, YAW
+from tracker.car_filter.states import MIN_LOG_WEIGHT, CarStates
 from tracker.errors import BadConfig
-from tracker.geometry import wrap_angle
+from tracker.kernels import Kernel
 from tracker.types import Detections
 from tracker.types.rows import Rows
 
-# The columns of sizes in a state, one by one.
-SIZE_COLUMNS = range(LOG_SIZE.start, LOG_SIZE.stop)
+READ_CUES = Kernel("tracker.kernels.car_cues", "read_cues")
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,77 +75,25 @@ class CueModel:
             raise BadConfig(f"wrong_share {self.wrong_share:g}: give a share between 0 and 1")
 
     def __call__(
-        self,
-        means: Float[Array, "h 9"],
-        covs: Float[Array, "h 9 9"],
-        cues: CarCues,
-        hidden: Bool[Array, " h"],
-        is_first: bool,
-    ) -> tuple[Float[Array, "h 9"], Float[Array, "h 9 9"], Float[Array, " h"]]:
-        """Hypotheses after the cues of their cars, and what those count for each, nats.
-
-        cues, hidden: row by row the hypotheses' own. is_first: nothing was read before.
-        """
-        repetition, evidence = (1.0, 1.0) if is_first else (self.repetition, self.evidence)
-        means, covs, fit = means.copy(), covs.copy(), np.zeros(len(means))
-        known = np.isfinite(cues.yaw).nonzero()[0]
-        if len(known):
-            some = means[known], covs[known], cues.select(known), hidden[known], repetition
-            means[known], covs[known], fit[known] = self._yaw(*some)
-            fit *= evidence
-        known = np.isfinite(cues.log_size).all(axis=1).nonzero()[0]
-        if len(known):
-            mean, cov = means[known], covs[known]
-            step = np.zeros_like(mean)
-            for column, std in zip(SIZE_COLUMNS, self.size_std, strict=True):
-                off = cues.log_size[known, column - LOG_SIZE.start] - mean[:, column]
-                cov = _corrected(cov, step, column, off, repetition * std**2)
-            means[known], covs[known] = mean + step, cov
-        return means, covs, fit
-
-    def _yaw(
-        self,
-        means: Float[Array, "h 9"],
-        covs: Float[Array, "h 9 9"],
-        cues: CarCues,
-        hidden: Bool[Array, " h"],
-        repetition: float,
-    ) -> tuple[Float[Array, "h 9"], Float[Array, "h 9 9"], Float[Array, " h"]]:
-        """Hypotheses after yaws that are right, off by half a turn, or tell nothing; how likely.
+        self, states: CarStates, cues: CarCues, hidden: Bool[Array, " n"], is_first: bool
+    ) -> tuple[CarStates, Float[Array, "n k"]]:
+        """Cars after these cues of theirs, and what those count for each hypothesis, nats.
 
         Each hypothesis follows the yaw in the direction that it faces itself, as far as the yaw
-        tells something.
+        tells something: it is right, off by half a turn, or wrong. hidden: whether another box
+        hides a side of the car. is_first: nothing was read before.
         """
-        var = np.where(np.isnan(cues.yaw_var), self.yaw_std**2, self.yaw_factor**2 * cues.yaw_var)
-        var = repetition * (var + self.yaw_floor**2)
-        total = covs[:, YAW, YAW] + var
-        off = np.asarray(wrap_angle(cues.yaw - means[:, YAW]))
-        turned = np.where(hidden, self.hidden_turned_share, self.turned_share)
-        is_opposite = np.abs(off) > 0.5 * np.pi
-        folded = np.where(is_opposite, wrap_angle(off - np.pi), off)
-        share = (1.0 - self.wrong_share) * np.where(is_opposite, turned, 1.0 - turned)
-        told = share * np.exp(-0.5 * folded**2 / total) / np.sqrt(2.0 * np.pi * total)
-        likelihood = told + self.wrong_share / (2.0 * np.pi)
-        step = np.zeros_like(means)
-        # a yaw that tells something with probability p: its variance over p
-        trust = np.maximum(told / likelihood, 1e-6)
-        covs = _corrected(covs, step, YAW, folded, total / trust - covs[:, YAW, YAW])
-        return means + step, covs, np.log(likelihood)
+        repetition, evidence = (1.0, 1.0) if is_first else (self.repetition, self.evidence)
+        out = np.empty(states.means.shape), np.empty(states.covs.shape)
+        told = np.empty(states.log_weights.shape)
+        before = states.means, states.covs, states.log_weights, MIN_LOG_WEIGHT
+        seen = cues.yaw, cues.yaw_var, cues.log_size, hidden
+        READ_CUES(*before, *seen, *self._noise, repetition, evidence, *out, told, np.empty(9))
+        return CarStates(*out, states.log_weights), told
 
-
-def _corrected(
-    covs: Float[Array, "h 9 9"],
-    step: Float[Array, "h 9"],
-    column: int,
-    off: Float[Array, " h"],
-    var: Float[Array, " h"] | float,
-) -> Float[Array, "h 9 9"]:
-    """Covariances after a direct measurement of a column; its correction is added to `step`.
-
-    off: the measurement less the mean.
-    """
-    Ph = covs[:, :, column]
-    gain = Ph / (covs[:, column, column] + var)[:, None]
-    step += gain * (off - step[:, column])[:, None]
-    corrected: Float[Array, "h 9 9"] = covs - gain[:, :, None] * Ph[:, None, :]
-    return corrected
+    @cached_property
+    def _noise(self) -> tuple[Float[Array, "2"], Float[Array, "4"], Float[Array, "3"]]:
+        """Shares of turned yaws, what else is known of yaws, variances of sizes."""
+        of_yaws = self.yaw_std**2, self.yaw_factor**2, self.yaw_floor**2, self.wrong_share
+        turned = self.turned_share, self.hidden_turned_share
+        return np.array(turned), np.array(of_yaws), np.array([std**2 for std in self.size_std])

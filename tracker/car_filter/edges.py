@@ -44,14 +44,14 @@ class EdgeModel:
     ) -> tuple[Float[Array, "n 4"], Float[Array, "n 4"]]:
         """Boxes without the detector's bias, and the variances of their edges, px^2."""
         unbiased, variances = np.empty(boxes.shape), np.empty(boxes.shape)
-        stds = self.edge_std, self.pixel_std
-        WEIGH_EDGES(boxes, scores, hidden, *self._by_edge, *stds, unbiased, variances)
+        WEIGH_EDGES(boxes, scores, hidden, *self.noise, unbiased, variances)
         return unbiased, variances
 
     @cached_property
-    def _by_edge(self) -> tuple[Float[Array, "4"], Float[Array, "4"]]:
-        """The bias, and the factors of hidden edges."""
-        return np.array(self.bias, float), np.array(self.hidden_factors, float)
+    def noise(self) -> tuple[Float[Array, "4"], Float[Array, "4"], float, float]:
+        """The bias, the factors of hidden edges, and the stds, as the kernels take them."""
+        by_edge = np.array(self.bias, float), np.array(self.hidden_factors, float)
+        return *by_edge, self.edge_std, self.pixel_std
 
 
 def border_gaps(boxes: Float[Array, "n 4"], camera: Camera) -> Float[Array, "n 4"]:

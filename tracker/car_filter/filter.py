@@ -10,30 +10,33 @@ from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from tracker.car_filter.cues import CarCues, CueModel
-from tracker.car_filter.edges import EdgeModel, border_gaps, hidden_edges
-from tracker.car_filter.estimates import estimate
-from tracker.car_filter.modes import weighed
+from tracker.car_filter.edges import (
+    HIDING_MARGIN,
+    MIN_HIDDEN_SHARE,
+    MIN_LOWER,
+    EdgeModel,
+    border_gaps,
+    hidden_edges,
+)
+from tracker.car_filter.estimates import COS_SAME_DIRECTION, MIN_WEIGHT
+from tracker.car_filter.modes import switching
 from tracker.car_filter.motion import CarMotion, RoadStep
+from tracker.car_filter.prior import prior_states
 from tracker.car_filter.projection import CUBOID_EDGES
 from tracker.car_filter.restarts import places_by_height, restarted
 from tracker.car_filter.road_memory import (
+    MIN_BORDER_GAP,
+    MIN_SLOPE_SCORE,
     DirectionPrior,
     RoadMemory,
     RoadModel,
-    SeenBases,
-    believed_heights,
 )
 from tracker.car_filter.roughness import RoughnessModel
 from tracker.car_filter.states import (
     HEADING_COUNT,
     HYPOTHESIS_COUNT,
-    LOG_SIZE,
     MIN_LOG_WEIGHT,
-    MOVING,
-    SPEED,
     STATE_SIZE,
-    YAW,
-    YAW_RATE,
     CarStates,
     normalised,
 )
@@ -44,16 +47,14 @@ from tracker.types.cuboids import CORNERS
 
 # How lengths, heights and widths of KITTI's labelled cars go together (ten sequences).
 LOG_SIZE_CORRELATION = np.array([[1.0, 0.1, 0.28], [0.1, 1.0, 0.33], [0.28, 0.33, 1.0]])
-HEADINGS = -0.5 * np.pi + np.arange(HEADING_COUNT) * (2.0 * np.pi / HEADING_COUNT)
-# Std of each start heading: a quarter of the step between them, rad.
-HEADING_STD = 0.5 * np.pi / HEADING_COUNT
-# Of a new car's place: along the ray a share of the distance and metres; across it.
-START_RADIAL_STD, START_LATERAL_STD = (0.18, 1.0), (0.03, 0.5)
 # How often the first box is linearised anew.
 START_ITERATIONS = 3
 # An innovation counts as no more standard deviations than this.
 MAX_DEVIATION = 4.0
 UPDATE = Kernel("tracker.kernels.car_update", "update_cars")
+SEE_CARS = Kernel("tracker.kernels.car_frames", "see_cars")
+FIT_CARS = Kernel("tracker.kernels.car_frames", "fit_cars")
+STATE_CARS = Kernel("tracker.kernels.car_frames", "state_cars")
 STATE_COVARIANCES = Kernel("tracker.kernels.car_hypotheses", "state_covariances")
 
 
@@ -178,7 +179,8 @@ class CarFilter:
         memory = self.directions.predict(memory, turn, dt)
         if dt > 0.0:
             R = camera.T_road_cam[:3:2, :3] / dt
-            memory = memory._replace(camera_velocity_cov=R @ motion_cov[:3, :3] @ R.T)
+            velocity_cov = R.dot(motion_cov[:3, :3]).dot(R.T)
+            memory = RoadMemory(*memory[:3], velocity_cov, memory.flatness)
         roughness = self.roughness(memory)
         slopes = roughness * slope, roughness * memory.slope
         step = RoadStep(T_road, turn, dt, slopes, roughness, self._log_size, self._size_cov)
@@ -202,20 +204,15 @@ class CarFilter:
         """
         if len(states) == 0:
             return UpdatedCars(states, memory, np.zeros((0, HYPOTHESIS_COUNT), np.int64))
-        hidden = hidden_edges(found.boxes, others)
-        boxes, variances = self.edges(found.boxes, found.scores, hidden)
-        bases = SeenBases.of(boxes, found.scores, hidden, camera)
-        memory = self.road.update(memory, bases, believed_heights(states))
-        memory = self.roughness.update(memory, bases, self.size[1])
-        before, told = states.log_weights, np.zeros(states.log_weights.shape)
+        hidden, boxes, variances, told_of_road = self._see(states, found, others, camera)
+        memory = self.road.after(memory, *told_of_road[:2])
+        memory = self.roughness.after(memory, told_of_road[2])
+        told = np.zeros(states.log_weights.shape)
         cues = CarCues.of(found)
         if cues is not None:
             states, told = self._after_cues(states, cues, hidden, is_first=False)
-        fitted = self._update(states, boxes, variances, camera)
-        after, parents = weighed(
-            fitted.states, before, fitted.fits, told, self.evidence, self.switch
-        )
-        lost = (fitted.misfits.min(axis=1) > self.max_misfit).nonzero()[0]
+        after, parents, misfits = self._fit(states, boxes, variances, told, camera)
+        lost = (misfits > self.max_misfit).nonzero()[0]
         if len(lost):
             room = after.log_weights[lost].min(axis=1) <= MIN_LOG_WEIGHT
             lost = lost[room & self.can_restart(found.boxes[lost], hidden[lost], camera)]
@@ -258,7 +255,9 @@ class CarFilter:
 
         hidden: which edges of their boxes other boxes of the frame hide.
         """
-        means, covs = self._prior(places, roughness, slope)
+        known = self._log_size, self._size_cov
+        road = roughness, slope, self.motion
+        means, covs = prior_states(places, self.size, known, self.start_speed, road)
         cues = CarCues.of(found)
         boxes, variances = self.edges(found.boxes, found.scores, hidden)
         modes = np.log([1.0 - self.moving_share, self.moving_share]).repeat(HEADING_COUNT)
@@ -280,9 +279,14 @@ class CarFilter:
 
     def estimate(self, states: CarStates, memory: RoadMemory) -> CarEstimates:
         """One state per car: of its likeliest direction, with how likely that is."""
-        if len(states) == 0:
+        n = len(states)
+        if n == 0:
             return CarEstimates.unknown(0)
-        return self.stated(estimate(states, self.weights(states, memory)), memory)
+        out = np.empty((n, STATE_SIZE)), np.empty((n, STATE_SIZE, STATE_SIZE)), np.empty(n)
+        known, limits = self.directions.known(memory), (COS_SAME_DIRECTION, MIN_WEIGHT)
+        stating = self.stated_covariance, *self.stated_floor, memory.camera_velocity_cov
+        STATE_CARS(states.means, states.covs, states.log_weights, *known, *limits, *stating, *out)
+        return CarEstimates(*out)
 
     def stated(
         self, estimates: CarEstimates, memory: RoadMemory, factor: float = 1.0
@@ -311,39 +315,6 @@ class CarFilter:
         cov: Float[Array, "3 3"] = LOG_SIZE_CORRELATION * np.outer(self.size_std, self.size_std)
         return cov
 
-    def _prior(
-        self,
-        places: Float[Array, "n 3"],
-        roughness: float | Float[Array, " n"],
-        slope: float | Float[Array, " n"],
-    ) -> tuple[Float[Array, "n k 9"], Float[Array, "n k 9 9"]]:
-        """States and covariances of new cars before their first boxes."""
-        n, size = len(places), np.array(self.size)
-        distance = np.hypot(places[:, 0], places[:, 2])
-        ray = places[:, ::2] / np.maximum(distance, 1e-3)[:, None]
-        extent = 0.5 * (size[0] * np.abs(np.sin(HEADINGS)) + size[2] * np.abs(np.cos(HEADINGS)))
-        nearer = np.tile(extent - 0.5 * size[0], 2)  # than the car that looks down the road
-        means = np.zeros((n, HYPOTHESIS_COUNT, STATE_SIZE))
-        means[:, :, :3:2] = places[:, None, ::2] + ray[:, None] * nearer[None, :, None]
-        means[:, :, 1] = (roughness * slope * distance)[:, None]
-        means[:, :, YAW] = np.tile(HEADINGS, 2)
-        means[:, MOVING, SPEED] = self.start_speed[0]
-        means[:, :, LOG_SIZE] = self._log_size
-        covs = np.zeros((n, HYPOTHESIS_COUNT, STATE_SIZE, STATE_SIZE))
-        radial, lateral = (
-            np.square(share * distance + metres)
-            for share, metres in (START_RADIAL_STD, START_LATERAL_STD)
-        )
-        along = ray[:, :, None] * ray[:, None, :]
-        ground = along * (radial - lateral)[:, None, None] + np.eye(2) * lateral[:, None, None]
-        covs[:, :, :3:2, :3:2] = ground[:, None]
-        covs[:, :, 1, 1] = (roughness * self.motion.off_road_var(distance))[:, None]
-        covs[:, :, YAW, YAW] = HEADING_STD**2
-        covs[:, MOVING, SPEED, SPEED] = self.start_speed[1] ** 2
-        covs[:, MOVING, YAW_RATE, YAW_RATE] = self.motion.yaw_rate_std**2
-        covs[:, :, LOG_SIZE, LOG_SIZE] = self._size_cov
-        return means, covs
-
     def _after_cues(
         self, states: CarStates, cues: CarCues, hidden: Bool[Array, "n 4"], is_first: bool
     ) -> tuple[CarStates, Float[Array, "n k"]]:
@@ -351,11 +322,46 @@ class CarFilter:
 
         hidden: which edges of their boxes another one hides. is_first: no cue was read before.
         """
-        at, told = states.followed(), np.zeros(states.log_weights.shape)
-        means, covs = states.means.copy(), states.covs.copy()
-        seen, behind = cues.select(at[0]), hidden[at[0]].any(axis=1)
-        means[at], covs[at], told[at] = self.cues(means[at], covs[at], seen, behind, is_first)
-        return CarStates(means, covs, states.log_weights), told
+        return self.cues(states, cues, np.asarray(hidden.any(axis=1)), is_first)
+
+    def _see(
+        self,
+        states: CarStates,
+        found: Detections,
+        others: Float[Array, "m 4"],
+        camera: Camera,
+    ) -> tuple[Bool[Array, "n 4"], Float[Array, "n 4"], Float[Array, "n 4"], tuple[float, ...]]:
+        """Hidden edges, boxes without bias, variances of edges; what they tell of the road."""
+        shape = found.boxes.shape
+        hidden, boxes, variances = np.empty(shape, bool), np.empty(shape), np.empty(shape)
+        hiding = MIN_LOWER, MIN_HIDDEN_SHARE, HIDING_MARGIN
+        lens = *camera.pixel_rays_road, camera.K[1, 1], camera.far_corner
+        of_boxes = found.boxes, found.scores, others, *hiding, *self.edges.noise, *lens
+        of_cars = MIN_BORDER_GAP, MIN_SLOPE_SCORE, states.means, states.log_weights
+        heights = camera.height, self.size[1], self.road._noise, self.roughness._noise
+        told = SEE_CARS(*of_boxes, *of_cars, *heights, hidden, boxes, variances)
+        return hidden, boxes, variances, told
+
+    def _fit(
+        self,
+        states: CarStates,
+        boxes: Float[Array, "n 4"],
+        variances: Float[Array, "n 4"],
+        told: Float[Array, "n k"],
+        camera: Camera,
+    ) -> tuple[CarStates, Int[Array, "n k"], Float[Array, " n"]]:
+        """Cars after boxes, their weights included; parents; the least misfit of each.
+
+        told: what cues tell, nats. It is what `_update` and `weighed` give.
+        """
+        means, covs, shape = states.means, states.covs, states.log_weights.shape
+        out = np.empty(means.shape), np.empty(covs.shape), np.empty(shape)
+        parents, misfits = np.empty(shape, np.int64), np.empty(len(means))
+        before = means, covs, states.log_weights, MIN_LOG_WEIGHT, boxes, variances
+        lens = camera.P_road, CORNERS, CUBOID_EDGES, camera.far_corner, self._limits
+        weighing = told, self.evidence, *switching(self.switch)
+        FIT_CARS(*before, *lens, *weighing, *out, parents, misfits)
+        return CarStates(*out), parents, misfits
 
     def _update(
         self,

@@ -36,6 +36,10 @@ def weighed(
     """
     log_weights, parents = np.empty(before.shape), np.empty(before.shape, np.int64)
     counted = before, MIN_LOG_WEIGHT, fits, told, evidence
-    limits = math.log(switch), SWITCHING_LIMITS, STARTING_SPEED_STD**2
-    WEIGH_CARS(states.means, states.covs, *counted, *limits, log_weights, parents)
+    WEIGH_CARS(states.means, states.covs, *counted, *switching(switch), log_weights, parents)
     return CarStates(states.means, states.covs, log_weights), parents
+
+
+def switching(switch: float) -> tuple[float, Float[Array, "3"], float]:
+    """How modes begin again, as the kernels take it; switch: with which probability."""
+    return math.log(switch), SWITCHING_LIMITS, STARTING_SPEED_STD**2

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -105,27 +105,37 @@ class RoadModel:
 
         T_road: moves points of the road frame of before into that of now.
         """
+        others = memory[2:]
         if self.slope_std == 0.0:
-            return memory._replace(slope=0.0, slope_var=0.0), 0.0
+            return RoadMemory(0.0, 0.0, *others), 0.0
         moved = memory.slope + math.atan2(T_road[1, 2], T_road[2, 2])
         keep = math.exp(-dt / self.slope_time)
         var = keep**2 * min(memory.slope_var, self.slope_std**2)
         var += (1.0 - keep**2) * self.slope_std**2
-        return memory._replace(slope=keep * moved, slope_var=var), moved
+        return RoadMemory(keep * moved, var, *others), moved
 
     def update(
         self, memory: RoadMemory, bases: SeenBases, heights: Float[Array, " n"]
     ) -> RoadMemory:
         """The memory after boxes of cars of these heights, m."""
-        if self.slope_std == 0.0 or len(heights) == 0:
+        if len(heights) == 0:
             return memory
-        noise = MIN_SLOPE_DISTANCE, BASE_STD, self.residual_std, self.repetition
         seen = bases.fall, bases.reach, bases.is_usable, bases.camera_height
-        information, weighted = SUM_SLOPES(*seen, heights, *noise)
+        return self.after(memory, *SUM_SLOPES(*seen, heights, *self._noise.tolist()))
+
+    @cached_property
+    def _noise(self) -> Float[Array, "4"]:
+        """Of what boxes tell, as the kernels take it."""
+        return np.array([MIN_SLOPE_DISTANCE, BASE_STD, self.residual_std, self.repetition])
+
+    def after(self, memory: RoadMemory, information: float, weighted: float) -> RoadMemory:
+        """The memory after so much information on the slope, and its product with the slope."""
+        if self.slope_std == 0.0:
+            return memory
         before = 1.0 / min(memory.slope_var, self.slope_std**2)
         total = before + information
         slope = (before * memory.slope + weighted) / total
-        return memory._replace(slope=float(slope), slope_var=float(1.0 / total))
+        return RoadMemory(float(slope), float(1.0 / total), *memory[2:])
 
 
 @dataclass(frozen=True)
@@ -156,22 +166,25 @@ class DirectionPrior:
     def predict(self, memory: RoadMemory, turn: float, dt: float) -> RoadMemory:
         """The memory `dt` seconds later, after the camera turned so far (rad)."""
         kept = math.exp(-dt / self.memory_time - abs(turn) / FORGETTING_TURN)
-        return memory._replace(traffic=memory.traffic * kept)
+        return _with_traffic(memory, memory.traffic * kept)
 
     def update(self, memory: RoadMemory, states: CarStates, dt: float) -> RoadMemory:
         """The memory after `dt` seconds of these cars."""
         traffic = memory.traffic.copy()
         limits = MIN_TRAFFIC_SPEED, MIN_MOVING_PROBABILITY, dt
         WATCH_TRAFFIC(states.means, states.log_weights, STRIP_BORDERS, *limits, traffic)
-        return memory._replace(traffic=traffic)
+        return _with_traffic(memory, traffic)
 
     def __call__(self, memory: RoadMemory, states: CarStates) -> Float[Array, "n k"]:
         """Probabilities of the hypotheses by their headings as well."""
         weights = np.empty(states.log_weights.shape)
-        prior = STRIP_BORDERS, MIDDLE, self.concentration, self.traffic_seconds
-        known = self._shares, memory.traffic, *prior
-        WEIGH_DIRECTIONS(states.means, states.log_weights, *known, weights)
+        WEIGH_DIRECTIONS(states.means, states.log_weights, *self.known(memory), weights)
         return weights
+
+    def known(self, memory: RoadMemory) -> tuple[Any, ...]:
+        """What is known of directions, as the kernels take it."""
+        prior = STRIP_BORDERS, MIDDLE, self.concentration, self.traffic_seconds
+        return self._shares, memory.traffic, *prior
 
     @cached_property
     def _shares(self) -> Float[Array, "3 k 2"]:
@@ -180,6 +193,11 @@ class DirectionPrior:
         moving = self.moving_same, self.moving_oncoming
         by_mode = np.array([parked, moving]).repeat(HEADING_COUNT, axis=0)  # k, 2, 3
         return by_mode[:, :, [1, 0, 2]].transpose(2, 0, 1).copy()
+
+
+def _with_traffic(memory: RoadMemory, traffic: Float[Array, "5 2"]) -> RoadMemory:
+    """The same with other traffic."""
+    return RoadMemory(*memory[:2], traffic, *memory[3:])
 
 
 def believed_heights(states: CarStates) -> Float[Array, " n"]:

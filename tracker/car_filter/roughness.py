@@ -2,6 +2,11 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+from numpy import ndarray as Array
 
 from tracker.car_filter.road_memory import MIN_SLOPE_DISTANCE, RoadMemory, SeenBases
 from tracker.errors import BadConfig
@@ -44,14 +49,21 @@ class RoughnessModel:
 
     def predict(self, memory: RoadMemory, dt: float) -> RoadMemory:
         """The memory `dt` seconds later."""
-        return memory._replace(flatness=math.exp(-dt / self.memory_time) * memory.flatness)
+        return RoadMemory(*memory[:4], math.exp(-dt / self.memory_time) * memory.flatness)
 
     def update(self, memory: RoadMemory, bases: SeenBases, height: float) -> RoadMemory:
         """The memory after boxes of a frame. height: the mean car's, m."""
-        noise = MIN_SLOPE_DISTANCE, self.flat_std, self.rough_std, MAX_OFF_ROAD
         seen = bases.fall, bases.reach, bases.is_usable, bases.camera_height
-        told = SUM_FLATNESS(*seen, height, *noise)
-        return memory._replace(flatness=memory.flatness + 0.5 * told / self.repetition)
+        return self.after(memory, SUM_FLATNESS(*seen, height, *self._noise.tolist()))
+
+    @cached_property
+    def _noise(self) -> Float[Array, "4"]:
+        """Of what bases tell, as the kernels take it."""
+        return np.array([MIN_SLOPE_DISTANCE, self.flat_std, self.rough_std, MAX_OFF_ROAD])
+
+    def after(self, memory: RoadMemory, told: float) -> RoadMemory:
+        """The memory after what bases told, twice the nats of a flat road."""
+        return RoadMemory(*memory[:4], memory.flatness + 0.5 * told / self.repetition)
 
     def __call__(self, memory: RoadMemory) -> float:
         """The factor on the variance of how far cars stand off the road."""

@@ -9,7 +9,10 @@ from numpy import ndarray as Array
 
 from tracker.costs.gating import GatedPairs
 from tracker.errors import BadConfig, BadDetections, MissingCue
+from tracker.kernels import Kernel
 from tracker.types.embedding import Embedding
+
+SQUARE_DISTANCES = Kernel("tracker.kernels.comparing", "square_distances")
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,8 @@ class Appearance:
                 f"descriptors of {before.shape[1]} numbers before and of {now.shape[1]} now: "
                 "measure all frames with one descriptor, or reset the tracker"
             )
-        square = ((now[columns] - before[rows]) ** 2).sum(axis=1)
+        square = np.empty(len(rows))
+        SQUARE_DISTANCES(before, now, rows, columns, square)
         return -np.expm1(-self.eta_app * square)
 
 

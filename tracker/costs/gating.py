@@ -17,6 +17,7 @@ from tracker.types.cuboids import CORNERS
 MIN_CORNER_DEPTH = 0.25 * MIN_DEPTH
 BOX_CUBOIDS = Kernel("tracker.kernels.pairing", "box_cuboids")
 GATE = Kernel("tracker.kernels.pairing", "gate")
+DISTANCE_OF_BOXES = Kernel("tracker.kernels.comparing", "distance_of_boxes")
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,11 +111,9 @@ class GatedPairs:
         It decides ties: a box inside the search area costs 0 in eqs. 3-4.
         """
         rows, columns = self.pairs
-        expected, observed = self.expected.boxes[rows], self.observed.boxes[columns]
-        off = 0.5 * (expected[:, :2] + expected[:, 2:] - observed[:, :2] - observed[:, 2:])
-        sides = observed[:, 2:] - observed[:, :2]
-        distance = np.hypot(off[:, 0], off[:, 1])
-        return distance / (distance + np.hypot(sides[:, 0], sides[:, 1]))
+        distances = np.empty(len(rows))
+        DISTANCE_OF_BOXES(self.expected.boxes, self.observed.boxes, rows, columns, distances)
+        return distances
 
     @property
     def shape(self) -> tuple[int, int]:

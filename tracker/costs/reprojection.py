@@ -2,11 +2,14 @@
 
 from dataclasses import dataclass
 
+import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
 from tracker.costs.gating import GatedPairs
-from tracker.geometry.overlap import box_area, box_intersection
+from tracker.kernels import Kernel
+
+COST_OF_AREAS = Kernel("tracker.kernels.comparing", "cost_of_areas")
 
 
 @dataclass(frozen=True)
@@ -19,5 +22,7 @@ class Reprojection:
     def __call__(self, pairing: GatedPairs) -> Float[Array, " k"]:
         """The cost of every pair of the pairing, in [0, 1]."""
         rows, columns = pairing.pairs
-        boxes = pairing.boxes_in_image[columns]
-        return 1.0 - box_intersection(pairing.search_areas[rows], boxes) / box_area(boxes)
+        costs, far = np.empty(len(rows)), pairing.camera.far_corner
+        areas, boxes = pairing.search_areas, pairing.observed.boxes
+        COST_OF_AREAS(areas, boxes, far, rows, columns, costs)
+        return costs

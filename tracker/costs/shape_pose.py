@@ -3,13 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from tracker.costs.gating import GatedPairs
 from tracker.errors import MissingCue
-from tracker.geometry import wrap_angle
+from tracker.kernels import Kernel
 from tracker.types.shape_pose import ShapePose
+
+SQUARE_LOOKS = Kernel("tracker.kernels.comparing", "square_looks")
 
 
 @dataclass(frozen=True)
@@ -40,26 +42,30 @@ class ShapeAndPose:
         rows, columns = pairing.pairs
         if not len(rows):
             return np.zeros(0)
-        before = _required(pairing.expected.shape_pose, "tracks").select(rows)
-        now = _required(pairing.observed.shape_pose, "detections").select(columns)
-        shape, pose = self.squares(before, now)
+        before = _required(pairing.expected.shape_pose, "tracks")
+        now = _required(pairing.observed.shape_pose, "detections")
+        shape, pose = self.squares(before, now, rows, columns)
         return -np.expm1(-0.5 * (self.eta_shape * shape + self.eta_pose * pose))
 
     def squares(
-        self, before: ShapePose, now: ShapePose
+        self,
+        before: ShapePose,
+        now: ShapePose,
+        rows: Int[Array, " k"] | None = None,
+        columns: Int[Array, " k"] | None = None,
     ) -> tuple[Float[Array, " k"], Float[Array, " k"]]:
-        """Squared differences of shape and of pose in units of their variances, row by row."""
-        off = now.shape - before.shape
-        cov = before.cov + now.cov
-        b = off.shape[1]
-        shape_cov = cov[:, 1:, 1:] + self.shape_floor**2 * np.eye(b)
-        known = np.isfinite(off).all(axis=1) & np.isfinite(cov).all(axis=(1, 2))
-        shape = np.full(len(off), np.nan)
-        solved = np.linalg.solve(shape_cov[known], off[known][:, :, None])[:, :, 0]
-        shape[known] = (off[known] * solved).sum(axis=1)
-        # On the road both rotations are about the same axis: the angle between them is this.
-        angle = wrap_angle(now.yaw - before.yaw)
-        return shape, angle**2 / (cov[:, 0, 0] + self.yaw_floor**2)
+        """Squared differences of shape and of pose in units of their variances, pair by pair.
+
+        rows, columns: the pairs, of both tables; None: row by row. On the road both rotations are
+        about the same axis: the angle between them is that of the yaws.
+        """
+        rows = np.arange(len(before)) if rows is None else rows
+        columns = np.arange(len(now)) if columns is None else columns
+        out = np.empty(len(rows)), np.empty(len(rows))
+        looks = before.shape, before.yaw, before.cov, now.shape, now.yaw, now.cov
+        floors = self.shape_floor**2, self.yaw_floor**2
+        SQUARE_LOOKS(*looks, rows, columns, *floors, *out)
+        return out
 
 
 def _required(looks: ShapePose | None, whose: str) -> ShapePose:

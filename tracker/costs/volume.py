@@ -7,7 +7,9 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from tracker.costs.gating import GatedPairs
-from tracker.geometry import convex_intersection
+from tracker.kernels import Kernel
+
+COST_OF_VOLUMES = Kernel("tracker.kernels.comparing", "cost_of_volumes")
 
 
 @dataclass(frozen=True)
@@ -22,6 +24,8 @@ class Volume:
         """The cost of every pair of the pairing, in [0, 1]."""
         rows, columns = pairing.pairs
         expected, observed = pairing.expected_regions, pairing.observed_regions
-        shared = convex_intersection(expected.footprint()[rows], observed.footprint()[columns])
-        share = shared / (observed.size[:, 0] * observed.size[:, 2])[columns]
-        return 1.0 - np.minimum(share, 1.0)  # areas are off by a rounding
+        costs = np.empty(len(rows))
+        regions = expected.base, expected.yaw, expected.size
+        seen = observed.base, observed.yaw, observed.size
+        COST_OF_VOLUMES(*regions, *seen, rows, columns, costs)
+        return costs
