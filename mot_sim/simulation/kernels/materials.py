@@ -185,15 +185,41 @@ def paint_leaf(bits, own, colour):
 
 
 @inlined
-def paint_wall(near, row, start, kind, own, light, wall, wide, pattern, glyphs, colours):
-    """Paint a run of pixels of a face with a pattern; wide: a pixel's width at 1 m."""
+def paint_leaves(
+    numbers, nearness, row, column, materials, objects, painted, As_cell_ray, pixel, colours
+):
+    """Paint all leaves from a column on; gives the column after them."""
+    triangle, thing, side = numbers[column] - 1, -1, LEAF_METRES
+    axes = axes_in_row(As_cell_ray[objects[triangle]], row)
+    while triangle >= 0 and materials[triangle] in (LEAF, TUFT):
+        if objects[triangle] != thing:
+            thing = objects[triangle]
+            axes = axes_in_row(As_cell_ray[thing], row)
+        depth = 1.0 / np.float64(nearness[column])
+        side = leaf_side(side, pixel * depth)
+        bits = cell_bits(axes, float(column), depth, side)
+        paint_leaf(bits, painted[triangle], colours[column])
+        column += 1
+        triangle = numbers[column] - 1 if column < len(numbers) else -1
+    return column
+
+
+@inlined
+def paint_wall(
+    numbers, nearness, row, column, kind, own, light, wall, wide, pattern, glyphs, colours
+):
+    """Paint a row's pixels of a face with a pattern, from a column on; gives the one after them.
+
+    wide: a pixel's width at 1 m.
+    """
+    number = numbers[column]
     red, green, blue = np.int64(own[0]), np.int64(own[1]), np.int64(own[2])
     x_step, x_begun, x_eye = wall[0], wall[1] * row + wall[2], wall[3]
     y_step, y_begun, y_eye = wall[4], wall[5] * row + wall[6], wall[7]
     level, side = 0, 1.0 / TEXELS_A_METRE
     has_storeys, is_shop = kind >= SHOP or kind <= BLOCKS, kind >= SHOP
-    for each in range(len(near)):
-        depth, column = 1.0 / np.float64(near[each]), float(start + each)
+    while column < len(numbers) and numbers[column] == number:
+        depth = 1.0 / np.float64(nearness[column])
         x = depth * (x_step * column + x_begun) + x_eye
         y = depth * (y_step * column + y_begun) + y_eye
         across = wide * depth
@@ -204,15 +230,16 @@ def paint_wall(near, row, start, kind, own, light, wall, wide, pattern, glyphs, 
         tone = tone_at(pattern, TEXELS_A_METRE * x, TEXELS_A_METRE * y, level)
         if is_shop and STOREY_FOOT < y < STOREY_FOOT + STOREY - 0.06:
             colour = shop_front(x, y, tone * (1.0 / MEAN), light, across, glyphs)
-            colours[each, 0] = np.uint8(min(max(colour[0], 0.0), 255.0))
-            colours[each, 1] = np.uint8(min(max(colour[1], 0.0), 255.0))
-            colours[each, 2] = np.uint8(min(max(colour[2], 0.0), 255.0))
-            continue
-        if has_storeys:
-            tone = np.int64(tone * height_tone(y))
-        colours[each, 0] = min((red * tone) >> 20, 255)
-        colours[each, 1] = min((green * tone) >> 20, 255)
-        colours[each, 2] = min((blue * tone) >> 20, 255)
+            for band in range(3):
+                colours[column, band] = np.uint8(min(max(colour[band], 0.0), 255.0))
+        else:
+            if has_storeys:
+                tone = np.int64(tone * height_tone(y))
+            colours[column, 0] = min((red * tone) >> 20, 255)
+            colours[column, 1] = min((green * tone) >> 20, 255)
+            colours[column, 2] = min((blue * tone) >> 20, 255)
+        column += 1
+    return column
 
 
 @kernel(
@@ -229,46 +256,32 @@ def paint_faces(
     slots (t,): of the skins. pixel: a pixel's width at a depth of 1 m. patterns: see
     `renderers.materials.patterns`. walls (t, 11): room for `lay_axes`, laid (t,): so far False.
     """
-    height, width = numbers.shape
-    for row in range(height):
-        column = 0
+    width = numbers.shape[1]
+    for row in range(len(numbers)):
+        column, found, near, colours = 0, numbers[row], nearness[row], image[row]
         while column < width:
-            number, start = numbers[row, column], column
-            triangle = number - 1
-            kind = np.int64(materials[triangle]) if number > 0 else 0
-            if kind in (LEAF, TUFT):  # over all that follow
-                thing, side = -1, LEAF_METRES
-                axes = axes_in_row(As_cell_ray[objects[triangle]], row)
-                while kind in (LEAF, TUFT):
-                    if objects[triangle] != thing:
-                        thing = objects[triangle]
-                        axes = axes_in_row(As_cell_ray[thing], row)
-                    depth = 1.0 / np.float64(nearness[row, column])
-                    side = leaf_side(side, pixel * depth)
-                    bits = cell_bits(axes, float(column), depth, side)
-                    paint_leaf(bits, painted[triangle], image[row, column])
-                    column += 1
-                    triangle = numbers[row, column] - 1 if column < width else -1
-                    kind = np.int64(materials[triangle]) if triangle >= 0 else 0
-                continue
-            while column < width and numbers[row, column] == number:
+            triangle = found[column] - 1
+            if triangle < 0 or slots[triangle] >= 0:
                 column += 1
-            if number <= 0 or slots[triangle] >= 0:
                 continue
-            own, near, colours = (
-                painted[triangle], nearness[row, start:column], image[row, start:column]
-            )  # fmt: skip
+            kind, own, thing = np.int64(materials[triangle]), painted[triangle], objects[triangle]
             if kind == 0:
-                red, green, blue = own[0], own[1], own[2]
-                for each in range(len(near)):
-                    colours[each, 0], colours[each, 1], colours[each, 2] = red, green, blue
-                continue
-            thing = objects[triangle]
-            A, wall = As_object_ray[thing], walls[triangle]
-            if not laid[triangle]:
-                laid[triangle] = True
-                lay_axes(corners[triangle], Rs_object_cam[thing], A, eyes[thing], wall)
-            light = lit_share(codes[triangle], own) if kind >= SHOP else 1.0
-            wide = pixel * slant_at(wall, A, start, row)
-            pattern = patterns[kind % SHOP]
-            paint_wall(near, row, start, kind, own, light, wall, wide, pattern, glyphs, colours)
+                for band in range(3):
+                    colours[column, band] = own[band]
+                column += 1
+            elif kind in (LEAF, TUFT):
+                column = paint_leaves(
+                    found, near, row, column, materials, objects, painted, As_cell_ray, pixel,
+                    colours,
+                )  # fmt: skip
+            else:
+                A, wall = As_object_ray[thing], walls[triangle]
+                if not laid[triangle]:
+                    laid[triangle] = True
+                    lay_axes(corners[triangle], Rs_object_cam[thing], A, eyes[thing], wall)
+                light = lit_share(codes[triangle], own) if kind >= SHOP else 1.0
+                wide = pixel * slant_at(wall, A, column, row)
+                column = paint_wall(
+                    found, near, row, column, kind, own, light, wall, wide, patterns[kind % SHOP],
+                    glyphs, colours,
+                )  # fmt: skip

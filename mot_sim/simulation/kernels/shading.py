@@ -7,12 +7,13 @@ import numpy as np
 from mot_sim.simulation.kernels.compiling import (
     I32_1,
     I32_2,
+    OUT_I32_2,
     OUT_U8_2,
     OUT_U8_3,
     U8_2,
     U8_3,
 )
-from tracker.kernels.compiling import B1, F1, F2, F3, FLOAT, inlined, kernel
+from tracker.kernels.compiling import B1, F1, F2, F3, FLOAT, OUT_B1, inlined, kernel
 
 
 @inlined
@@ -99,32 +100,57 @@ def paint_triangles(
         painted[row, 3] = kind
 
 
-@kernel(I32_2, I32_1, U8_2, I32_1, U8_3, U8_3, OUT_U8_3, allocates=False)
-def smooth_edges(numbers, objects, painted, slots, lit, behind, image):
+@kernel(I32_2, I32_1, OUT_B1, OUT_I32_2, allocates=False)
+def keep_edges(numbers, objects, seen, kept):
+    """Write the numbers of four samples a pixel where they show different objects, else 0.
+
+    numbers (2 h, 2 w): the nearest triangles at the samples; objects (t,): whose they are. seen
+    (t,): becomes True of the triangles that are kept.
+    """
+    for row in range(len(numbers) // 2):
+        upper, lower, to_upper, to_lower = (
+            numbers[2 * row], numbers[2 * row + 1], kept[2 * row], kept[2 * row + 1]
+        )  # fmt: skip
+        for column in range(0, len(upper), 2):
+            a, b, c, d = upper[column], upper[column + 1], lower[column], lower[column + 1]
+            is_edge = False
+            if not a == b == c == d:
+                one = objects[a - 1] if a > 0 else -1
+                two = objects[b - 1] if b > 0 else -1
+                three = objects[c - 1] if c > 0 else -1
+                four = objects[d - 1] if d > 0 else -1
+                is_edge = not one == two == three == four
+            if is_edge:
+                for number in (a, b, c, d):
+                    if number > 0:
+                        seen[number - 1] = True
+            to_upper[column], to_upper[column + 1] = (a, b) if is_edge else (0, 0)
+            to_lower[column], to_lower[column + 1] = (c, d) if is_edge else (0, 0)
+
+
+@kernel(I32_2, U8_2, I32_1, U8_3, U8_3, OUT_U8_3, allocates=False)
+def smooth_edges(numbers, painted, slots, lit, behind, image):
     """Mix the colours of four samples where they show different objects, in place.
 
-    numbers (2 h, 2 w): the nearest triangles at the samples, four a pixel; objects (t,): whose
-    they are. lit (2 h, 2 w, 3): colours of those with a slot. behind: the backdrop, which samples
-    without a triangle show.
+    numbers (2 h, 2 w): the nearest triangles at the samples, four a pixel, of these pixels alone;
+    0 elsewhere. lit (2 h, 2 w, 3): colours of those with a slot. behind: the backdrop, which
+    samples without a triangle show.
     """
     for row in range(image.shape[0]):
         for column in range(image.shape[1]):
-            nearest = numbers[2 * row, 2 * column]
-            first = objects[nearest - 1] if nearest > 0 else -1
-            is_edge = False
-            for sample in range(1, 4):
-                other = numbers[2 * row + sample // 2, 2 * column + sample % 2]
-                is_edge = is_edge or (objects[other - 1] if other > 0 else -1) != first
-            if is_edge:
-                for band in range(3):
-                    total = 2  # rounds to the nearest
-                    for sample in range(4):
-                        down, right = 2 * row + sample // 2, 2 * column + sample % 2
-                        each = numbers[down, right]
-                        if each > 0 and slots[each - 1] >= 0:
-                            total += np.int64(lit[down, right, band])
-                        else:
-                            total += np.int64(
-                                painted[each - 1, band] if each > 0 else behind[row, column, band]
-                            )
-                    image[row, column, band] = total // 4
+            down, right = 2 * row, 2 * column
+            either = numbers[down, right] | numbers[down, right + 1]
+            if either | numbers[down + 1, right] | numbers[down + 1, right + 1] == 0:
+                continue
+            for band in range(3):
+                total = 2  # rounds to the nearest
+                for sample in range(4):
+                    down, right = 2 * row + sample // 2, 2 * column + sample % 2
+                    each = numbers[down, right]
+                    if each > 0 and slots[each - 1] >= 0:
+                        total += np.int64(lit[down, right, band])
+                    else:
+                        total += np.int64(
+                            painted[each - 1, band] if each > 0 else behind[row, column, band]
+                        )
+                image[row, column, band] = total // 4

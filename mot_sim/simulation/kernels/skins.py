@@ -19,13 +19,6 @@ ROUNDING = 1e-3  # so that 99.99999 is 100
 TINY_VOLUME = 1e-9  # m^3: the eye lies in the plane of a face
 
 
-@kernel(I32_2, OUT_B1, allocates=False)
-def mark_seen(numbers, seen):
-    """Mark the numbers that stand in an image."""
-    for number in numbers.flat:
-        seen[number] = True
-
-
 @kernel(F2, I2, F3, F2, U8_2, I1, F2, F2, INT, I1, OUT_B1, OUT_I32_1, OUT2)
 def prepare_skins(
     vertices, faces, normals, openness, codes, patterns, T_cam_object, K_inverse, start, rows, seen,

@@ -17,7 +17,7 @@ from mot_sim.simulation.renderers.ground import (
 )
 from mot_sim.simulation.renderers.materials import Materials, Shown
 from mot_sim.simulation.renderers.shadows import casters, closed_mask, light_left, shadow_mask
-from mot_sim.simulation.renderers.skins import GLOSS, Skins, glyphs, marked
+from mot_sim.simulation.renderers.skins import GLOSS, Skins, glyphs
 from mot_sim.simulation.renderers.surroundings import Sun
 from mot_sim.simulation.renderers.triangles import NEAR_METRES, Triangles
 from mot_sim.simulation.renderers.view import NO_INSTANCE, Rendered, Semantic, View
@@ -27,6 +27,7 @@ from tracker.types import Camera
 
 PAINT_TRIANGLES = Kernel("mot_sim.simulation.kernels.shading", "paint_triangles")
 LAY_GROUND = Kernel("mot_sim.simulation.kernels.backdrop", "lay_ground")
+KEEP_EDGES = Kernel("mot_sim.simulation.kernels.shading", "keep_edges")
 SMOOTH_EDGES = Kernel("mot_sim.simulation.kernels.shading", "smooth_edges")
 LIGHT_SKINS = Kernel("mot_sim.simulation.kernels.skins", "light_skins")
 
@@ -145,20 +146,19 @@ def _lay(
     samples: Fragments | None,
 ) -> None:
     """Paint the objects over the backdrop, in place; with four samples a pixel, edges smoothly."""
-    seen, behind = shown.seen, rendered.image
     if samples is not None:
-        seen, behind = seen | marked(triangles, samples.numbers), behind.copy()
-    painted = paint(view, triangles, materials.codes, seen)
-    skins = Skins.of(view, triangles, seen)
+        edges, behind = np.empty_like(samples.numbers), rendered.image.copy()
+        KEEP_EDGES(samples.numbers, materials.objects, shown.seen, edges)
+    painted = paint(view, triangles, materials.codes, shown.seen)
+    skins = Skins.of(view, triangles, shown.seen)
     own = skins.slots, skins.skins, skins.objects, skins.places, skins.light
     tables = diffuse_light(view.sun), GLOSS, skins.mirror, skins.cover, glyphs()
     materials.paint(triangles, shown, painted, skins.slots, rendered.image)
     LIGHT_SKINS(shown.numbers, shown.nearness, 1.0, 0.0, *own, *tables, rendered.image)
     if samples is not None:
-        lit = np.empty((*samples.numbers.shape, 3), np.uint8)
-        LIGHT_SKINS(samples.numbers, samples.nearness, 0.5, -0.25, *own, *tables, lit)
-        mixed = painted, skins.slots, lit, behind, rendered.image
-        SMOOTH_EDGES(samples.numbers, skins.objects, *mixed)
+        lit = np.empty((*edges.shape, 3), np.uint8)
+        LIGHT_SKINS(edges, samples.nearness, 0.5, -0.25, *own, *tables, lit)
+        SMOOTH_EDGES(edges, painted, skins.slots, lit, behind, rendered.image)
 
 
 @lru_cache(maxsize=8)

@@ -14,7 +14,6 @@ from mot_sim.simulation.renderers.triangles import Triangles
 from mot_sim.simulation.renderers.view import MeshInstances, Semantic, View
 from tracker.kernels import Kernel
 
-MARK_SEEN = Kernel("mot_sim.simulation.kernels.skins", "mark_seen")
 PREPARE_SKINS = Kernel("mot_sim.simulation.kernels.skins", "prepare_skins")
 
 SKIN_NUMBERS = 17
@@ -85,13 +84,6 @@ class Skins:
             mirrored_light(view.sky),
             np.ascontiguousarray(cover),
         )
-
-
-def marked(triangles: Triangles, numbers: Int32[Array, "h w"]) -> Bool[Array, " t"]:
-    """Which triangles stand in an image of numbers, 1 + row each; 0 is none."""
-    seen = np.zeros(len(triangles) + 1, bool)
-    MARK_SEEN(numbers, seen)
-    return seen[1:]
 
 
 def _places(instances: MeshInstances, Ts_cam_object: Float[Array, "n 4 4"]) -> Float[Array, "n 30"]:

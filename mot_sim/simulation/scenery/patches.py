@@ -59,7 +59,10 @@ class Patches:
         begin = np.searchsorted(keys, starts + int(np.floor(low[1] / SQUARE_METRES)), "left")
         end = np.searchsorted(keys, starts + int(np.floor(high[1] / SQUARE_METRES)), "right")
         found = [rows[a:b] for a, b in zip(begin.tolist(), end.tolist(), strict=True)]
-        near = np.unique(np.concatenate(found))
+        near = np.sort(np.concatenate(found))
+        if not len(near):
+            return near
+        near = near[np.append(True, near[1:] != near[:-1])]  # (np.unique takes twice the time)
         boxes = self.boxes[near]
         return near[((boxes[:, :2] < high) & (boxes[:, 2:] > low)).all(axis=1)]
 

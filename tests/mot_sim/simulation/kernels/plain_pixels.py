@@ -120,3 +120,8 @@ def plain_paint(triangles: Triangles, codes: np.ndarray, camera: Camera, sun: Su
 def plain_instances(numbers: np.ndarray, ids: np.ndarray) -> np.ndarray:
     """Ids by triangle number."""
     return np.concatenate(([NO_INSTANCE], ids))[numbers]
+
+
+def plain_seen(triangles: Triangles, numbers: np.ndarray) -> np.ndarray:
+    """Which triangles stand in an image of numbers, 1 + row each."""
+    return np.isin(np.arange(1, len(triangles) + 1), numbers)

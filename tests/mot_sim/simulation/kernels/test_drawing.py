@@ -20,7 +20,6 @@ from mot_sim.simulation.renderers import (
 from mot_sim.simulation.renderers.filling import fill
 from mot_sim.simulation.renderers.materials import Materials
 from mot_sim.simulation.renderers.raster import RasterRenderer, SmoothRenderer, paint
-from mot_sim.simulation.renderers.skins import marked
 from mot_sim.simulation.renderers.triangles import Triangles, boxes_inside, cut_near
 from mot_sim.simulation.truth.annotate import seen_keypoints
 from tests.mot_sim.simulation.kernels import plain_pixels as pixels
@@ -195,7 +194,7 @@ def test_objects_are_laid_over_the_backdrop(seed: int, count: int) -> None:
     np.testing.assert_array_equal(rendered.depth[covered], np.float32(1) / found.nearness[covered])
     if len(triangles):
         own = Materials.of(view, triangles).codes
-        codes = paint(view, triangles, own, marked(triangles, found.numbers))[
+        codes = paint(view, triangles, own, pixels.plain_seen(triangles, found.numbers))[
             found.numbers[covered] - 1
         ]
         np.testing.assert_array_equal(rendered.image[covered], codes[:, :3])
@@ -219,7 +218,9 @@ def test_smooth_edges_mix_four_samples_and_nothing_else_changes(seed: int, count
         K = SMALL.K.copy()
         K[:2, 2] -= shift
         numbers = fill(triangles, replace(SMALL, K=K)).numbers
-        painted = paint(view, triangles, own, marked(triangles, numbers))[numbers - 1, :3]
+        painted = paint(view, triangles, own, pixels.plain_seen(triangles, numbers))[
+            numbers - 1, :3
+        ]
         colours.append(np.where((numbers > 0)[..., None], painted, behind))
         objects.append(np.where(numbers > 0, triangles.objects[numbers - 1], -1))
     mixed = (np.sum(colours, axis=0, dtype=int) + 2) // 4

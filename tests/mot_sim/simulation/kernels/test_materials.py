@@ -17,8 +17,8 @@ from mot_sim.simulation.renderers.materials import (
     patterns,
 )
 from mot_sim.simulation.renderers.raster import RasterRenderer, paint
-from mot_sim.simulation.renderers.skins import marked
 from mot_sim.simulation.renderers.triangles import Triangles
+from tests.mot_sim.simulation.kernels.plain_pixels import plain_seen
 from tests.mot_sim.simulation.renderers.shapes import KITTI, at, box, lump, view_of
 from tracker.kernels.loading import load
 from tracker.types import Camera
@@ -66,7 +66,7 @@ def test_faces_of_leaves_break_into_leaves_as_large_as_can_be_seen(seed: int) ->
     first = np.append(triangles.objects, -1)[found.numbers - 1] == 0
     v, u = np.nonzero(first)
     codes = Materials.of(view, triangles).codes
-    painted = paint(view, triangles, codes, marked(triangles, found.numbers))
+    painted = paint(view, triangles, codes, plain_seen(triangles, found.numbers))
     flat = painted[found.numbers[v, u] - 1, :3].astype(int)
     depth = 1.0 / found.nearness[v, u].astype(float)
     points = SMALL.rays(np.stack((u, v), axis=1).astype(float)) * depth[:, None]
