@@ -51,6 +51,9 @@ class Beliefs(Rows):
     embedding: Embedding | None = None
     """Appearance as last measured; None where no detector gives it."""
 
+    def __len__(self) -> int:
+        return len(self.boxes)  # sooner than by way of the cuboids
+
     @classmethod
     def empty(cls) -> "Beliefs":
         """No object."""

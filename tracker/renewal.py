@@ -130,11 +130,9 @@ class Renewal(NamedTuple):
             *of_existence, *gains, *of_boxes, next_id, *self._limits, *out, counts, *after,
         )  # fmt: skip
         expected, counted = tracks.beliefs, (len(tracks), len(rows), len(observed))
-        pose = _latest(expected.shape_pose, observed.shape_pose, partners)
-        look = _latest(expected.embedding, observed.embedding, partners)
-        poses = expected.shape_pose, pose, observed.shape_pose
-        looks = expected.embedding, look, observed.embedding
-        renewed = out.tracks(count, poses, looks, counted)
+        poses = _parts(expected.shape_pose, observed.shape_pose, partners)
+        looks = _parts(expected.embedding, observed.embedding, partners)
+        renewed = out.tracks(count, poses, looks, counted, columns)
         if self.box_filter is None:
             return Renewed(*renewed, DetectorStatistics(*counts.tolist()), learned[1])
         for array in after:
@@ -170,7 +168,7 @@ class Renewal(NamedTuple):
         expected, counted = tracks.beliefs, (len(tracks), len(rows), len(observed))
         poses = expected.shape_pose, beliefs.shape_pose, observed.shape_pose
         looks = expected.embedding, beliefs.embedding, observed.embedding
-        renewed = out.tracks(count, poses, looks, counted)
+        renewed = out.tracks(count, poses, looks, counted, None)
         return Renewed(*renewed, existence.detector, gains)
 
     def beliefs_after(
@@ -226,14 +224,18 @@ class _Columns(NamedTuple):
         poses: tuple[ShapePose | None, ShapePose | None, ShapePose | None],
         looks: tuple[Embedding | None, Embedding | None, Embedding | None],
         counts: tuple[int, int, int],
+        columns: Int[Array, " k"] | None,
     ) -> tuple[ActiveTracks, Int[Array, " n"]]:
         """The first so many rows as tracks, and their places.
 
         poses, looks: of the tracks before, the detected ones, all detections; counts: of those.
+        The detected ones' may be left out where they are those of the detections in `columns`.
         """
         if count < len(self.ids):
-            return _Columns(*[each[:count] for each in self]).tracks(count, poses, looks, counts)
-        cues = _cue(poses, counts, self.places), _cue(looks, counts, self.places)
+            first = _Columns(*[each[:count] for each in self])
+            return first.tracks(count, poses, looks, counts, columns)
+        where = counts, self.places, columns
+        cues = _cue(poses, *where), _cue(looks, *where)
         cuboids = Cuboids(self.base, self.yaw, self.size)
         beliefs = Beliefs(cuboids, self.velocity, self.cov, self.boxes, *cues)
         moments = self.since, self.hits, self.existence, self.innovations, self.scores
@@ -246,18 +248,35 @@ def _latest(before: Cue | None, observed: Cue | None, partners: Partners) -> Cue
     return old if observed is None else observed.take(partners.columns).filled_from(old)
 
 
+def _parts(
+    before: Cue | None, observed: Cue | None, partners: Partners
+) -> tuple[Cue | None, Cue | None, Cue | None]:
+    """A cue of the tracks before, of the detected ones, and of all detections, as `_cue` has it."""
+    if before is not None and observed is not None and observed.is_complete:
+        return before, None, observed
+    return before, _latest(before, observed, partners), observed
+
+
 def _cue(
     parts: tuple[Cue | None, Cue | None, Cue | None],
     counts: tuple[int, int, int],
     places: Int[Array, " n"],
+    columns: Int[Array, " k"] | None,
 ) -> Cue | None:
     """The rows of a cue in these places of all parts; NaN where a part lacks it.
 
-    None where no part has it that has rows in the result.
+    None where no part has it that has rows in the result. With `columns` the second part may be
+    left out where the others are there: it is then the third one's rows in these.
     """
-    if parts[0] is parts[1] is parts[2] is None:
+    before, detected, observed = parts
+    n, k, m = counts
+    if columns is not None and before is not None and detected is None and observed is not None:
+        rows = np.concatenate((np.arange(n), n + columns, np.arange(n, n + m)))[places]
+        if k == n:
+            return observed.take(rows - n)
+        return type(before).concatenate((before, observed)).take(rows)
+    if before is detected is observed is None:
         return None
-    n, k, _ = counts
     old = int(np.count_nonzero(places < n + k))
     goes_on = old > 0 or not len(places)
     used = goes_on and k < n, goes_on, old < len(places)

@@ -376,9 +376,12 @@ class Tracker:
             cuboids = beliefs.cuboids if self.state_assumed else self.lift.measured_part(beliefs)
         frames = np.empty(len(scores), np.int64)
         frames.fill(frame.index)
-        rows = Tracks(frames, tracks.ids, boxes, scores, cuboids=cuboids, estimates=estimates)
-        is_all = np.count_nonzero(written) == len(written)
-        return rows.copied() if is_all else rows.select(written)  # arrays of their own
+        if np.count_nonzero(written) < len(written):
+            rows = Tracks(frames, tracks.ids, boxes, scores, cuboids=cuboids, estimates=estimates)
+            return rows.select(written)
+        own = None if estimates is None else estimates.copied()
+        ids, cuboids = tracks.ids.copy(), cuboids.copied()
+        return Tracks(frames, ids, boxes.copy(), scores.copy(), cuboids=cuboids, estimates=own)
 
 
 # Trackers by the name that the command line gives them.

@@ -9,8 +9,9 @@ import os
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -34,18 +35,23 @@ _compiled: set[str] = set()  # modules of which something did not come from the 
 _unwritable: set[Path] = set()  # folders of which that has been said
 
 
-class Kernel:
-    """A compiled function, loaded when it is first called; arguments must have its types."""
+class Kernel(partial[Any]):
+    """A compiled function, loaded when it is first called; arguments must have its types.
 
-    def __init__(self, module: str, name: str) -> None:
-        self.module, self.name = module, name
-        self._function: Callable[..., Any] | None = None
+    NoNumba where there is no numba to load it with. It is a `partial` of no arguments since that
+    hands a call on without a step in Python, which takes as long as a small kernel.
+    """
 
-    def __call__(self, *arguments: Any) -> Any:
-        """What the function gives; NoNumba where there is no numba to load it with."""
-        if self._function is None:
-            self._function = getattr(load(self.module), self.name)
-        return self._function(*arguments)
+    def __new__(cls, module: str, name: str) -> "Kernel":
+        """The function of that name in the module."""
+
+        def first(*arguments: Any) -> Any:
+            function = getattr(load(module), name)
+            kernel.__setstate__((function, (), {}, None))  # type: ignore[attr-defined]
+            return function(*arguments)
+
+        kernel = super().__new__(cls, first)
+        return kernel
 
 
 class Warmed(NamedTuple):

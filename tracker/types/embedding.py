@@ -22,6 +22,11 @@ class Embedding(Rows):
         """Those of detections; None without a column of descriptors."""
         return None if detections.descriptor is None else cls(detections.descriptor)
 
+    @property
+    def is_complete(self) -> bool:
+        """Whether a descriptor was measured in all rows."""
+        return bool(np.isfinite(self.descriptor).all())
+
     def unknown(self, count: int) -> "Embedding":
         """`count` rows whose descriptors were not measured."""
         return Embedding(np.full((count, self.descriptor.shape[1]), np.nan))

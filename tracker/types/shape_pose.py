@@ -45,6 +45,11 @@ class ShapePose(Rows):
             cov = np.zeros((len(yaw), c, c))
         return cls(shape, yaw, cov)
 
+    @property
+    def is_complete(self) -> bool:
+        """Whether shape and yaw were measured in all rows."""
+        return bool(np.isfinite(self.shape).all() and np.isfinite(self.yaw).all())
+
     def after(self, dt: float) -> "ShapePose":
         """The same, `dt` seconds later: cars may have turned."""
         cov = self.cov.copy()
