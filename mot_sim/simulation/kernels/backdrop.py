@@ -21,12 +21,12 @@ from tracker.kernels.compiling import (
 
 
 @kernel(
-    U8_3, U8_2, U8_2, U8_2, U8_2, INT, INT, INT, BOOL, I32_2, I32_2, OUT_U8_3, OUT_U8_2,
+    U8_3, U8_2, U8_2, U8_2, U8_2, INT, INT, INT, INT, BOOL, I32_2, I32_2, OUT_U8_3, OUT_U8_2,
     allocates=False,
 )  # fmt: skip
 def lay_ground(
-    rgba, below, dark, closed, light, first, road, ground, everywhere, numbers, spans, image,
-    semantics,
+    rgba, below, dark, closed, light, first, copied, road, ground, everywhere, numbers, spans,
+    image, semantics,
 ):  # fmt: skip
     """Lay the road (r, w, 4), from row `first` on, over the sky, where the plane is below.
 
@@ -34,24 +34,31 @@ def lay_ground(
     there hides, 255 = all. light (256, 256): what is left under both, 255 of all. road and ground:
     ids of what is painted, alpha over 127, and of what is around. numbers: over 0 where something
     else is seen, which stays, unless everywhere; ids are written where they are 0. spans (h, 2):
-    the columns from where to where the road is given.
+    the columns from where to where the road is given. From row `copied` on the image shows the road
+    already.
     """
     for row in range(first, image.shape[0]):
-        for column in range(spans[row, 0], spans[row, 1]):
-            number = numbers[row, column]
-            if below[row, column] > 0 and (number <= 0 or everywhere):
-                shadow, shut = dark[row, column], closed[row, column]
-                if shadow == 0 and shut == 0:  # nothing is taken
-                    for band in range(3):
-                        image[row, column, band] = rgba[row - first, column, band]
-                else:
-                    left = np.int32(light[shadow, shut])
-                    for band in range(3):
-                        # (Rounded to the nearest; two are never equally near.)
-                        value = np.int32(rgba[row - first, column, band]) * left
-                        image[row, column, band] = np.uint32(2 * value + 255) // np.uint32(510)
-                if number == 0:
-                    semantics[row, column] = road if rgba[row - first, column, 3] > 127 else ground
+        begin, end = spans[row, 0], max(spans[row, 0], spans[row, 1])
+        drawn, colours, kinds = (
+            rgba[row - first, begin:end], image[row, begin:end], semantics[row, begin:end]
+        )  # fmt: skip
+        plane, found = below[row, begin:end], numbers[row, begin:end]
+        shadows, shut = dark[row, begin:end], closed[row, begin:end]
+        for column in range(len(found)):
+            number = found[column]
+            if plane[column] == 0 or (number > 0 and not everywhere):
+                continue
+            if number == 0:
+                kinds[column] = road if drawn[column, 3] > 127 else ground
+            if shadows[column] | shut[column] > 0:
+                left = np.int32(light[shadows[column], shut[column]])
+                for band in range(3):
+                    # (Rounded to the nearest; two are never equally near.)
+                    value = np.int32(drawn[column, band]) * left
+                    colours[column, band] = np.uint32(2 * value + 255) // np.uint32(510)
+            elif row < copied:
+                for band in range(3):
+                    colours[column, band] = drawn[column, band]
 
 
 @inlined
@@ -79,12 +86,13 @@ def hidden_sky(x, z, half_x, half_z, height, clearance):
     return 0.5 * (1.0 - sqrt(apart / (apart + height * height)))
 
 
-@kernel(F3, F2, FLOAT, FLOAT, INT, OUT_U8_2, allocates=False)
-def close_sky(As_object_image, sizes, clearance, reach, first, closed):
+@kernel(F3, F2, FLOAT, FLOAT, INT, I32_2, OUT_U8_2, allocates=False)
+def close_sky(As_object_image, sizes, clearance, reach, first, numbers, closed):
     """Write how much of the sky boxes on the road hide at each pixel from row `first` on.
 
-    As_object_image (n, 3, 3) lead from pixels to x and z of the boxes' frames; sizes (n, 3): half
-    a box along x and z, and its height, metres. reach: metres beside a box. The darkest counts.
+    Only where numbers are not over 0. As_object_image (n, 3, 3) lead from pixels to x and z of the
+    boxes' frames; sizes (n, 3): half a box along x and z, and its height, metres. reach: metres
+    beside a box. The darkest counts.
     """
     height, width = closed.shape
     for box in range(len(sizes)):
@@ -102,6 +110,8 @@ def close_sky(As_object_image, sizes, clearance, reach, first, closed):
             if not start <= end:
                 continue
             for column in range(int(np.ceil(start)), int(np.floor(end)) + 1):
+                if numbers[row, column] > 0:
+                    continue
                 w = w0 * column + w1
                 x, z = (A[0, 0] * column + A[0, 1] * v + A[0, 2]) / w, 0.0
                 z = (A[1, 0] * column + A[1, 1] * v + A[1, 2]) / w

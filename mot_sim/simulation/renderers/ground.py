@@ -34,6 +34,8 @@ class Horizon:
     """255 where the road plane is, else 0."""
     first: int
     """First row with road; the image's height where there is none."""
+    full: int
+    """First row from which on all pixels are road."""
     deepest: Float[Array, " r"]
     """The largest depth in each row from `first` on, metres."""
     slope: Float32[Array, "h w"]
@@ -53,7 +55,9 @@ def horizon(camera: Camera) -> Horizon:
     first = int(rows[0]) if len(rows) else height
     mask = np.where(below, 255, 0).astype(np.uint8)
     deepest, depth = depth[first:].max(axis=1), depth.astype(np.float32)
-    return Horizon(depth, mask, first, deepest, (-falling).astype(np.float32))
+    holes = np.flatnonzero(~below.all(axis=1))
+    full = int(holes[-1]) + 1 if len(holes) else 0
+    return Horizon(depth, mask, first, full, deepest, (-falling).astype(np.float32))
 
 
 def plane_depth(view: View) -> Float32[Array, "h w"]:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import lru_cache
 
+import cv2
 import numpy as np
 from jaxtyping import Bool, Float, Int32, UInt8
 from numpy import ndarray as Array
@@ -108,17 +109,20 @@ class RasterRenderer:
         rgba = road_rgba(camera, road, needed)
         if needed is None:
             spans = np.tile(np.array([0, image.shape[1]], np.int32), (len(image), 1))
+        if seen.full < len(image):
+            cv2.cvtColor(rgba[seen.full - seen.first :], cv2.COLOR_RGBA2RGB, image[seen.full :])
         dark = closed = np.zeros(image.shape[:2], np.uint8)
         if self.shadows and len(view.instances) and len(rgba):
             rows = casters(view, self.near)
+            covered = np.zeros_like(numbers) if self.antialias else numbers
             dark = shadow_mask(view, self.near, rows)
-            closed = closed_mask(view, seen.first, rows)
+            closed = closed_mask(view, seen.first, rows, covered)
         ids, left = (int(Semantic.ROAD), int(Semantic.GROUND)), light_left(view.sun.shade)
         # Of a plain road the ids are there already, by its exact border.
         kinds = semantics if road.finer else np.empty_like(semantics)
         LAY_GROUND(
-            rgba, seen.below, dark, closed, left, seen.first, *ids, self.antialias, numbers, spans,
-            image, kinds,
+            rgba, seen.below, dark, closed, left, seen.first, seen.full, *ids, self.antialias,
+            numbers, spans, image, kinds,
         )  # fmt: skip
         return image
 

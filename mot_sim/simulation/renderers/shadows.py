@@ -79,10 +79,12 @@ def shadow_mask(view: View, near: float, rows: Int[Array, " k"]) -> UInt8[Array,
     return cv2.blur(mask, (3, 3))
 
 
-def closed_mask(view: View, first: int, rows: Int[Array, " k"]) -> UInt8[Array, "h w"]:
+def closed_mask(
+    view: View, first: int, rows: Int[Array, " k"], numbers: Int32[Array, "h w"]
+) -> UInt8[Array, "h w"]:
     """How much of the sky objects hide from the road at each pixel from a row on, 255 = all.
 
-    rows: of the objects, see `casters`.
+    rows: of the objects, see `casters`. numbers: over 0 where nobody asks.
     """
     width, height = view.camera.image_size
     mask = np.zeros((height, width), np.uint8)
@@ -102,7 +104,7 @@ def closed_mask(view: View, first: int, rows: Int[Array, " k"]) -> UInt8[Array, 
     As[:, :2] -= away[..., None] * A_road_pixel[1]
     As[:, 2] = A_road_pixel[1]
     sizes = np.ascontiguousarray(half[:, [0, 2, 1]]) * (1.0, 1.0, 2.0)
-    CLOSE_SKY(As, sizes, CLEARANCE_METRES, CLOSED_REACH_METRES, first, mask)
+    CLOSE_SKY(As, sizes, CLEARANCE_METRES, CLOSED_REACH_METRES, first, numbers, mask)
     return mask
 
 

@@ -37,6 +37,11 @@ def some_road(seed: int) -> Road:
     return Road(last.texture, last.A_texture_road, (9, 8, 7), tuple(levels[:-1]))
 
 
+def nowhere(view: View) -> np.ndarray:
+    """No number at any pixel."""
+    return np.zeros(view.camera.image_size[::-1], np.int32)
+
+
 @FEW
 @given(seeds, cameras, st.floats(0.0, 1.0))
 def test_the_ground_is_laid_under_shadows(seed: int, camera: Camera, shade: float) -> None:
@@ -45,7 +50,7 @@ def test_the_ground_is_laid_under_shadows(seed: int, camera: Camera, shade: floa
     found, seen = RasterRenderer().backdrop(view), horizon(camera)
     rgba, expected = road_rgba(camera, road), sky_image(camera, view.sky)
     rows = casters(view, 0.3)
-    dark, closed = shadow_mask(view, 0.3, rows), closed_mask(view, seen.first, rows)
+    dark, closed = shadow_mask(view, 0.3, rows), closed_mask(view, seen.first, rows, nowhere(view))
     if len(rgba):
         plane = np.ascontiguousarray(rgba[..., :3])
         ground = plain.plain_shaded(plane, dark[seen.first :], closed[seen.first :], shade)
@@ -64,7 +69,8 @@ def test_the_sky_that_boxes_hide_from_the_road(seed: int, count: int) -> None:
         x, z, yaw = rng.uniform((-6.0, -2.0, -9.0), (6.0, 20.0, 9.0))
         places.append((box(*rng.uniform(0.2, 5.0, 3)), at(SMALL, x, z, yaw)))
     view, first = view_of(SMALL, *places), horizon(SMALL).first
-    found, expected = closed_mask(view, first, casters(view, 0.3)), plain.plain_closed(view)
+    found = closed_mask(view, first, casters(view, 0.3), nowhere(view))
+    expected = plain.plain_closed(view)
     # A centre on the border of a footprint may fall to either side.
     assert (np.abs(found[first:] - expected[first:]) > 1.0).sum() <= 2
     assert not found[:first].any()
