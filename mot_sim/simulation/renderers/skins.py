@@ -39,7 +39,7 @@ OPEN_COVER = np.zeros((2, 2), np.uint8)
 
 @dataclass(frozen=True, eq=False)
 class Skins:
-    """All that `kernels.skins.light_skin` takes of a frame."""
+    """All that `kernels.skins.light_skins` takes of a frame."""
 
     slots: Int32[Array, " t"]
     """Row in `skins` of each triangle; -1: it has one colour."""
@@ -50,7 +50,7 @@ class Skins:
     places: Float[Array, "n 30"]
     """Of each object: T_cam_object's three rows, its marks and the characters on its plates."""
     light: Float[Array, "24"]
-    """Directions, strengths and the way into `cover`; see `kernels.skins.light_skin`."""
+    """Directions, strengths and the way into `cover`; see `kernels.skins.light_skins`."""
     mirror: Float[Array, "256 3"]
     """The squares of the grey levels mirrored, by the height of the ray, from straight down to
     straight up."""
