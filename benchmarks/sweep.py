@@ -3,8 +3,8 @@
     python -m benchmarks.sweep [--seeds 20] [--frames 100] [--scene intersection]
         [--growth] [--update-baseline]
 
-Traffic is recorded first and not counted. Then the sweep is run by one process and by two, from
-the recorded traffic: truth from rendered pixels, detections, tracking, scores, files, table.
+The sweep is run by one process and by two, from nothing: traffic, truth from rendered pixels,
+detections, tracking, scores, files, table.
 Both tables must be equal to the last bit. Machines differ and are shared: the ratio of both walls
 is of one run; CPU seconds hang less on who else is there. Beside the parts stand their ratios to
 the time that the trackers take, and those that were kept (see `benchmarks.baseline`). No truth is
@@ -14,7 +14,6 @@ taken from the user's cache. --growth: instead, one process with 1, 2, 4, ... se
 import argparse
 import os
 import resource
-import shutil
 import tempfile
 
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -34,7 +33,6 @@ from benchmarks.baseline import Ratios  # noqa: E402
 from mot_sim.experiments.sweep import Design, trial  # noqa: E402
 from mot_sim.experiments.sweep.drives import Recordings  # noqa: E402
 from mot_sim.experiments.sweep.running import sweep  # noqa: E402
-from mot_sim.experiments.sweep.store import SweepFolder  # noqa: E402
 
 LEVELS = (0.0, 0.5, 1.0, 2.0, 4.0)
 TRACKERS = (
@@ -64,9 +62,10 @@ class Clock:
 
 @contextmanager
 def accounted() -> Iterator[Clock]:
-    """While it lasts, what truth, detections and scores cost in this process is counted."""
+    """While it lasts, what these parts cost in this process is counted."""
     clock = Clock()
     with (
+        patch.object(Recordings, "traffic", clock.timed("traffic", Recordings.traffic)),
         patch.object(Recordings, "truth", clock.timed("truth", Recordings.truth)),
         patch.object(trial, "drive_of", clock.timed("detections", trial.drive_of)),
         patch.object(trial, "evaluate_sequence", clock.timed("scores", trial.evaluate_sequence)),
@@ -91,6 +90,7 @@ def tell_parts(design: Design, table: pa.Table, clock: Clock, cpu: float, ratios
     """Where the CPU seconds of one process went, a trial; and what a million frames cost."""
     trials, frames = len(design), len(design) * design.frames
     spent = clock.spent | {"tracking": sum(table["cpu_seconds"].to_pylist())}
+    spent["truth"] -= spent["traffic"]  # which is recorded where truth first asks for it
     spent["all the rest"] = cpu - sum(spent.values())
     print(f"\n{'one process':14s} CPU s   ms a trial   ms a frame")
     for what, seconds in spent.items():
@@ -100,19 +100,12 @@ def tell_parts(design: Design, table: pa.Table, clock: Clock, cpu: float, ratios
     print(f"{'sum':14s} {cpu:7.1f} {1e3 * cpu / trials:10.2f} {1e3 * cpu / frames:12.4f}")
     print(f"\noverhead of a trial (all the rest): {1e3 * spent['all the rest'] / trials:.2f} ms")
     shared = len(design.points) * len(design.contenders)
-    alone = cpu - spent["truth"] + shared * spent["truth"]
+    recorded = spent["traffic"] + spent["truth"]
+    alone = cpu + (shared - 1) * recorded
     print(
         f"a million frames: {cpu / frames * MILLION / 3600:.2f} core-hours where {shared} trials "
         f"share a truth, {alone / frames * MILLION / 3600:.2f} where every trial has its own"
     )
-
-
-def prepared(design: Design, folder: Path) -> Path:
-    """A folder of a sweep in which the traffic of all seeds is recorded."""
-    SweepFolder.open(folder, design.description())
-    for seed in design.seed_numbers:
-        Recordings(folder).traffic(design.conditions[0], seed)
-    return folder
 
 
 def growth_table(design: Design) -> None:
@@ -122,10 +115,9 @@ def growth_table(design: Design) -> None:
     while seeds <= design.seeds:
         part = replace(design, seeds=seeds)
         with tempfile.TemporaryDirectory() as place:
-            folder = prepared(part, Path(place) / "one")
             os.environ["MOT_SIM_CACHE"] = str(Path(place) / "truth")
             start = process_time()
-            run(part, folder, 1)
+            run(part, Path(place) / "one", 1)
             cpu = process_time() - start
         print(f"{seeds:5d} {len(part):7d} {cpu:7.1f} {1e3 * cpu / len(part):11.2f}", flush=True)
         seeds *= 2
@@ -150,8 +142,7 @@ def main() -> None:
         growth_table(design)
         return
     with tempfile.TemporaryDirectory() as place:
-        one, many = prepared(design, Path(place) / "one"), Path(place) / "many"
-        shutil.copytree(one, many)
+        one, many = Path(place) / "one", Path(place) / "many"
         print(f"{len(design):,} trials, {len(design) * given.frames:,} frames of {given.scene}")
         os.environ["MOT_SIM_CACHE"] = str(Path(place) / "truth of one")
         with accounted() as clock:
