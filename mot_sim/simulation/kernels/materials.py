@@ -163,15 +163,20 @@ def shop_front(along, up, tone, light, pixel, glyphs):
     if aside < 0.09 or up > 2.7 or up < 0.72:
         grey = light * (46.0 + 90.0 * own) * tone
         return grey, grey, grey
-    # What lies behind the pane: goods on shelves, dim, and the sky mirrored in its upper part.
-    shelf, item = np.floor(up / 0.42), np.floor(along / 0.3)
-    goods = chance(item, shelf, 7)
-    strength = light * (34.0 + 26.0 * (up - 0.7) + 80.0 * goods * goods * goods)
-    return (
-        strength * (0.7 + 0.6 * chance(item, shelf, 20)) * tone,
-        strength * (0.7 + 0.6 * chance(item, shelf, 21)) * tone,
-        strength * (0.7 + 0.6 * chance(item, shelf, 22)) * tone,
-    )
+    # Behind the pane: a dim room or a lit wall, goods at the foot, a poster; the sky mirrored.
+    kind, item = chance(post, shop, 13), np.floor(along / 0.4)
+    strength, red, blue = 34.0 + 22.0 * (up - 0.7), 0.95, 1.06
+    if kind < 0.3 and 1.0 < up < 2.1 and 0.35 < aside < 1.25:
+        hue = chance(post, shop, 17)
+        strength, red, blue = 120.0 + 60.0 * kind, 0.75 + 0.5 * hue, 1.25 - 0.5 * hue
+    elif up < 0.85 + 0.6 * chance(item, shop, 7):
+        goods = chance(item, shop, 19)
+        strength = 30.0 + 110.0 * goods * goods
+        red, blue = 0.85 + 0.35 * chance(item, shop, 20), 0.8 + 0.35 * chance(item, shop, 22)
+    elif kind > 0.65:
+        strength, red, blue = strength + 45.0 * kind, 1.08, 0.88
+    strength *= light * tone
+    return strength * red, strength, strength * blue
 
 
 @inlined
