@@ -114,7 +114,7 @@ def _lay_panorama(
         part = slice(top, bottom), slice(left, right)
         seen = cv2.remap(
             piece,
-            cv2.add(columns[part], shift),
+            columns[part] + np.float32(shift),  # (cv2.add takes 4 x 1 pixels for a colour)
             rows[part],
             cv2.INTER_LINEAR,
             borderMode=cv2.BORDER_REPLICATE,

@@ -7,6 +7,7 @@ import pytest
 
 from mot_sim.simulation.renderers import Road, Semantic, Sky, Texture
 from mot_sim.simulation.renderers.ground import (
+    PIECE_ROWS,
     bands,
     horizon,
     road_image,
@@ -14,6 +15,7 @@ from mot_sim.simulation.renderers.ground import (
     sky_image,
 )
 from tests.mot_sim.simulation.renderers.shapes import CROOKED, KITTI
+from tests.mot_sim.simulation.scenery.places import ego_on, neighbourhood
 from tracker.types import Camera
 
 
@@ -81,3 +83,20 @@ def test_the_sky_grows_darker_upwards_from_the_horizon() -> None:
     image = sky_image(KITTI, Sky(top=(10, 20, 30), low=(200, 210, 220)))
     assert image[200, 5].tolist() == [200, 210, 220]
     assert (np.diff(image[:170, 5, 0].astype(int)) >= 0).all()
+
+
+@pytest.mark.parametrize("rows", range(1, PIECE_ROWS + 1))
+@pytest.mark.parametrize("columns", [1, 2, 300])
+def test_a_piece_of_sky_of_any_size_is_the_same(rows: int, columns: int) -> None:
+    sky = neighbourhood("street").sky_at(ego_on("street"))
+    assert sky.panorama is not None
+    width, height = KITTI.image_size
+    # (The principal point decides how many rows see the sky, and so the size of the last piece.)
+    K = KITTI.K.copy()
+    K[1, 2] = 6 * PIECE_ROWS + rows - 1.5
+    camera = Camera.mounted(K, (width, height), 1.65)
+    spans = np.zeros((height, 2), np.int32)
+    spans[6 * PIECE_ROWS :] = 700, 700 + columns
+    part = slice(6 * PIECE_ROWS, None), slice(700, 700 + columns)
+    whole, piece = sky_image(camera, sky), sky_image(camera, sky, spans)
+    np.testing.assert_array_equal(piece[part], whole[part])
