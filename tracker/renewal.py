@@ -38,6 +38,13 @@ Cue = TypeVar("Cue", ShapePose, Embedding)
 # What kernels take where a filter is left out.
 NO_EXISTENCE, NO_BOX_FILTER = ExistenceFilter(), BoxFilter()
 NO_GAINS = NO_BOX_FILTER.start()
+# The dynamics, filters of boxes and of existence that one kernel knows; classes made of them are
+# asked themselves.
+OUR_PARTS = (
+    (ConstantVelocity, ConstantPosition),
+    (type(None), BoxFilter),
+    (type(None), ExistenceFilter),
+)
 
 
 class Renewed(NamedTuple):
@@ -92,11 +99,12 @@ class Renewal(NamedTuple):
         """The tracks after a frame; tracks: as predicted for it.
 
         observed: all detections, lifted. learned: before the frame. dt: seconds since the last
-        one. next_id: of the first track that begins. Dynamics of one's own are asked; for ours one
+        one. next_id: of the first track that begins. Parts of one's own are asked; for ours one
         kernel does all, by the kernels that the parts have.
         """
         given = tracks, partners, observed, found, learned, dt, next_id
-        if type(self.dynamics) in (ConstantVelocity, ConstantPosition):
+        parts = type(self.dynamics), type(self.box_filter), type(self.existence)
+        if all(part in ours for part, ours in zip(parts, OUR_PARTS, strict=True)):
             return self.at_once(*given)
         return self.by_parts(*given)
 

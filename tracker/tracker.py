@@ -158,7 +158,7 @@ class Tracker:
         motion, dt = self.state.clock.since_look(frame)
         tracks, road = self.state.tracks, self.state.road
         T_now_before, cov, gated = motion.T_now_before, motion.covariance, None
-        if len(tracks) and self._turns_for_certain(motion, cov):
+        if len(tracks) and self._has_our_steps and self._turns_for_certain(motion, cov):
             survival = 1.0 if self.existence is None else self.existence.survival(dt)
             moving = self.dynamics, (T_now_before, cov), (dt, survival)
             tracks, gated = Expectation.of(tracks, observed, *moving, self.camera, self.sigmas)
@@ -250,6 +250,12 @@ class Tracker:
             scores=np.full(len(existence), np.nan),
         )
         return predicted_tracks, T_now_before
+
+    @property
+    def _has_our_steps(self) -> bool:
+        """Whether one kernel may predict and gate: no class of one's own does it otherwise."""
+        own = type(self)
+        return own.predict_tracks is Tracker.predict_tracks and own.gate is Tracker.gate
 
     def _turns_for_certain(self, motion: CameraMotion, cov: Float[Array, "6 6"]) -> bool:
         """Whether no filter corrects the rotation of the camera. cov: of the motion."""

@@ -8,6 +8,7 @@ import pytest
 from tests.tracker.samples import LEVEL, PITCHED, Car, Drive, drive, frames_with, ids_of
 from tracker import Detections, Frame, Tracker
 from tracker.association import Match
+from tracker.batch import follows_together
 from tracker.state import TrackerStatistics
 from tracker.suppression import Suppression
 
@@ -68,12 +69,7 @@ def test_without_any_ego_motion_a_standing_camera_keeps_its_ids(preset) -> None:
 
 def test_two_crossing_cars_keep_their_ids() -> None:
     """They pass each other in opposite directions; the further one is hidden for 0.4 s."""
-    passing = [
-        Car(-8.0, 20.0, yaw=0.0, velocity=(8.0, 0.0)),
-        Car(8.0, 27.0, yaw=np.pi, velocity=(-8.0, 0.0)),
-    ]
-    seen = drive(passing, count=20, hidden=lambda frame, car: car == 1 and 8 <= frame < 12)
-    assert ids_of(Tracker.default(LEVEL), seen) == {0: [0], 1: [1]}
+    assert _passed(Tracker.default(LEVEL)) == {0: [0], 1: [1]}
 
 
 @pytest.mark.unchecked  # many frames of one shape
@@ -203,3 +199,43 @@ def test_a_match_made_by_anybody_is_applied() -> None:
     rows = tracker.apply_match(second, tracker.cost_matrix(second), crossed)
     assert rows.ids.tolist() == [0, 2]
     np.testing.assert_array_equal(rows.boxes, second.detections.boxes[[1, 0]])
+
+
+def _passed(tracker: Tracker) -> dict[int, list[int]]:
+    """The ids of two cars that pass each other, the further one hidden for a while."""
+    passing = [
+        Car(-8.0, 20.0, yaw=0.0, velocity=(8.0, 0.0)),
+        Car(8.0, 27.0, yaw=np.pi, velocity=(-8.0, 0.0)),
+    ]
+    seen = drive(passing, count=20, hidden=lambda frame, car: car == 1 and 8 <= frame < 12)
+    return ids_of(tracker, seen)
+
+
+@pytest.mark.parametrize("name", ["existence", "box_filter"])
+def test_filters_of_ones_own_are_asked(name: str) -> None:
+    default, asked = Tracker.default(LEVEL), []
+
+    class Mine(type(getattr(default, name))):  # type: ignore[misc]
+        """The same filter, which counts."""
+
+        def __call__(self, *given: object) -> object:
+            asked.append(1)
+            return super().__call__(*given)
+
+    mine = replace(default, **{name: Mine()})
+    assert _passed(mine) == _passed(Tracker.default(LEVEL))
+    assert len(asked) >= 19
+    assert not follows_together(mine)
+
+
+@pytest.mark.parametrize("name", ["predict_tracks", "gate"])
+def test_steps_of_ones_own_are_taken(name: str) -> None:
+    taken = []
+
+    def step(self: Tracker, *given: object) -> object:
+        taken.append(1)
+        return getattr(Tracker, name)(self, *given)
+
+    mine = type("Mine", (Tracker,), {name: step}).default(LEVEL)
+    assert _passed(mine) == _passed(Tracker.default(LEVEL))
+    assert len(taken) >= 19

@@ -13,16 +13,26 @@ from tracker.types import Tracks
 
 # What costs of these kinds give for a pair is the same however many pairs are asked for at once.
 COSTS_OF_EACH = (ImageOverlap, Reprojection, Volume)
+# The parts of a tracker that the batch computes for all drives at once.
+PARTS = (
+    "lift", "dynamics", "suppress", "associate", "lifecycle", "score_scale", "existence",
+    "box_filter", "camera_rotation_filter", "car_filter", "gap_rows",
+)  # fmt: skip
+OURS = "tracker."  # how the modules of our parts are called
 
 
 def follows_together(tracker: object) -> bool:
-    """Whether `track_drives` gives what this tracker does: it is a `Tracker` with geometric costs.
+    """Whether `track_drives` gives what this tracker does: a `Tracker` of our parts, with
+    geometric costs.
 
-    Costs of the user's own and those that read cues may hang on which pairs they are asked for.
+    Parts of the user's own would not be asked; costs of theirs, and those that read cues, may hang
+    on which pairs they are asked for.
     """
     if type(tracker) is not Tracker or tracker.explain:
         return False
-    return all(type(cost) in COSTS_OF_EACH for _, cost in tracker.costs)
+    parts = [getattr(tracker, name) for name in PARTS]
+    is_ours = all(part is None or type(part).__module__.startswith(OURS) for part in parts)
+    return is_ours and all(type(cost) in COSTS_OF_EACH for _, cost in tracker.costs)
 
 
 def track_drives(
