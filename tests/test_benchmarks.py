@@ -1,7 +1,6 @@
 """Every benchmark starts: it says its help, and refuses what it does not know."""
 
 import runpy
-import sys
 from pathlib import Path
 
 import pytest
@@ -17,10 +16,10 @@ MODULES = sorted(
 
 def ended(module: str, argument: str, monkeypatch: pytest.MonkeyPatch) -> object:
     """The exit code of a benchmark with one argument."""
-    monkeypatch.setattr("sys.argv", [module, argument])
-    monkeypatch.delitem(sys.modules, module, raising=False)
+    file = FOLDER.parent.joinpath(*module.split(".")).with_suffix(".py")
+    monkeypatch.setattr("sys.argv", [str(file), argument])
     with pytest.raises(SystemExit) as end:
-        runpy.run_module(module, run_name="__main__")
+        runpy.run_path(str(file), run_name="__main__")
     return end.value.code
 
 

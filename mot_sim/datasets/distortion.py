@@ -56,7 +56,7 @@ class Distortion:
         _ = self.pinhole
 
     @cached_property
-    def _corner(self) -> tuple[float, float, float, float]:
+    def _corner(self) -> tuple[int, int, int, int]:
         """Where the image's border lies without the lens: left, top, right, bottom, px, whole."""
         width, height = self.camera.image_size
         along = np.linspace(0.0, width - 1.0, BORDER_POINTS)
