@@ -28,13 +28,14 @@ from tracker.lifecycle import (
 )
 from tracker.types import Camera, Cuboids, Detections
 from tracker.types.embedding import Embedding
-from tracker.types.rows import Table
+from tracker.types.rows import Rows
 from tracker.types.shape_pose import ShapePose
 
 RENEW_TRACKS = Kernel("tracker.kernels.renewing", "renew_tracks")
 STEP_TRACKS = Kernel("tracker.kernels.renewing", "step_tracks")
 RENEW_CARS = Kernel("tracker.kernels.renewing", "renew_cars")
 Cue = TypeVar("Cue", ShapePose, Embedding)
+Picked = TypeVar("Picked", bound=Rows)
 # What kernels take where a filter is left out.
 NO_EXISTENCE, NO_BOX_FILTER = ExistenceFilter(), BoxFilter()
 NO_GAINS = NO_BOX_FILTER.start()
@@ -301,7 +302,7 @@ def _cue(
     return type(known).concatenate(each).take(places - skipped if skipped else places)
 
 
-def picked(table: Table, rows: Int[Array, " k"]) -> Table:
+def picked(table: Picked, rows: Int[Array, " k"]) -> Picked:
     """The table's rows in this order; itself where those are all, in order."""
     if len(rows) == len(table) and rows.tolist() == list(range(len(rows))):
         return table
