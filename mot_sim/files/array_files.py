@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from hashlib import sha256
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy import ndarray as Array
@@ -19,6 +19,8 @@ from tracker.errors import BadFile
 
 HEAD_ENTRY = "head"
 MAX_BYTES = 500_000_000  # unpacked; an hour of a full road has 50 MB
+PACKING = 1  # zlib's level: fast
+SAMPLED_BYTES, PACKED_SHARE = 65536, 0.7  # of an array, to find out whether it gets smaller
 TEXT_COLUMNS = {"kinds", "bodies", "paints"}  # the columns that hold text
 
 
@@ -40,8 +42,7 @@ class ArrayFormat:
         """
         head = {"holds": self.holds, "version": self.version, "sha256": checksum(arrays)}
         with whole_file(path) as half, half.open("wb") as file:
-            named: dict[str, Any] = {HEAD_ENTRY: np.array(json.dumps(head)), **arrays}
-            np.savez_compressed(file, **named)
+            write_npz(file, {HEAD_ENTRY: np.array(json.dumps(head)), **arrays})
 
     def read(
         self,
@@ -103,6 +104,23 @@ class ArrayFormat:
                 f"{path}: {self.holds} of version {version}, this is {self.version}: {cure}"
             )
         return promised
+
+
+def write_npz(file: IO[bytes], arrays: Mapping[str, Array]) -> None:
+    """Write arrays as `np.load` reads them; the same arrays give the same bytes.
+
+    Packed quickly: numpy's own way takes twice as long for a twentieth less. The last digits of
+    measured numbers do not pack, so arrays that stay large are written as they are.
+    """
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=PACKING) as archive:
+        for name, array in arrays.items():
+            start = np.ascontiguousarray(array).tobytes()[:SAMPLED_BYTES]
+            packs = len(zlib.compress(start, PACKING)) < PACKED_SHARE * len(start)
+            entry = f"{name}.npy"
+            with archive.open(
+                entry if packs else zipfile.ZipInfo(entry), "w", force_zip64=True
+            ) as opened:
+                np.lib.format.write_array(opened, np.asanyarray(array), allow_pickle=False)
 
 
 def plain_array(found: Any, name: str) -> Array:

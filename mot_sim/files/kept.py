@@ -10,7 +10,7 @@ from shutil import rmtree
 from tracker.errors import BadConfig
 from tracker.user_cache import user_cache
 
-DEFAULT_LIMIT = "4 GB"  # of recorded truths: a run of 400 frames takes about 2 MB
+DEFAULT_LIMIT = "4 GB"  # of recorded truths: a run of 200 frames takes about 3 MB
 LIMIT_VARIABLE = "MOT_SIM_CACHE_LIMIT"
 UNITS = {"B": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
 
