@@ -19,6 +19,7 @@ DRAW_LAYERS = Kernel("mot_sim.simulation.kernels.layers", "draw_layers")
 MEASURE_LAYERS = Kernel("mot_sim.simulation.kernels.layers", "measure_layers")
 
 PixelBox = tuple[int, int, int, int]
+AROUND_PIXELS = 3.0  # around all instances: farther out nobody asks for the scenery
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +108,7 @@ class Silhouettes(Rows):
 class Scan:
     """The geometry of a view without its colours: who is where, how far, and what hides whom.
 
-    Scenery that can hide nothing is not in here.
+    Scenery that can hide nothing is not in here, nor what of it lies beside all instances.
     """
 
     silhouettes: Silhouettes
@@ -169,15 +170,16 @@ def scan_view(view: View, near: float = NEAR_METRES) -> Scan:
     EXTENTS(corners, cars, K, far, TOLERANCES, pixels, boxes, clipped, farthest)
     keep, over = np.ones(len(triangles), bool), np.array(NO_BOX)
     MARK_HIDERS(corners, pixels, scenery, clipped, farthest, keep, over)
-    clipped[0] = over
+    seen = clipped[1:]
+    clipped[0, :2] = np.maximum(over[:2], seen[:, :2].min(axis=0, initial=np.inf) - AROUND_PIXELS)
+    clipped[0, 2:] = np.minimum(over[2:], seen[:, 2:].max(axis=0, initial=-np.inf) + AROUND_PIXELS)
     layers = Cutouts.empty(np.append(NO_INSTANCE, every), pixel_boxes(clipped, camera))
     width, height = camera.image_size
     # (Zeros cost nothing where nothing is drawn: the system hands out empty pages.)
     numbers = np.zeros((height, width), np.int32)
     DRAW_LAYERS(corners, keep, parts, K, layers.boxes, layers.starts, layers.nearness, numbers)
     counted, hidden = _measured(layers, numbers)
-    seen = Silhouettes(every, *counted, boxes[1:], clipped[1:])
-    return Scan(seen, hidden, layers, numbers)
+    return Scan(Silhouettes(every, *counted, boxes[1:], seen), hidden, layers, numbers)
 
 
 def silhouettes(view: View, near: float = NEAR_METRES) -> Silhouettes:

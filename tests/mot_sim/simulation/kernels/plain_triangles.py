@@ -129,3 +129,12 @@ def plain_hiders(
     close = (low < boxes[:, 2:] + 1.0) & (high > boxes[:, :2] - 1.0)
     hides = (close.all(axis=2) & (nearest[:, None] < deep)).any(axis=1)
     return hides | (owners[triangles.objects] != NO_INSTANCE)
+
+
+def plain_beside(boxes: np.ndarray, camera: Camera) -> np.ndarray:
+    """Which pixels lie farther than four or five from a box around some boxes."""
+    columns, rows = (np.arange(size) for size in camera.image_size)
+    low = np.floor(boxes[:, :2].min(axis=0, initial=np.inf) - 3.0) - 1.0
+    high = np.ceil(boxes[:, 2:].max(axis=0, initial=-np.inf) + 3.0) + 1.0
+    inside = (columns >= low[0]) & (columns <= high[0])
+    return ~(inside & (rows[:, None] >= low[1]) & (rows[:, None] <= high[1]))
