@@ -67,6 +67,7 @@ def accounted() -> Iterator[Clock]:
     with (
         patch.object(Recordings, "traffic", clock.timed("traffic", Recordings.traffic)),
         patch.object(Recordings, "truth", clock.timed("truth", Recordings.truth)),
+        patch.object(Recordings, "record_truth", clock.timed("truth", Recordings.record_truth)),
         patch.object(trial, "drive_of", clock.timed("detections", trial.drive_of)),
         patch.object(trial, "evaluate_sequence", clock.timed("scores", trial.evaluate_sequence)),
     ):

@@ -103,17 +103,23 @@ class Recordings:
         path = self.truth_path(conditions, seed)
         return self._kept(path, _read, lambda path: self._annotate(conditions, seed, path))
 
+    def record_truth(self, conditions: Conditions, seed: int) -> None:
+        """Let the truth lie in its file, for those who read it later."""
+        path = self.truth_path(conditions, seed)
+        if not path.is_file():
+            self._made(path, lambda path: self._annotate(conditions, seed, path))
+
     def _kept(self, path: Path, read: Callable[[Path], Any], make: Callable[[Path], None]) -> Any:
-        """What a file holds, made if need be; shared files beyond the limit are removed."""
-
-        def make_within(path: Path) -> None:
-            make(path)
-            if self.folder.parent == default_cache():
-                keep_within(default_cache(), size_limit(), [path])
-
-        found = read_or_make(path, read, make_within)
+        """What a file holds, made if need be."""
+        found = read_or_make(path, read, lambda path: self._made(path, make))
         mark_used(path)
         return found
+
+    def _made(self, path: Path, make: Callable[[Path], None]) -> None:
+        """Make a file; shared ones beyond the limit are removed."""
+        make(path)
+        if self.folder.parent == default_cache():
+            keep_within(default_cache(), size_limit(), [path])
 
     def traffic(self, conditions: Conditions, seed: int) -> RecordedTraffic:
         """Who is where."""

@@ -211,9 +211,10 @@ def without_lost(job: Job) -> tuple[JobDone, list[Job]]:
 def drive_for(job: Job) -> TrialSequence | str:
     """What the trackers are given; or what went wrong with it."""
     try:
-        recorded = job.recordings.truth(job.conditions, job.seed)
         if not job.trials:
+            job.recordings.record_truth(job.conditions, job.seed)
             return ""
+        recorded = job.recordings.truth(job.conditions, job.seed)
         return drive_of(job.conditions, recorded, job.seed)
     except OSError:
         raise  # a disk that is full or gone is no result

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Int, Shaped
+from jaxtyping import Float, Int, Shaped
 from numpy import ndarray as Array
 
 from mot_sim.simulation.traffic.traffic_state import TrafficState, collisions
@@ -50,23 +50,34 @@ def find_events(truth: Truth, states: Iterable[TrafficState]) -> Events:
     """All events of a run; state i is frame i of the truth."""
     states = list(states)
     rows: list[Row] = []
-    for number in np.unique(truth.tracks.ids).tolist():
-        rows += stays(truth.select(truth.tracks.ids == number), number, len(states))
+    order = np.argsort(truth.tracks.ids, kind="stable")
+    numbers, starts = np.unique(truth.tracks.ids[order], return_index=True)
+    for number, own in zip(numbers.tolist(), np.split(order, starts)[1:], strict=True):
+        shown = truth.tracks.frames[own], truth.pixels[own], truth.visible[own]
+        rows += stays(*shown, number, len(states))
     return Events.of([*rows, *crossings(truth, len(states)), *crashes(states)])
 
 
-def stays(car: Truth, number: int, frame_count: int) -> list[Row]:
-    """The stays of one car in the image, and the times it is hidden in each."""
-    frames = car.tracks.frames
+def stays(
+    frames: Int[Array, " n"],
+    pixels: Int[Array, " n"],
+    visible: Float[Array, " n"],
+    number: int,
+    frame_count: int,
+) -> list[Row]:
+    """The stays of one car in the image, and the times it is hidden in each.
+
+    frames, pixels, visible: its rows of the truth.
+    """
     rows: list[Row] = []
     breaks = np.flatnonzero(np.diff(frames) > 1) + 1
     for stay in np.split(np.arange(len(frames)), breaks):
-        shown = np.flatnonzero(car.pixels[stay] > 0)
+        shown = np.flatnonzero(pixels[stay] > 0)
         if not len(shown):
             continue
         seen = stay[shown[0] :]
         rows.append((int(frames[seen[0]]), "enter", number, -2))
-        rows += hidings(car.visible[seen].tolist(), frames[seen].tolist(), number)
+        rows += hidings(visible[seen].tolist(), frames[seen].tolist(), number)
         left = int(frames[stay[-1]]) + 1
         if left < frame_count:
             rows.append((left, "leave", number, -2))
