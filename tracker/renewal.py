@@ -1,5 +1,6 @@
 """The tracks after a frame: those detected in it, those that live on without, those that begin."""
 
+from collections.abc import Callable
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -31,7 +32,6 @@ from tracker.types.embedding import Embedding
 from tracker.types.rows import Rows
 from tracker.types.shape_pose import ShapePose
 
-RENEW_TRACKS = Kernel("tracker.kernels.renewing", "renew_tracks")
 STEP_TRACKS = Kernel("tracker.kernels.renewing", "step_tracks")
 RENEW_CARS = Kernel("tracker.kernels.renewing", "renew_cars")
 Cue = TypeVar("Cue", ShapePose, Embedding)
@@ -39,13 +39,15 @@ Picked = TypeVar("Picked", bound=Rows)
 # What kernels take where a filter is left out.
 NO_EXISTENCE, NO_BOX_FILTER = ExistenceFilter(), BoxFilter()
 NO_GAINS = NO_BOX_FILTER.start()
-# The dynamics, filters of boxes and of existence that one kernel knows; classes made of them are
-# asked themselves.
+# The dynamics, filters of boxes and of existence, and lives that one kernel knows; classes made of
+# them are asked themselves.
 OUR_PARTS = (
     (ConstantVelocity, ConstantPosition),
     (type(None), BoxFilter),
     (type(None), ExistenceFilter),
+    (Lifecycle,),
 )
+Updated = tuple[ActiveTracks, Gains | None]
 
 
 class Renewed(NamedTuple):
@@ -86,6 +88,8 @@ class Renewal(NamedTuple):
     """When tracks begin and end."""
     camera: Camera
     """The camera of the drive."""
+    update: Callable[..., Updated] | None = None
+    """What updates the detected tracks, called as `updated`, which None stands for."""
 
     def __call__(
         self,
@@ -104,8 +108,9 @@ class Renewal(NamedTuple):
         kernel does all, by the kernels that the parts have.
         """
         given = tracks, partners, observed, found, learned, dt, next_id
-        parts = type(self.dynamics), type(self.box_filter), type(self.existence)
-        if all(part in ours for part, ours in zip(parts, OUR_PARTS, strict=True)):
+        parts = [type(part) for part in self[:4]]
+        is_ours = all(part in ours for part, ours in zip(parts, OUR_PARTS, strict=True))
+        if is_ours and self.update is None:
             return self.at_once(*given)
         return self.by_parts(*given)
 
@@ -158,27 +163,41 @@ class Renewal(NamedTuple):
         dt: float,
         next_id: int,
     ) -> Renewed:
-        """The same, part after part, so that any dynamics can be asked."""
-        rows, columns, _, born = partners
+        """The same, part after part, so that any part can be asked."""
+        rows, columns, missed, born = partners
+        scores, (n, k) = found.scores, (len(tracks), len(rows))
         existence = ExistenceUpdate.certain(tracks, partners, learned[0])
         if self.existence is not None:
             given = learned[0], tracks, partners, found, dt
             existence = self.existence(*given, self.camera)
-        matched = picked(tracks.replaced(cars=None), rows)
-        detected = matched, picked(observed, columns), dt, learned[1]
-        beliefs, innovations, gains = self.beliefs_after(*detected)
-        before = tracks.time_since_update, tracks.hits, existence.tracks, tracks.innovations
-        out = _Columns.empty(len(tracks) + len(born))
-        count = RENEW_TRACKS(
-            rows, columns, born, found.scores, tracks.ids, *_columns(tracks.beliefs), *before,
-            *_columns(beliefs), innovations, *_columns(observed), existence.born, next_id,
-            *self._limits, *out,
-        )  # fmt: skip
-        expected, counted = tracks.beliefs, (len(tracks), len(rows), len(observed))
-        poses = expected.shape_pose, beliefs.shape_pose, observed.shape_pose
-        looks = expected.embedding, beliefs.embedding, observed.embedding
-        renewed = out.tracks(count, poses, looks, counted, None)
-        return Renewed(*renewed, existence.detector, gains)
+        update, before = self.update or self.updated, tracks.replaced(cars=None)
+        detected = picked(before, rows), picked(observed, columns), scores[columns]
+        now, gains = update(*detected, existence.tracks[rows], dt, learned[1])
+        places = n + np.arange(k)
+        if len(missed):
+            now = before.replaced(existence=existence.tracks).updated(rows, now)
+            places = np.arange(n)
+            places[rows] = n + np.arange(k)
+            alive = self.lifecycle.are_alive(now, self.camera).nonzero()[0]
+            now, places = picked(now, alive), places[alive]
+        if len(born):
+            new = ActiveTracks.born(observed.take(born), scores[born], existence.born, next_id)
+            now = ActiveTracks.concatenate((now, new))
+            places = np.concatenate((places, n + k + born))
+        return Renewed(now, places, existence.detector, gains)
+
+    def updated(
+        self,
+        matched: ActiveTracks,
+        observed: Beliefs,
+        scores: Float[Array, " k"],
+        existence: Float[Array, " k"],
+        dt: float,
+        gains: Gains | None,
+    ) -> Updated:
+        """See `Tracker.update_tracks`."""
+        beliefs, innovations, gains = self.beliefs_after(matched, observed, dt, gains)
+        return matched.seen_again(beliefs, scores, existence, innovations), gains
 
     def beliefs_after(
         self, matched: ActiveTracks, observed: Beliefs, dt: float, gains: Gains | None

@@ -158,7 +158,8 @@ class Tracker:
         motion, dt = self.state.clock.since_look(frame)
         tracks, road = self.state.tracks, self.state.road
         T_now_before, cov, gated = motion.T_now_before, motion.covariance, None
-        if len(tracks) and self._has_our_steps and self._turns_for_certain(motion, cov):
+        is_ours = self._has_our("predict_tracks", "gate")
+        if len(tracks) and is_ours and self._turns_for_certain(motion, cov):
             survival = 1.0 if self.existence is None else self.existence.survival(dt)
             moving = self.dynamics, (T_now_before, cov), (dt, survival)
             tracks, gated = Expectation.of(tracks, observed, *moving, self.camera, self.sigmas)
@@ -251,11 +252,10 @@ class Tracker:
         )
         return predicted_tracks, T_now_before
 
-    @property
-    def _has_our_steps(self) -> bool:
-        """Whether one kernel may predict and gate: no class of one's own does it otherwise."""
+    def _has_our(self, *steps: str) -> bool:
+        """Whether one kernel may take these steps: no class of one's own takes them otherwise."""
         own = type(self)
-        return own.predict_tracks is Tracker.predict_tracks and own.gate is Tracker.gate
+        return own is Tracker or all(getattr(own, each) is getattr(Tracker, each) for each in steps)
 
     def _turns_for_certain(self, motion: CameraMotion, cov: Float[Array, "6 6"]) -> bool:
         """Whether no filter corrects the rotation of the camera. cov: of the motion."""
@@ -336,15 +336,14 @@ class Tracker:
 
         scores: of the detections. existence: after them. dt: seconds since the last frame.
         """
-        given = matched, observed, dt, gains
-        updated, innovations, gains = self.renewal.beliefs_after(*given)
-        return matched.seen_again(updated, scores, existence, innovations), gains
+        return self.renewal.updated(matched, observed, scores, existence, dt, gains)
 
     @property
     def renewal(self) -> Renewal:
         """What renews the tracks by the detections of a frame."""
         parts = self.dynamics, self.box_filter, self.existence, self.lifecycle
-        return Renewal(*parts, self.camera)
+        is_ours = self._has_our("update_tracks")
+        return Renewal(*parts, self.camera, None if is_ours else self.update_tracks)
 
     def car_estimates(self, tracks: ActiveTracks, road: RoadMemory) -> CarEstimates | None:
         """The states of the cars behind these tracks; None without a `car_filter`."""

@@ -4,11 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from jaxtyping import Bool
+from numpy import ndarray as Array
 
 from tests.tracker.samples import LEVEL, PITCHED, Car, Drive, drive, frames_with, ids_of
-from tracker import Detections, Frame, Tracker
+from tracker import Camera, Detections, Frame, Tracker
 from tracker.association import Match
 from tracker.batch import follows_together
+from tracker.lifecycle import ActiveTracks, Lifecycle
 from tracker.state import TrackerStatistics
 from tracker.suppression import Suppression
 
@@ -228,7 +231,18 @@ def test_filters_of_ones_own_are_asked(name: str) -> None:
     assert not follows_together(mine)
 
 
-@pytest.mark.parametrize("name", ["predict_tracks", "gate"])
+def test_a_life_of_ones_own_ends_tracks() -> None:
+    class Mine(Lifecycle):
+        """No track outlives a miss, whatever gap is allowed."""
+
+        def are_alive(self, tracks: ActiveTracks, camera: Camera) -> Bool[Array, " n"]:
+            return ~np.isnan(tracks.scores)
+
+    mine = replace(Tracker.default(LEVEL), lifecycle=Mine(birth_score=0.8, max_gap=3.0))
+    assert _passed(mine) == {0: [0], 1: [1, 2]}
+
+
+@pytest.mark.parametrize("name", ["predict_tracks", "gate", "update_tracks"])
 def test_steps_of_ones_own_are_taken(name: str) -> None:
     taken = []
 

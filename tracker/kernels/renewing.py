@@ -54,11 +54,7 @@ def copy_belief(beliefs, row, out, at):
             out_cov[at, line, column] = cov[row, line, column]
 
 
-@kernel(
-    A_I1, A_I1, A_I1, A1, A_I1, *BELIEFS, F1, I1, F1, A2, *BELIEFS, A2, *BELIEFS, F1, INT,
-    FLOAT, A1, F1, FLOAT, OUT_I1, *OUT_BELIEFS, OUT1, OUT_I1, OUT1, OUT2, OUT1, OUT_I1,
-    allocates=False,
-)  # fmt: skip
+@inlined
 def renew_tracks(
     rows, columns, born, scores, ids, base, yaw, size, velocity, cov, boxes, since, hits,
     existence, old_innovations, new_base, new_yaw, new_size, new_velocity, new_cov, new_boxes,
