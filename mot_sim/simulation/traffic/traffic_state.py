@@ -93,11 +93,9 @@ class Finite(Traffic, Protocol):
 def colliding_pairs(poses: Float[Array, "n 3"], size: Float[Array, "n 3"]) -> Int[Array, "p 2"]:
     """Rows i < j of cars at poses x, y, heading whose footprints share some area."""
     reach = 0.5 * np.hypot(size[:, 0], size[:, 2])
-    spare = reach[:, None] + SPARE_METRES
-    low, high = poses[:, :2] - spare, poses[:, :2] + spare
-    meet = (low[:, None, 0] <= high[None, :, 0]) & (low[:, None, 1] <= high[None, :, 1])
-    near = np.argwhere(meet & meet.T)
-    i, j = near[near[:, 0] < near[:, 1]].T
+    across, down = (poses[:, None, axis] - poses[None, :, axis] for axis in (0, 1))
+    near = across**2 + down**2 < (reach[:, None] + reach + SPARE_METRES) ** 2
+    i, j = np.nonzero(np.triu(near, k=1))
     apart = np.hypot(*(poses[i, :2] - poses[j, :2]).T)
     near = np.stack((i, j), axis=1)[apart < reach[i] + reach[j]]
     if not len(near):

@@ -1,6 +1,7 @@
 """Cars that follow their ways by the Intelligent Driver Model (IDMVehicle), and the ego car."""
 
 from functools import cached_property
+from math import pi, sqrt
 
 import numpy as np
 from highway_env.road.road import LaneIndex
@@ -75,11 +76,14 @@ class Car(IDMVehicle):
             self.COMFORT_ACC_MAX *= driver.briskness
         self.slowing = SLOWING * (1.0 if driver is None else driver.briskness)  # before bends, m/s2
         position, heading = lane.position(place[1], self.drift), lane.heading_at(place[1])
-        super().__init__(road, position, float(heading), speed, lane_index, MAX_SPEED)
+        # (With a road highway-env would look for the nearest of all lanes.)
+        super().__init__(None, position, float(heading), speed, lane_index, MAX_SPEED)
+        self.road = road
         self.LENGTH, self.HEIGHT, self.WIDTH = size
         self.diagonal = float(np.hypot(self.LENGTH, self.WIDTH))
         self.number, self.eagerness, self.row = number, eagerness, 0
         self.lane_index, self.lane = lane_index, lane
+        self.slip: float | None = None  # sine of its angle; None: the wheels' angle is told
         self.held = False  # at the line before the next segment of its way
         # Gap to, and speed of, a car that will merge in front of this one.
         self.before: tuple[float, float] | None = None
@@ -91,6 +95,7 @@ class Car(IDMVehicle):
         self._note_place()
 
     def _note_place(self) -> None:
+        self._limit: float | None = None
         self.along, self.aside = map(float, self.lane.local_coordinates(self.position))
 
     @property
@@ -120,36 +125,40 @@ class Car(IDMVehicle):
         self.stood_for = self.stood_for + 1 if self.speed < STANDING_SPEED else 0
         if self.driver is not None:
             self.drift, self.pace = self.driver.at(self.ticks * TICK_SECONDS)
+            self._limit = None
         if self.crashed:
             self.crashed_for += 1
             braking = min(6.0, self.speed / TICK_SECONDS)
-            self.action = {"steering": 0.0, "acceleration": -braking}
+            self.slip, self.action = None, {"steering": 0.0, "acceleration": -braking}
             return
         if len(self.road.beside(self.lane_index)) > 1:
             self.choose_lane()
-        wanted = min(self.follow(index) for index in {self.lane_index, self.target_lane_index})
+        wanted = self.follow(self.lane_index)
+        if self.lane_index != self.target_lane_index:
+            wanted = min(wanted, self.follow(self.target_lane_index))
         wanted = max(min(wanted, self.COMFORT_ACC_MAX), -MAX_BRAKING, -self.speed / TICK_SECONDS)
-        self.action = {"steering": self.steering(), "acceleration": wanted}
+        self.slip, self.action = self.wanted_slip(), {"acceleration": wanted}
 
     def follow(self, lane_index: LaneIndex) -> float:
         """The acceleration that a lane allows: the car in front, one coming in, a line, its end."""
         front, _ = self.road.neighbour_vehicles(self, lane_index)
         if front is not None and self._gets_past(front):
             front = self.road.next_on_way(self)
-        wanted = self.acceleration(self, front)
+        free = self._free_acceleration()
+        wanted = free if front is None else self._behind(front, free)
         for other in self.road.changing:
             comes_in = other is not self and other.target_lane_index == lane_index
             if comes_in and self.road.distance(self, other) > 0.0:
-                wanted = min(wanted, self.acceleration(self, other))
+                wanted = min(wanted, self._behind(other, free))
         if self.before is not None:
             gap, speed = self.before
-            brake = self.brake(gap, self.speed - speed)
-            wanted = min(wanted, self.acceleration(self) + brake)
+            wanted = min(wanted, free + self.brake(gap, self.speed - speed))
         if self.held:
-            wanted = min(wanted, self.stop_in(self.to_line + 0.5 * STANDING_GAP_METRES))
+            gap = self.to_line + 0.5 * STANDING_GAP_METRES
+            wanted = min(wanted, free + self.brake(gap, self.speed))
         if self.road.is_closing(self, lane_index) and not self._leaves_late():
-            left = self.road.network.get_lane(lane_index).length - self.along
-            wanted = min(wanted, self.stop_in(float(left) - 0.5 * self.LENGTH))
+            left = float(self.road.lanes[lane_index].length) - self.along - 0.5 * self.LENGTH
+            wanted = min(wanted, free + self.brake(left, self.speed))
         return wanted
 
     def _leaves_late(self) -> bool:
@@ -188,43 +197,46 @@ class Car(IDMVehicle):
         car = ego_vehicle
         if car is None:
             return 0.0
+        # (Another car is judged by our acceleration and its own braking.)
+        free = self._free_acceleration(car)
+        return free if front_vehicle is None else car._behind(front_vehicle, free)
+
+    def _free_acceleration(self, other: "Car | None" = None) -> float:
+        """The acceleration of this car, or of another that is as brisk, with nobody before it."""
+        car = other or self
         limit = max(car.speed_limit(), 0.1)
         free = self.COMFORT_ACC_MAX * (1.0 - (car.speed / limit) ** self.DELTA)
         # Faster than wanted, as before a bend: brake gently, not with the fourth power.
-        free = max(free, -2.5)
-        if front_vehicle is None:
-            return free
-        apart = car.road.distance(car, front_vehicle)
-        gap = apart - 0.5 * (car.LENGTH + front_vehicle.LENGTH)
-        turn = np.cos(front_vehicle.heading - car.heading)
-        closing = car.speed - front_vehicle.speed * max(float(turn), 0.0)
-        return free + min(car.brake(gap, closing), 0.0)
+        return max(free, -2.5)
 
-    def stop_in(self, gap: float) -> float:
-        """The acceleration behind something that stands `gap` metres ahead."""
-        return self.acceleration(self) + self.brake(gap, self.speed)
+    def _behind(self, front: "Car", free: float) -> float:
+        """The acceleration behind a car; free: that with nobody there."""
+        apart = self.road.distance(self, front)
+        gap = apart - 0.5 * (self.LENGTH + front.LENGTH)
+        turn = float(np.cos(front.heading - self.heading))
+        closing = self.speed - front.speed * max(turn, 0.0)
+        return free + min(self.brake(gap, closing), 0.0)
 
     def brake(self, gap: float, closing: float) -> float:
         """What a gap takes from the acceleration, when it shrinks by `closing` metres a second."""
         reach = self.TIME_WANTED * self.speed
-        reach += (
-            self.speed * closing / (2.0 * np.sqrt(-self.COMFORT_ACC_MAX * self.COMFORT_ACC_MIN))
-        )
+        reach += self.speed * closing / (2.0 * sqrt(-self.COMFORT_ACC_MAX * self.COMFORT_ACC_MIN))
         wanted = self.DISTANCE_WANTED + max(0.0, float(reach))
         return -self.COMFORT_ACC_MAX * (wanted / max(gap, 0.1)) ** 2
 
     def speed_limit(self) -> float:
         """What this driver wants here, in time for the bends ahead."""
-        wanted = self.eagerness * self.pace
-        limit = self.lane.speed_limit * wanted
-        for index, offset in self.road.lanes_ahead(self)[1:]:
-            ahead = self.road.network.get_lane(index).speed_limit * wanted
-            apart = max(offset - self.along, 0.0)
-            limit = min(limit, float(np.sqrt(ahead**2 + 2.0 * self.slowing * apart)))
-        return float(limit)
+        if self._limit is None:
+            wanted = self.eagerness * self.pace
+            limit = self.lane.speed_limit * wanted
+            for offset, next_limit in self.road.limits_ahead(self):
+                ahead, apart = next_limit * wanted, max(offset - self.along, 0.0)
+                limit = min(limit, sqrt(ahead**2 + 2.0 * self.slowing * apart))
+            self._limit = float(limit)
+        return self._limit
 
-    def steering(self) -> float:
-        """The steering angle towards the middle of the lane that it wants to be in.
+    def wanted_slip(self) -> float:
+        """The sine of the slip angle that leads to the middle of the lane that it wants to be in.
 
         highway-env's cascade (place, heading, heading rate), but a slow car does not turn across
         the road to get there: it keeps within STEEPEST of the lane's direction.
@@ -232,16 +244,14 @@ class Car(IDMVehicle):
         index = self.target_lane_index
         along, aside = self.along, self.aside
         if index != self.lane_index:
-            along, aside = self.road.network.get_lane(index).local_coordinates(self.position)
+            along, aside = map(float, self.road.lanes[index].local_coordinates(self.position))
         speed = max(self.speed, 0.5)
         aside -= self.drift
         across = max(min(self.KP_LATERAL * aside / speed, MAX_LANE_ANGLE), -MAX_LANE_ANGLE)
-        course = self.road.course(self, index, float(along) + speed * self.TAU_PURSUIT)
-        error = (course - across - self.heading + np.pi) % (2.0 * np.pi) - np.pi
+        course = self.road.course(self, index, along + speed * self.TAU_PURSUIT)
+        error = (course - across - self.heading + pi) % (2.0 * pi) - pi
         most = min(MAX_LATERAL_ACCELERATION * 0.5 * self.LENGTH / speed**2, 1.0)
-        slip = max(min(0.5 * self.LENGTH / speed * self.KP_HEADING * error, most), -most)
-        angle = np.arctan(2.0 * np.tan(np.arcsin(slip)))
-        return float(max(min(angle, self.MAX_STEERING_ANGLE), -self.MAX_STEERING_ANGLE))
+        return max(min(0.5 * self.LENGTH / speed * self.KP_HEADING * error, most), -most)
 
     def choose_lane(self) -> None:
         """Leave a lane that ends as soon as there is a gap; else change as MOBIL says."""
@@ -279,9 +289,22 @@ class Car(IDMVehicle):
             return False
         return bool(rear is None or self.acceleration(rear, self) >= least)
 
-    def on_state_update(self) -> None:
-        """Note lane and place after a tick; go on to the next segment of the way."""
-        self._note_place()
+    def controls(self, dt: float) -> tuple[float, float, float, float, float]:
+        """Steering, rad, acceleration, m/s2, speed, m/s, heading, rad, and length, m, of a tick.
+
+        dt: seconds of it.
+        """
+        self.timer += dt
+        self.clip_actions()
+        told = self.action
+        return told["steering"], told["acceleration"], self.speed, self.heading, self.LENGTH
+
+    def move_to(
+        self, position: Float[Array, "2"], heading: float, speed: float, along: float, aside: float
+    ) -> None:
+        """Note where a tick has led, along and aside of the lane; go on to the next of the way."""
+        self.position, self.heading, self.speed = position, heading, speed
+        self.along, self.aside, self._limit = along, aside, None
         if self.along > self.lane.length and self.leg + 1 < len(self.path):
             after = self.path[self.leg + 1]
             self.target_lane_index = self.road.onward(self.target_lane_index, after)[0]
@@ -336,14 +359,14 @@ class EgoCar(Car):
         if self.told_action is not None:  # it does not drive backwards
             wanted, angle = self.told_action
             wanted = max(wanted, -float(self.speed) / TICK_SECONDS)
-            self.action = {"steering": angle, "acceleration": wanted}
+            self.slip, self.action = None, {"steering": angle, "acceleration": wanted}
             return
         if self.crashed or self.told_speed is None:
             super().act(action)
             return
         wanted = self.KP_A * (self.told_speed - self.speed)
         wanted = max(min(wanted, self.ACC_MAX), -MAX_BRAKING, -self.speed / TICK_SECONDS)
-        self.action = {"steering": self.steering(), "acceleration": float(wanted)}
+        self.slip, self.action = self.wanted_slip(), {"acceleration": float(wanted)}
 
     def driving(self, touches: bool) -> Driving:
         """How it drives now; touches: whether it overlaps another car."""

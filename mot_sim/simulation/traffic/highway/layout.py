@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import pi
 
 import numpy as np
@@ -9,6 +10,8 @@ from highway_env.road.lane import AbstractLane, CircularLane, LineType, Straight
 from highway_env.road.road import RoadNetwork
 from jaxtyping import Float
 from numpy import ndarray as Array
+
+from mot_sim.simulation.traffic.highway.lane_table import LaneTable
 
 LANE_WIDTH_METRES = 3.5
 NONE = LineType.NONE
@@ -92,6 +95,11 @@ class Layout:
     """Where cars may park."""
     reach: float = 1e9
     """Metres around the ego car's start within which the other cars begin."""
+
+    @cached_property
+    def table(self) -> LaneTable:
+        """All lanes in arrays."""
+        return LaneTable(self.network.lanes_dict())
 
 
 def straight_lane(

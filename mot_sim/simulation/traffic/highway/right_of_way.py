@@ -1,6 +1,6 @@
 """Who waits at which line: first come, first served at a crossing; give way at a merge."""
 
-from collections.abc import Iterable
+from functools import lru_cache
 
 import numpy as np
 
@@ -25,7 +25,7 @@ class RightOfWay:
         self.waiting: list[Car] = []
         self.going: dict[Car, int] = {}  # the leg of each that lies behind its line
         self.waits: dict[Car, int] = {}  # ticks
-        self.ring = frozenset(circulating(layout.paths)) | layout.merges
+        self.ring = circulating(layout.paths) | layout.merges
         lanes = [layout.network.get_lane((*segment, 0)) for segment in self.ring]
         self.ring_metres = sum(float(lane.length) for lane in lanes)
 
@@ -161,7 +161,8 @@ class RightOfWay:
         return None
 
 
-def circulating(paths: Iterable[Path]) -> set[Segment]:
+@lru_cache(maxsize=16)  # a town takes an eighth of a second
+def circulating(paths: tuple[Path, ...]) -> frozenset[Segment]:
     """The segments of a ring: from the end of each of them a way leads back to its beginning."""
     segments = {segment for path in paths for segment in path}
     found = set()
@@ -172,7 +173,7 @@ def circulating(paths: Iterable[Path]) -> set[Segment]:
             reached |= new
         if first[0] in reached:
             found.add(first)
-    return found
+    return frozenset(found)
 
 
 def _time_to_pass(distance: float, speed: float, limit: float) -> float:

@@ -4,17 +4,13 @@ from bisect import bisect_left
 from typing import Any
 
 import numpy as np
-from highway_env.road.lane import AbstractLane, StraightLane
 from highway_env.road.road import LaneIndex, Road
-from jaxtyping import Float
-from numpy import ndarray as Array
 
+from mot_sim.simulation.traffic.highway.lane_table import OVERHANG_METRES
 from mot_sim.simulation.traffic.highway.layout import Layout, Segment
 from mot_sim.simulation.traffic.traffic_state import colliding_pairs
 
 MAX_BEHIND_METRES = 120.0  # metres: lanes that begin farther behind this one are not looked at
-LATERAL_MARGIN_METRES = 1.0  # highway-env's rule of who is on a lane
-OVERHANG_METRES = 5.0  # the same, beyond its ends
 MAX_JOINT_METRES = 1.0  # metres between the ends of lanes that lead into one another
 
 
@@ -32,36 +28,61 @@ class CarRoad(Road):
         self._beside: dict[Segment, list[LaneIndex]] = {}
         self._onward: dict[tuple[LaneIndex, Segment], tuple[LaneIndex, bool]] = {}
         self._around: dict[tuple[LaneIndex, int, int], list[tuple[LaneIndex, float]]] = {}
+        self._limits: dict[tuple[LaneIndex, int, int], list[tuple[float, float]]] = {}
         self._seen: dict[LaneIndex, list[tuple[int, float]]] = {}
         self._placed: dict[tuple[LaneIndex, int, int], tuple[list[float], list[int]]] = {}
-        self._positions = np.zeros((0, 2))
-        self._lanes = {index: row for row, index in enumerate(layout.network.lanes_dict())}
-        self._circles = np.array([circle_around(lane) for lane in layout.network.lanes_list()])
-        self._may_hold = [True] * len(self._lanes)
+        self._local: dict[tuple[LaneIndex, Any], tuple[float, float]] = {}
+        self.lanes = layout.network.lanes_dict()
+        self.table = layout.table
+        # Of each lane, how far aside and how far along somebody is still on it.
+        ends = (self.table.length + OVERHANG_METRES).tolist()
+        both = zip(self.table.reach.tolist(), ends, strict=True)
+        self._bounds = dict(zip(self.table.names, both, strict=True))
         self.changing: list[Any] = []  # cars on their way to another lane
 
     def act(self) -> None:
-        """Let every car decide."""
+        """Let every car decide, and turn the wheels so that it slips as it wants to."""
         self.forget()
         super().act()
+        turning = [car for car in self.vehicles if car.slip is not None]
+        slips = np.array([car.slip for car in turning])
+        angles = np.arctan(2.0 * np.tan(np.arcsin(slips))).tolist()
+        for car, angle in zip(turning, angles, strict=True):
+            most = car.MAX_STEERING_ANGLE
+            car.action["steering"] = max(min(angle, most), -most)
 
     def step(self, dt: float) -> None:
-        """Move every car; those that now overlap have crashed, without highway-env's jumps."""
-        for car in self.vehicles:
-            car.step(dt)
-        if len(self.vehicles) > 1:
-            poses = np.array([car.pose for car in self.vehicles])
-            size = np.array([car.size for car in self.vehicles])
+        """Move every car; those that now overlap have crashed, without highway-env's jumps.
+
+        The sums are those of `Vehicle.step`, a car each row: a bicycle, its slip angle halfway.
+        """
+        cars, self._local = self.vehicles, {}
+        if not cars:
+            return
+        controls = np.array([car.controls(dt) for car in cars])
+        steering, acceleration, speed, heading, length = controls.T
+        slip = np.arctan(0.5 * np.tan(steering))
+        course = heading + slip
+        velocity = speed[:, None] * np.stack((np.cos(course), np.sin(course)), axis=1)
+        positions = np.array([car.position for car in cars]) + velocity * dt
+        heading = heading + speed * np.sin(slip) / (0.5 * length) * dt
+        rows = np.array([self.table.rows[car.lane_index] for car in cars])
+        motion = heading, speed + acceleration * dt, *self.table.own_places(rows, positions)
+        for car, position, moved in zip(
+            cars, positions, np.transpose(motion).tolist(), strict=True
+        ):
+            car.move_to(position, *moved)
+        if len(cars) > 1:
+            poses = np.column_stack((positions, heading))
+            size = np.array([car.size for car in cars])
             for row in set(colliding_pairs(poses, size).ravel().tolist()):
-                self.vehicles[row].crashed = True
+                cars[row].crashed = True
 
     def forget(self) -> None:
         """Begin a new search: cars have moved, come or gone."""
-        self._seen, self._placed = {}, {}
-        self._positions = np.array([car.position for car in self.vehicles]).reshape(-1, 2)
-        x, y, radius = self._circles.T
-        apart = np.hypot(x[:, None] - self._positions[:, 0], y[:, None] - self._positions[:, 1])
-        self._may_hold = (apart < radius[:, None]).any(axis=1).tolist()
+        self._placed, self._local = {}, {}
+        positions = np.array([car.position for car in self.vehicles]).reshape(-1, 2)
+        self._seen = self.table.who_is_on(self.table.may_hold(positions), positions)
         for row, car in enumerate(self.vehicles):
             car.row = row
         self.changing = [car for car in self.vehicles if car.lane_index != car.target_lane_index]
@@ -72,7 +93,7 @@ class CarRoad(Road):
         if index == vehicle.lane_index:
             here = vehicle.along
         else:
-            here = float(self.network.get_lane(index).local_coordinates(vehicle.position)[0])
+            here = float(self.lanes[index].local_coordinates(vehicle.position)[0])
         places, rows = self._places(vehicle, index)
         ahead = bisect_left(places, here)
         behind = ahead - 1
@@ -92,36 +113,47 @@ class CarRoad(Road):
         if key not in self._placed:
             place: dict[int, float] = {}
             for ahead, offset in self.lanes_around(vehicle, index):
-                if self._may_hold[self._lanes[ahead]]:
-                    for row, along in self._on_lane(ahead):
-                        place.setdefault(row, along + offset)
+                for row, along in self._seen.get(ahead, ()):
+                    place.setdefault(row, along + offset)
             # Of cars at one place highway-env takes the last in front and the first behind.
-            order = sorted(place, key=lambda row: (place[row], -row))
-            self._placed[key] = [place[row] for row in order], order
+            order = sorted([(along, -row) for row, along in place.items()])
+            self._placed[key] = [along for along, _ in order], [-row for _, row in order]
         return self._placed[key]
 
-    def _on_lane(self, index: LaneIndex) -> list[tuple[int, float]]:
-        """Who is on a lane, and how far along it."""
-        if index not in self._seen:
-            lane = self.network.get_lane(index)
-            along, aside = project(lane, self._positions)
-            inside = (along >= -OVERHANG_METRES) & (along < lane.length + OVERHANG_METRES)
-            on_it = inside & (np.abs(aside) <= 0.5 * lane.width_at(0.0) + LATERAL_MARGIN_METRES)
-            rows = np.flatnonzero(on_it)
-            self._seen[index] = list(zip(rows.tolist(), along[rows].tolist(), strict=True))
-        return self._seen[index]
-
     def distance(self, car: Any, other: Any) -> float:
-        """Metres between the centres along the first car's way; negative if the other is behind."""
+        """Metres between the centres along the first car's way; negative if the other is behind.
+
+        Along the car's own lane where the other is on none of those around.
+        """
+        beside: float | None = None
         for index, offset in self.lanes_around(car, car.lane_index):
-            lane = self.network.get_lane(index)
             if index == other.lane_index:
                 along, aside = other.along, other.aside
             else:
-                along, aside = lane.local_coordinates(other.position)
-            if lane.on_lane(other.position, along, aside, margin=LATERAL_MARGIN_METRES):
-                return float(along) + offset - car.along
-        return float(car.lane_distance_to(other))
+                along, aside = self._place_on(index, other)
+            reach, end = self._bounds[index]
+            if abs(aside) <= reach and -OVERHANG_METRES <= along < end:
+                return along + offset - car.along
+            if beside is None:
+                beside = along
+        assert beside is not None
+        return beside - car.along
+
+    def _place_on(self, index: LaneIndex, car: Any) -> tuple[float, float]:
+        """Where a car is along a lane that is not its own, and how far to the right."""
+        key = (index, car)
+        if key not in self._local:
+            along, aside = self.lanes[index].local_coordinates(car.position)
+            self._local[key] = float(along), float(aside)
+        return self._local[key]
+
+    def limits_ahead(self, car: Any) -> list[tuple[float, float]]:
+        """Where the lanes after a car's own begin, metres along that, and their speed limits."""
+        key = (car.lane_index, car.way, car.leg)
+        if key not in self._limits:
+            ahead = self.lanes_ahead(car)[1:]
+            self._limits[key] = [(offset, self.lanes[index].speed_limit) for index, offset in ahead]
+        return self._limits[key]
 
     def lanes_ahead(self, car: Any) -> list[tuple[LaneIndex, float]]:
         """The car's lane and those after it on its way, with where they begin along its lane."""
@@ -202,28 +234,3 @@ class CarRoad(Road):
         """Whether a lane of the car's segment ends although its way goes on."""
         path = self.layout.paths[car.way]
         return car.leg + 1 < len(path) and not self.onward(index, path[car.leg + 1])[1]
-
-
-def circle_around(lane: AbstractLane) -> tuple[float, float, float]:
-    """x, y, radius of a circle outside of which nobody is on a lane."""
-    points = np.array([lane.position(along, 0.0) for along in np.linspace(0.0, lane.length, 9)])
-    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    reach = np.hypot(*(points - middle).T).max()
-    # The points on a bend lie apart: a sixteenth of its length is more than it bulges between.
-    beside = 0.5 * float(lane.width_at(0.0)) + LATERAL_MARGIN_METRES
-    spare = OVERHANG_METRES + beside + (float(lane.length) - reach) / 16.0
-    return float(middle[0]), float(middle[1]), float(reach + max(spare, OVERHANG_METRES + beside))
-
-
-def project(
-    lane: AbstractLane, positions: Float[Array, "n 2"]
-) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-    """`AbstractLane.local_coordinates` of many points: metres along a lane and right of it."""
-    if isinstance(lane, StraightLane):
-        apart = positions - lane.start
-        return apart @ lane.direction, apart @ lane.direction_lateral
-    apart = positions - lane.center
-    turn = np.arctan2(apart[:, 1], apart[:, 0]) - lane.start_phase
-    turn = (turn + np.pi) % (2.0 * np.pi) - np.pi
-    aside = lane.radius - np.hypot(apart[:, 0], apart[:, 1])
-    return lane.direction * turn * lane.radius, lane.direction * aside

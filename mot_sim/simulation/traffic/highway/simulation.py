@@ -1,6 +1,8 @@
 """One run of live traffic: cars come, drive and leave; 20 Hz inside, 10 Hz outside."""
 
 from dataclasses import dataclass, field
+from functools import lru_cache
+from math import sqrt
 
 import numpy as np
 from highway_env.road.road import LaneIndex
@@ -36,6 +38,13 @@ EGO_RANGE = (0.7, 1.05)  # of our car's drivers where they differ
 EAGERNESS_RANGE = (0.75, 1.05)  # wanted speeds as a part of the limits
 TOWED_SECONDS = 20.0  # seconds after which who has crashed is gone, so that no jam lasts
 HEADWAY_SECONDS = 1.2  # seconds, of cars that begin or come in behind another
+
+
+@lru_cache(maxsize=512)  # who waits to come in is asked again in every step
+def _drawn(seed: int, effect: str, number: int) -> float:
+    """A number between 0 and 1 of a car, or of an arrival."""
+    key = np.array([number + 1]), np.zeros(1, np.int64)
+    return float(random_numbers.uniform(seed, effect, *key)[0, 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,8 +210,7 @@ class Simulation:
         self.rules.update(self.road.vehicles)
 
     def _draw(self, effect: str, number: int) -> float:
-        key = np.array([number + 1]), np.zeros(1, np.int64)
-        return float(random_numbers.uniform(self.seed, effect, *key)[0, 0])
+        return _drawn(self.seed, effect, number)
 
     def _place_ego(self) -> EgoCar:
         start = self.layout.ego
@@ -227,12 +235,15 @@ class Simulation:
         wander = self.demand.wander
         return Driver(self.seed, number, wander) if wander > 0.0 else None
 
-    def _new_car(self, number: int, way: tuple[int, int], place: tuple[int, float]) -> Car:
+    def _size(self, number: int) -> tuple[float, float, float]:
         row = int(self._draw("size", number) * len(self.demand.sizes))
         length, height, width = self.demand.sizes[row].tolist()
+        return length, height, width
+
+    def _new_car(self, number: int, way: tuple[int, int], place: tuple[int, float]) -> Car:
         eagerness = float(np.interp(self._draw("eagerness", number), (0.0, 1.0), EAGERNESS_RANGE))
-        size, driver = (length, height, width), self._driver(number)
-        return Car(self.road, number, size, way, place, 0.0, eagerness, driver)
+        driver = self._driver(number)
+        return Car(self.road, number, self._size(number), way, place, 0.0, eagerness, driver)
 
     def _fill(self) -> None:
         """Put the first cars on the road, with speeds at which nobody has to brake hard."""
@@ -334,8 +345,10 @@ class Simulation:
     def _let_in(self, number: int, way: int) -> bool:
         """Put a car at the beginning of its way if there is room on one of the lanes."""
         lanes = self.road.beside((*self.layout.paths[way][0], 0))
-        first = int(self._draw("lane", number) * len(lanes))
+        first, length = int(self._draw("lane", number) * len(lanes)), self._size(number)[0]
         for index in lanes[first:] + lanes[:first]:
+            if self._free_speed(index, length) <= MIN_ENTRY_SPEED:
+                continue
             car = self._new_car(number, (way, 0), (index[2], 0.0))
             car.speed = self._entry_speed(car)
             if car.speed > MIN_ENTRY_SPEED:
@@ -345,13 +358,17 @@ class Simulation:
 
     def _entry_speed(self, car: Car) -> float:
         """How fast a car may come in at the beginning of its lane, behind who is on it."""
-        limit = car.speed_limit()
+        return min(car.speed_limit(), self._free_speed(car.lane_index, car.LENGTH))
+
+    def _free_speed(self, lane_index: LaneIndex, length: float) -> float:
+        """The same for a car of some length, m, whatever the limit."""
+        most = np.inf
         for other in self.road.vehicles:
-            if car.lane_index in (other.lane_index, other.target_lane_index):
-                gap = other.along - 0.5 * (car.LENGTH + other.LENGTH) - STANDING_GAP_METRES
-                safe = np.sqrt(other.speed**2 + 2.0 * ENTRY_BRAKING * max(gap, 0.0))
-                limit = min(limit, float(safe), max(gap, 0.0) / HEADWAY_SECONDS)
-        return limit
+            if lane_index in (other.lane_index, other.target_lane_index):
+                gap = other.along - 0.5 * (length + other.LENGTH) - STANDING_GAP_METRES
+                safe = sqrt(other.speed**2 + 2.0 * ENTRY_BRAKING * max(gap, 0.0))
+                most = min(most, safe, max(gap, 0.0) / HEADWAY_SECONDS)
+        return most
 
     @property
     def has_crashed(self) -> bool:

@@ -1,14 +1,17 @@
 """The roads themselves: ways without gaps, on the right, and a search equal to highway-env's."""
 
+from copy import copy
 from typing import Any
 
 import numpy as np
 import pytest
 from highway_env.road.road import Road
+from highway_env.vehicle.kinematics import Vehicle
 
 from mot_sim.simulation.traffic.highway import ROADS, HighwayTraffic
-from mot_sim.simulation.traffic.highway.car import Car
-from mot_sim.simulation.traffic.highway.road import CarRoad, project
+from mot_sim.simulation.traffic.highway.car import TICK_SECONDS, Car
+from mot_sim.simulation.traffic.highway.lane_table import LaneTable
+from mot_sim.simulation.traffic.highway.road import CarRoad
 from tracker.geometry import wrap_angle
 
 
@@ -54,9 +57,50 @@ def test_ways_of_the_intersection_that_cross_exclude_each_other() -> None:
 @pytest.mark.parametrize("road", ["highway", "intersection", "roundabout"])
 def test_points_are_projected_on_a_lane_as_highway_env_does(road: str) -> None:
     points = np.random.default_rng(0).uniform(-60, 60, (20, 2))
-    for lane in ROADS[road]().network.lanes_list():
+    lanes = ROADS[road]().network.lanes_list()
+    table = LaneTable(dict(enumerate(lanes)))
+    rows = np.arange(len(lanes))
+    found = np.stack(table.project(rows, points), axis=2)
+    for row, lane in enumerate(lanes):
         expected = np.array([lane.local_coordinates(point) for point in points])
-        np.testing.assert_allclose(np.transpose(project(lane, points)), expected, atol=1e-9)
+        np.testing.assert_allclose(found[row], expected, atol=1e-9)
+        own = np.transpose(table.own_places(np.full(20, row), points))
+        np.testing.assert_array_equal(own, expected)  # each by itself, to the last bit
+    on_it = {
+        row: [
+            (number, pytest.approx(lane.local_coordinates(point)[0]))
+            for number, point in enumerate(points)
+            if lane.on_lane(point, margin=1.0)
+        ]
+        for row, lane in enumerate(lanes)
+    }
+    for some in (points, points[:0]):
+        found_on = table.who_is_on(table.may_hold(some), some)
+        assert found_on == ({row: who for row, who in on_it.items() if who} if len(some) else {})
+
+
+@pytest.mark.parametrize("road", ["highway", "intersection"])
+def test_cars_move_as_highway_envs_do(road: str) -> None:
+    """The bicycle of all cars at once is `Vehicle.step` of each, to the last bit."""
+    traffic = HighwayTraffic(road, cars=12, wander=1.0, crashes="label")
+    traffic.reset_live(np.random.default_rng(3))
+    for _ in range(20):
+        traffic.step()
+    assert traffic._simulation is not None
+    cars = traffic._simulation.road.vehicles
+    traffic._simulation.road.act()
+    alone = []
+    for car in cars:
+        one = copy(car)
+        one.position, one.action = car.position.copy(), dict(car.action)
+        one.on_state_update = lambda: None  # type: ignore[method-assign]
+        Vehicle.step(one, TICK_SECONDS)
+        alone.append((*one.position, one.heading, one.speed))
+    traffic._simulation.road.step(TICK_SECONDS)
+    moved = [(*car.position, car.heading, car.speed) for car in cars]
+    np.testing.assert_array_equal(moved, alone)
+    places = [car.lane.local_coordinates(car.position) for car in cars]
+    np.testing.assert_array_equal([(car.along, car.aside) for car in cars], places)
 
 
 def run(steps: int) -> list[np.ndarray]:
