@@ -112,4 +112,4 @@ format: $(STAMP)
 	$(BIN)/ruff format .
 
 clean:
-	rm -rf $(VENV) .venv-gl .venv-rl .venv-lowest .numba_cache out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage
+	rm -rf $(VENV) .venv-gl .venv-rl .venv-lowest out build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage

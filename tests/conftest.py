@@ -29,9 +29,6 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stab
 
 # What the hook that checks the shapes of arrays leaves alone: numba cannot compile what it wraps.
 UNHOOKED = ("tracker.kernels", "mot_sim.simulation.kernels")
-# Compiled kernels are kept from run to run, for all workers and their processes.
-KERNELS = Path(__file__).parents[1] / ".numba_cache"
-os.environ.setdefault("NUMBA_CACHE_DIR", str(KERNELS))
 # Recorded truths are shared by all workers of a run, and by no two runs.
 if "MOT_SIM_CACHE" not in os.environ:
     os.environ["MOT_SIM_CACHE"] = tempfile.mkdtemp(prefix="mot-sim-truth-")

@@ -91,7 +91,8 @@ class Export:
         tables = {name: list(writer.lines(tracks_of_boxes(path))) for name, path in files.items()}
         for name, lines in tables.items():
             write_lines(self.out / f"{name}{writer.suffix}", lines)
-        terminal.write(f"{self.out}: {len(tables)} sequences for {self.to}\n")
+        count = len(tables)
+        terminal.write(f"{self.out}: {count} sequence{'s' * (count != 1)} for {self.to}\n")
         return OK
 
     def _for_server(self, terminal: Terminal) -> int:

@@ -10,7 +10,6 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float, Shaped
 from numpy import ndarray as Array
-from scipy.special import expit
 
 from mot_sim.datasets.box_checks import (
     CUBOID_COLUMNS,
@@ -72,6 +71,8 @@ class ScoreMap:
 
     def __call__(self, scores: Float[Array, " n"]) -> Float[Array, " n"]:
         """The probability that a box of that score is right."""
+        from scipy.special import expit  # noqa: PLC0415 - slower to load than all the rest
+
         with np.errstate(over="ignore"):  # far from the midpoint it is 0 or 1
             return expit((scores - self.midpoint) / self.scale)
 
