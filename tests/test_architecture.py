@@ -35,6 +35,7 @@ ROOMS: dict[str, set[str]] = {
     "association": {"kernels"},
     "existence": {"lifecycle"},
     "gap_rows": {"lifecycle", "car_filter"},
+    "output_rows": {"existence"},
     "box_filter": {"lifecycle"},
     "score_scale": {"types"},
     "motion_check": {"types"},
@@ -54,6 +55,7 @@ ROOMS: dict[str, set[str]] = {
         "ego_motion",
         "expectation",
         "renewal",
+        "output_rows",
     }
     | {"camera_rotation_filter", "gap_rows"},
     "batch": {"tracker"},

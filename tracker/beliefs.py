@@ -3,9 +3,10 @@
 Sharma et al., ICRA 2018: `Lift` is phi(pi_G^-1(.), s) of eqs. 2-4.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -15,7 +16,8 @@ from tracker.geometry.ground import MIN_DIP
 from tracker.kernels import Kernel
 from tracker.types import Camera, Cuboids, Detections
 from tracker.types.embedding import Embedding
-from tracker.types.rows import RowIndex, Rows
+from tracker.types.packed import ColumnBlock, PackedRows
+from tracker.types.rows import RowIndex
 from tracker.types.shape_pose import ShapePose
 
 # Length, height, width of the median car among KITTI's labels (ten sequences), metres.
@@ -34,7 +36,7 @@ STRETCH = Kernel("tracker.kernels.pairing", "stretch")
 
 
 @dataclass(frozen=True, eq=False)
-class Beliefs(Rows):
+class Beliefs(PackedRows):
     """Objects in the road frame of one moment, with their uncertainty; one per row."""
 
     cuboids: Cuboids
@@ -51,8 +53,12 @@ class Beliefs(Rows):
     embedding: Embedding | None = None
     """Appearance as last measured; None where no detector gives it."""
 
-    def __len__(self) -> int:
-        return len(self.boxes)  # sooner than by way of the cuboids
+    BLOCKS: ClassVar[Mapping[str, ColumnBlock]] = {
+        "cuboids": ColumnBlock(0, 7, table=Cuboids),
+        "velocity": ColumnBlock(7, 2, (2,)),
+        "cov": ColumnBlock(9, 16, (4, 4)),
+        "boxes": ColumnBlock(25, 4, (4,)),
+    }
 
     @classmethod
     def empty(cls) -> "Beliefs":

@@ -32,6 +32,13 @@ class Gains(NamedTuple):
     power: Float[Array, "3 4"]
     """Summed squares of those innovations, in box heights squared."""
 
+    @classmethod
+    def cut(cls, numbers: Float[Array, "27"]) -> "Gains":
+        """Those that lie one after the other: gains, power, pairs."""
+        return cls(
+            numbers[:12].reshape(3, 4), numbers[24:].reshape(3, 1), numbers[12:24].reshape(3, 4)
+        )
+
 
 class Filtered(NamedTuple):
     """What the filter makes of new boxes; one row per track that was detected."""
@@ -65,6 +72,11 @@ class BoxFilter:
     border: float = 2.0
     """A box this near to the image's border, px, is cut by it and taken as it is; more: fewer boxes
     are filtered."""
+
+    @property
+    def settings(self) -> tuple[Float[Array, "2"], float, float]:
+        """`sizes` as an array, `border` and `prior`."""
+        return self.size_limits, self.border, self.prior
 
     @cached_property
     def size_limits(self) -> Float[Array, "2"]:

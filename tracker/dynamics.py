@@ -11,8 +11,10 @@ from numpy import ndarray as Array
 from tracker.beliefs import Beliefs
 from tracker.kernels import Kernel
 from tracker.types.embedding import Embedding
+from tracker.types.packed import read_only
 from tracker.types.shape_pose import ShapePose
 
+MOVE_COVARIANCES = Kernel("tracker.kernels.expecting", "move_covariances")
 CORRECT_PLACES = Kernel("tracker.kernels.lifting", "correct_places")
 
 
@@ -39,10 +41,11 @@ class ConstantPosition:
 
     def predict(self, beliefs: Beliefs, dt: float) -> tuple[Beliefs, Float[Array, "n 2"] | None]:
         """The same place, with a larger covariance."""
-        cov = beliefs.cov.copy()
-        cov[:, 0, 0] += (self.speed_std[0] * dt) ** 2
-        cov[:, 1, 1] += (self.speed_std[1] * dt) ** 2
-        return beliefs.replaced(cov=cov, shape_pose=_later(beliefs, dt)), None
+        return _later(beliefs, dt, *self.motion_model(dt)), None
+
+    def motion_model(self, dt: float) -> tuple[float, Float[Array, "4 4"]]:
+        """How long it goes on with its velocity, s, and what is added to the covariance."""
+        return 0.0, _position_noise(round(dt, 6), tuple(self.speed_std))
 
     def update(self, expected: Beliefs, observed: Beliefs) -> Beliefs:
         """The detection as it is."""
@@ -66,10 +69,11 @@ class ConstantVelocity:
 
     def predict(self, beliefs: Beliefs, dt: float) -> tuple[Beliefs, Float[Array, "n 2"] | None]:
         """F x and F P F' + Q; the shift of the position is returned apart."""
-        FF, Q = _motion_model(round(dt, 6), self.acceleration_std)
-        cov = beliefs.cov.reshape(-1, 16).dot(FF).reshape(-1, 4, 4) + Q
-        moved = beliefs.replaced(cov=cov, shape_pose=_later(beliefs, dt))
-        return moved, beliefs.velocity * dt
+        return _later(beliefs, dt, *self.motion_model(dt)), beliefs.velocity * dt
+
+    def motion_model(self, dt: float) -> tuple[float, Float[Array, "4 4"]]:
+        """How long it goes on with its velocity, s, and what is added to the covariance."""
+        return dt, _velocity_noise(round(dt, 6), self.acceleration_std)
 
     def update(self, expected: Beliefs, observed: Beliefs) -> Beliefs:
         """The Kalman update by the observed position; the box is the observed one.
@@ -90,9 +94,15 @@ class ConstantVelocity:
         )
 
 
-def _later(beliefs: Beliefs, dt: float) -> ShapePose | None:
-    """Shape and pose `dt` seconds later."""
-    return None if beliefs.shape_pose is None else beliefs.shape_pose.after(dt)
+# The dynamics that kernels know; classes made of them are asked themselves.
+OUR_DYNAMICS = (ConstantPosition, ConstantVelocity)
+
+
+def _later(beliefs: Beliefs, dt: float, step: float, noise: Float[Array, "4 4"]) -> Beliefs:
+    """Beliefs `dt` seconds later, where they were before. step, noise: of the motion model."""
+    cov, pose = np.empty((len(beliefs), 4, 4)), beliefs.shape_pose
+    MOVE_COVARIANCES(beliefs.cov, step, noise, cov)
+    return beliefs.replaced(cov=cov, shape_pose=None if pose is None else pose.after(dt))
 
 
 def _latest(expected: Beliefs, observed: Beliefs) -> tuple[ShapePose | None, Embedding | None]:
@@ -106,14 +116,15 @@ def _latest(expected: Beliefs, observed: Beliefs) -> tuple[ShapePose | None, Emb
 
 
 @lru_cache(maxsize=64)
-def _motion_model(dt: float, acceleration_std: float) -> tuple[Array, Array]:
-    """F (x) F and Q of (x, z, velocity x, velocity z); dt to the microsecond.
+def _position_noise(dt: float, speed_std: tuple[float, float]) -> Float[Array, "4 4"]:
+    """That of a car that may have these speeds."""
+    return read_only(np.diag(np.square([speed_std[0] * dt, speed_std[1] * dt, 0.0, 0.0])))
 
-    Covariances as rows of 16 numbers times the former are F P F'.
-    """
-    F = np.eye(4)
-    F[0, 2] = F[1, 3] = dt
-    return np.kron(F, F).T.copy(), acceleration_noise(dt, acceleration_std)
+
+@lru_cache(maxsize=64)
+def _velocity_noise(dt: float, acceleration_std: float) -> Float[Array, "4 4"]:
+    """That of a car that may accelerate so; dt to the microsecond."""
+    return read_only(acceleration_noise(dt, acceleration_std))
 
 
 def acceleration_noise(dt: float, std: float) -> Float[Array, "4 4"]:

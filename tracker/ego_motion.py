@@ -22,6 +22,7 @@ NO_COV = np.zeros((6, 6))
 # A box grows at most five times as the camera passes the car.
 MIN_SCALE = 0.2
 LIMITS = np.array([MIN_DEPTH, MIN_SCALE])
+MOVE_ROAD = Kernel("tracker.kernels.expecting", "move_road")
 CARRY_BELIEFS = Kernel("tracker.kernels.lifting", "carry_beliefs")
 
 
@@ -99,11 +100,10 @@ class RoadMotion(NamedTuple):
     @classmethod
     def of(cls, T_now_before: Float[Array, "4 4"], camera: Camera) -> "RoadMotion":
         """That of a motion of this camera, as in `Frame`."""
-        T_road = camera.T_road_cam.dot(T_now_before).dot(camera.T_cam_road)
-        turn = math.atan2(T_road[0, 2] - T_road[2, 0], T_road[0, 0] + T_road[2, 2])
-        K_R = camera.K.dot(T_now_before[:3, :3])
-        shift, by_moved = camera.K.dot(T_now_before[:3, 3]), K_R.dot(camera.T_cam_road[:3, :3:2])
-        return cls(T_road, turn, K_R.dot(camera.K_inverse), shift, by_moved)
+        lens, out = (camera.K, camera.K_inverse, camera.T_cam_road, camera.T_road_cam), np.empty(35)
+        MOVE_ROAD(T_now_before, *lens, out)
+        matrices = out[:16].reshape(4, 4), float(out[34]), out[16:25].reshape(3, 3)
+        return cls(*matrices, out[25:28], out[28:34].reshape(3, 2))
 
 
 def compensate_ego_motion(

@@ -131,7 +131,7 @@ class ExistenceFilter:
         learned = np.empty(4, np.int64)
         given = tracks.existence, tracks.hits, tracks.time_since_update, tracks.beliefs.boxes
         seen = rows, columns, missed, found.scores, born, found.boxes, np.array(detector)
-        how = self._settings, MAX_CONSECUTIVE_STEPS * dt, LIMITS, leaving_border(camera)
+        how = self.settings, MAX_CONSECUTIVE_STEPS * dt, LIMITS, leaving_border(camera)
         JUDGE_ROWS(*given, *seen, *how, after, fresh, learned)
         return ExistenceUpdate(after, fresh, DetectorStatistics(*learned.tolist()))
 
@@ -140,8 +140,8 @@ class ExistenceFilter:
         return math.exp(-dt / self.mean_lifetime)
 
     @cached_property
-    def _settings(self) -> Float[Array, "5"]:
-        """What is assumed of detectors, and what a hit is worth."""
+    def settings(self) -> Float[Array, "5"]:
+        """What is assumed of detectors, and what a hit is worth, in the order of the fields."""
         detection = self.detection_probability, self.detection_prior
         birth = self.birth_probability, self.birth_prior
         return np.array((*detection, *birth, self.likelihood_ratio), float)

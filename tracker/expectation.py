@@ -8,11 +8,12 @@ from numpy import ndarray as Array
 
 from tracker.beliefs import Beliefs
 from tracker.costs.gating import view_of_regions
-from tracker.dynamics import Dynamics
-from tracker.ego_motion import LIMITS, RoadMotion
+from tracker.dynamics import ConstantPosition, ConstantVelocity
+from tracker.ego_motion import LIMITS
 from tracker.kernels import Kernel
 from tracker.lifecycle import ActiveTracks
 from tracker.types import Camera, Cuboids
+from tracker.types.packed import NO_INTS, Packed, read_only
 from tracker.types.shape_pose import ShapePose
 
 EXPECT_TRACKS = Kernel("tracker.kernels.expecting", "expect_tracks")
@@ -31,7 +32,7 @@ class Expectation(NamedTuple):
         cls,
         tracks: ActiveTracks,
         observed: Beliefs,
-        dynamics: Dynamics,
+        dynamics: ConstantPosition | ConstantVelocity,
         motion: tuple[Float[Array, "4 4"], Float[Array, "6 6"]],
         seconds: tuple[float, float],
         camera: Camera,
@@ -40,40 +41,27 @@ class Expectation(NamedTuple):
         """That of tracks after a motion of the camera, with its covariance, as in `Frame`.
 
         observed: the detections of now, lifted. seconds: that passed, and the probability that a
-        car is still there after them. It is what `compensate_ego_motion` and `GatedPairs` give.
+        car is still there after them. It is what `predict`, `compensate_ego_motion` and
+        `GatedPairs` give.
         """
-        (T_now_before, motion_cov), n = motion, len(tracks)
-        before, moved = dynamics.predict(tracks.beliefs, seconds[0])
-        T_road, turn, *pixels = RoadMotion.of(T_now_before, camera)
-        cuboids, seen, most = before.cuboids, observed.boxes, n * len(observed)
-        moved = np.zeros((n, 2)) if moved is None else moved
-        (base, stretched), (boxes, areas) = np.empty((2, n, 3)), np.empty((2, n, 4))
-        yaw, since, existence, scores = np.empty((4, n))
-        velocity, covs, (rows, columns) = (
-            np.empty((n, 2)),
-            np.empty((n, 4, 4)),
-            np.empty((2, most), np.int64),
-        )
-        *lens, corner_depth, depth = view_of_regions(camera)
-        depths = corner_depth, depth
+        (n, floats, ints), seen, dt = tracks.packed, observed.boxes, seconds[0]
+        most = n * len(seen)
+        now, pairs = np.empty(47 * n + 35), np.empty(2 * most, np.int64)
         count = EXPECT_TRACKS(
-            cuboids.base, cuboids.yaw, cuboids.size, before.velocity, before.cov, before.boxes,
-            moved, tracks.time_since_update, tracks.existence, *seconds, T_road, turn, *pixels,
-            camera.road_shift, motion_cov, camera.T_cam_road[2], *lens, LIMITS, sigmas, *depths,
-            seen, base, yaw, velocity, covs, boxes, since, existence, scores, stretched, areas,
-            rows, columns,
+            floats, n, seen, *seconds, *dynamics.motion_model(dt), *motion, camera.K,
+            camera.K_inverse, camera.T_cam_road, camera.T_road_cam, camera.road_shift, LIMITS,
+            *view_of_regions(camera), sigmas, now, pairs,
         )  # fmt: skip
+        packed, before = Packed(n, read_only(now), ints), tracks.beliefs
         pose = before.shape_pose
         if pose is not None:
-            pose = ShapePose(pose.shape, pose.yaw + turn, pose.cov)
-        places = Cuboids(base, yaw, cuboids.size)
-        beliefs = Beliefs(places, velocity, covs, boxes, pose, before.embedding)
-        now = tracks.replaced(
-            beliefs=beliefs, time_since_update=since, existence=existence, scores=scores
-        )
+            pose = pose.after(dt)
+            pose = ShapePose(pose.shape, pose.yaw + now[-1], pose.cov)
+        beliefs = Beliefs.of_packed(packed, shape_pose=pose, embedding=before.embedding)
         gated = {
-            "expected_regions": Cuboids(base, yaw, stretched),
-            "search_areas": areas,
-            "pairs": (rows[:count], columns[:count]),
+            "expected_regions": Cuboids.of_packed(Packed(n, now[36 * n :], NO_INTS)),
+            "search_areas": now[43 * n : 47 * n].reshape(n, 4),
+            "pairs": (pairs[:count], pairs[most : most + count]),
+            "shape": (n, len(seen)),
         }
-        return cls(now, gated)
+        return cls(ActiveTracks.of_packed(packed, beliefs=beliefs, cars=tracks.cars), gated)

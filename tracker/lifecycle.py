@@ -1,7 +1,8 @@
 """Births, coasting through gaps, deaths and ids."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -12,7 +13,7 @@ from tracker.beliefs import MIN_DEPTH, Beliefs
 from tracker.car_filter import CarStates
 from tracker.kernels import Kernel
 from tracker.types import Camera
-from tracker.types.rows import Rows
+from tracker.types.packed import ColumnBlock, Packed, PackedRows, read_only
 
 # Sums of the steps between frames are off by less than this, seconds.
 MAX_TIME_ROUNDING = 1e-6
@@ -23,7 +24,7 @@ SEE_BELIEFS = Kernel("tracker.kernels.existing", "see_beliefs")
 
 
 @dataclass(frozen=True, eq=False)
-class ActiveTracks(Rows):
+class ActiveTracks(PackedRows):
     """The tracks that have not ended, one per row."""
 
     ids: Int[Array, " n"]
@@ -43,6 +44,16 @@ class ActiveTracks(Rows):
     """Score of the detection in this frame; NaN: not detected in it."""
     cars: CarStates | None = None
     """The state of the car behind each track; None without a `CarFilter`."""
+
+    BLOCKS: ClassVar[Mapping[str, ColumnBlock]] = {
+        "ids": ColumnBlock(0, 1, is_whole=True),
+        "beliefs": ColumnBlock(0, 29, table=Beliefs),
+        "time_since_update": ColumnBlock(29, 1),
+        "hits": ColumnBlock(1, 1, is_whole=True),
+        "existence": ColumnBlock(30, 1),
+        "innovations": ColumnBlock(31, 4, (4,)),
+        "scores": ColumnBlock(35, 1),
+    }
 
     @classmethod
     def empty(cls) -> "ActiveTracks":
@@ -87,6 +98,16 @@ class ActiveTracks(Rows):
         """
         boxes = np.where((self.hits > 1)[:, None], boxes, self.beliefs.boxes)
         return self.replaced(beliefs=self.beliefs.replaced(boxes=boxes))
+
+    def moved_to(self, boxes: Float[Array, "n 4"]) -> "ActiveTracks":
+        """These tracks with other boxes, px."""
+        n, floats, ints = self.packed
+        floats = floats.copy()
+        floats[25 * n : 29 * n] = boxes.reshape(-1)
+        packed, before = Packed(n, read_only(floats), ints), self.beliefs
+        cues = {"shape_pose": before.shape_pose, "embedding": before.embedding}
+        beliefs = Beliefs.of_packed(packed, **cues)
+        return ActiveTracks.of_packed(packed, beliefs=beliefs, cars=self.cars)
 
 
 NO_TRACKS = ActiveTracks.empty()

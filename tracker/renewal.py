@@ -11,7 +11,7 @@ from tracker.beliefs import Beliefs
 from tracker.box_filter import LIMITS as GAIN_LIMITS
 from tracker.box_filter import BoxFilter, Gains
 from tracker.car_filter import CarStates
-from tracker.dynamics import ConstantPosition, ConstantVelocity, Dynamics
+from tracker.dynamics import OUR_DYNAMICS, ConstantVelocity, Dynamics
 from tracker.existence import LIMITS as EXISTENCE_LIMITS
 from tracker.existence import (
     DetectorStatistics,
@@ -27,8 +27,9 @@ from tracker.lifecycle import (
     Partners,
     seen_from,
 )
-from tracker.types import Camera, Cuboids, Detections
+from tracker.types import Camera, Detections
 from tracker.types.embedding import Embedding
+from tracker.types.packed import Packed, read_only
 from tracker.types.rows import Rows
 from tracker.types.shape_pose import ShapePose
 
@@ -42,7 +43,7 @@ NO_GAINS = NO_BOX_FILTER.start()
 # The dynamics, filters of boxes and of existence, and lives that one kernel knows; classes made of
 # them are asked themselves.
 OUR_PARTS = (
-    (ConstantVelocity, ConstantPosition),
+    OUR_DYNAMICS,
     (type(None), BoxFilter),
     (type(None), ExistenceFilter),
     (Lifecycle,),
@@ -54,8 +55,8 @@ class Renewed(NamedTuple):
     """The tracks after a frame, where they come from, and what was learned in it."""
 
     tracks: ActiveTracks
-    """Those before it that go on, then the new ones; without cars. Their order is the old one, or
-    that of the match where all were detected."""
+    """Those before it that go on, then the new ones; without cars, and never modified. Their order
+    is the old one, or that of the match where all were detected."""
     places: Int[Array, " n"]
     """The row of each, counted through the tracks before, the detected ones, all detections."""
     detector: DetectorStatistics
@@ -125,33 +126,31 @@ class Renewal(NamedTuple):
         next_id: int,
     ) -> Renewed:
         """`by_parts` for our own dynamics, in one kernel."""
+        n, floats, ints = tracks.packed
         rows, columns, missed, born = partners
-        detector, gains = learned
-        judge, smooth = self.existence or NO_EXISTENCE, self.box_filter or NO_BOX_FILTER
-        if gains is None:
-            gains = NO_GAINS if smooth is NO_BOX_FILTER else smooth.start()
-        counts = np.empty(4, np.int64)
-        after = Gains(np.empty((3, 4)), np.empty((3, 1)), np.empty((3, 4)))
-        moves, judges = type(self.dynamics) is ConstantVelocity, self.existence is not None
+        judge, smooth, most = self.existence, self.box_filter, n + len(born)
+        now, whole, gains = np.empty(36 * most), np.empty(3 * most + 4, np.int64), np.empty(27)
         one_step, right = MAX_CONSECUTIVE_STEPS * dt, leaving_border(self.camera)
-        of_existence = np.array(detector), judge._settings, dt, one_step, EXISTENCE_LIMITS, right
-        of_boxes = smooth.size_limits, smooth.border, smooth.prior, GAIN_LIMITS
-        before = tracks.time_since_update, tracks.hits, tracks.existence, tracks.innovations
-        out = _Columns.empty(len(tracks) + len(born))
         count = STEP_TRACKS(
-            rows, columns, missed, born, found.scores, tracks.ids, *_columns(tracks.beliefs),
-            *before, *_columns(observed), moves, judges, self.box_filter is not None,
-            *of_existence, *gains, *of_boxes, next_id, *self._limits, *out, counts, *after,
+            rows, columns, missed, born, found.scores, floats, ints, n, *_columns(observed),
+            type(self.dynamics) is ConstantVelocity, judge is not None, smooth is not None,
+            *learned[0], (judge or NO_EXISTENCE).settings, dt, one_step, EXISTENCE_LIMITS, right,
+            *(learned[1] or self._no_gains), *(smooth or NO_BOX_FILTER).settings, GAIN_LIMITS,
+            next_id, self.lifecycle.longest_gap, *seen_from(self.camera), now, whole, gains,
         )  # fmt: skip
-        expected, counted = tracks.beliefs, (len(tracks), len(rows), len(observed))
-        poses = _parts(expected.shape_pose, observed.shape_pose, partners)
-        looks = _parts(expected.embedding, observed.embedding, partners)
-        renewed = out.tracks(count, poses, looks, counted, columns)
-        if self.box_filter is None:
-            return Renewed(*renewed, DetectorStatistics(*counts.tolist()), learned[1])
-        for array in after:
-            array.setflags(write=False)
-        return Renewed(*renewed, DetectorStatistics(*counts.tolist()), after)
+        packed, places = Packed(count, read_only(now), read_only(whole)), whole[2 * count :]
+        before, where = tracks.beliefs, (n, partners, len(observed), places[:count])
+        cues = {
+            "shape_pose": _cue_after(before.shape_pose, observed.shape_pose, *where),
+            "embedding": _cue_after(before.embedding, observed.embedding, *where),
+        }
+        beliefs = Beliefs.of_packed(packed, **cues)
+        return Renewed(
+            ActiveTracks.of_packed(packed, beliefs=beliefs, cars=None),
+            places[:count],
+            DetectorStatistics(*whole[-4:].tolist()),
+            learned[1] if smooth is None else Gains.cut(read_only(gains)),
+        )
 
     def by_parts(
         self,
@@ -184,7 +183,7 @@ class Renewal(NamedTuple):
             new = ActiveTracks.born(observed.take(born), scores[born], existence.born, next_id)
             now = ActiveTracks.concatenate((now, new))
             places = np.concatenate((places, n + k + born))
-        return Renewed(now, places, existence.detector, gains)
+        return Renewed(now.locked(), places, existence.detector, gains)
 
     def updated(
         self,
@@ -214,100 +213,39 @@ class Renewal(NamedTuple):
         return updated.replaced(boxes=boxes), innovations, gains
 
     @property
-    def _limits(self) -> tuple[float, Float[Array, "4"], Float[Array, "4"], float]:
-        """The longest gap, and what tells who is in view."""
-        return self.lifecycle.longest_gap, *seen_from(self.camera)
+    def _no_gains(self) -> Gains:
+        """What a kernel takes where nothing is learned yet."""
+        return NO_GAINS if self.box_filter is None else self.box_filter.start()
 
 
-class _Columns(NamedTuple):
-    """The columns of tracks that a kernel writes, in its order."""
-
-    ids: Int[Array, " n"]
-    base: Float[Array, "n 3"]
-    yaw: Float[Array, " n"]
-    size: Float[Array, "n 3"]
-    velocity: Float[Array, "n 2"]
-    cov: Float[Array, "n 4 4"]
-    boxes: Float[Array, "n 4"]
-    since: Float[Array, " n"]
-    hits: Int[Array, " n"]
-    existence: Float[Array, " n"]
-    innovations: Float[Array, "n 4"]
-    scores: Float[Array, " n"]
-    places: Int[Array, " n"]
-
-    @classmethod
-    def empty(cls, n: int) -> "_Columns":
-        """Room for so many rows."""
-        ids, hits, places = np.empty((3, n), np.int64)
-        yaw, since, existence, scores = np.empty((4, n))
-        (base, size), (boxes, innovations) = np.empty((2, n, 3)), np.empty((2, n, 4))
-        velocity, cov = np.empty((n, 2)), np.empty((n, 4, 4))
-        moments = since, hits, existence, innovations, scores, places
-        return cls(ids, base, yaw, size, velocity, cov, boxes, *moments)
-
-    def tracks(
-        self,
-        count: int,
-        poses: tuple[ShapePose | None, ShapePose | None, ShapePose | None],
-        looks: tuple[Embedding | None, Embedding | None, Embedding | None],
-        counts: tuple[int, int, int],
-        columns: Int[Array, " k"] | None,
-    ) -> tuple[ActiveTracks, Int[Array, " n"]]:
-        """The first so many rows as tracks, and their places.
-
-        poses, looks: of the tracks before, the detected ones, all detections; counts: of those.
-        The detected ones' may be left out where they are those of the detections in `columns`.
-        """
-        if count < len(self.ids):
-            first = _Columns(*[each[:count] for each in self])
-            return first.tracks(count, poses, looks, counts, columns)
-        where = counts, self.places, columns
-        cues = _cue(poses, *where), _cue(looks, *where)
-        cuboids = Cuboids(self.base, self.yaw, self.size)
-        beliefs = Beliefs(cuboids, self.velocity, self.cov, self.boxes, *cues)
-        moments = self.since, self.hits, self.existence, self.innovations, self.scores
-        return ActiveTracks(self.ids, beliefs, *moments), self.places
-
-
-def _latest(before: Cue | None, observed: Cue | None, partners: Partners) -> Cue | None:
-    """A cue of tracks that were detected: now where it was measured, else before."""
-    old = None if before is None else before.take(partners.rows)
-    return old if observed is None else observed.take(partners.columns).filled_from(old)
-
-
-def _parts(
-    before: Cue | None, observed: Cue | None, partners: Partners
-) -> tuple[Cue | None, Cue | None, Cue | None]:
-    """A cue of the tracks before, of the detected ones, and of all detections, as `_cue` has it."""
-    if before is not None and observed is not None and observed.is_complete:
-        return before, None, observed
-    return before, _latest(before, observed, partners), observed
-
-
-def _cue(
-    parts: tuple[Cue | None, Cue | None, Cue | None],
-    counts: tuple[int, int, int],
-    places: Int[Array, " n"],
-    columns: Int[Array, " k"] | None,
+def _cue_after(
+    before: Cue | None,
+    observed: Cue | None,
+    n: int,
+    partners: Partners,
+    m: int,
+    places: Int[Array, " r"],
 ) -> Cue | None:
-    """The rows of a cue in these places of all parts; NaN where a part lacks it.
+    """A cue of the tracks after a frame; a detected track keeps it where it was not measured.
 
-    None where no part has it that has rows in the result. With `columns` the second part may be
-    left out where the others are there: it is then the third one's rows in these.
+    before: of the n tracks before; observed: of the m detections. places: as `Renewed` has them.
+    None where no part has it that has rows in the result.
     """
-    before, detected, observed = parts
-    n, k, m = counts
-    if columns is not None and before is not None and detected is None and observed is not None:
-        rows = np.concatenate((np.arange(n), n + columns, np.arange(n, n + m)))[places]
-        if k == n:
-            return observed.take(rows - n)
-        return type(before).concatenate((before, observed)).take(rows)
-    if before is detected is observed is None:
+    k = len(partners.rows)
+    if before is None and observed is None:
         return None
+    if before is not None and observed is not None and observed.is_complete:
+        rows = np.concatenate((np.arange(n), n + partners.columns, np.arange(n, n + m)))[places]
+        if k == n:
+            return observed.take(rows - n).locked()
+        return type(before).concatenate((before, observed)).take(rows).locked()
+    detected = None if before is None else before.take(partners.rows)
+    if observed is not None:
+        detected = observed.take(partners.columns).filled_from(detected)
     old = int(np.count_nonzero(places < n + k))
     goes_on = old > 0 or not len(places)
     used = goes_on and k < n, goes_on, old < len(places)
+    parts, counts = (before, detected, observed), (n, k, m)
     having = [part if is_used else None for part, is_used in zip(parts, used, strict=True)]
     known = next((part for part in having if part is not None), None)
     if known is None:
@@ -318,7 +256,8 @@ def _cue(
         if is_used
     ]
     skipped = 0 if used[0] else n if used[1] else n + k
-    return type(known).concatenate(each).take(places - skipped if skipped else places)
+    rows = places - skipped if skipped else places
+    return type(known).concatenate(each).take(rows).locked()
 
 
 def picked(table: Picked, rows: Int[Array, " k"]) -> Picked:

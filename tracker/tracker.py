@@ -21,15 +21,16 @@ from tracker.costs import (
     WeightedCosts,
     weighted_sum,
 )
-from tracker.dynamics import ConstantPosition, ConstantVelocity, Dynamics
+from tracker.dynamics import OUR_DYNAMICS, ConstantPosition, ConstantVelocity, Dynamics
 from tracker.ego_motion import CameraMotion, compensate_ego_motion
 from tracker.errors import BadConfig
 from tracker.existence import ExistenceFilter
 from tracker.expectation import Expectation
 from tracker.explain import Explanation
 from tracker.gap_rows import GapRows
-from tracker.lifecycle import ActiveTracks, Lifecycle, Partners, in_view
+from tracker.lifecycle import ActiveTracks, Lifecycle, Partners
 from tracker.motion_check import Contradiction
+from tracker.output_rows import NO_GAPS, rows_of
 from tracker.renewal import Renewal, picked
 from tracker.score_scale import ScoreMemory, ScoreScale
 from tracker.state import TrackerState
@@ -156,12 +157,12 @@ class Tracker:
         detections = self.suppress(given, self.camera)
         observed = self.lift(detections, self.camera)
         motion, dt = self.state.clock.since_look(frame)
-        tracks, road = self.state.tracks, self.state.road
-        T_now_before, cov, gated = motion.T_now_before, motion.covariance, None
-        is_ours = self._has_our("predict_tracks", "gate")
-        if len(tracks) and is_ours and self._turns_for_certain(motion, cov):
+        tracks, road, gated = self.state.tracks, self.state.road, None
+        T_now_before, cov = motion.T_now_before, motion.covariance
+        ours = self._our_dynamics(motion, cov)
+        if len(tracks) and ours is not None:
             survival = 1.0 if self.existence is None else self.existence.survival(dt)
-            moving = self.dynamics, (T_now_before, cov), (dt, survival)
+            moving = ours, (T_now_before, cov), (dt, survival)
             tracks, gated = Expectation.of(tracks, observed, *moving, self.camera, self.sigmas)
         elif len(tracks):
             tracks, T_now_before = self.predict_tracks(tracks, motion, dt, detections)
@@ -171,21 +172,17 @@ class Tracker:
             road, tracks = predicted.memory, tracks.replaced(cars=predicted.states)
             carries, estimates = self.car_filter.carries_boxes, self.state.estimates
             if carries and motion.is_known and estimates is not None and len(tracks):
-                boxes, beliefs = self.state.tracks.beliefs.boxes, tracks.beliefs
+                boxes, expected = self.state.tracks.beliefs.boxes, tracks.beliefs.boxes
                 cars_before = tracks.hits, estimates.means, predicted.step
                 how = self.car_filter.motion, self.camera
-                boxes = expected_after(boxes, beliefs.boxes, *cars_before, *how)
-                tracks = tracks.replaced(beliefs=beliefs.replaced(boxes=boxes))
+                tracks = tracks.moved_to(expected_after(boxes, expected, *cars_before, *how))
         if gated is None:
             pairs = self.gate(tracks, observed, detections, dt)
         else:
             seen = (tracks.beliefs, observed), detections
             pairs = GatedPairs.known(*seen, (self.camera, self.sigmas, dt), gated)
         costs, unmeasured = self.pair_costs(pairs)
-        matrix = np.empty(pairs.shape)
-        matrix.fill(np.inf)
-        matrix[pairs.pairs] = costs
-        return CostMatrix(matrix, tracks, pairs, unmeasured, memory, road)
+        return CostMatrix(pairs.matrix(costs), tracks, pairs, unmeasured, memory, road)
 
     def apply_match(self, frame: Frame, compared: CostMatrix, match: Match) -> Tracks:
         """The rows of this frame where this is the match, whoever made it; updates the tracks.
@@ -257,6 +254,16 @@ class Tracker:
         own = type(self)
         return own is Tracker or all(getattr(own, each) is getattr(Tracker, each) for each in steps)
 
+    def _our_dynamics(
+        self, motion: CameraMotion, cov: Float[Array, "6 6"]
+    ) -> ConstantPosition | ConstantVelocity | None:
+        """The dynamics where one kernel may predict and gate by them, else None. cov: of motion."""
+        ours = self.dynamics
+        if not isinstance(ours, OUR_DYNAMICS) or type(ours) not in OUR_DYNAMICS:
+            return None
+        is_plain = self._has_our("predict_tracks", "gate") and self._turns_for_certain(motion, cov)
+        return ours if is_plain else None
+
     def _turns_for_certain(self, motion: CameraMotion, cov: Float[Array, "6 6"]) -> bool:
         """Whether no filter corrects the rotation of the camera. cov: of the motion."""
         turns = self.camera_rotation_filter
@@ -291,12 +298,12 @@ class Tracker:
         now = after.tracks
         if self.car_filter is not None:
             cars, road = self._update_cars(tracks.cars, compared, partners, dt)
-            now = now.replaced(cars=after.cars(*cars))
+            now = now.replaced(cars=after.cars(*cars).locked())
         n, m = compared.costs.shape
         counts = n * m, len(compared.pairs.pairs[0]), compared.unmeasured
         T, usual = state.clock.T_since_look(frame), self.lift.car_size[1]
         return TrackerState(
-            now.locked(),
+            now,
             state.next_id + len(partners.born),
             state.clock.after(frame),
             state.statistics.after_frame(*counts),
@@ -358,35 +365,19 @@ class Tracker:
 
         since_look: seconds since a detector looked; 0: it did at this frame.
         """
-        missed, scores, boxes = np.isnan(tracks.scores), tracks.scores, tracks.beliefs.boxes
-        is_all_seen = np.count_nonzero(missed) == 0
-        written = tracks.time_since_update <= since_look if since_look > 0.0 else ~missed
-        if self.existence is not None:
-            written = self.existence.written(tracks, since_look)
-        if self.existence is not None and not is_all_seen:
-            scores = np.where(missed, tracks.existence, scores)
-            unseen = (tracks.time_since_update > since_look).nonzero()[0]
-            gap_rows = None if frame.T_now_before is None else self.gap_rows
-            if estimates is not None and gap_rows is not None and len(unseen):
-                gone = tracks.replaced(cars=None).select(unseen), estimates.select(unseen)
-                scores[unseen], written[unseen] = gap_rows(*gone, self.camera)
-        if since_look > 0.0:
-            written &= in_view(tracks.beliefs, self.camera)
-        if not is_all_seen:
-            boxes = np.where(missed[:, None], self.camera.clip_boxes(boxes), boxes)
-        if estimates is not None:
-            cuboids = estimates.cuboids()
-        else:
+        gaps = NO_GAPS
+        if estimates is None:
             beliefs = tracks.beliefs
             cuboids = beliefs.cuboids if self.state_assumed else self.lift.measured_part(beliefs)
-        frames = np.empty(len(scores), np.int64)
-        frames.fill(frame.index)
-        if np.count_nonzero(written) < len(written):
-            rows = Tracks(frames, tracks.ids, boxes, scores, cuboids=cuboids, estimates=estimates)
-            return rows.select(written)
-        own = None if estimates is None else estimates.copied()
-        ids, cuboids = tracks.ids.copy(), cuboids.copied()
-        return Tracks(frames, ids, boxes.copy(), scores.copy(), cuboids=cuboids, estimates=own)
+        else:
+            cuboids, unseen = estimates.cuboids(), tracks.time_since_update > since_look
+            is_known = frame.T_now_before is not None and self.existence is not None
+            if is_known and self.gap_rows is not None and unseen.any():
+                gone = tracks.replaced(cars=None).select(unseen), estimates.select(unseen)
+                likely, chosen = self.gap_rows(*gone, self.camera)
+                gaps = unseen, np.asarray(likely, float), np.asarray(chosen, bool)
+        decided = self.existence, gaps, since_look
+        return rows_of(frame.index, tracks, *decided, cuboids, estimates, self.camera)
 
 
 # Trackers by the name that the command line gives them.

@@ -328,7 +328,7 @@ class BatchTracker:
         )
         steps = MAX_CONSECUTIVE_STEPS * compared.motions.dt, EXISTENCE_LIMITS, right
         begun = *lost, unmatched.beliefs.boxes, lost_starts, scores[born], born_starts
-        JUDGE(*found, starts, *begun, *others, how._settings, *steps, hit, miss, fresh,
+        JUDGE(*found, starts, *begun, *others, how.settings, *steps, hit, miss, fresh,
               self.detectors)  # fmt: skip
         return hit, miss, fresh
 

@@ -17,6 +17,7 @@ from tracker.types.cuboids import CORNERS
 MIN_CORNER_DEPTH = 0.25 * MIN_DEPTH
 BOX_CUBOIDS = Kernel("tracker.kernels.pairing", "box_cuboids")
 GATE = Kernel("tracker.kernels.pairing", "gate")
+PLACE_COSTS = Kernel("tracker.kernels.expecting", "place_costs")
 DISTANCE_OF_BOXES = Kernel("tracker.kernels.comparing", "distance_of_boxes")
 
 
@@ -115,7 +116,13 @@ class GatedPairs:
         DISTANCE_OF_BOXES(self.expected.boxes, self.observed.boxes, rows, columns, distances)
         return distances
 
-    @property
+    def matrix(self, costs: Float[Array, " k"]) -> Float[Array, "n m"]:
+        """The costs of the pairs in their places; inf in all others."""
+        matrix = np.empty(self.shape)
+        PLACE_COSTS(*self.pairs, np.asarray(costs, float), matrix)
+        return matrix
+
+    @cached_property
     def shape(self) -> tuple[int, int]:
         """The number of expected and of observed objects."""
         return len(self.expected), len(self.observed)

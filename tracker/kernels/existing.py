@@ -147,13 +147,20 @@ def judge_each(
         )  # fmt: skip
 
 
+@inlined
+def is_likely(track, lifetime, threshold, since_look):
+    """Whether a track is put out: its probability of existence, hits and seconds unseen."""
+    existence, hits, since = track
+    is_established = hits > 1 or since <= since_look
+    return existence * exp(since * (-1.0 / lifetime)) >= threshold and is_established
+
+
 @kernel(F1, I1, F1, FLOAT, FLOAT, FLOAT, OUT_B1)
 def choose_written(existence, hits, since, lifetime, threshold, since_look, written):
     """Which tracks are put out, see `ExistenceFilter.written`."""
     for row in range(len(written)):
-        in_box = exp(since[row] * (-1.0 / lifetime))
-        is_established = hits[row] > 1 or since[row] <= since_look
-        written[row] = existence[row] * in_box >= threshold and is_established
+        track = existence[row], hits[row], since[row]
+        written[row] = is_likely(track, lifetime, threshold, since_look)
 
 
 @inlined

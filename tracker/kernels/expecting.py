@@ -1,53 +1,130 @@
 """What is expected of tracks in a frame, and which detections lie in their search areas."""
 
-from math import nan
+from math import atan2, inf, nan
 
 import numpy as np
 
 from tracker.kernels.compiling import (
     A1,
     A2,
+    A_I1,
     F1,
     F2,
     F3,
     FLOAT,
+    INT,
     OUT1,
     OUT2,
     OUT3,
     OUT_I1,
+    inlined,
     kernel,
 )
 from tracker.kernels.lifting import carry_beliefs
 from tracker.kernels.pairing import gate
+from tracker.kernels.tables import belief_columns, moment_columns
+
+
+@kernel(F3, FLOAT, F2, OUT3, allocates=False)
+def move_covariances(covs, step, noise, covs_now):
+    """F P F' + Q of (x, z, velocity x, velocity z), where F moves places by `step` velocities."""
+    for car in range(len(covs)):
+        cov, now = covs[car], covs_now[car]
+        for column in range(4):
+            for row in range(2):
+                now[row, column] = cov[row, column] + step * cov[row + 2, column]
+                now[row + 2, column] = cov[row + 2, column]
+        for row in range(4):
+            for column in range(2):
+                now[row, column] += step * now[row, column + 2]
+        for row in range(4):
+            for column in range(4):
+                now[row, column] += noise[row, column]
+
+
+@inlined
+def multiply(a, b, out):
+    """The product of two matrices."""
+    for row in range(len(out)):
+        for column in range(out.shape[1]):
+            total = a[row, 0] * b[0, column]
+            for inner in range(1, a.shape[1]):
+                total += a[row, inner] * b[inner, column]
+            out[row, column] = total
+
+
+@kernel(A2, A2, A2, A2, A2, OUT1)
+def move_road(T_now_before, K, K_inverse, T_cam_road, T_road_cam, motion):
+    """What a motion of the camera does to the road frame and to pixels, see `RoadMotion`.
+
+    motion: T_road (4, 4), H (3, 3), shift (3,), by_moved (3, 2), turn, one after the other.
+    """
+    T_road, H = motion[:16].reshape((4, 4)), motion[16:25].reshape((3, 3))
+    between, K_R = np.empty((4, 4)), np.empty((3, 3))
+    multiply(T_road_cam, T_now_before, between)
+    multiply(between, T_cam_road, T_road)
+    multiply(K, T_now_before[:3, :3], K_R)
+    multiply(K_R, K_inverse, H)
+    multiply(K, T_now_before[:3, 3:], motion[25:28].reshape((3, 1)))
+    multiply(K_R, T_cam_road[:3, :3:2], motion[28:34].reshape((3, 2)))
+    motion[34] = atan2(T_road[0, 2] - T_road[2, 0], T_road[0, 0] + T_road[2, 2])
 
 
 @kernel(
-    A2, A1, A2, A2, F3, A2, A2, F1, F1, FLOAT, FLOAT, F2, FLOAT, F2, F1, F2, F2, A2, A1, F2,
-    F1, F1, F2, F1, FLOAT, FLOAT, FLOAT, A2, OUT2, OUT1, OUT2, OUT3, OUT2, OUT1, OUT1, OUT1, OUT2,
-    OUT2, OUT_I1, OUT_I1,
+    F1, INT, A2, FLOAT, FLOAT, FLOAT, F2, A2, F2, A2, A2, A2, A2, F2, F1, F2, F1, F1, F2, FLOAT,
+    FLOAT, FLOAT, OUT1, OUT_I1,
 )  # fmt: skip
 def expect_tracks(
-    base, yaw, size, velocity, covs, boxes, moved, since, existence, dt, survival, T_road, turn, H,
-    shift, by_moved, road_shift, motion_cov, depth_of, P, centre, far, signs, limits, sigmas,
-    min_corner_depth, min_depth, seen, base_now, yaw_now, velocity_now, covs_now, boxes_now,
-    since_now, existence_now, scores, stretched, areas, rows, columns,
+    floats, n, seen, dt, survival, step, noise, T_now_before, motion_cov, K, K_inverse,
+    T_cam_road, T_road_cam, road_shift, limits, P, centre, far, signs, min_corner_depth,
+    min_depth, sigmas, now, pairs,
 ):  # fmt: skip
-    """`carry_beliefs`, then `gate` of one drive; how many pairs there are.
+    """Packed tracks dt seconds later, and the boxes seen (m, 4) in their search areas.
 
-    since_now, existence_now: dt seconds later; scores: NaN, nothing is detected yet.
+    It is `move_covariances`, `move_road`, `carry_beliefs`, then `gate` of one drive. survival: the
+    probability that a car is still there. now: the tracks, without scores; their regions as packed
+    cuboids; the search areas; the motion of the road. pairs: the rows, then from n * m on the
+    columns. Gives how many pairs there are.
     """
-    carry_beliefs(
-        base, size, velocity, covs, boxes, moved, T_road, road_shift, motion_cov, depth_of, H,
-        shift, by_moved, limits, base_now, velocity_now, covs_now, boxes_now,
-    )  # fmt: skip
-    for row in range(len(yaw)):
-        yaw_now[row] = yaw[row] + turn
-        since_now[row] = since[row] + dt
-        existence_now[row] = existence[row] * survival
+    base, yaw, size, velocity, cov, boxes = belief_columns(floats, n)
+    since, existence, innovations, _ = moment_columns(floats, n)
+    base_now, yaw_now, size_now, velocity_now, cov_now, boxes_now = belief_columns(now, n)
+    since_now, existence_now, innovations_now, scores = moment_columns(now, n)
+    motion = now[47 * n : 47 * n + 35]
+    move_road(T_now_before, K, K_inverse, T_cam_road, T_road_cam, motion)
+    moved, later = np.empty((n, 2)), np.empty((n, 4, 4))
+    move_covariances(cov, step, noise, later)
+    for row in range(n):
+        for axis in range(2):
+            moved[row, axis] = velocity[row, axis] * step
+        for axis in range(3):
+            size_now[row, axis] = size[row, axis]
+        for side in range(4):
+            innovations_now[row, side] = innovations[row, side]
+        yaw_now[row] = yaw[row] + motion[34]
+        since_now[row], existence_now[row] = since[row] + dt, existence[row] * survival
         scores[row] = nan
-    starts, seen_starts = np.zeros(2, np.int64), np.zeros(2, np.int64)
-    starts[1], seen_starts[1] = len(base), len(seen)
-    return gate(
-        base_now, yaw_now, size, covs_now, sigmas, P, centre, far, signs, min_corner_depth,
-        min_depth, seen, starts, seen_starts, stretched, areas, rows, columns,
+    carry_beliefs(
+        base, size, velocity, later, boxes, moved, motion[:16].reshape((4, 4)), road_shift,
+        motion_cov, T_cam_road[2], motion[16:25].reshape((3, 3)), motion[25:28],
+        motion[28:34].reshape((3, 2)), limits, base_now, velocity_now, cov_now, boxes_now,
     )  # fmt: skip
+    regions, most = now[36 * n : 43 * n], n * len(seen)
+    regions[: 3 * n], regions[3 * n : 4 * n] = now[: 3 * n], yaw_now
+    starts, seen_starts = np.zeros(2, np.int64), np.zeros(2, np.int64)
+    starts[1], seen_starts[1] = n, len(seen)
+    return gate(
+        base_now, yaw_now, size, cov_now, sigmas, P, centre, far, signs, min_corner_depth,
+        min_depth, seen, starts, seen_starts, regions[4 * n :].reshape((n, 3)),
+        now[43 * n : 47 * n].reshape((n, 4)), pairs[:most], pairs[most:],
+    )  # fmt: skip
+
+
+@kernel(A_I1, A_I1, A1, OUT2, allocates=False)
+def place_costs(rows, columns, costs, matrix):
+    """The matrix with these costs in these places, and inf in all others."""
+    for row in range(len(matrix)):
+        for column in range(matrix.shape[1]):
+            matrix[row, column] = inf
+    for pair in range(len(rows)):
+        matrix[rows[pair], columns[pair]] = costs[pair]

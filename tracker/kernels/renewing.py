@@ -27,9 +27,9 @@ from tracker.kernels.compiling import (
 )
 from tracker.kernels.existing import is_in_view, judge_rows
 from tracker.kernels.lifting import correct_places
+from tracker.kernels.tables import belief_columns, moment_columns
 
 BELIEFS = A2, A1, A2, A2, F3, A2
-OUT_BELIEFS = OUT2, OUT1, OUT2, OUT2, OUT3, OUT2
 
 
 @inlined
@@ -55,56 +55,61 @@ def copy_belief(beliefs, row, out, at):
 
 
 @inlined
-def renew_tracks(
-    rows, columns, born, scores, ids, base, yaw, size, velocity, cov, boxes, since, hits,
-    existence, old_innovations, new_base, new_yaw, new_size, new_velocity, new_cov, new_boxes,
-    innovations, seen_base, seen_yaw, seen_size, seen_velocity, seen_cov, seen_boxes, fresh,
-    next_id, max_gap, depth_of, far, min_depth, out_ids, out_base, out_yaw, out_size,
-    out_velocity, out_cov, out_boxes, out_since, out_hits, out_existence, out_innovations,
-    out_scores, places,
-):  # fmt: skip
-    """The tracks after a frame, see `renewed`; how many there are.
+def is_alive(place, box, since, view, max_gap):
+    """Whether a track that was not detected lives on: not too long unseen, and in view."""
+    return since <= max_gap and is_in_view(place, box, view[0], view[1], view[2])
+
+
+@inlined
+def put_together(rows, columns, born, scores, old, updated, seen, of_life, floats, whole):
+    """The tracks after a frame, packed, and where they come from; how many there are.
 
     They keep their order, or have that of `rows` where all were detected. rows, columns: of those
-    detected, by which detection; what they are then is given in `new_...` and `innovations`, in
-    that order. Others that live on stay as they are. born: detections (`seen_...`) that begin
-    tracks. existence: after the frame. places: where a row comes from, counted through the tracks
-    before, the detected ones and the detections.
+    detected, by which detection; updated: what they are then, and their innovations, in that
+    order. old: the tracks before, others that live on stay as they are; existence: after the
+    frame. born: detections (`seen`) that begin tracks. places, the last third of `whole`: where a
+    row comes from, counted through the tracks before, the detected ones and the detections.
     """
-    n, k, count = len(ids), len(rows), 0
-    before = base, yaw, size, velocity, cov, boxes
-    updated = new_base, new_yaw, new_size, new_velocity, new_cov, new_boxes
-    seen = seen_base, seen_yaw, seen_size, seen_velocity, seen_cov, seen_boxes
-    out = out_base, out_yaw, out_size, out_velocity, out_cov, out_boxes
-    for row in range(n):
-        places[row] = row
+    before, since, hits, ids, old_innovations, existence, fresh = old
+    now, innovations = updated
+    next_id, max_gap, view = of_life
+    base, boxes = before[0], before[5]
+    n, k, count = len(ids), len(rows), len(rows) + len(born)
+    which = np.full(n, -1)
     for at in range(k):
-        places[rows[at]] = n + at
-    for at in range(n):
-        row = rows[at] if k == n else at
-        place = n + at if k == n else places[row]
-        if place >= n:
-            which = place - n
-            copy_belief(updated, which, out, count)
-            copy_numbers(innovations[which], out_innovations[count])
-            out_since[count], out_hits[count] = 0.0, hits[row] + 1
-            out_scores[count] = scores[columns[which]]
-        elif since[row] <= max_gap and is_in_view(base[row], boxes[row], depth_of, far, min_depth):
-            copy_belief(before, row, out, count)
-            copy_numbers(old_innovations[row], out_innovations[count])
-            out_since[count], out_hits[count], out_scores[count] = since[row], hits[row], nan
+        which[rows[at]] = at
+    for row in range(n):
+        if which[row] < 0 and is_alive(base[row], boxes[row], since[row], view, max_gap):
+            count += 1
+    out, last = belief_columns(floats, count), moment_columns(floats, count)
+    out_since, out_existence, out_innovations, out_scores = last
+    out_ids, out_hits, places = whole[:count], whole[count : 2 * count], whole[2 * count :]
+    at = 0
+    for turn in range(n):
+        row = rows[turn] if k == n else turn
+        detected = which[row]
+        if detected >= 0:
+            copy_belief(now, detected, out, at)
+            copy_numbers(innovations[detected], out_innovations[at])
+            out_since[at], out_hits[at] = 0.0, hits[row] + 1
+            out_scores[at], places[at] = scores[columns[detected]], n + detected
+        elif is_alive(base[row], boxes[row], since[row], view, max_gap):
+            copy_belief(before, row, out, at)
+            copy_numbers(old_innovations[row], out_innovations[at])
+            out_since[at], out_hits[at] = since[row], hits[row]
+            out_scores[at], places[at] = nan, row
         else:
             continue
-        out_ids[count], out_existence[count], places[count] = ids[row], existence[row], place
-        count += 1
-    for at in range(len(born)):
-        copy_belief(seen, born[at], out, count)
+        out_ids[at], out_existence[at] = ids[row], existence[row]
+        at += 1
+    for begun in range(len(born)):
+        copy_belief(seen, born[begun], out, at)
         for side in range(4):
-            out_innovations[count, side] = nan
-        out_since[count], out_hits[count] = 0.0, 1
-        out_scores[count], out_existence[count] = scores[born[at]], fresh[at]
-        out_ids[count], places[count] = next_id + at, n + k + born[at]
-        count += 1
+            out_innovations[at, side] = nan
+        out_since[at], out_hits[at] = 0.0, 1
+        out_scores[at], out_existence[at] = scores[born[begun]], fresh[begun]
+        out_ids[at], places[at] = next_id + begun, n + k + born[begun]
+        at += 1
     return count
 
 
@@ -155,60 +160,63 @@ def gathered(beliefs, rows):
 
 
 @kernel(
-    A_I1, A_I1, A_I1, A_I1, A1, A_I1, *BELIEFS[:5], F2, F1, I1, F1, F2, *BELIEFS, BOOL, BOOL, BOOL,
-    I1, F1, FLOAT, FLOAT, F1, FLOAT, F2, F2, F2, F1, FLOAT, FLOAT, F1, INT, FLOAT, A1, F1, FLOAT,
-    OUT_I1, *OUT_BELIEFS, OUT1, OUT_I1, OUT1, OUT2, OUT1, OUT_I1, OUT_I1, OUT2, OUT2, OUT2,
+    A_I1, A_I1, A_I1, A_I1, A1, F1, I1, INT, *BELIEFS, BOOL, BOOL, BOOL, INT, INT, INT, INT, F1,
+    FLOAT, FLOAT, F1, FLOAT, F2, F2, F2, F1, FLOAT, FLOAT, F1, INT, FLOAT, A1, F1, FLOAT, OUT1,
+    OUT_I1, OUT1,
 )  # fmt: skip
 def step_tracks(
-    rows, columns, missed, born, scores, ids, base, yaw, size, velocity, cov, boxes, since, hits,
-    existence, innovations, seen_base, seen_yaw, seen_size, seen_velocity, seen_cov, seen_boxes,
-    moves, judges, filters, detector, settings, dt, one_step, existence_limits, right, gains,
-    pairs, power, sizes, border, prior, gain_limits, next_id, max_gap, depth_of, far, min_depth,
-    out_ids, out_base, out_yaw, out_size, out_velocity, out_cov, out_boxes, out_since, out_hits,
-    out_existence, out_innovations, out_scores, places, learned, new_gains, new_pairs, new_power,
+    rows, columns, missed, born, scores, floats, ints, n, seen_base, seen_yaw, seen_size,
+    seen_velocity, seen_cov, seen_boxes, moves, judges, filters, hit, tries, confirmed, newborns,
+    settings, dt, one_step, existence_limits, right, gains, pairs, power, sizes, border, prior,
+    gain_limits, next_id, max_gap, depth_of, far, min_depth, floats_now, ints_now, learned_gains,
 ):  # fmt: skip
-    """The tracks after a frame, by the kernels of its parts; how many there are.
+    """The tracks after a frame, packed, by the kernels of its parts; how many there are.
 
     moves: whether a Kalman filter corrects places (`correct_places`), else detections are taken as
-    they are; judges: `judge_rows`; filters: `filter_boxes`. The rest as these have it, and
-    `renew_tracks`.
+    they are; judges: `judge_rows`; filters: `filter_boxes`. hit, tries, confirmed, newborns: what
+    is known of the detector. ints_now: `put_together`, at last what is known of the detector then.
+    learned_gains: gains, power and pairs, one after the other. The rest as these have it.
     """
     k = len(rows)
+    before = belief_columns(floats, n)
+    since, existence, innovations, _ = moment_columns(floats, n)
+    ids, hits = ints[:n], ints[n : 2 * n]
     seen = seen_base, seen_yaw, seen_size, seen_velocity, seen_cov, seen_boxes
-    now = gathered(seen, columns)
-    old = gathered((base, yaw, size, velocity, cov, boxes), rows)
+    now, old = gathered(seen, columns), gathered(before, rows)
     if moves:
         place, observed_cov = now[0].copy(), now[4].copy()
         correct_places(old[0], old[3], old[4], place, observed_cov, now[0], now[3], now[4])
-    off, mixed = np.empty((k, 4)), np.empty((k, 4))
+    off = np.empty((k, 4))
     old_hits, old_since, old_off = np.empty(k, np.int64), np.empty(k), np.empty((k, 4))
     for at in range(k):
         old_hits[at], old_since[at] = hits[rows[at]], since[rows[at]]
         copy_numbers(innovations[rows[at]], old_off[at])
+        copy_numbers(old_off[at], off[at])
     if filters:
+        new_gains, new_power = learned_gains[:12].reshape((3, 4)), learned_gains[12:24]
+        new_pairs = learned_gains[24:].reshape((3, 1))
         if k:
+            observed_boxes = now[5].copy()
             filter_boxes(
-                gains, pairs, power, sizes, old[5], now[5], old_hits, old_since, old_off, dt, far,
-                border, prior, gain_limits, mixed, off, new_gains, new_pairs, new_power,
+                gains, pairs, power, sizes, old[5], observed_boxes, old_hits, old_since, old_off,
+                dt, far, border, prior, gain_limits, now[5], off, new_gains, new_pairs,
+                new_power.reshape((3, 4)),
             )  # fmt: skip
         else:
-            new_gains[:], new_pairs[:], new_power[:] = gains, pairs, power
-    else:
-        mixed[:], off[:] = now[5], old_off
-    after, fresh = np.ones(len(ids)), np.ones(len(born))
+            new_gains[:], new_pairs[:], new_power[:] = gains, pairs, power.reshape(12)
+    detector, learned = np.array((hit, tries, confirmed, newborns)), ints_now[-4:]
+    after, fresh = np.ones(n), np.ones(len(born))
     if judges:
         judge_rows(
-            existence, hits, since, boxes, rows, columns, missed, scores, born, seen_boxes,
+            existence, hits, since, before[5], rows, columns, missed, scores, born, seen_boxes,
             detector, settings, one_step, existence_limits, right, after, fresh, learned,
         )  # fmt: skip
     else:
         learned[:] = detector
         for at in range(len(missed)):
             after[missed[at]] = existence[missed[at]]
-    return renew_tracks(
-        rows, columns, born, scores, ids, base, yaw, size, velocity, cov, boxes, since, hits, after,
-        innovations, now[0], now[1], now[2], now[3], now[4], mixed, off, seen_base, seen_yaw,
-        seen_size, seen_velocity, seen_cov, seen_boxes, fresh, next_id, max_gap, depth_of, far,
-        min_depth, out_ids, out_base, out_yaw, out_size, out_velocity, out_cov, out_boxes,
-        out_since, out_hits, out_existence, out_innovations, out_scores, places,
-    )  # fmt: skip
+    tracks = before, since, hits, ids, innovations, after, fresh
+    of_life = next_id, max_gap, (depth_of, far, min_depth)
+    return put_together(
+        rows, columns, born, scores, tracks, (now, off), seen, of_life, floats_now, ints_now
+    )

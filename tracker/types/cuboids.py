@@ -1,12 +1,14 @@
 """Cuboids standing on the road: the tracker's picture of a car in 3D."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
 from numpy import ndarray as Array
 
-from tracker.types.rows import Rows
+from tracker.types.packed import ColumnBlock, PackedRows
 
 # Where the corners lie along the half axes: forward, down, left. The roof is one height up.
 CORNERS = np.array([
@@ -16,7 +18,7 @@ CORNERS = np.array([
 
 
 @dataclass(frozen=True, eq=False)
-class Cuboids(Rows):
+class Cuboids(PackedRows):
     """Cars as upright cuboids in the `road` frame (x right, y down, z forward), one per row."""
 
     base: Float[Array, "n 3"]
@@ -25,6 +27,12 @@ class Cuboids(Rows):
     """About road +y, rad; 0 = facing road +x."""
     size: Float[Array, "n 3"]
     """Length, height, width: along the object's x (forward), y (down), z (left); metres."""
+
+    BLOCKS: ClassVar[Mapping[str, ColumnBlock]] = {
+        "base": ColumnBlock(0, 3, (3,)),
+        "yaw": ColumnBlock(3, 1),
+        "size": ColumnBlock(4, 3, (3,)),
+    }
 
     @classmethod
     def empty(cls) -> "Cuboids":

@@ -37,23 +37,23 @@ class Rows:
 
         Of an array it takes a third of the time of `array[rows]`.
         """
-        mine, columns = self.__dict__, {}
+        mine, columns = self._columns(), {}
         for name in self.__match_args__:
             column = mine[name]
             columns[name] = None if column is None else column.take(rows, 0)
-        return _table(type(self), columns)
+        return assembled(type(self), columns)
 
     def replaced(self: Table, **columns: Any) -> Table:
         """The same table with other columns of these names."""
-        kept = self.__dict__.copy()
+        kept = self._columns().copy()
         if len(kept) > len(self.__match_args__):  # what was derived of the columns and kept
             kept = {name: kept[name] for name in self.__match_args__}
         kept.update(columns)
-        return _table(type(self), kept)
+        return assembled(type(self), kept)
 
     def copied(self: Table) -> Table:
         """The same rows in arrays of their own."""
-        mine = self.__dict__
+        mine = self._columns()
         columns: dict[str, Any] = {}
         for name in self.__match_args__:
             column = mine[name]
@@ -61,13 +61,13 @@ class Rows:
                 columns[name] = column.copy()
             else:
                 columns[name] = None if column is None else column.copied()
-        return _table(type(self), columns)
+        return assembled(type(self), columns)
 
     def locked(self: Table) -> Table:
         """This table itself, whose arrays can no longer be written to: NumPy raises ValueError."""
         mine = self.__dict__
         for name in self.__match_args__:
-            column = mine[name]
+            column = mine.get(name)
             if isinstance(column, np.ndarray):
                 column.setflags(False)  # type: ignore[call-arg]  # by name it takes twice as long
             elif column is not None:
@@ -79,7 +79,7 @@ class Rows:
 
         A column stays only if both have it.
         """
-        mine, theirs = self.__dict__, others.__dict__
+        mine, theirs = self._columns(), others._columns()
         columns: dict[str, Any] = {}
         for name in self.__match_args__:
             column, other = mine[name], theirs[name]
@@ -90,12 +90,12 @@ class Rows:
                 columns[name][rows] = other
             else:
                 columns[name] = column.updated(rows, other)
-        return _table(type(self), columns)
+        return assembled(type(self), columns)
 
     @classmethod
     def concatenate(cls: type[Table], parts: Sequence[Table]) -> Table:
         """The rows of all parts, in order; a column stays only if every part with rows has it."""
-        tables = [part.__dict__ for part in [each for each in parts if len(each)] or parts]
+        tables = [part._columns() for part in [each for each in parts if len(each)] or parts]
         columns: dict[str, Any] = {}
         for name in cls.__match_args__:
             pieces = [table[name] for table in tables]
@@ -105,10 +105,14 @@ class Rows:
                 columns[name] = np.concatenate(pieces)
             else:
                 columns[name] = type(pieces[0]).concatenate(pieces)
-        return _table(cls, columns)
+        return assembled(cls, columns)
+
+    def _columns(self) -> dict[str, Any]:
+        """All columns by their names, perhaps with what was derived of them."""
+        return self.__dict__
 
 
-def _table(kind: type[Table], columns: dict[str, Any]) -> Table:
+def assembled(kind: type[Table], columns: dict[str, Any]) -> Table:
     """A table of these columns."""
     table = object.__new__(kind)
     object.__setattr__(table, "__dict__", columns)

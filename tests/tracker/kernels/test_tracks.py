@@ -14,13 +14,13 @@ from tracker.beliefs import Beliefs, Lift
 from tracker.box_filter import BoxFilter, Gains
 from tracker.costs import GatedPairs, ImageOverlap
 from tracker.costs.gating import project_cuboids
-from tracker.dynamics import ConstantVelocity
-from tracker.ego_motion import compensate_ego_motion
+from tracker.dynamics import ConstantPosition, ConstantVelocity, acceleration_noise
+from tracker.ego_motion import RoadMotion, compensate_ego_motion
 from tracker.existence import DetectorStatistics, ExistenceFilter
 from tracker.geometry import homogeneous, rotation_y
 from tracker.lifecycle import ActiveTracks, Partners
 from tracker.suppression import Suppression
-from tracker.types import Cuboids, Detections
+from tracker.types import Camera, Cuboids, Detections
 
 seeds, counts, cameras = (
     st.integers(0, 2**32 - 1),
@@ -90,6 +90,33 @@ def test_ego_motion_and_correction(seed, count, camera, moves, turn) -> None:  #
     same_columns(dynamics.update(found, seen), plain.plain_correction(found, seen))
 
 
+@given(seeds, cameras, st.floats(-3.0, 3.0))
+def test_what_a_motion_does_to_the_road(seed: int, camera: Camera, turn: float) -> None:
+    T = homogeneous(rotation_y(turn), np.random.default_rng(seed).normal(0.0, 1.0, 3))
+    found, T_road = RoadMotion.of(T, camera), camera.T_road_cam @ T @ camera.T_cam_road
+    K_R = camera.K @ T[:3, :3]
+    np.testing.assert_allclose(found.T_road, T_road, atol=1e-12)
+    np.testing.assert_allclose(found.H, K_R @ camera.K_inverse, atol=1e-9)
+    np.testing.assert_allclose(found.shift, camera.K @ T[:3, 3], atol=1e-9)
+    np.testing.assert_allclose(found.by_moved, K_R @ camera.T_cam_road[:3, :3:2], atol=1e-9)
+    across = T_road[0, 2] - T_road[2, 0], T_road[0, 0] + T_road[2, 2]
+    np.testing.assert_allclose(found.turn, np.arctan2(*across), atol=1e-12)
+
+
+@given(seeds, counts, st.sampled_from([0.0, 0.1, 3.0]))
+def test_uncertainty_grows_with_time(seed: int, count: int, dt: float) -> None:
+    beliefs, F = some_beliefs(np.random.default_rng(seed), count), np.eye(4)
+    later, moved = ConstantVelocity(2.0).predict(beliefs, dt)
+    F[0, 2] = F[1, 3] = dt
+    expected = F @ beliefs.cov @ F.T + acceleration_noise(dt, 2.0)
+    np.testing.assert_allclose(later.cov, expected, rtol=1e-12, atol=1e-12)
+    np.testing.assert_array_equal(moved, beliefs.velocity * dt)
+    still, nothing = ConstantPosition((1.0, 5.0)).predict(beliefs, dt)
+    noise = np.diag([dt**2, 25.0 * dt**2, 0.0, 0.0])
+    np.testing.assert_allclose(still.cov, beliefs.cov + noise, rtol=1e-12)
+    assert nothing is None
+
+
 @given(seeds, counts, counts, cameras, st.sampled_from([0.0, 1.0, 30.0]))
 def test_gating(seed, count, others, camera, sigmas) -> None:  # type: ignore[no-untyped-def]
     rng = np.random.default_rng(seed)
@@ -104,6 +131,9 @@ def test_gating(seed, count, others, camera, sigmas) -> None:  # type: ignore[no
     np.testing.assert_array_equal(pairing.pairs, (rows, columns))
     costs = plain.plain_overlap_cost(beliefs.boxes[rows], seen.boxes[columns], 0.3)
     np.testing.assert_allclose(ImageOverlap(0.1, drift=0.6)(pairing), costs, atol=1e-9)
+    matrix = np.full((count, others), np.inf)
+    matrix[rows, columns] = costs
+    np.testing.assert_array_equal(pairing.matrix(costs), matrix)
 
 
 @pytest.mark.parametrize("of_sure", [None, 0.7])
