@@ -21,10 +21,11 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from tracker.errors import KernelWarning, NoNumba
+from tracker.kernels.sparing import sparing
 from tracker.user_cache import user_cache
 
 PACKAGE = "tracker.kernels"
-OTHER_MODULES = ("__init__", "compiling", "loading")
+OTHER_MODULES = ("__init__", "compiling", "loading", "sparing")
 # What pyproject.toml asks for.
 LOWEST_NUMBA, NUMBA = (0, 61), "pip install 'numba>=0.61,<1'"
 # A terminal is told of what compiles for longer than this, s.
@@ -103,7 +104,7 @@ def load(module: str) -> ModuleType:
         before = numba.config.CACHE_DIR
         numba.config.CACHE_DIR = str(folder) if kept else ""
         try:
-            with _watched(module):
+            with _watched(module), sparing():
                 try:
                     return import_module(module)
                 except Exception:  # noqa: BLE001 - whatever damaged files raise
