@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from numba import boolean, config, float64, int64, njit
-from numba.types import Array
+from numba.types import Array, unliteral
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -43,7 +43,16 @@ def kernel(*arguments: Any, allocates: bool = True) -> Callable[[Function], Func
 def inlined(function: Function) -> Function:
     """A function for kernels to call; it is compiled with each of them.
 
-    It counts references where its kernel does.
+    It counts references where its kernel does. (For numba a 3 in a call has a type of its own, for
+    which the function would be compiled once more: here all whole numbers are alike.)
     """
     options = {"no_cfunc_wrapper": True, "no_cpython_wrapper": True}  # nobody else calls it
-    return njit(error_model="numpy", **options)(function)
+    found = njit(error_model="numpy", **options)(function)
+    template_of = found.get_call_template
+
+    def of_any_number(arguments: Any, named: Any) -> Any:
+        named = {name: unliteral(each) for name, each in named.items()}
+        return template_of(tuple(unliteral(each) for each in arguments), named)
+
+    found.get_call_template = of_any_number
+    return found

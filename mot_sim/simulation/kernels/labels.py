@@ -8,10 +8,11 @@ from mot_sim.simulation.kernels.compiling import (
     OUT_F32_2,
     OUT_I32_2,
     OUT_U8_2,
+    OUT_U32_1,
     U8_2,
 )
-from mot_sim.simulation.kernels.leaves import LEAF_METRES, axes_in_row, cell_bits, leaf_side
-from tracker.kernels.compiling import BOOL, F3, FLOAT, INT, OUT_B1, inlined, kernel
+from mot_sim.simulation.kernels.leaves import axes_in_row, cell_bits
+from tracker.kernels.compiling import BOOL, F3, FLOAT, INT, OUT2, OUT_B1, inlined, kernel
 
 
 @inlined
@@ -53,35 +54,38 @@ def lay_row(numbers, nearness, plane, codes, ids, nobody, seen, depth, instances
 
 @inlined
 def open_row(
-    numbers, nearness, behind, nearness_behind, row, objects, As_cell_ray, pixel, share, seen
+    numbers, nearness, behind, nearness_behind, row, objects, As_cell_ray, pixel, share, seen,
+    depths, bits,
 ):  # fmt: skip
     """Show what is behind the gaps between the tufts of a row."""
-    thing, side = -1, LEAF_METRES
-    axes = axes_in_row(As_cell_ray[0], row)
-    for column in range(len(numbers)):
-        other = behind[column]
-        if other < 0:
+    column = 0
+    while column < len(numbers):
+        if behind[column] < 0:
+            column += 1
             continue
-        owner = objects[numbers[column] - 1]
-        if owner != thing:
-            thing = owner
-            axes = axes_in_row(As_cell_ray[thing], row)
-        depth = 1.0 / np.float64(nearness[column])
-        side = leaf_side(side, pixel * depth)
-        if (cell_bits(axes, float(column), depth, side) >> 16) & 255 < share:
-            numbers[column] = other if other > 0 else np.int32(-1)
-            nearness[column] = nearness_behind[column]
-            if other > 0:
-                seen[other - 1] = True
+        thing, begun = objects[numbers[column] - 1], column
+        while (
+            column < len(numbers) and behind[column] >= 0 and objects[numbers[column] - 1] == thing
+        ):
+            column += 1
+        near, axes = nearness[begun:column], axes_in_row(As_cell_ray[thing], row)
+        cell_bits(near, begun, axes, pixel, depths[0], depths[1], bits)
+        for each in range(len(near)):
+            if np.int64((bits[each] >> np.uint32(16)) & np.uint32(255)) < share:
+                other = behind[begun + each]
+                numbers[begun + each] = other if other > 0 else np.int32(-1)
+                near[each] = nearness_behind[begun + each]
+                if other > 0:
+                    seen[other - 1] = True
 
 
 @kernel(
     OUT_I32_2, OUT_F32_2, OUT_I32_2, OUT_F32_2, F32_2, U8_2, I32_1, I32_1, INT, F3, FLOAT, INT,
-    BOOL, OUT_B1, OUT_F32_2, OUT_I32_2, OUT_U8_2, OUT_I32_2, allocates=False,
+    BOOL, OUT_B1, OUT_F32_2, OUT_I32_2, OUT_U8_2, OUT_I32_2, OUT2, OUT_U32_1, allocates=False,
 )  # fmt: skip
 def lay_labels(
     numbers, nearness, numbers_tufts, nearness_tufts, plane, codes, objects, ids, nobody,
-    As_cell_ray, pixel, share, has_tufts, seen, depth, instances, semantics, spans,
+    As_cell_ray, pixel, share, has_tufts, seen, depth, instances, semantics, spans, depths, bits,
 ):  # fmt: skip
     """Write depth, ids and semantic ids of the nearest triangles, then open the crowns, in place.
 
@@ -91,7 +95,8 @@ def lay_labels(
     those that are seen, also through the gaps between tufts; -1 where nothing is behind a gap; the
     second may become anything. As_cell_ray (n, 3, 4): see `renderers.materials`. share: of 256
     cells, how many are open. seen (t,): the triangles that are seen. spans (h, 2): of each row,
-    the first column where the backdrop is seen, and the last one plus one.
+    the first column where the backdrop is seen, and the last one plus one. depths (2, w), bits (w):
+    room.
     """
     for row in range(len(numbers)):
         found, near = numbers[row], nearness[row]
@@ -101,8 +106,9 @@ def lay_labels(
         lay_row(found, near, plane[row], codes, ids, nobody, seen, *labels)
         if is_leafy:
             open_row(
-                found, near, behind, near_behind, row, objects, As_cell_ray, pixel, share, seen
-            )
+                found, near, behind, near_behind, row, objects, As_cell_ray, pixel, share, seen,
+                depths, bits,
+            )  # fmt: skip
         first, last = 0, len(found)
         while first < last and found[first] > 0:
             first += 1

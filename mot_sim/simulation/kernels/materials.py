@@ -13,21 +13,21 @@ from mot_sim.simulation.kernels.compiling import (
     I8_2,
     I32_1,
     I32_2,
+    OUT_I32_2,
     OUT_U8_3,
+    OUT_U32_1,
     U8_1,
     U8_2,
     U8_3,
 )
 from mot_sim.simulation.kernels.leaves import (
-    LEAF_METRES,
     TUFT,
     axes_in_row,
     cell_bits,
-    leaf_side,
     mixed_bits,
 )
 from mot_sim.simulation.kernels.shading import unit_normal
-from tracker.kernels.compiling import F2, F3, FLOAT, OUT2, OUT_B1, inlined, kernel
+from tracker.kernels.compiling import F2, F3, FLOAT, OUT1, OUT2, OUT_B1, inlined, kernel
 
 TEXELS = 512  # along a side of the finest level of a pattern
 LEVELS = 6
@@ -40,24 +40,41 @@ STOREY_FOOT, STOREY = 0.5, 2.9  # metres: the plinth's height, and a storey's
 
 
 @inlined
-def tone_at(pattern, x, y, level):
-    """How bright a pattern is at a place, in texels of the finest level."""
-    size = TEXELS >> level
-    start = (TEXELS * TEXELS - size * size) // 3 * 4
-    mask = size - 1
+def tones_of(pattern, level, xs, ys, tones, places):
+    """Write how bright a pattern is at places (n,) in metres, MEAN its mean.
+
+    places (3, n): room. (Loops over views from 0 on are done for several pixels at once.)
+    """
+    size = np.int32(TEXELS >> level)
+    start = np.int32((TEXELS * TEXELS - np.int64(size) * size) // 3 * 4)
+    mask, shift, texels = np.int32(size - 1), np.int32(level), TEXELS_A_METRE
+    texel, rights, belows = places[0], places[1], places[2]
     if level > 0:  # the texels are hardly larger than the pixels
-        left, top = np.int64(x + 1048576.0) >> level, np.int64(y + 1048576.0) >> level
-        return MEAN + np.int64(pattern[start + (top & mask) * size + (left & mask)]) * TONE
+        for each in range(len(xs)):
+            left = np.int32(np.int32(texels * xs[each] + 1048576.0) >> shift) & mask
+            top = np.int32(np.int32(texels * ys[each] + 1048576.0) >> shift) & mask
+            texel[each] = np.int32(start + np.int32(np.int32(top * size) + left))
+        for each in range(len(xs)):
+            tones[each] = pattern[np.uint32(texel[each])]
+        for each in range(len(xs)):
+            tones[each] = np.int32(np.int32(MEAN) + np.int32(tones[each] * np.int32(TONE)))
+        return
     # (Rounds down to steps of 1 / 256.)
-    across, down = np.int64(256.0 * x + 268435456.0), np.int64(256.0 * y + 268435456.0)
-    left, top, right, below = across >> 8, down >> 8, across & 255, down & 255
-    column, beside = left & mask, (left + 1) & mask
-    upper, lower = (top & mask) * size, ((top + 1) & mask) * size
-    one = np.int64(pattern[upper + column]) * (256 - right)
-    one += np.int64(pattern[upper + beside]) * right
-    two = np.int64(pattern[lower + column]) * (256 - right)
-    two += np.int64(pattern[lower + beside]) * right
-    return MEAN + ((one * (256 - below) + two * below) * TONE >> 16)
+    for each in range(len(xs)):
+        across = np.int32(256.0 * texels * xs[each] + 268435456.0)
+        down = np.int32(256.0 * texels * ys[each] + 268435456.0)
+        rights[each], belows[each] = across & np.int32(255), down & np.int32(255)
+        left, top = (across >> np.int32(8)) & mask, (down >> np.int32(8)) & mask
+        texel[each] = np.int32(np.int32(top * size) + left)
+    for each in range(len(xs)):
+        upper = np.uint32(texel[each])
+        left, whole = upper & np.uint32(TEXELS - 1), np.uint32(TEXELS * TEXELS - 1)
+        beside = (upper - left) + ((left + np.uint32(1)) & np.uint32(TEXELS - 1))
+        lower, across = (upper + np.uint32(TEXELS)) & whole, (beside + np.uint32(TEXELS)) & whole
+        right, below = rights[each], belows[each]
+        one = pattern[upper] * (256 - right) + pattern[beside] * right
+        two = pattern[lower] * (256 - right) + pattern[across] * right
+        tones[each] = MEAN + ((one * (256 - below) + two * below) * TONE >> 16)
 
 
 @inlined
@@ -83,15 +100,16 @@ def lit_share(own, painted):
 
 
 @inlined
-def height_tone(up):
-    """How bright a wall is by the height alone: ledges between storeys, splashes at its foot."""
-    storey = (up - STOREY_FOOT) * (1.0 / STOREY)
-    if storey > 0.9:
-        over = STOREY * (storey - np.int64(storey))
-        if over < 0.1:
-            return 0.72  # the shade of the ledge
-        return 1.18 if over > STOREY - 0.12 else 1.0
-    return 1.0 - 0.14 * (1.4 - up) if up < 1.4 else 1.0
+def darken_by_height(ys, tones):
+    """Change a wall's tones by the height alone: ledges between storeys, splashes at its foot."""
+    for each in range(len(ys)):
+        up = ys[each]
+        storey = (up - STOREY_FOOT) * (1.0 / STOREY)
+        over = STOREY * (storey - np.float64(np.int32(storey)))
+        # The shade of the ledge, and its edge.
+        tone = 0.72 if over < 0.1 else (1.18 if over > STOREY - 0.12 else 1.0)
+        low = 1.0 - 0.14 * (1.4 - up) if up < 1.4 else 1.0
+        tones[each] = np.int32(np.float64(tones[each]) * (tone if storey > 0.9 else low))
 
 
 @inlined
@@ -131,48 +149,62 @@ def slant_at(wall, A, column, row):
 
 
 @inlined
-def shop_front(along, up, tone, light, pixel, glyphs):
-    """The colour of a shop's front: panes between posts, and a sign with letters above."""
+def sign_colour(shop, inside, up, light, pixel, draws, glyphs):
+    """The colour of a shop's sign: letters on a board."""
+    own, letters = draws[1], 4 + np.int64(5.9 * draws[2])
+    # From white over shades of one colour to black.
+    pale, hue = own * 7.0 - np.floor(own * 7.0), own * 29.0 - np.floor(own * 29.0)
+    red = 30.0 + 190.0 * max(pale, cut_to_one(1.6 - 4.0 * hue))
+    green = 30.0 + 180.0 * max(pale, cut_to_one(0.7 - 3.0 * abs(hue - 0.45)))
+    blue = 30.0 + 180.0 * max(pale, cut_to_one(3.2 * hue - 1.9))
+    ink, is_pale = 0.0, pale > 0.5
+    cell = np.floor((inside - 1.6) / 0.36)
+    at_u, at_v = (inside - 1.6) / 0.36 - cell, (3.27 - up) / 0.4
+    if 0.0 <= cell < letters and 0.0 <= at_v < 1.0:
+        glyph = np.int64(chance(shop * 16 + cell, 4, 11) * 20.99)
+        sharp = cut_to_one(0.2 / pixel - 1.0)
+        drawn = glyphs[glyph, np.int64(at_v * glyphs.shape[1]), np.int64(at_u * glyphs.shape[2])]
+        ink = sharp * drawn / 255.0 + (1.0 - sharp) * 0.4
+    towards = 24.0 if is_pale else 236.0
+    return (
+        light * (red + ink * (towards - red)),
+        light * (green + ink * (towards - green)),
+        light * (blue + ink * (towards - blue)),
+    )
+
+
+@inlined
+def shop_front(along, up, tone, light, pixel, draws, glyphs):
+    """The colour of a shop's front: panes between posts, and a sign with letters above.
+
+    draws (11): the shop, the post and the piece of goods that were last seen, and their random
+    numbers.
+    """
     shop = np.floor(along / 9.0)
-    own = chance(shop, 1, 11)
+    if draws[0] != shop:
+        draws[0], draws[1], draws[2] = shop, chance(shop, 1, 11), chance(shop, 2, 11)
+        draws[3] = draws[6] = np.inf
     if up > 2.78:
-        inside, letters = along - 9.0 * shop, 4 + np.int64(5.9 * chance(shop, 2, 11))
-        # From white over shades of one colour to black.
-        pale, hue = own * 7.0 - np.floor(own * 7.0), own * 29.0 - np.floor(own * 29.0)
-        red = 30.0 + 190.0 * max(pale, cut_to_one(1.6 - 4.0 * hue))
-        green = 30.0 + 180.0 * max(pale, cut_to_one(0.7 - 3.0 * abs(hue - 0.45)))
-        blue = 30.0 + 180.0 * max(pale, cut_to_one(3.2 * hue - 1.9))
-        ink, is_pale = 0.0, pale > 0.5
-        cell = np.floor((inside - 1.6) / 0.36)
-        at_u, at_v = (inside - 1.6) / 0.36 - cell, (3.27 - up) / 0.4
-        if 0.0 <= cell < letters and 0.0 <= at_v < 1.0:
-            glyph = np.int64(chance(shop * 16 + cell, 4, 11) * 20.99)
-            sharp = cut_to_one(0.2 / pixel - 1.0)
-            drawn = glyphs[
-                glyph, np.int64(at_v * glyphs.shape[1]), np.int64(at_u * glyphs.shape[2])
-            ]
-            ink = sharp * drawn / 255.0 + (1.0 - sharp) * 0.4
-        towards = 24.0 if is_pale else 236.0
-        return (
-            light * (red + ink * (towards - red)),
-            light * (green + ink * (towards - green)),
-            light * (blue + ink * (towards - blue)),
-        )
+        return sign_colour(shop, along - 9.0 * shop, up, light, pixel, draws, glyphs)
     post = np.floor(along / 1.6)
     aside = along - 1.6 * post
     if aside < 0.09 or up > 2.7 or up < 0.72:
-        grey = light * (46.0 + 90.0 * own) * tone
+        grey = light * (46.0 + 90.0 * draws[1]) * tone
         return grey, grey, grey
     # Behind the pane: a dim room or a lit wall, goods at the foot, a poster; the sky mirrored.
-    kind, item = chance(post, shop, 13), np.floor(along / 0.4)
-    strength, red, blue = 34.0 + 22.0 * (up - 0.7), 0.95, 1.06
+    item = np.floor(along / 0.4)
+    if draws[3] != post:
+        draws[3], draws[4], draws[5] = post, chance(post, shop, 13), chance(post, shop, 17)
+    if draws[6] != item:
+        draws[6], draws[7], draws[8] = item, chance(item, shop, 7), chance(item, shop, 19)
+        draws[9], draws[10] = chance(item, shop, 20), chance(item, shop, 22)
+    kind, strength, red, blue = draws[4], 34.0 + 22.0 * (up - 0.7), 0.95, 1.06
     if kind < 0.3 and 1.0 < up < 2.1 and 0.35 < aside < 1.25:
-        hue = chance(post, shop, 17)
-        strength, red, blue = 120.0 + 60.0 * kind, 0.75 + 0.5 * hue, 1.25 - 0.5 * hue
-    elif up < 0.85 + 0.6 * chance(item, shop, 7):
-        goods = chance(item, shop, 19)
-        strength = 30.0 + 110.0 * goods * goods
-        red, blue = 0.85 + 0.35 * chance(item, shop, 20), 0.8 + 0.35 * chance(item, shop, 22)
+        strength = 120.0 + 60.0 * kind
+        red, blue = 0.75 + 0.5 * draws[5], 1.25 - 0.5 * draws[5]
+    elif up < 0.85 + 0.6 * draws[7]:
+        strength = 30.0 + 110.0 * draws[8] * draws[8]
+        red, blue = 0.85 + 0.35 * draws[9], 0.8 + 0.35 * draws[10]
     elif kind > 0.65:
         strength, red, blue = strength + 45.0 * kind, 1.08, 0.88
     strength *= light * tone
@@ -180,88 +212,110 @@ def shop_front(along, up, tone, light, pixel, glyphs):
 
 
 @inlined
-def paint_leaf(bits, own, colour):
-    """Write the colour of a leaf: from dark gaps to leaves that face the sun."""
-    share = 112 + (bits & 255) + ((bits >> 8) & 63)
-    if bits >> 24 < 60:
-        share = 40 + (share * 205 >> 10)  # a fifth
-    for band in range(3):
-        colour[band] = min((np.int64(own[band]) * share) >> 8, 255)
-
-
-@inlined
 def paint_leaves(
-    numbers, nearness, row, column, materials, objects, painted, As_cell_ray, pixel, colours
-):
-    """Paint all leaves from a column on; gives the column after them."""
-    triangle, thing, side = numbers[column] - 1, -1, LEAF_METRES
-    axes = axes_in_row(As_cell_ray[objects[triangle]], row)
-    while triangle >= 0 and materials[triangle] in (LEAF, TUFT):
-        if objects[triangle] != thing:
-            thing = objects[triangle]
-            axes = axes_in_row(As_cell_ray[thing], row)
-        depth = 1.0 / np.float64(nearness[column])
-        side = leaf_side(side, pixel * depth)
-        bits = cell_bits(axes, float(column), depth, side)
-        paint_leaf(bits, painted[triangle], colours[column])
+    numbers, nearness, row, column, materials, objects, painted, As_cell_ray, pixel, metres, bits,
+    colours,
+):  # fmt: skip
+    """Paint the leaves of a thing from a column on; gives the column after them.
+
+    From dark gaps to leaves that face the sun.
+    """
+    begun, thing = column, objects[numbers[column] - 1]
+    while column < len(numbers):
+        triangle = numbers[column] - 1
+        if triangle < 0 or objects[triangle] != thing or materials[triangle] not in (LEAF, TUFT):
+            break
         column += 1
-        triangle = numbers[column] - 1 if column < len(numbers) else -1
+    near, axes = nearness[begun:column], axes_in_row(As_cell_ray[thing], row)
+    cell_bits(near, begun, axes, pixel, metres[0], metres[1], bits)
+    for each in range(len(near)):
+        word = bits[each]
+        share = np.uint32(112) + (word & np.uint32(255))
+        share = np.uint32(share + ((word >> np.uint32(8)) & np.uint32(63)))
+        fifth = np.uint32(np.uint32(40) + np.uint32(np.uint32(share * np.uint32(205)) >> 10))
+        bits[each] = fifth if word >> np.uint32(24) < np.uint32(60) else share
+    for each in range(len(near)):
+        own, share, colour = painted[numbers[begun + each] - 1], bits[each], colours[begun + each]
+        for band in range(3):
+            value = np.uint32(np.uint32(own[band]) * share) >> np.uint32(8)
+            colour[band] = min(value, np.uint32(255))
     return column
 
 
 @inlined
+def level_of(across):
+    """The level of a pattern for pixels so many metres wide, and the width of its texels."""
+    level, side = 0, 1.0 / TEXELS_A_METRE
+    while across > side and level < LEVELS - 1:
+        side, level = 2.0 * side, level + 1
+    return level
+
+
+@inlined
 def paint_wall(
-    numbers, nearness, row, column, kind, own, light, wall, wide, pattern, glyphs, colours
-):
+    numbers, nearness, row, column, kind, own, light, wall, wide, pattern, glyphs, metres, places,
+    draws, colours,
+):  # fmt: skip
     """Paint a row's pixels of a face with a pattern, from a column on; gives the one after them.
 
-    wide: a pixel's width at 1 m.
+    wide: a pixel's width at 1 m. metres (3, w), places (4, w), draws (11): room.
     """
-    number = numbers[column]
-    red, green, blue = np.int64(own[0]), np.int64(own[1]), np.int64(own[2])
+    number, begun = numbers[column], column
+    level = level_of(wide / np.float64(nearness[column]))
+    while column < len(numbers) and numbers[column] == number:
+        column += 1
+    if level_of(wide / np.float64(nearness[column - 1])) != level:
+        column = begun + 1
+        while level_of(wide / np.float64(nearness[column])) == level:
+            column += 1
+    count, near = column - begun, nearness[begun:column]
+    xs, ys, tones = metres[0, :count], metres[1, :count], places[3, :count]
     x_step, x_begun, x_eye = wall[0], wall[1] * row + wall[2], wall[3]
     y_step, y_begun, y_eye = wall[4], wall[5] * row + wall[6], wall[7]
-    level, side = 0, 1.0 / TEXELS_A_METRE
-    has_storeys, is_shop = kind >= SHOP or kind <= BLOCKS, kind >= SHOP
-    while column < len(numbers) and numbers[column] == number:
-        depth = 1.0 / np.float64(nearness[column])
-        x = depth * (x_step * column + x_begun) + x_eye
-        y = depth * (y_step * column + y_begun) + y_eye
-        across = wide * depth
-        while across > side and level < LEVELS - 1:
-            side, level = 2.0 * side, level + 1
-        while level > 0 and across <= 0.5 * side:
-            side, level = 0.5 * side, level - 1
-        tone = tone_at(pattern, TEXELS_A_METRE * x, TEXELS_A_METRE * y, level)
-        if is_shop and STOREY_FOOT < y < STOREY_FOOT + STOREY - 0.06:
-            colour = shop_front(x, y, tone * (1.0 / MEAN), light, across, glyphs)
-            for band in range(3):
-                colours[column, band] = np.uint8(min(max(colour[band], 0.0), 255.0))
-        else:
-            if has_storeys:
-                tone = np.int64(tone * height_tone(y))
-            colours[column, 0] = min((red * tone) >> 20, 255)
-            colours[column, 1] = min((green * tone) >> 20, 255)
-            colours[column, 2] = min((blue * tone) >> 20, 255)
-        column += 1
+    for each in range(len(near)):
+        depth, u = 1.0 / np.float64(near[each]), float(begun + each)
+        xs[each] = depth * (x_step * u + x_begun) + x_eye
+        ys[each] = depth * (y_step * u + y_begun) + y_eye
+    tones_of(pattern, level, xs, ys, tones, places)
+    if kind >= SHOP:
+        for each in range(count):
+            x, y = xs[each], ys[each]
+            if STOREY_FOOT < y < STOREY_FOOT + STOREY - 0.06:
+                across, tone = wide / np.float64(near[each]), tones[each] * (1.0 / MEAN)
+                colour = shop_front(x, y, tone, light, across, draws, glyphs)
+                for band in range(3):
+                    colours[begun + each, band] = np.uint8(min(max(colour[band], 0.0), 255.0))
+                tones[each] = -MEAN  # painted
+    if kind >= SHOP or kind <= BLOCKS:
+        darken_by_height(ys, tones)
+    red, green, blue = np.int32(own[0]), np.int32(own[1]), np.int32(own[2])
+    for each in range(count):
+        tone, colour = tones[each], colours[begun + each]
+        if tone >= 0:
+            colour[0] = min(np.int32(red * tone) >> 20, 255)
+            colour[1] = min(np.int32(green * tone) >> 20, 255)
+            colour[2] = min(np.int32(blue * tone) >> 20, 255)
     return column
 
 
 @kernel(
     I32_2, F32_2, F3, U8_2, U8_2, U8_1, I32_1, I32_1, F3, F3, F2, F3, FLOAT, I8_2, U8_3,
-    OUT2, OUT_B1, OUT_U8_3, allocates=False,
+    OUT2, OUT_B1, OUT2, OUT_I32_2, OUT_U32_1, OUT1, OUT_U8_3, allocates=False,
 )  # fmt: skip
 def paint_faces(
     numbers, nearness, corners, codes, painted, materials, slots, objects, Rs_object_cam,
-    As_object_ray, eyes, As_cell_ray, pixel, patterns, glyphs, walls, laid, image,
+    As_object_ray, eyes, As_cell_ray, pixel, patterns, glyphs, walls, laid, metres, places, bits,
+    draws, image,
 ):  # fmt: skip
     """Paint what is seen of the faces, with what they are made of; not those with a skin.
 
     codes: their own colours (t, 4); painted: lit; materials (t,): see `renderers.view.Material`.
     slots (t,): of the skins. pixel: a pixel's width at a depth of 1 m. patterns: see
     `renderers.materials.patterns`. walls (t, 11): room for `lay_axes`, laid (t,): so far False.
+    metres (2, w), places (4, w), bits (w), draws (11): room.
     """
     width = numbers.shape[1]
+    draws[0] = np.inf
     for row in range(len(numbers)):
         column, found, near, colours = 0, numbers[row], nearness[row], image[row]
         while column < width:
@@ -277,7 +331,7 @@ def paint_faces(
             elif kind in (LEAF, TUFT):
                 column = paint_leaves(
                     found, near, row, column, materials, objects, painted, As_cell_ray, pixel,
-                    colours,
+                    metres, bits, colours,
                 )  # fmt: skip
             else:
                 A, wall = As_object_ray[thing], walls[triangle]
@@ -288,5 +342,5 @@ def paint_faces(
                 wide = pixel * slant_at(wall, A, column, row)
                 column = paint_wall(
                     found, near, row, column, kind, own, light, wall, wide, patterns[kind % SHOP],
-                    glyphs, colours,
+                    glyphs, metres, places, draws, colours,
                 )  # fmt: skip

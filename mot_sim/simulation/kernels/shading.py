@@ -15,6 +15,8 @@ from mot_sim.simulation.kernels.compiling import (
 )
 from tracker.kernels.compiling import B1, F1, F2, F3, FLOAT, OUT_B1, inlined, kernel
 
+VEGETATION = 10  # as in `renderers.view.Semantic`
+
 
 @inlined
 def whole_power(base, exponent):
@@ -50,7 +52,7 @@ def dot3(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@kernel(F3, U8_2, B1, F1, F1, F2, F2, F1, FLOAT, FLOAT, FLOAT, OUT_U8_2, allocates=False)
+@kernel(F3, U8_2, B1, F1, F1, F1, F2, F1, FLOAT, FLOAT, FLOAT, OUT_U8_2, allocates=False)
 def paint_triangles(
     corners,
     codes,
@@ -67,20 +69,20 @@ def paint_triangles(
 ):
     """Write the lit colours and semantic ids (t, 4) of the triangles that are seen.
 
-    codes: their own colours and ids. up and sun: unit vectors in the camera's frame. By semantic
-    id: diffuse, light without direction, light by the cosine to the zenith and to the sun, and
-    whether it goes through; shine as `raster.SHINE`. sky_colour: what is mirrored; ground_share:
-    of it below the horizon; glint: grey levels of the sun. rounding: so that 99.99999 is 100.
+    codes: their own colours and ids. up and sun: unit vectors in the camera's frame. diffuse (3):
+    light without direction, light by the cosine to the zenith and to the sun. shine: by semantic
+    id, as `raster.SHINE`. sky_colour: what is mirrored; ground_share: of it below the horizon;
+    glint: grey levels of the sun. rounding: so that 99.99999 is 100.
     """
+    constant, of_zenith, of_sun = diffuse[0], diffuse[1], diffuse[2]
     for row in range(len(corners)):
         if not seen[row]:
             continue
         normal = unit_normal(corners[row])
         kind = codes[row, 3]
         to_zenith, to_light = dot3(normal, up), dot3(normal, sun)
-        constant, of_zenith, of_sun, through = diffuse[kind]
         # Light goes through leaves, and from leaf to leaf.
-        direct = 0.4 + 0.35 * to_light if through > 0.0 else max(to_light, 0.0)
+        direct = 0.4 + 0.35 * to_light if kind == VEGETATION else max(to_light, 0.0)
         strength = constant + of_zenith * to_zenith + of_sun * direct
         straight, flat, narrow = shine[kind]
         share, mirrored = 0.0, 0.0

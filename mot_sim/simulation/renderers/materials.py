@@ -100,6 +100,7 @@ class Materials:
             nearest.numbers, nearest.nearness, leaves.numbers, leaves.nearness, plane_depth(view),
             self.codes, self.objects, ids, NO_INSTANCE, self.As_cell_ray, self.pixel, OPEN_SHARE,
             bool(tufts.any()), seen, depth, instances, semantics, spans,
+            np.empty((2, shape[1])), np.empty(shape[1], np.uint32),
         )  # fmt: skip
         return depth, instances, Shown(nearest.numbers, nearest.nearness, seen, spans)
 
@@ -115,11 +116,13 @@ class Materials:
 
         painted: lit colours and semantic ids.
         """
+        width = image.shape[1]
         walls, laid = np.empty((len(triangles), WALL_NUMBERS)), np.zeros(len(triangles), bool)
         PAINT_FACES(
             shown.numbers, shown.nearness, triangles.corners, self.codes, painted, self.kinds,
             slots, self.objects, self.Rs_object_cam, self.As_object_ray, self.eyes,
-            self.As_cell_ray, self.pixel, patterns(), glyphs(), walls, laid, image,
+            self.As_cell_ray, self.pixel, patterns(), glyphs(), walls, laid, np.empty((2, width)),
+            np.empty((4, width), np.int32), np.empty(width, np.uint32), np.empty(11), image,
         )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from mot_sim.simulation.renderers.ground import (
 )
 from mot_sim.simulation.renderers.materials import Materials, Shown
 from mot_sim.simulation.renderers.shadows import casters, closed_mask, light_left, shadow_mask
-from mot_sim.simulation.renderers.skins import GLOSS, Skins, glyphs
+from mot_sim.simulation.renderers.skins import GLOSS, Skins, glyphs, room_of
 from mot_sim.simulation.renderers.surroundings import Sun
 from mot_sim.simulation.renderers.triangles import NEAR_METRES, Triangles
 from mot_sim.simulation.renderers.view import NO_INSTANCE, Rendered, Semantic, View
@@ -158,10 +158,12 @@ def _lay(
     own = skins.slots, skins.skins, skins.objects, skins.places, skins.light
     tables = diffuse_light(view.sun), GLOSS, skins.mirror, skins.cover, glyphs()
     materials.paint(triangles, shown, painted, skins.slots, rendered.image)
-    LIGHT_SKINS(shown.numbers, shown.nearness, 1.0, 0.0, *own, *tables, rendered.image)
+    room = room_of(view.camera)
+    LIGHT_SKINS(shown.numbers, shown.nearness, 1.0, 0.0, *own, *tables, *room, rendered.image)
     if samples is not None:
         lit = np.empty((*edges.shape, 3), np.uint8)
-        LIGHT_SKINS(edges, samples.nearness, 0.5, -0.25, *own, *tables, lit)
+        room = room_of(with_four_samples(view.camera))
+        LIGHT_SKINS(edges, samples.nearness, 0.5, -0.25, *own, *tables, *room, lit)
         SMOOTH_EDGES(edges, painted, skins.slots, lit, behind, rendered.image)
 
 
@@ -196,16 +198,12 @@ def paint(
     return painted
 
 
-def diffuse_light(sun: Sun) -> Float[Array, "256 4"]:
+def diffuse_light(sun: Sun) -> Float[Array, "3"]:
     """How much of their colours faces have in the sun (Lambert's law) and the sky's light.
 
-    By semantic id: what they have anyway, what is added by the cosine to the zenith, and by that
-    to the sun, and whether light goes through.
+    What they have anyway, what is added by the cosine to the zenith, and by that to the sun.
     """
     # A level face has exactly its own colour, as the road's texture has.
     level = sun.ambient + (1.0 - sun.ambient) * max(-float(sun.direction[1]), 0.0)
     sky, road = 0.5 * (1.0 + ROAD_LIGHT_SHARE), 0.5 * (1.0 - ROAD_LIGHT_SHARE)
-    light = np.zeros((256, 4))
-    light[:, :3] = np.array([sun.ambient * sky, sun.ambient * road, 1.0 - sun.ambient]) / level
-    light[Semantic.VEGETATION, 3] = 1.0
-    return light
+    return np.array([sun.ambient * sky, sun.ambient * road, 1.0 - sun.ambient]) / level

@@ -5,7 +5,7 @@ from functools import lru_cache
 
 import cv2
 import numpy as np
-from jaxtyping import Bool, Float, Int32, UInt8
+from jaxtyping import Bool, Float, Float32, Int32, UInt8
 from numpy import ndarray as Array
 
 from mot_sim.simulation.random_numbers import uniform
@@ -13,11 +13,13 @@ from mot_sim.simulation.renderers.surroundings import Colour, Cover, Panorama, S
 from mot_sim.simulation.renderers.triangles import Triangles
 from mot_sim.simulation.renderers.view import MeshInstances, Semantic, View
 from tracker.kernels import Kernel
+from tracker.types import Camera
 
 PREPARE_SKINS = Kernel("mot_sim.simulation.kernels.skins", "prepare_skins")
 
 SKIN_NUMBERS = 17
 PLACE_NUMBERS = 30
+ROOM_NUMBERS = 16
 GLINT_LEVELS = 230.0  # grey levels of the sun in a face that mirrors it
 # By semantic id: the share of light mirrored straight on, the share more at flat angles (Fresnel's
 # law for clear coat and glass, by Schlick's approximation), and how narrow the sun's image is: 16,
@@ -51,7 +53,7 @@ class Skins:
     """Of each object: T_cam_object's three rows, its marks and the characters on its plates."""
     light: Float[Array, "24"]
     """Directions, strengths and the way into `cover`; see `kernels.skins.light_skins`."""
-    mirror: Float[Array, "256 3"]
+    mirror: Float32[Array, "256 3"]
     """The squares of the grey levels mirrored, by the height of the ray, from straight down to
     straight up."""
     cover: UInt8[Array, "h w"]
@@ -84,6 +86,12 @@ class Skins:
             mirrored_light(view.sky),
             np.ascontiguousarray(cover),
         )
+
+
+def room_of(camera: Camera) -> tuple[Float32[Array, "16 w"], Int32[Array, "2 w"]]:
+    """Room for a row of pixels, as `kernels.skins.light_skins` takes it."""
+    width = camera.image_size[0]
+    return np.empty((ROOM_NUMBERS, width), np.float32), np.empty((2, width), np.int32)
 
 
 def _places(instances: MeshInstances, Ts_cam_object: Float[Array, "n 4 4"]) -> Float[Array, "n 30"]:
@@ -123,7 +131,7 @@ def _way_into(
     return found
 
 
-def mirrored_light(sky: Sky) -> Float[Array, "256 3"]:
+def mirrored_light(sky: Sky) -> Float32[Array, "256 3"]:
     """The squares of what is mirrored by the height of a ray: road, things in the shade, sky."""
     if sky.panorama is not None:
         return _mirrored_panorama(sky.panorama)
@@ -131,24 +139,24 @@ def mirrored_light(sky: Sky) -> Float[Array, "256 3"]:
 
 
 @lru_cache(maxsize=8)
-def _mirrored_fading(low: Colour, top: Colour) -> Float[Array, "256 3"]:
+def _mirrored_fading(low: Colour, top: Colour) -> Float32[Array, "256 3"]:
     return _mirrored(np.array([low, top], float), np.array([0.0, FAR_SKY]))
 
 
 @lru_cache(maxsize=8)
-def _mirrored_panorama(panorama: Panorama) -> Float[Array, "256 3"]:
+def _mirrored_panorama(panorama: Panorama) -> Float32[Array, "256 3"]:
     means = panorama.rgba[..., :3].mean(axis=1)[::-1]
     return _mirrored(means, np.linspace(panorama.bottom, panorama.top, len(means)))
 
 
-def _mirrored(colours: Float[Array, "m 3"], heights: Float[Array, " m"]) -> Float[Array, "256 3"]:
+def _mirrored(colours: Float[Array, "m 3"], heights: Float[Array, " m"]) -> Float32[Array, "256 3"]:
     """The squared colours of the sky by height, above what hides it."""
     level = np.arange(256) / 127.5 - 1.0
     sky = np.stack([np.interp(level, heights, colours[:, band]) for band in range(3)], axis=1)
     into_dark = np.clip((level - DARK_FROM + 0.1) / 0.1, 0.0, 1.0)[:, None]
     into_sky = np.clip((level - DARK_TO) / (SKY_FROM - DARK_TO), 0.0, 1.0)[:, None]
     below = (1.0 - into_dark) * ROAD_MIRRORED + into_dark * DARK_MIRRORED
-    return np.round(below + into_sky * (sky - below)) ** 2
+    return (np.round(below + into_sky * (sky - below)) ** 2).astype(np.float32)
 
 
 @lru_cache(maxsize=1)

@@ -79,7 +79,7 @@ def plain_lit(view: View, mesh: Mesh, triangles: Triangles, numbers: np.ndarray)
         at_u = fallen[:, [0, 2]] @ view.cover.A_cover_road[0, :2]
         lit = np.where(at_u + view.cover.A_cover_road[0, 2] < 7.0, 1.0, 0.0)  # dark from column 7
         lit[np.abs(at_u + view.cover.A_cover_road[0, 2] - 7.0) < 1.0] = np.nan
-    constant, zenith, direct = diffuse_light(sun)[mesh.semantics[faces], :3].T
+    constant, zenith, direct = diffuse_light(sun)
     straight, flat, narrow = GLOSS[mesh.semantics[faces]].T
     strength = (constant + zenith * (normals @ to_up)) * opened
     strength += direct * lit * np.maximum(normals @ to_sun, 0.0)
