@@ -5,7 +5,7 @@ light on faces, is done when a face is drawn; fog, rain, lamps and lens depend o
 """
 
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -38,8 +38,6 @@ WARM_BLUE_LOSS = 0.3
 # Air: extinction by Koschmieder's law.
 HAZE_LAYER_METRES = 70.0  # how high haze reaches above the road
 MIN_HAZE_SLOPE = 1e-4
-AIR_STEPS = 341  # of the table of exp(-x), a unit: a line between two is off by 1e-6
-MOST_AIR = 12  # the largest x; of the light 6e-6 are left
 BELOW_HORIZON_METRES = 1e9  # of air, for rays that meet the road: their own depth counts
 # Glare: a wide veil and a disc around the sun, as parts of the image's width.
 MIN_SUN_COSINE = 0.15  # between the sun and the optical axis, for a halo to be drawn
@@ -179,20 +177,14 @@ def with_air(image: Image, shot: Shot) -> Image:
     loss = weather.vignetting if shot.lens_follows_air else 0.0
     height, width = image.shape[:2]
     flat, seen = np.ascontiguousarray(image).reshape(height, 3 * width), np.empty_like(image)
-    steps = KOSCHMIEDER / weather.visibility * AIR_STEPS
+    extinction = KOSCHMIEDER / weather.visibility
     air, room = np.array(weather.air, float), np.empty(width, np.float32)
     DIM_AND_ADD(
         flat, shot.rendered.depth, _haze_depth(shot.camera), _vignette(shot.camera, loss),
-        _powers(), steps, air, room, np.empty((2, 3 * width), np.int32),
+        extinction, air, room, np.empty((2, 3 * width), np.int32),
         seen.reshape(height, 3 * width),
     )  # fmt: skip
     return seen
-
-
-@cache
-def _powers() -> Float32[Array, " k"]:
-    """exp(-x) for x from 0 to MOST_AIR, at AIR_STEPS a unit."""
-    return np.exp(-np.arange(AIR_STEPS * MOST_AIR + 1) / AIR_STEPS).astype(np.float32)
 
 
 def with_glare(image: Image, shot: Shot) -> Image:
