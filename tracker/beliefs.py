@@ -16,7 +16,7 @@ from tracker.geometry.ground import MIN_DIP
 from tracker.kernels import Kernel
 from tracker.types import Camera, Cuboids, Detections
 from tracker.types.embedding import Embedding
-from tracker.types.packed import ColumnBlock, PackedRows
+from tracker.types.packed import NO_INTS, ColumnBlock, Packed, PackedRows, read_only
 from tracker.types.rows import RowIndex
 from tracker.types.shape_pose import ShapePose
 
@@ -144,14 +144,13 @@ class Lift:
         if n == 0:
             return NO_BELIEFS
         yaw, size, behind = self._stance(detections)
-        base, cov = np.empty((n, 3)), np.empty((n, 4, 4))
+        floats = np.empty(29 * n)
         lowest = camera.image_size[1] - 1.0 - BORDER_PIXELS
         view = *camera.pixel_rays_road, camera.height, camera.K[1, 1], lowest
         noise = *self._noise, LIMITS, self.use_box_height
-        LIFT_BOXES(boxes, detections.scores, size, behind, *view, *noise, base, cov)
-        cuboids, still = Cuboids(base, yaw, size), np.zeros((n, 2))
-        cues = ShapePose.of(detections), Embedding.of(detections)
-        return Beliefs(cuboids, still, cov, boxes, *cues)
+        LIFT_BOXES(boxes, detections.scores, yaw, size, behind, *view, *noise, floats)
+        cues = {"shape_pose": ShapePose.of(detections), "embedding": Embedding.of(detections)}
+        return Beliefs.of_packed(Packed(n, read_only(floats), NO_INTS), **cues)
 
     def measured_part(self, beliefs: Beliefs) -> Cuboids:
         """The cuboids, with NaN for sizes and headings that nothing measured."""
@@ -169,15 +168,16 @@ class Lift:
 
     def _stance(
         self, detections: Detections
-    ) -> tuple[Float[Array, " n"], Float[Array, "n 3"], Float[Array, " #n"]]:
+    ) -> tuple[Float[Array, " #n"], Float[Array, "#n 3"], Float[Array, " #n"]]:
         """Yaw, size, and how far the centre is behind the near face.
 
-        As measured; where they are not (no column, or a NaN row), those of the mean car.
+        As measured; where they are not (no column, or a NaN row), those of the mean car. One for
+        all where nothing is measured.
         """
         n, yaw, size = len(detections), detections.yaw, detections.size
-        mean_yaw, mean_size, mean_behind = self._mean_car
         if yaw is None and size is None:
-            return mean_yaw.repeat(n), mean_size.repeat(n, 0), mean_behind
+            return self._mean_car
+        mean_yaw, mean_size, _ = self._mean_car
         yaw = mean_yaw.repeat(n) if yaw is None else np.where(np.isnan(yaw), mean_yaw, yaw)
         size = mean_size.repeat(n, 0) if size is None else np.where(np.isnan(size), mean_size, size)
         return yaw, size, half_extent(yaw, size)

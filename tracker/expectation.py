@@ -44,11 +44,11 @@ class Expectation(NamedTuple):
         car is still there after them. It is what `predict`, `compensate_ego_motion` and
         `GatedPairs` give.
         """
-        (n, floats, ints), seen, dt = tracks.packed, observed.boxes, seconds[0]
-        most = n * len(seen)
+        (n, floats, ints), (m, seen, _), dt = tracks.packed, observed.packed, seconds[0]
+        most = n * m
         now, pairs = np.empty(47 * n + 35), np.empty(2 * most, np.int64)
         count = EXPECT_TRACKS(
-            floats, n, seen, *seconds, *dynamics.motion_model(dt), *motion, camera.K,
+            floats, n, seen, m, *seconds, *dynamics.motion_model(dt), *motion, camera.K,
             camera.K_inverse, camera.T_cam_road, camera.T_road_cam, camera.road_shift, LIMITS,
             *view_of_regions(camera), sigmas, now, pairs,
         )  # fmt: skip
@@ -62,6 +62,6 @@ class Expectation(NamedTuple):
             "expected_regions": Cuboids.of_packed(Packed(n, now[36 * n :], NO_INTS)),
             "search_areas": now[43 * n : 47 * n].reshape(n, 4),
             "pairs": (pairs[:count], pairs[most : most + count]),
-            "shape": (n, len(seen)),
+            "shape": (n, m),
         }
         return cls(ActiveTracks.of_packed(packed, beliefs=beliefs, cars=tracks.cars), gated)

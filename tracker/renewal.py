@@ -126,20 +126,20 @@ class Renewal(NamedTuple):
         next_id: int,
     ) -> Renewed:
         """`by_parts` for our own dynamics, in one kernel."""
-        n, floats, ints = tracks.packed
+        (n, floats, ints), (m, seen, _) = tracks.packed, observed.packed
         rows, columns, missed, born = partners
         judge, smooth, most = self.existence, self.box_filter, n + len(born)
         now, whole, gains = np.empty(36 * most), np.empty(3 * most + 4, np.int64), np.empty(27)
         one_step, right = MAX_CONSECUTIVE_STEPS * dt, leaving_border(self.camera)
         count = STEP_TRACKS(
-            rows, columns, missed, born, found.scores, floats, ints, n, *_columns(observed),
+            rows, columns, missed, born, found.scores, floats, ints, n, seen, m,
             type(self.dynamics) is ConstantVelocity, judge is not None, smooth is not None,
             *learned[0], (judge or NO_EXISTENCE).settings, dt, one_step, EXISTENCE_LIMITS, right,
             *(learned[1] or self._no_gains), *(smooth or NO_BOX_FILTER).settings, GAIN_LIMITS,
             next_id, self.lifecycle.longest_gap, *seen_from(self.camera), now, whole, gains,
         )  # fmt: skip
         packed, places = Packed(count, read_only(now), read_only(whole)), whole[2 * count :]
-        before, where = tracks.beliefs, (n, partners, len(observed), places[:count])
+        before, where = tracks.beliefs, (n, partners, m, places[:count])
         cues = {
             "shape_pose": _cue_after(before.shape_pose, observed.shape_pose, *where),
             "embedding": _cue_after(before.embedding, observed.embedding, *where),
@@ -265,10 +265,3 @@ def picked(table: Picked, rows: Int[Array, " k"]) -> Picked:
     if len(rows) == len(table) and rows.tolist() == list(range(len(rows))):
         return table
     return table.take(rows)
-
-
-def _columns(beliefs: Beliefs) -> tuple[Array, ...]:
-    """The columns that every belief has."""
-    cuboids = beliefs.cuboids
-    place = cuboids.base, cuboids.yaw, cuboids.size
-    return *place, beliefs.velocity, beliefs.cov, beliefs.boxes

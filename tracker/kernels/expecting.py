@@ -17,7 +17,6 @@ from tracker.kernels.compiling import (
     OUT2,
     OUT3,
     OUT_I1,
-    inlined,
     kernel,
 )
 from tracker.kernels.lifting import carry_beliefs
@@ -42,7 +41,7 @@ def move_covariances(covs, step, noise, covs_now):
                 now[row, column] += noise[row, column]
 
 
-@inlined
+@kernel(A2, A2, OUT2, allocates=False)
 def multiply(a, b, out):
     """The product of two matrices."""
     for row in range(len(out)):
@@ -71,15 +70,15 @@ def move_road(T_now_before, K, K_inverse, T_cam_road, T_road_cam, motion):
 
 
 @kernel(
-    F1, INT, A2, FLOAT, FLOAT, FLOAT, F2, A2, F2, A2, A2, A2, A2, F2, F1, F2, F1, F1, F2, FLOAT,
-    FLOAT, FLOAT, OUT1, OUT_I1,
+    F1, INT, F1, INT, FLOAT, FLOAT, FLOAT, F2, A2, F2, A2, A2, A2, A2, F2, F1, F2, F1, F1, F2,
+    FLOAT, FLOAT, FLOAT, OUT1, OUT_I1,
 )  # fmt: skip
 def expect_tracks(
-    floats, n, seen, dt, survival, step, noise, T_now_before, motion_cov, K, K_inverse,
+    floats, n, seen, m, dt, survival, step, noise, T_now_before, motion_cov, K, K_inverse,
     T_cam_road, T_road_cam, road_shift, limits, P, centre, far, signs, min_corner_depth,
     min_depth, sigmas, now, pairs,
 ):  # fmt: skip
-    """Packed tracks dt seconds later, and the boxes seen (m, 4) in their search areas.
+    """Packed tracks dt seconds later, and which of the m packed beliefs lie in their search areas.
 
     It is `move_covariances`, `move_road`, `carry_beliefs`, then `gate` of one drive. survival: the
     probability that a car is still there. now: the tracks, without scores; their regions as packed
@@ -109,14 +108,15 @@ def expect_tracks(
         motion_cov, T_cam_road[2], motion[16:25].reshape((3, 3)), motion[25:28],
         motion[28:34].reshape((3, 2)), limits, base_now, velocity_now, cov_now, boxes_now,
     )  # fmt: skip
-    regions, most = now[36 * n : 43 * n], n * len(seen)
-    regions[: 3 * n], regions[3 * n : 4 * n] = now[: 3 * n], yaw_now
-    starts, seen_starts = np.zeros(2, np.int64), np.zeros(2, np.int64)
-    starts[1], seen_starts[1] = n, len(seen)
+    for number in range(4 * n):  # place and yaw of the regions
+        now[36 * n + number] = now[number]
+    starts, seen_starts = np.empty(2, np.int64), np.empty(2, np.int64)
+    starts[0], seen_starts[0], starts[1], seen_starts[1] = 0, 0, n, m
     return gate(
         base_now, yaw_now, size, cov_now, sigmas, P, centre, far, signs, min_corner_depth,
-        min_depth, seen, starts, seen_starts, regions[4 * n :].reshape((n, 3)),
-        now[43 * n : 47 * n].reshape((n, 4)), pairs[:most], pairs[most:],
+        min_depth, seen[25 * m : 29 * m].reshape((m, 4)), starts, seen_starts,
+        now[40 * n : 43 * n].reshape((n, 3)), now[43 * n : 47 * n].reshape((n, 4)),
+        pairs[: n * m], pairs[n * m :],
     )  # fmt: skip
 
 

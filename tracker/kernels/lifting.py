@@ -4,7 +4,21 @@ from math import inf, nan
 
 import numpy as np
 
-from tracker.kernels.compiling import A1, A2, BOOL, F1, F2, F3, FLOAT, OUT2, OUT3, inlined, kernel
+from tracker.kernels.compiling import (
+    A1,
+    A2,
+    BOOL,
+    F1,
+    F2,
+    F3,
+    FLOAT,
+    OUT1,
+    OUT2,
+    OUT3,
+    inlined,
+    kernel,
+)
+from tracker.kernels.tables import belief_columns
 
 
 @inlined
@@ -35,18 +49,25 @@ def add_square(cov, x, z):
     cov[1, 1] += z * z
 
 
-@kernel(A2, A1, A2, A1, F2, F1, FLOAT, FLOAT, FLOAT, F1, F1, F1, BOOL, OUT2, OUT3)
+@kernel(A2, A1, A1, A2, A1, F2, F1, FLOAT, FLOAT, FLOAT, F1, F1, F1, BOOL, OUT1)
 def lift_boxes(
-    boxes, scores, sizes, behind, per_pixel, at_origin, height, focal, lowest, stds, speed_std,
-    limits, use_box_height, base, covs,
+    boxes, scores, yaws, sizes, behind, per_pixel, at_origin, height, focal, lowest, stds,
+    speed_std, limits, use_box_height, beliefs,
 ):  # fmt: skip
-    """Places (n, 3) of boxes on the road and covariances (n, 4, 4), see `Lift`.
+    """Packed beliefs of boxes on the road, see `Lift`.
 
-    behind: one number, or one a box. lowest: rows from which the border cuts boxes. stds: of edges,
-    height, pitch, sizes. limits: of the dip of rays, and of depths.
+    yaws, sizes, behind: one for all, or one a box. lowest: rows from which the border cuts boxes.
+    stds: of edges, height, pitch, sizes. limits: of the dip of rays, and of depths.
     """
     ray, cov, gain = np.empty(3), np.empty((2, 2)), np.empty(2)
+    base, yaw, size, velocity, covs, own_boxes = belief_columns(beliefs, len(boxes))
     for car in range(len(boxes)):
+        stance = car if len(yaws) > 1 else 0
+        yaw[car], velocity[car, 0], velocity[car, 1] = yaws[stance], 0.0, 0.0
+        for axis in range(3):
+            size[car, axis] = sizes[stance, axis]
+        for side in range(4):
+            own_boxes[car, side] = boxes[car, side]
         u, v = 0.5 * boxes[car, 0] + 0.5 * boxes[car, 2], boxes[car, 3]
         for axis in range(3):
             ray[axis] = u * per_pixel[0, axis] + v * per_pixel[1, axis] + at_origin[axis]
@@ -54,7 +75,7 @@ def lift_boxes(
         relative_std = stds[0] * (2.0 - min(max(scores[car], 0.0), 1.0))
         sigma = relative_std * tall
         near = touch(ray, height, per_pixel, sigma, stds[1], stds[2], limits[0], cov)
-        by_height, is_cut = focal * sizes[car, 1] / tall, boxes[car, 3] >= lowest
+        by_height, is_cut = focal * sizes[stance, 1] / tall, boxes[car, 3] >= lowest
         if is_cut or not near < limits[2]:  # no contact with the road
             near = by_height if not near < by_height else near
             near = min(max(near, limits[1]), limits[2])
@@ -71,7 +92,7 @@ def lift_boxes(
             for row in range(2):
                 cov[row, 0] -= gain[row] * along
                 cov[row, 1] -= gain[row] * across
-        far = near + behind[car if len(behind) > 1 else 0]
+        far = near + behind[stance]
         base[car, 0], base[car, 2] = ray[0] * far, ray[2] * far
         base[car, 1] = ray[1] * near - height
         for row in range(4):

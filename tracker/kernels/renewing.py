@@ -7,7 +7,6 @@ import numpy as np
 from tracker.kernels.box_gains import filter_boxes
 from tracker.kernels.compiling import (
     A1,
-    A2,
     A_I1,
     BOOL,
     F1,
@@ -27,88 +26,70 @@ from tracker.kernels.compiling import (
 )
 from tracker.kernels.existing import is_in_view, judge_rows
 from tracker.kernels.lifting import correct_places
-from tracker.kernels.tables import belief_columns, moment_columns
-
-BELIEFS = A2, A1, A2, A2, F3, A2
+from tracker.kernels.tables import belief_columns
 
 
-@inlined
-def copy_numbers(numbers, out):
-    """The same numbers."""
-    for column in range(len(out)):
-        out[column] = numbers[column]
+@kernel(F1, INT, INT, OUT1, INT, INT, allocates=False)
+def copy_belief(beliefs, n, row, out, m, at):
+    """The same belief, of n packed ones, in a packed table of m."""
+    for first, width in ((0, 3), (3, 1), (4, 3), (7, 2), (9, 16), (25, 4)):
+        source, target = first * n + width * row, first * m + width * at
+        for number in range(width):
+            out[target + number] = beliefs[source + number]
 
 
-@inlined
-def copy_belief(beliefs, row, out, at):
-    """The same place, yaw, size, velocity, covariance and box in another table."""
-    base, yaw, size, velocity, cov, boxes = beliefs
-    out_base, out_yaw, out_size, out_velocity, out_cov, out_boxes = out
-    out_yaw[at] = yaw[row]
-    copy_numbers(base[row], out_base[at])
-    copy_numbers(size[row], out_size[at])
-    copy_numbers(velocity[row], out_velocity[at])
-    copy_numbers(boxes[row], out_boxes[at])
-    for line in range(4):
-        for column in range(4):
-            out_cov[at, line, column] = cov[row, line, column]
+@kernel(F1, INT, INT, A1, F1, FLOAT, FLOAT, allocates=False)
+def is_alive(tracks, n, row, depth_of, far, min_depth, max_gap):
+    """Whether a packed track that was not detected lives on: not too long unseen, and in view."""
+    place, box = tracks[3 * row : 3 * row + 3], tracks[25 * n + 4 * row : 25 * n + 4 * row + 4]
+    return tracks[29 * n + row] <= max_gap and is_in_view(place, box, depth_of, far, min_depth)
 
 
 @inlined
-def is_alive(place, box, since, view, max_gap):
-    """Whether a track that was not detected lives on: not too long unseen, and in view."""
-    return since <= max_gap and is_in_view(place, box, view[0], view[1], view[2])
-
-
-@inlined
-def put_together(rows, columns, born, scores, old, updated, seen, of_life, floats, whole):
+def put_together(
+    rows, columns, born, scores, tracks, ints, n, existence, seen, m, now, off, fresh, which,
+    living, next_id, floats, whole,
+):  # fmt: skip
     """The tracks after a frame, packed, and where they come from; how many there are.
 
     They keep their order, or have that of `rows` where all were detected. rows, columns: of those
-    detected, by which detection; updated: what they are then, and their innovations, in that
-    order. old: the tracks before, others that live on stay as they are; existence: after the
-    frame. born: detections (`seen`) that begin tracks. places, the last third of `whole`: where a
-    row comes from, counted through the tracks before, the detected ones and the detections.
+    detected, by which detection; now: what they are then, packed, off: their innovations, in that
+    order. Others that are `living` stay as they are. existence: after the frame. born: detections
+    (`seen`) that begin tracks, which exist as `fresh` says. which: of the `rows` a track is, or
+    -1. places, the last third of `whole`: where a row comes from, counted through the tracks
+    before, the detected ones and the detections.
     """
-    before, since, hits, ids, old_innovations, existence, fresh = old
-    now, innovations = updated
-    next_id, max_gap, view = of_life
-    base, boxes = before[0], before[5]
-    n, k, count = len(ids), len(rows), len(rows) + len(born)
-    which = np.full(n, -1)
-    for at in range(k):
-        which[rows[at]] = at
+    k, count = len(rows), len(rows) + len(born)
     for row in range(n):
-        if which[row] < 0 and is_alive(base[row], boxes[row], since[row], view, max_gap):
-            count += 1
-    out, last = belief_columns(floats, count), moment_columns(floats, count)
-    out_since, out_existence, out_innovations, out_scores = last
-    out_ids, out_hits, places = whole[:count], whole[count : 2 * count], whole[2 * count :]
+        count += which[row] < 0 and living[row]
     at = 0
     for turn in range(n):
         row = rows[turn] if k == n else turn
         detected = which[row]
-        if detected >= 0:
-            copy_belief(now, detected, out, at)
-            copy_numbers(innovations[detected], out_innovations[at])
-            out_since[at], out_hits[at] = 0.0, hits[row] + 1
-            out_scores[at], places[at] = scores[columns[detected]], n + detected
-        elif is_alive(base[row], boxes[row], since[row], view, max_gap):
-            copy_belief(before, row, out, at)
-            copy_numbers(old_innovations[row], out_innovations[at])
-            out_since[at], out_hits[at] = since[row], hits[row]
-            out_scores[at], places[at] = nan, row
-        else:
+        if detected < 0 and not living[row]:
             continue
-        out_ids[at], out_existence[at] = ids[row], existence[row]
+        if detected >= 0:
+            copy_belief(now, k, detected, floats, count, at)
+            floats[29 * count + at], floats[35 * count + at] = 0.0, scores[columns[detected]]
+            whole[count + at], whole[2 * count + at] = ints[n + row] + 1, n + detected
+        else:
+            copy_belief(tracks, n, row, floats, count, at)
+            floats[29 * count + at], floats[35 * count + at] = tracks[29 * n + row], nan
+            whole[count + at], whole[2 * count + at] = ints[n + row], row
+        for side in range(4):
+            before = tracks[31 * n + 4 * row + side]
+            innovation = off[detected, side] if detected >= 0 else before
+            floats[31 * count + 4 * at + side] = innovation
+        whole[at], floats[30 * count + at] = ints[row], existence[row]
         at += 1
     for begun in range(len(born)):
-        copy_belief(seen, born[begun], out, at)
+        column = born[begun]
+        copy_belief(seen, m, column, floats, count, at)
+        floats[29 * count + at], floats[30 * count + at] = 0.0, fresh[begun]
+        floats[35 * count + at] = scores[column]
         for side in range(4):
-            out_innovations[at, side] = nan
-        out_since[at], out_hits[at] = 0.0, 1
-        out_scores[at], out_existence[at] = scores[born[begun]], fresh[begun]
-        out_ids[at], places[at] = next_id + begun, n + k + born[begun]
+            floats[31 * count + 4 * at + side] = nan
+        whole[at], whole[count + at], whole[2 * count + at] = next_id + begun, 1, n + k + column
         at += 1
     return count
 
@@ -146,77 +127,63 @@ def renew_cars(
             begun += 1
 
 
-@inlined
-def gathered(beliefs, rows):
-    """These rows of the columns of beliefs, in arrays of their own."""
-    k = len(rows)
-    out = (
-        np.empty((k, 3)), np.empty(k), np.empty((k, 3)), np.empty((k, 2)), np.empty((k, 4, 4)),
-        np.empty((k, 4)),
-    )  # fmt: skip
-    for at in range(k):
-        copy_belief(beliefs, rows[at], out, at)
-    return out
-
-
 @kernel(
-    A_I1, A_I1, A_I1, A_I1, A1, F1, I1, INT, *BELIEFS, BOOL, BOOL, BOOL, INT, INT, INT, INT, F1,
+    A_I1, A_I1, A_I1, A_I1, A1, F1, I1, INT, F1, INT, BOOL, BOOL, BOOL, INT, INT, INT, INT, F1,
     FLOAT, FLOAT, F1, FLOAT, F2, F2, F2, F1, FLOAT, FLOAT, F1, INT, FLOAT, A1, F1, FLOAT, OUT1,
     OUT_I1, OUT1,
 )  # fmt: skip
 def step_tracks(
-    rows, columns, missed, born, scores, floats, ints, n, seen_base, seen_yaw, seen_size,
-    seen_velocity, seen_cov, seen_boxes, moves, judges, filters, hit, tries, confirmed, newborns,
-    settings, dt, one_step, existence_limits, right, gains, pairs, power, sizes, border, prior,
-    gain_limits, next_id, max_gap, depth_of, far, min_depth, floats_now, ints_now, learned_gains,
+    rows, columns, missed, born, scores, tracks, ints, n, seen, m, moves, judges, filters, hit,
+    tries, confirmed, newborns, settings, dt, one_step, existence_limits, right, gains, pairs,
+    power, sizes, border, prior, gain_limits, next_id, max_gap, depth_of, far, min_depth, floats,
+    whole, learned_gains,
 ):  # fmt: skip
     """The tracks after a frame, packed, by the kernels of its parts; how many there are.
 
-    moves: whether a Kalman filter corrects places (`correct_places`), else detections are taken as
-    they are; judges: `judge_rows`; filters: `filter_boxes`. hit, tries, confirmed, newborns: what
-    is known of the detector. ints_now: `put_together`, at last what is known of the detector then.
-    learned_gains: gains, power and pairs, one after the other. The rest as these have it.
+    tracks, seen: packed. moves: whether a Kalman filter corrects places (`correct_places`), else
+    detections are taken as they are; judges: `judge_rows`; filters: `filter_boxes`. hit, tries,
+    confirmed, newborns: what is known of the detector. floats, whole: see `put_together`; whole
+    ends with what is known of the detector then. learned_gains: gains, power and pairs, one after
+    the other. The rest as these have it.
     """
     k = len(rows)
-    before = belief_columns(floats, n)
-    since, existence, innovations, _ = moment_columns(floats, n)
-    ids, hits = ints[:n], ints[n : 2 * n]
-    seen = seen_base, seen_yaw, seen_size, seen_velocity, seen_cov, seen_boxes
-    now, old = gathered(seen, columns), gathered(before, rows)
-    if moves:
-        place, observed_cov = now[0].copy(), now[4].copy()
-        correct_places(old[0], old[3], old[4], place, observed_cov, now[0], now[3], now[4])
-    off = np.empty((k, 4))
-    old_hits, old_since, old_off = np.empty(k, np.int64), np.empty(k), np.empty((k, 4))
+    old, found, now = np.empty(29 * k), np.empty(29 * k), np.empty(29 * k)
+    old_hits, which, living = np.empty(k, np.int64), np.empty(n, np.int64), np.empty(n, np.bool_)
+    old_since, old_off, off = np.empty(k), np.empty((k, 4)), np.empty((k, 4))
+    after, fresh = np.empty(n), np.empty(len(born))
+    for row in range(n):
+        living[row] = is_alive(tracks, n, row, depth_of, far, min_depth, max_gap)
+        which[row], after[row] = -1, tracks[30 * n + row]
     for at in range(k):
-        old_hits[at], old_since[at] = hits[rows[at]], since[rows[at]]
-        copy_numbers(innovations[rows[at]], old_off[at])
-        copy_numbers(old_off[at], off[at])
+        row = rows[at]
+        which[row], after[row] = at, 1.0
+        copy_belief(tracks, n, row, old, k, at)
+        copy_belief(seen, m, columns[at], found, k, at)
+        copy_belief(seen, m, columns[at], now, k, at)
+        old_hits[at], old_since[at] = ints[n + row], tracks[29 * n + row]
+        for side in range(4):
+            old_off[at, side] = off[at, side] = tracks[31 * n + 4 * row + side]
+    was, is_seen, then = belief_columns(old, k), belief_columns(found, k), belief_columns(now, k)
+    if moves:
+        correct_places(was[0], was[3], was[4], is_seen[0], is_seen[4], then[0], then[3], then[4])
     if filters:
-        new_gains, new_power = learned_gains[:12].reshape((3, 4)), learned_gains[12:24]
-        new_pairs = learned_gains[24:].reshape((3, 1))
-        if k:
-            observed_boxes = now[5].copy()
-            filter_boxes(
-                gains, pairs, power, sizes, old[5], observed_boxes, old_hits, old_since, old_off,
-                dt, far, border, prior, gain_limits, now[5], off, new_gains, new_pairs,
-                new_power.reshape((3, 4)),
-            )  # fmt: skip
-        else:
-            new_gains[:], new_pairs[:], new_power[:] = gains, pairs, power.reshape(12)
-    detector, learned = np.array((hit, tries, confirmed, newborns)), ints_now[-4:]
-    after, fresh = np.ones(n), np.ones(len(born))
+        filter_boxes(
+            gains, pairs, power, sizes, was[5], is_seen[5], old_hits, old_since, old_off, dt, far,
+            border, prior, gain_limits, then[5], off, learned_gains[:12].reshape((3, 4)),
+            learned_gains[24:].reshape((3, 1)), learned_gains[12:24].reshape((3, 4)),
+        )  # fmt: skip
+    learned = whole[-4:]
+    learned[0], learned[1], learned[2], learned[3] = hit, tries, confirmed, newborns
+    for begun in range(len(born)):
+        fresh[begun] = 1.0
     if judges:
         judge_rows(
-            existence, hits, since, before[5], rows, columns, missed, scores, born, seen_boxes,
-            detector, settings, one_step, existence_limits, right, after, fresh, learned,
+            tracks[30 * n : 31 * n], ints[n : 2 * n], tracks[29 * n : 30 * n],
+            tracks[25 * n : 29 * n].reshape((n, 4)), rows, columns, missed, scores, born,
+            seen[25 * m : 29 * m].reshape((m, 4)), learned, settings, one_step, existence_limits,
+            right, after, fresh, learned,
         )  # fmt: skip
-    else:
-        learned[:] = detector
-        for at in range(len(missed)):
-            after[missed[at]] = existence[missed[at]]
-    tracks = before, since, hits, ids, innovations, after, fresh
-    of_life = next_id, max_gap, (depth_of, far, min_depth)
     return put_together(
-        rows, columns, born, scores, tracks, (now, off), seen, of_life, floats_now, ints_now
-    )
+        rows, columns, born, scores, tracks, ints, n, after, seen, m, now, off, fresh, which,
+        living, next_id, floats, whole,
+    )  # fmt: skip

@@ -87,6 +87,7 @@ def plain_lift(self: Lift, detections: Detections, camera: Camera) -> Beliefs:
     if n == 0:
         return Beliefs.empty()
     yaw, size, behind = self._stance(detections)
+    yaw, size = np.broadcast_to(yaw, n), np.broadcast_to(size, (n, 3))
     rays = camera.rays_road(boxes.dot(BOTTOM_CENTRE))
     heights = np.maximum(boxes[:, 3] - boxes[:, 1], 1.0)
     relative_std = self.edge_std * (2.0 - np.minimum(np.maximum(detections.scores, 0.0), 1.0))
