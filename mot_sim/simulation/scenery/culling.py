@@ -1,5 +1,6 @@
 """Which pieces of the scenery may be seen, or may hide a car, told before their meshes are made."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ MAX_HEIGHT_METRES = 20.0  # of anything beside a road: houses reach 17 m, trees 
 MAX_DEPTH_METRES = 3.0  # below the ground: the tufts of a bush
 # How far things reach beyond their bases: a tree's tufts, a lamp's arm, a roof.
 MAX_OVERHANG_METRES = 6.0
+HOUSE_OVERHANG_METRES = 0.6  # of roofs beyond the walls, to both sides of a corner
 SPARE_PIXELS = 4.0  # the truth looks a pixel around a car
 SPARE_METRES = 0.5  # around a car
 SIDEWAYS = 1.57  # radians: farther to the side nothing is in any image
@@ -36,13 +38,24 @@ class Spheres:
         return cls(transform(camera.T_cam_road, cuboids.base), radii)
 
 
-def box_around(items: tuple[Item, ...]) -> Float[Array, "8 3"]:
-    """The corners, in world, of an upright box that holds all of some things."""
-    low = np.min([item.base.min(axis=0) for item in items], axis=0) - MAX_OVERHANG_METRES
-    high = np.max([item.base.max(axis=0) for item in items], axis=0) + MAX_OVERHANG_METRES
-    ends = np.stack((np.append(low, -MAX_HEIGHT_METRES), np.append(high, MAX_DEPTH_METRES)))
+def boxes_of_things(
+    groups: Sequence[Sequence[Item]], overhang: float = MAX_OVERHANG_METRES
+) -> Float[Array, "n 8 3"]:
+    """The corners, in world, of upright boxes, each of which holds all of one or more things.
+
+    overhang: how far they reach beyond their bases, metres.
+    """
+    bases = [item.base for items in groups for item in items]
+    if not bases:
+        return np.zeros((0, 8, 3))
+    ends = np.cumsum([sum(len(item.base) for item in items) for items in groups])
+    points, starts = np.concatenate(bases), np.append(0, ends[:-1])
+    low = np.minimum.reduceat(points, starts) - overhang
+    high = np.maximum.reduceat(points, starts) + overhang
+    depths = np.full((2, len(groups), 1), [[[-MAX_HEIGHT_METRES]], [[MAX_DEPTH_METRES]]])
+    corners = np.concatenate((np.stack((low, high)), depths), axis=2)
     pick = np.indices((2, 2, 2)).reshape(3, 8).T
-    return ends[pick, np.arange(3)]
+    return corners[pick, :, np.arange(3)].transpose(2, 0, 1)
 
 
 def may_be_seen(

@@ -2,16 +2,22 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from typing import Literal
 
 import cv2
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
 from mot_sim.simulation.renderers import NO_INSTANCE, Mesh, MeshInstances
 from mot_sim.simulation.renderers.triangles import NEAR_METRES, sphere_in_view
 from mot_sim.simulation.rig import Rig
-from mot_sim.simulation.scenery.culling import Spheres, box_around, may_be_seen
+from mot_sim.simulation.scenery.culling import (
+    HOUSE_OVERHANG_METRES,
+    Spheres,
+    boxes_of_things,
+    may_be_seen,
+)
 from mot_sim.simulation.scenery.patches import Patches
 from mot_sim.simulation.scenery.placing import Item, Knobs, place
 from mot_sim.simulation.scenery.props import DETAIL_LEVELS
@@ -36,6 +42,9 @@ CROWN_METRES = 4.0  # metres that trees reach out beyond their feet
 R_world_piece = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
+Part = Literal["piece", "low things", "house"]  # what is one mesh
+
+
 @dataclass(frozen=True, eq=False)
 class Scenery:
     """Pieces on the ground of the world, each around its own origin; meshes are made when
@@ -47,8 +56,9 @@ class Scenery:
     """x, y in world of each piece's origin, metres."""
     radii: Float[Array, " n"]
     """How far each piece reaches from its origin, metres."""
-    made: dict[tuple[int, int], Mesh] = field(default_factory=dict)
-    """Meshes made so far, by piece and level of detail; the oldest are dropped."""
+    made: dict[tuple[Part, int, int], Mesh] = field(default_factory=dict)
+    """Meshes made so far, by what of the scenery, its number and level of detail; the oldest are
+    dropped."""
 
     @classmethod
     def around(cls, roads: Roads, seed: int, knobs: Knobs | None = None) -> "Scenery":
@@ -67,31 +77,58 @@ class Scenery:
     def of(cls, items: list[Item]) -> "Scenery":
         """All items, put together by squares."""
         squares: dict[tuple[int, int], list[Item]] = {}
-        for item in items:
-            column, row = np.floor(item.base.mean(axis=0) / PIECE_METRES).astype(int).tolist()
+        middles = np.array([item.base.mean(axis=0) for item in items]).reshape(-1, 2)
+        places = np.floor(middles / PIECE_METRES).astype(int).tolist()
+        for item, (column, row) in zip(items, places, strict=True):
             squares.setdefault((column, row), []).append(item)
         origins = (np.array(sorted(squares)).reshape(-1, 2) + 0.5) * PIECE_METRES
         pieces = tuple(tuple(squares[square]) for square in sorted(squares))
         reach = [
-            max(float(np.hypot(*(item.base - origin).T).max()) for item in piece)
+            float(np.hypot(*(np.concatenate([item.base for item in piece]) - origin).T).max())
             for piece, origin in zip(pieces, origins, strict=True)
         ]
         return cls(pieces, origins, np.array(reach).reshape(-1) + CROWN_METRES)
 
     def mesh(self, row: int, detail: int) -> Mesh:
         """The mesh of a piece."""
-        key = (row, detail)
+        return self._mesh("piece", row, detail)
+
+    def _mesh(self, part: Part, number: int, detail: int) -> Mesh:
+        """The mesh of a piece, of all but houses in it, or of a house by its row in `houses`."""
+        key = (part, number, detail)
         if key not in self.made:
             if len(self.made) >= MAX_MESHES:
                 self.made.pop(next(iter(self.made)))
-            solids = [item.make(detail) for item in self.pieces[row]]
-            self.made[key] = join(solids).mesh(self.origins[row])
+            row = self.house_pieces[number] if part == "house" else number
+            items = self.pieces[row] if part == "piece" else self._low_things[row]
+            chosen = (self.houses[number],) if part == "house" else items
+            self.made[key] = join([item.make(detail) for item in chosen]).mesh(self.origins[row])
         return self.made[key]
+
+    @cached_property
+    def _low_things(self) -> list[list[Item]]:
+        return [[item for item in piece if item.kind != "house"] for piece in self.pieces]
+
+    @cached_property
+    def houses(self) -> tuple[Item, ...]:
+        """The houses, piece by piece."""
+        return tuple(item for item in self.items if item.kind == "house")
+
+    @cached_property
+    def house_pieces(self) -> Int[Array, " h"]:
+        """The piece of each house."""
+        counts = [sum(item.kind == "house" for item in piece) for piece in self.pieces]
+        return np.repeat(np.arange(len(self.pieces)), counts)
+
+    @cached_property
+    def house_boxes(self) -> Float[Array, "h 8 3"]:
+        """Corners in world of a box around each house."""
+        return boxes_of_things([(house,) for house in self.houses], HOUSE_OVERHANG_METRES)
 
     @cached_property
     def boxes(self) -> Float[Array, "n 8 3"]:
         """Corners in world of a box around each piece."""
-        return np.array([box_around(piece) for piece in self.pieces]).reshape(-1, 8, 3)
+        return boxes_of_things(self.pieces)
 
     def seen_from(
         self,
@@ -102,7 +139,8 @@ class Scenery:
     ) -> MeshInstances:
         """What of it the camera of an ego pose (x, y, heading) may see; all ids: NO_INSTANCE.
 
-        behind: only what may hide one of these.
+        behind: only what may hide one of these. Houses stand far from the road, hide few cars, and
+        take long to make: then each is judged by itself.
         """
         T_cam_world = invert(Rig(camera).T_world_cam(checked(ego)))
         apart = self.origins - ego[:2]
@@ -115,12 +153,23 @@ class Scenery:
         rows = rows[np.argsort(ahead[rows], kind="stable")]  # near first: less is drawn over
         if not len(rows):
             return MeshInstances.empty()
+        parts: list[tuple[Part, int]]
+        if behind is None:
+            parts = [("piece", row) for row in rows.tolist()]
+        else:
+            alone = np.flatnonzero(np.isin(self.house_pieces, rows))
+            boxes = self.house_boxes[alone]
+            alone = alone[may_be_seen(boxes, T_cam_world, camera, near, behind)]
+            parts = [("low things", row) for row in rows.tolist()]
+            parts += [("house", number) for number in alone.tolist()]
+            rows = np.concatenate((rows, self.house_pieces[alone]))
         T_world_piece = np.tile(homogeneous(R_world_piece, np.zeros(3)), (len(rows), 1, 1))
         T_world_piece[:, :2, 3] = self.origins[rows]
-        details = np.searchsorted(DETAIL_METRES, np.hypot(*apart[rows].T) - 0.5 * PIECE_METRES)
-        meshes = tuple(map(self.mesh, rows.tolist(), details.tolist()))
+        far = np.hypot(*apart[rows].T) - 0.5 * PIECE_METRES
+        details = np.searchsorted(DETAIL_METRES, far).tolist()
+        meshes = [self._mesh(*part, detail) for part, detail in zip(parts, details, strict=True)]
         instances = MeshInstances(
-            meshes, T_cam_world @ T_world_piece, np.full(len(rows), NO_INSTANCE)
+            tuple(meshes), T_cam_world @ T_world_piece, np.full(len(rows), NO_INSTANCE)
         )
         seen = np.flatnonzero(sphere_in_view(instances, camera, near))
         return MeshInstances(

@@ -50,6 +50,18 @@ def test_the_mesh_of_a_piece_lies_in_its_box_at_every_level(name: str) -> None:
             assert (points <= high + 1e-9).all()
 
 
+@pytest.mark.parametrize("name", ["town", "merge"])
+def test_every_house_lies_in_its_box_at_every_level(name: str) -> None:
+    scenery = Rollout.of(find_scene(name, frames=2), 2).scenery
+    assert len(scenery.houses) > 3
+    for house, box in zip(scenery.houses, scenery.house_boxes, strict=True):
+        low, high = box.min(axis=0), box.max(axis=0)
+        for detail in range(DETAIL_LEVELS):
+            points = house.make(detail).corners.reshape(-1, 3) * (1.0, 1.0, -1.0)
+            assert (points >= low).all()
+            assert (points <= high).all()
+
+
 @settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_a_box_passes_of_which_a_point_is_in_the_image_or_before_a_car(seed: int) -> None:
