@@ -92,10 +92,17 @@ class Finite(Traffic, Protocol):
 
 def colliding_pairs(poses: Float[Array, "n 3"], size: Float[Array, "n 3"]) -> Int[Array, "p 2"]:
     """Rows i < j of cars at poses x, y, heading whose footprints share some area."""
-    reach = 0.5 * np.hypot(size[:, 0], size[:, 2])
-    across, down = (poses[:, None, axis] - poses[None, :, axis] for axis in (0, 1))
-    near = across**2 + down**2 < (reach[:, None] + reach + SPARE_METRES) ** 2
-    i, j = np.nonzero(np.triu(near, k=1))
+    reach, count = 0.5 * np.hypot(size[:, 0], size[:, 2]), len(poses)
+    # From left to right, those who may touch follow soon.
+    order = np.argsort(poses[:, 0], kind="stable")
+    x = poses[order, 0]
+    farthest = x + reach[order] + (reach.max(initial=0.0) + SPARE_METRES)
+    follow = np.searchsorted(x, farthest, side="right") - np.arange(1, count + 1)
+    first = np.repeat(np.arange(count), follow)
+    second = first + 1 + np.arange(len(first)) - np.repeat(np.cumsum(follow) - follow, follow)
+    one, other = order[first], order[second]
+    codes = np.sort(np.minimum(one, other) * count + np.maximum(one, other))
+    i, j = codes // max(count, 1), codes % max(count, 1)
     apart = np.hypot(*(poses[i, :2] - poses[j, :2]).T)
     near = np.stack((i, j), axis=1)[apart < reach[i] + reach[j]]
     if not len(near):

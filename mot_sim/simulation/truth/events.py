@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int, Shaped
+from jaxtyping import Bool, Float, Int, Shaped
 from numpy import ndarray as Array
 
 from mot_sim.simulation.traffic.traffic_state import TrafficState, collisions
@@ -107,11 +107,14 @@ def crossings(truth: Truth, frame_count: int) -> list[Row]:
         part = slice(bounds[frame], bounds[frame + 1])
         ids, boxes = truth.tracks.ids[part], truth.amodal_boxes[part]
         if before is not None:
-            shared, then, now = np.intersect1d(before[0], ids, return_indices=True)
-            old, new = before[1][then], boxes[now]
+            at = np.searchsorted(before[0], ids).clip(max=len(before[0]) - 1)
+            now = np.flatnonzero(before[0][at] == ids) if len(before[0]) else at[:0]
+            old, new, shared = before[1][at[now]], boxes[now], ids[now]
             turned = np.sign(_offsets(old)) * np.sign(_offsets(new)) < 0
-            pairs = np.argwhere(np.triu(turned & _overlap(new), k=1)).tolist()
-            rows += [(frame, "crossing", int(shared[a]), int(shared[b])) for a, b in pairs]
+            a, b = np.nonzero(np.triu(turned, k=1))
+            overlaps = _overlap(new[a], new[b])
+            pairs = np.stack((shared[a], shared[b]), axis=1)[overlaps].tolist()
+            rows += [(frame, "crossing", one, other) for one, other in pairs]
         before = ids, boxes
     return rows
 
@@ -134,8 +137,7 @@ def _offsets(boxes: Array) -> Array:
     return middle[None] - middle[:, None]
 
 
-def _overlap(boxes: Array) -> Array:
-    """Which boxes share some area; (n, n)."""
-    low = np.maximum(boxes[:, None, :2], boxes[None, :, :2])
-    high = np.minimum(boxes[:, None, 2:], boxes[None, :, 2:])
-    return (high > low).all(axis=2)
+def _overlap(one: Float[Array, "n 4"], other: Float[Array, "n 4"]) -> Bool[Array, " n"]:
+    """Which pairs of boxes share some area."""
+    low = np.maximum(one[:, :2], other[:, :2])
+    return (np.minimum(one[:, 2:], other[:, 2:]) > low).all(axis=1)
