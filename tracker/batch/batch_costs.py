@@ -1,7 +1,9 @@
 """What the detections of a frame of every drive cost against its tracks, and who matches."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -71,24 +73,26 @@ class BatchCosts:
     roads: DriveRoads
     """What is known of the road of each drive before the detections."""
 
-    def matrix(self, drive: int) -> Float[Array, "n m"]:
-        """The costs of one drive, as `CostMatrix` has them."""
-        top, bottom = self.starts[drive], self.starts[drive + 1]
-        left, right = self.columns[drive], self.columns[drive + 1]
-        matrix = np.full((bottom - top, right - left), np.inf)
-        mine = slice(*np.searchsorted(self.pairs[0], (top, bottom)))
-        rows, columns = self.pairs
-        matrix[rows[mine] - top, columns[mine] - left] = self.costs[mine]
-        return matrix
+    def matrices(self) -> Iterator[Float[Array, "n m"]]:
+        """The costs of each drive, as `CostMatrix` has them."""
+        (rows, columns), costs = self.pairs, self.costs
+        bounds = rows.searchsorted(self.starts).tolist()
+        sizes = zip(self.starts.tolist(), self.columns.tolist(), bounds, strict=True)
+        for (top, left, first), (bottom, right, last) in pairwise(sizes):
+            matrix = np.full((bottom - top, right - left), np.inf)
+            if last > first:
+                mine = slice(first, last)
+                matrix[rows[mine] - top, columns[mine] - left] = costs[mine]
+            yield matrix
 
     def match_each(self, one: Tracker) -> "BatchMatch":
         """The match that a tracker alone with each drive makes."""
         strong = self.detections.scores >= one.strong_score
         pairs, lost, new = [], [], []
-        for drive in range(len(self.starts) - 1):
+        for drive, matrix in enumerate(self.matrices()):
             top, left = self.starts[drive], self.columns[drive]
             columns = strong[left : self.columns[drive + 1]]
-            match = match_in_stages(self.matrix(drive), columns, one.associate)
+            match = match_in_stages(matrix, columns, one.associate)
             pairs.append(match.pairs + (top, left))
             lost.append(match.unmatched_tracks + top)
             new.append(match.unmatched_detections + left)

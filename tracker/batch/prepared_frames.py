@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -18,6 +19,9 @@ from tracker.state import Clock
 from tracker.tracker import Tracker
 from tracker.types import Detections, Frame
 from tracker.types.rows import Rows
+
+MotionRow = tuple[Any, ...]
+UNKNOWN_COV = np.full((2, 2), np.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,21 +60,26 @@ class FrameMotions(Rows):
     """Covariance of the camera's velocity along road x and z; NaN: as before."""
 
     @classmethod
-    def of(
-        cls, tracker: Tracker, T: Array, covariance: Array, dt: float, is_given: bool
-    ) -> "FrameMotions":
-        """One row."""
-        camera, turns = tracker.camera, tracker.camera_rotation_filter
-        road = RoadMotion.of(T, camera)
-        uncertain = turns is not None and is_given and turns.is_uncertain(covariance, camera)
-        survival = 1.0 if tracker.existence is None else tracker.existence.survival(dt)
-        kept, squared, rise = road_terms(tracker.car_filter, road, dt)
-        velocity_cov = np.full((2, 2), np.nan)
-        if dt > 0.0:
-            R = camera.T_road_cam[:3:2, :3] / dt
-            velocity_cov = R @ covariance[:3, :3] @ R.T
-        numbers = dt, is_given, uncertain, T, covariance, *road, survival, kept, squared, rise
-        return cls(*(np.array([number]) for number in (*numbers, velocity_cov)))
+    def of(cls, rows: Sequence[MotionRow]) -> "FrameMotions":
+        """The table of one or more rows."""
+        return cls(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def motion_row(
+    tracker: Tracker, T: Array, covariance: Array, dt: float, is_given: bool
+) -> MotionRow:
+    """What a row of `FrameMotions` holds, in their order."""
+    camera, turns = tracker.camera, tracker.camera_rotation_filter
+    road = RoadMotion.of(T, camera)
+    uncertain = turns is not None and is_given and turns.is_uncertain(covariance, camera)
+    survival = 1.0 if tracker.existence is None else tracker.existence.survival(dt)
+    kept, squared, rise = road_terms(tracker.car_filter, road, dt)
+    velocity_cov = UNKNOWN_COV
+    if dt > 0.0:
+        R = camera.T_road_cam[:3:2, :3] / dt
+        velocity_cov = R @ covariance[:3, :3] @ R.T
+    told = dt, is_given, uncertain, T, covariance
+    return *told, *road, survival, kept, squared, rise, velocity_cov
 
 
 def road_terms(
@@ -130,7 +139,7 @@ def prepare_frames(tracker: Tracker, frames: Sequence[Frame], name: str) -> Prep
     `Tracker.cost_matrix` does.
     """
     memory, clock = ScoreMemory(), Clock()
-    motions = [FrameMotions.of(tracker, np.eye(4), NO_COV, 0.0, False)]
+    motions = [motion_row(tracker, np.eye(4), NO_COV, 0.0, False)]
     found, lifted = [Detections(np.zeros((0, 4)), np.zeros(0))], [NO_BELIEFS]
     for frame in frames:
         if not frame.looked_at:
@@ -144,11 +153,11 @@ def prepare_frames(tracker: Tracker, frames: Sequence[Frame], name: str) -> Prep
         motion, dt = clock.since_look(frame)
         clock = clock.after(frame)
         known = motion.T_now_before, motion.covariance
-        motions.append(FrameMotions.of(tracker, *known, dt, motion.is_known))
+        motions.append(motion_row(tracker, *known, dt, motion.is_known))
     counts = np.array([0, *(len(each) for each in found)])
     return PreparedFrames(
         np.cumsum(counts),
         Detections.concatenate(found),
         Beliefs.concatenate(lifted),
-        FrameMotions.concatenate(motions),
+        FrameMotions.of(motions),
     )

@@ -128,7 +128,7 @@ def correlated_normal_columns(
     request = ((effect, autocorrelations),)
     if len(ids) > MAX_LIVE_ROWS:
         every, row = np.unique(pieces, return_inverse=True)
-        return _blocks(seed, every, request, step)[0][row, at]
+        return _recent_blocks(seed, every.tobytes(), request, step)[row, at]
     # A live step asks for the same blocks again and again: they are kept, which changes no number.
     kept = _kept_blocks(seed, effect, autocorrelations, step)
     wanted = list(zip(pieces.tolist(), at.tolist(), strict=True))
@@ -229,6 +229,14 @@ def _blocks(
             total[:, :, column] += weight * drawn.white[:, :, number]
         found.append(total)
     return found
+
+
+@lru_cache(maxsize=32)  # a sweep asks for a run's noise again at each level of it
+def _recent_blocks(
+    seed: int, pieces: bytes, request: NoiseRequest, step: float
+) -> Float[Array, "p b _"]:
+    """All frames of some blocks of one effect."""
+    return _blocks(seed, np.frombuffer(pieces, np.int64), request, step)[0]
 
 
 def with_frame_noise(
