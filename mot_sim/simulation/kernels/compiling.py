@@ -7,7 +7,7 @@ from numba.types import Array
 OUT_F32_1, OUT_F32_2 = (Array(float32, n, "C") for n in (1, 2))
 OUT_I32_1, OUT_I32_2 = (Array(int32, n, "C") for n in (1, 2))
 OUT_U8_1, OUT_U8_2, OUT_U8_3 = (Array(uint8, n, "C") for n in (1, 2, 3))
-OUT_U32_1 = Array(uint32, 1, "C")
+OUT_U32_1, OUT_U32_2 = (Array(uint32, n, "C") for n in (1, 2))
 # Inputs, which are never written to.
 A32_2 = Array(float32, 2, "A", readonly=True)  # of any strides
 F32_1, F32_2 = (Array(float32, n, "C", readonly=True) for n in (1, 2))

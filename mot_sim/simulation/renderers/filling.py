@@ -1,7 +1,7 @@
 """Filling triangles: which one is nearest at each pixel, and how near it is."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float32, Int32
@@ -24,6 +24,7 @@ class Fragments:
     """The inverse of its depth, 1 / m; 0: none."""
 
 
+@runtime_checkable
 class Filler(Protocol):
     """Finds the nearest triangles; `KernelFiller` is one."""
 

@@ -1,7 +1,7 @@
 """The ground from above, tile by tile: every tile is a function of roads, seed and place."""
 
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 
 import cv2
 import numpy as np
@@ -20,7 +20,8 @@ TEXEL_METRES = 0.025  # metres, of the finest pictures
 COVER_TEXEL_METRES = 0.25  # metres, of the picture of shadows that cars are lit by
 LEVEL_COUNT = 5  # each one twice as coarse as the one before
 PERIOD_TEXELS = 1024  # texels of the finest picture after which the grain repeats: 25.6 m
-SLOW_TEXEL_METRES = 0.4  # metres a texel of the slow noise, which repeats after 409.6 m
+# A texel of the slow noise is 2^4 of the finest, 0.4 m; it repeats after 409.6 m.
+SLOW_SHIFT = 4
 TILE_TEXELS = 256  # texels along a tile's sides
 SUPERSAMPLING = 2  # patches are filled on a finer grid, then averaged: smooth edges
 CHANNELS = {paint: channel for channel, paint in enumerate(("asphalt", "pavement", "kerb", "line"))}
@@ -62,19 +63,11 @@ class Grain:
         u, v = column * TILE_TEXELS % period, row * TILE_TEXELS % period
         return layer[v : v + TILE_TEXELS, u : u + TILE_TEXELS]
 
-    def slow_at(self, level: int, column: int, row: int) -> Float32[Array, "t t"]:
-        """The slow noise under a tile, interpolated."""
-        ratio = (TEXEL_METRES * 2**level) / SLOW_TEXEL_METRES
-        x, y = column * TILE_TEXELS * ratio, row * TILE_TEXELS * ratio
-        size = len(self.slow)
-        A = np.array([[ratio, 0.0, x % size], [0.0, ratio, y % size]])
-        return cv2.warpAffine(
-            self.slow,
-            A,
-            (TILE_TEXELS, TILE_TEXELS),
-            flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-            borderMode=cv2.BORDER_WRAP,
-        )
+    def slow_at(self, shift: int, column: int, row: int) -> Float32[Array, "n n"]:
+        """The slow noise under a tile and beside it; a texel of it is 1 << shift texels wide."""
+        count = TILE_TEXELS >> shift
+        u, v = ((place * count + np.arange(count + 1)) % len(self.slow) for place in (column, row))
+        return self.slow[np.ix_(v, u)]
 
 
 @lru_cache(maxsize=4)
@@ -177,19 +170,20 @@ class Ground:
         is_painted = np.frombuffer(bits.tobytes(), np.uint8) > 0
         asphalt = is_painted[0] or is_painted[3]  # which shows where a line is worn
         rgba = np.empty((TILE_TEXELS, TILE_TEXELS, 4), np.uint8)
-        flat = TILE_TEXELS, 4 * TILE_TEXELS
+        shift = SLOW_SHIFT - level
         MIX_TILE(
-            weights.reshape(flat),
+            weights.view(np.uint32)[..., 0],
             self._tone(level, low, texel) if asphalt else _plain_tone(),
             self._slabs(*place) if is_painted[1] else _plain_slabs(),
             self._shade(place, low, texel),
             np.ascontiguousarray(self.grain.at("stones", *place)),
             np.ascontiguousarray(self.grain.at("blades", *place)),
-            np.ascontiguousarray(self.grain.slow_at(*place)),
+            self.grain.slow_at(shift, column, row),
+            shift,
             TILE_COLOURS,
             self.wear,
-            np.empty((7, TILE_TEXELS), np.float32),
-            rgba.reshape(flat),
+            np.empty((9, TILE_TEXELS + 1), np.float32),
+            rgba.view(np.uint32)[..., 0],
         )
         return rgba
 
@@ -200,17 +194,22 @@ class Ground:
             self._filled(self.shadows, low, COVER_TEXEL_METRES),
             self._filled(self.crowns, low, COVER_TEXEL_METRES),
         )
+        return cv2.convertScaleAbs(dark, alpha=255.0 / max(self.darkest, 1))
+
+    @cached_property
+    def darkest(self) -> int:
+        """How dark the darkest shadow is; 255 where there is none."""
         every = (*self.shadows.values, *self.canopy.values)
-        most = max((value for values in every for value in values), default=255)
-        return cv2.convertScaleAbs(dark, alpha=255.0 / max(most, 1))
+        return max((value for values in every for value in values), default=255)
 
     def _weights(self, low: Array, texel: float) -> UInt8[Array, "t t 4"]:
         """How much asphalt, pavement, kerb and line is in each texel."""
-        if not len(self.surfaces.within(low, low + TILE_TEXELS * texel)):
+        rows = self.surfaces.within(low, low + TILE_TEXELS * texel)
+        if not len(rows):
             return np.zeros((TILE_TEXELS, TILE_TEXELS, 4), np.uint8)
         size = SUPERSAMPLING * TILE_TEXELS
         weights = self.surfaces.fill(
-            np.zeros((size, size, 4), np.uint8), low, texel / SUPERSAMPLING
+            np.zeros((size, size, 4), np.uint8), low, texel / SUPERSAMPLING, rows
         )
         return cv2.resize(weights, (TILE_TEXELS, TILE_TEXELS), interpolation=cv2.INTER_AREA)
 
@@ -240,10 +239,13 @@ class Ground:
             column * TILE_TEXELS + np.arange(TILE_TEXELS),
             row * TILE_TEXELS + np.arange(TILE_TEXELS),
         )
-        slow = self.grain.slow
-        rows, columns = (v // side).astype(int) * 37, (u // side).astype(int) * 53
-        own = slow[np.ix_(rows % len(slow), columns % len(slow))]
+        slow, (rows, columns) = self.grain.slow, ((one // side).astype(int) for one in (v, u))
+        own = slow[np.ix_(
+            np.arange(rows[0], rows[-1] + 1) * 37 % len(slow),
+            np.arange(columns[0], columns[-1] + 1) * 53 % len(slow),
+        )]  # fmt: skip
         tone = (1.0 + 0.05 * own).astype(np.float32)
+        tone = tone[rows - rows[0]].take(columns - columns[0], axis=1)
         joint = 0.72 if level == 0 else 1.0 - 0.28 / 2**level
         tone[v % side < 1.0] *= joint
         tone[:, u % side < 1.0] *= joint
@@ -266,11 +268,14 @@ class Ground:
 
     def _filled(self, patches: Patches, low: Array, texel: float) -> UInt8[Array, "t t"]:
         """Patches in a tile with soft borders."""
-        if not len(patches.within(low, low + TILE_TEXELS * texel)):
-            return np.zeros((TILE_TEXELS, TILE_TEXELS), np.uint8)
         margin = 8  # around, so that the blur knows of what lies beside the tile
+        high, around = low + TILE_TEXELS * texel, margin * texel
+        rows = patches.within(low - around, high + around)
+        boxes = patches.boxes[rows]
+        if not ((boxes[:, :2] < high) & (boxes[:, 2:] > low)).all(axis=1).any():
+            return np.zeros((TILE_TEXELS, TILE_TEXELS), np.uint8)
         wide = np.zeros((TILE_TEXELS + 2 * margin, TILE_TEXELS + 2 * margin), np.uint8)
-        patches.fill(wide, low - margin * texel, texel)
+        patches.fill(wide, low - around, texel, rows)
         soft = max(2 * round(0.15 / texel / 2) + 1, 1)
         return np.ascontiguousarray(cv2.blur(wide, (soft, soft))[margin:-margin, margin:-margin])
 

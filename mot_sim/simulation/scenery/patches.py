@@ -67,14 +67,19 @@ class Patches:
         return near[((boxes[:, :2] < high) & (boxes[:, 2:] > low)).all(axis=1)]
 
     def fill(
-        self, image: UInt8[Array, "h w *c"], low: Float[Array, "2"], texel: float
+        self,
+        image: UInt8[Array, "h w *c"],
+        low: Float[Array, "2"],
+        texel: float,
+        rows: Int[Array, " k"] | None = None,
     ) -> UInt8[Array, "h w *c"]:
         """The image, with those that touch it filled in, in their order.
 
-        low: x, y of the outer corner of the first texel. texel: metres.
+        low: x, y of the outer corner of the first texel. texel: metres. rows: which may touch it,
+        where that is known.
         """
         size = np.array(image.shape[1::-1], dtype=float)
-        rows = self.within(low, low + size * texel)
+        rows = self.within(low, low + size * texel) if rows is None else rows
         if not len(rows):
             return image
         points, ends = self._points

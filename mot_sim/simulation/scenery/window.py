@@ -24,6 +24,7 @@ from tracker.types import Camera
 MARK_TILES = Kernel("mot_sim.simulation.kernels.backdrop", "mark_tiles")
 
 WINDOW_TILES = 6  # tiles along a window's sides: 38.4 m on the finest level, 614 m on the coarsest
+STEP_TILES = 2  # by which windows move, but for the coarsest one, which reaches as far as is drawn
 # Metres ahead that the finest level is painted for, each coarser one twice as far: from there on
 # KITTI's camera finds the next one sharp enough. And how far the coarsest one is painted.
 FINEST_REACH_METRES = 12.5
@@ -158,11 +159,13 @@ class Windows:
         side = TILE_TEXELS * texel
         ahead = np.array([np.cos(ego[2]), np.sin(ego[2])])
         middle = ego[:2] + AHEAD_SHARE * WINDOW_TILES * side * ahead
-        column, row = np.floor(middle / side - 0.5 * WINDOW_TILES + 0.5).astype(int).tolist()
+        is_last = number == LEVEL_COUNT - 1
+        step = 1 if is_last else STEP_TILES
+        first = (middle / side - 0.5 * WINDOW_TILES) / step
+        column, row = (step * np.floor(first + 0.5).astype(int)).tolist()
         window = self.now.get(number)
         if window is None or window.origin != (column, row):
             window = self.now[number] = SceneryWindow.at((column, row), window)
-        is_last = number == LEVEL_COUNT - 1
         reach = np.inf if is_last else FINEST_REACH_METRES * 2.0**number
         seen = footprint(camera, MAX_REACH_METRES if is_last else reach + 1.0)
         needed = _needed(seen, (column, row), side, T_world_road)

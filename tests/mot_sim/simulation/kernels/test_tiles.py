@@ -24,7 +24,11 @@ def plain_tile(ground: Ground, place: tuple[int, int, int]) -> np.ndarray:
     weights = ground._weights(low, texel)
     asphalt, pavement, kerb, line = np.moveaxis(weights / 255.0, -1, 0)
     stones, blades = ground.grain.at("stones", *place), ground.grain.at("blades", *place)
-    slow = ground.grain.slow_at(*place)
+    shift, texels = painting.SLOW_SHIFT - place[0], np.arange(painting.TILE_TEXELS)
+    coarse = ground.grain.slow_at(shift, *place[1:]).astype(float)
+    at = texels / 2**shift, np.arange(len(coarse))
+    along = np.stack([np.interp(*at, line) for line in coarse])
+    slow = np.stack([np.interp(*at, line) for line in along.T], axis=1)
     lost = line * np.clip(0.8 * (stones + 0.9 * slow + 1.6 * ground.wear - 2.6), 0.0, 0.85)
     line, asphalt = line - lost, asphalt + lost
     tone = ground._tone(place[0], low, texel) / 128.0
