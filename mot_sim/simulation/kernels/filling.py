@@ -4,26 +4,28 @@ from math import inf
 
 import numpy as np
 
-from mot_sim.simulation.kernels.compiling import OUT_F32_2, OUT_I32_2
-from tracker.kernels.compiling import B1, F2, F3, inlined, kernel
+from mot_sim.simulation.kernels.compiling import OUT_F32_1, OUT_I32_1
+from tracker.kernels.compiling import B1, F2, F3, INT, inlined, kernel
 
+PIXELS = 16  # of a row that are filled at once; an image has so many more at its end
 TINY_AREA = 1e-9  # pixels^2, twice a triangle's: what is smaller is taken for a line
 
 
 @inlined
-def fill_triangle(corners, K, left, top, nearness, numbers, number):
-    """Fill a triangle of the camera's frame into a crop of the image that begins at left, top.
+def fill_triangle(corners, K, box, base, nearness, numbers, number):
+    """Fill a triangle of the camera's frame into a crop of the image.
 
-    Where it is nearer than what is there, nearness (r, c), 1 / m, becomes its own, and numbers,
-    if there are any, `number`; of equal depths the first that was filled counts. Centres on its
-    edges belong to it, so that no gap is between two triangles: an edge's sums begin at its upper
-    end in both.
+    box: the crop's first column and row, last ones plus one. Where the triangle is nearer than what
+    is there, nearness, 1 / m, becomes its own, and numbers, if there are any, `number`; of equal
+    depths the first that was filled counts. Both hold the crop's rows one after the other from
+    `base` on. Centres on its edges belong to it, so that no gap is between two triangles: an
+    edge's sums begin at its upper end in both.
     """
+    left, top, columns, rows = box[0], box[1], box[2] - box[0], box[3] - box[1]
     wa, wb, wc = 1.0 / corners[0, 2], 1.0 / corners[1, 2], 1.0 / corners[2, 2]
     va = (K[1, 0] * corners[0, 0] + K[1, 1] * corners[0, 1]) * wa + K[1, 2]
     vb = (K[1, 0] * corners[1, 0] + K[1, 1] * corners[1, 1]) * wb + K[1, 2]
     vc = (K[1, 0] * corners[2, 0] + K[1, 1] * corners[2, 1]) * wc + K[1, 2]
-    rows, columns = nearness.shape
     first = max(np.ceil(min(va, vb, vc)), top)
     last = min(np.floor(max(va, vb, vc)), top + rows - 1.0)
     if not first <= last:
@@ -57,29 +59,39 @@ def fill_triangle(corners, K, left, top, nearness, numbers, number):
         if not start <= end:
             continue
         begun, begin, stop = wa + (row - va) * down, int(start) - left, int(end) - left + 1
-        # (Loops over views from 0 on are done for several pixels at once.)
-        near = nearness[row - top, begin:stop]
-        if numbers is None:
-            for each in range(len(near)):
-                value = np.float32(begun + (float(each + int(start)) - ua) * across)
-                near[each] = value if value > near[each] else near[each]
-        else:
-            found = numbers[row - top, begin:stop]
-            for each in range(len(near)):
-                value = np.float32(begun + (float(each + int(start)) - ua) * across)
-                is_nearer = value > near[each]
-                near[each] = value if is_nearer else near[each]
-                found[each] = number if is_nearer else found[each]
+        place = base + (row - top) * columns + begin
+        # (So many pixels at once, whatever is left, cost less than a loop over few.)
+        while begin < stop:
+            near, left_over, column = nearness[place : place + PIXELS], stop - begin, begin + left
+            if numbers is None:
+                for each in range(PIXELS):
+                    value = np.float32(begun + (float(each + column) - ua) * across)
+                    is_nearer = (value > near[each]) & (each < left_over)
+                    near[each] = value if is_nearer else near[each]
+            else:
+                found = numbers[place : place + PIXELS]
+                for each in range(PIXELS):
+                    value = np.float32(begun + (float(each + column) - ua) * across)
+                    is_nearer = (value > near[each]) & (each < left_over)
+                    near[each] = value if is_nearer else near[each]
+                    found[each] = number if is_nearer else found[each]
+            begin, place = begin + PIXELS, place + PIXELS
 
 
-@kernel(F3, F2, B1, OUT_F32_2, OUT_I32_2, OUT_F32_2, OUT_I32_2, allocates=False)
-def fill_triangles(corners, K, leaves, nearness, numbers, nearness_leaves, numbers_leaves):
+@kernel(
+    F3, F2, B1, INT, INT, OUT_F32_1, OUT_I32_1, OUT_F32_1, OUT_I32_1, allocates=False
+)  # fmt: skip
+def fill_triangles(
+    corners, K, leaves, width, height, nearness, numbers, nearness_leaves, numbers_leaves
+):  # fmt: skip
     """Fill all triangles into an image; numbers become 1 + their rows, the first of equal ones'.
 
-    Those that are leaves into an image of their own.
+    Those that are leaves into an image of their own. Rows stand one after the other, PIXELS more
+    at the end.
     """
+    image = 0, 0, width, height
     for triangle in range(len(corners)):
         near, found = nearness, numbers
         if leaves[triangle]:
             near, found = nearness_leaves, numbers_leaves
-        fill_triangle(corners[triangle], K, 0, 0, near, found, np.int32(triangle + 1))
+        fill_triangle(corners[triangle], K, image, 0, near, found, np.int32(triangle + 1))

@@ -42,19 +42,21 @@ def draw_layers(corners, keep, parts, K, boxes, starts, alone, numbers):
 
     parts: rows (layer, first triangle, last plus one), by layer; of their triangles those of `keep`
     are drawn. boxes (k, 4): first column and row, last ones plus one, of the crops. alone: the
-    crops' nearness, 1 / m, layer after layer from `starts` on. numbers, of the image, are so far 0
-    and become 1 + the nearest layer, the first of equally near ones.
+    crops' nearness, 1 / m, layer after layer from `starts` on, and PIXELS more, as in `filling`.
+    numbers, of the image, are so far 0 and become 1 + the nearest layer, the first of equally near
+    ones.
     """
     part = 0
     for layer in range(len(boxes)):
         left, top, right, bottom = boxes[layer]
+        box = left, top, right, bottom
         rows, columns = max(bottom - top, 0), max(right - left, 0)
         crop = alone[starts[layer] : starts[layer] + rows * columns].reshape((rows, columns))
         crop[:] = 0.0
         while part < len(parts) and parts[part, 0] == layer:
             for row in range(parts[part, 1], parts[part, 2]):
                 if keep[row] and crop.size:
-                    fill_triangle(corners[row], K, left, top, crop, None, 0)
+                    fill_triangle(corners[row], K, box, starts[layer], alone, None, 0)
             part += 1
         for row in range(rows):
             for column in range(columns):

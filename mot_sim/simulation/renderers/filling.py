@@ -12,6 +12,7 @@ from tracker.kernels import Kernel
 from tracker.types import Camera
 
 FILL_TRIANGLES = Kernel("mot_sim.simulation.kernels.filling", "fill_triangles")
+SPARE_PIXELS = 16  # at the end of what is filled, see `kernels.filling.PIXELS`
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,14 +51,13 @@ def fill_apart(
 ) -> tuple[Fragments, Fragments]:
     """`fill` of the triangles that are no leaves, and of those that are."""
     width, height = camera.image_size
-    others, alone = (
-        Fragments(np.zeros((height, width), np.int32), np.zeros((height, width), np.float32))
-        for _ in range(2)
-    )
+    layers = [np.zeros(width * height + SPARE_PIXELS, each) for each in 2 * (np.float32, np.int32)]
     K, corners = np.ascontiguousarray(camera.K, float), np.ascontiguousarray(triangles.corners)
-    layers = others.nearness, others.numbers, alone.nearness, alone.numbers
-    FILL_TRIANGLES(corners, K, leaves, *layers)
-    return others, alone
+    FILL_TRIANGLES(corners, K, leaves, width, height, *layers)
+    near, found, near_leaves, found_leaves = (
+        each[: width * height].reshape(height, width) for each in layers
+    )
+    return Fragments(found, near), Fragments(found_leaves, near_leaves)
 
 
 class KernelFiller:

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float, Float32, Int, Int32
 from numpy import ndarray as Array
 
+from mot_sim.simulation.renderers.filling import SPARE_PIXELS
 from mot_sim.simulation.renderers.triangles import NEAR_METRES, NO_BOX, TOLERANCES, Triangles
 from mot_sim.simulation.renderers.view import NO_INSTANCE, View
 from tracker.kernels import Kernel
@@ -45,7 +46,7 @@ class Cutouts:
     starts: Int[Array, " k"]
     """Where each crop begins in `nearness`."""
     nearness: Float32[Array, " p"]
-    """As in `Layer`, of all crops."""
+    """As in `Layer`, of all crops; SPARE_PIXELS at the end mean nothing."""
 
     @classmethod
     def empty(cls, instances: Int[Array, " k"], boxes: Int[Array, "k 4"]) -> "Cutouts":
@@ -53,7 +54,7 @@ class Cutouts:
         columns, rows = (boxes[:, 2:] - boxes[:, :2]).clip(min=0).T
         ends = np.cumsum(columns * rows)
         starts = ends - columns * rows
-        return cls(instances, boxes, starts, np.empty(int(ends[-1]), np.float32))
+        return cls(instances, boxes, starts, np.empty(int(ends[-1]) + SPARE_PIXELS, np.float32))
 
     def __iter__(self) -> Iterator[Layer]:
         """Those that are inside the image, each by itself."""

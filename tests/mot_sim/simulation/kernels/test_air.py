@@ -17,7 +17,7 @@ def test_air(seed: int, visibility: float, loss: float) -> None:
     rng, (width, height) = np.random.default_rng(seed), SMALL.image_size
     image = rng.integers(0, 256, (height, width, 3)).astype(np.uint8)
     depth = rng.choice([0.3, 20.0, 1e6, np.inf], (height, width)).astype(np.float32)
-    colour = tuple(rng.uniform(0.0, 255.0, 3).tolist())
+    colour = tuple(rng.integers(0, 256, 3).tolist())
     weather = Weather(visibility=visibility, vignetting=loss, air=colour)
     rendered = SimpleNamespace(depth=depth)
     shot = post.Shot(weather, SimpleNamespace(camera=SMALL), rendered, 0, 0, (0.0, 0.0))
