@@ -32,6 +32,8 @@ BORDER_PIXELS = 2.0
 BOTTOM_CENTRE = np.array([[0.5, 0.0], [0.0, 0.0], [0.5, 0.0], [0.0, 1.0]])
 LIMITS = np.array([MIN_DIP, MIN_DEPTH, MAX_CONTACT_DEPTH])
 LIFT_BOXES = Kernel("tracker.kernels.lifting", "lift_boxes")
+KEEP_MEASURED = Kernel("tracker.kernels.writing", "keep_measured")
+NO_YAWS = np.zeros(0)
 STRETCH = Kernel("tracker.kernels.pairing", "stretch")
 
 
@@ -154,11 +156,10 @@ class Lift:
 
     def measured_part(self, beliefs: Beliefs) -> Cuboids:
         """The cuboids, with NaN for sizes and headings that nothing measured."""
-        cuboids, pose = beliefs.cuboids, beliefs.shape_pose
-        assumed = np.asarray((cuboids.size == self.car_size).all(axis=1))
-        seen = np.zeros(len(assumed), bool) if pose is None else np.isfinite(pose.yaw)
-        yaw = np.where(assumed & ~seen, np.nan, cuboids.yaw)
-        return Cuboids(cuboids.base, yaw, np.where(assumed[:, None], np.nan, cuboids.size))
+        (n, floats, _), pose = beliefs.packed, beliefs.shape_pose
+        cuboids, yaws = np.empty(7 * n), NO_YAWS if pose is None else pose.yaw
+        KEEP_MEASURED(floats, n, self._mean_car[1][0], yaws, cuboids)
+        return Cuboids.of_packed(Packed(n, read_only(cuboids), NO_INTS))
 
     @cached_property
     def _noise(self) -> tuple[Float[Array, "4"], Float[Array, "2"]]:
@@ -185,7 +186,7 @@ class Lift:
     @cached_property
     def _mean_car(self) -> tuple[Float[Array, "1"], Float[Array, "1 3"], Float[Array, "1"]]:
         """The stance of a car of which nothing is measured."""
-        yaw, size = np.array([self.yaw]), np.array([self.car_size])
+        yaw, size = np.array([self.yaw], float), np.array([self.car_size], float)
         return yaw, size, half_extent(yaw, size)
 
 

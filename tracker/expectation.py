@@ -1,5 +1,6 @@
 """What is expected of tracks in a frame, with what lies in their search areas, at once."""
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -48,9 +49,8 @@ class Expectation(NamedTuple):
         most = n * m
         now, pairs = np.empty(47 * n + 35), np.empty(2 * most, np.int64)
         count = EXPECT_TRACKS(
-            floats, n, seen, m, *seconds, *dynamics.motion_model(dt), *motion, camera.K,
-            camera.K_inverse, camera.T_cam_road, camera.T_road_cam, camera.road_shift, LIMITS,
-            *view_of_regions(camera), sigmas, now, pairs,
+            floats, n, seen, m, *seconds, *dynamics.motion_model(dt), *motion, _lens(camera),
+            sigmas, now, pairs,
         )  # fmt: skip
         packed, before = Packed(n, read_only(now), ints), tracks.beliefs
         pose = before.shape_pose
@@ -65,3 +65,13 @@ class Expectation(NamedTuple):
             "shape": (n, m),
         }
         return cls(ActiveTracks.of_packed(packed, beliefs=beliefs, cars=tracks.cars), gated)
+
+
+@lru_cache(maxsize=16)
+def _lens(camera: Camera) -> Float[Array, "144"]:
+    """What the kernel takes of a camera, one after the other: an array costs a call as ten rows."""
+    P, centre, far, signs, *depths = view_of_regions(camera)
+    moves = camera.K, camera.K_inverse, camera.T_cam_road, camera.T_road_cam, camera.road_shift
+    return np.concatenate(
+        [np.ravel(each) for each in (*moves, P, signs, far, centre, LIMITS, depths)]
+    )

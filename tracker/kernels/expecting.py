@@ -70,21 +70,28 @@ def move_road(T_now_before, K, K_inverse, T_cam_road, T_road_cam, motion):
 
 
 @kernel(
-    F1, INT, F1, INT, FLOAT, FLOAT, FLOAT, F2, A2, F2, A2, A2, A2, A2, F2, F1, F2, F1, F1, F2,
-    FLOAT, FLOAT, FLOAT, OUT1, OUT_I1,
+    F1, INT, F1, INT, FLOAT, FLOAT, FLOAT, F2, A2, F2, F1, FLOAT, OUT1, OUT_I1
 )  # fmt: skip
 def expect_tracks(
-    floats, n, seen, m, dt, survival, step, noise, T_now_before, motion_cov, K, K_inverse,
-    T_cam_road, T_road_cam, road_shift, limits, P, centre, far, signs, min_corner_depth,
-    min_depth, sigmas, now, pairs,
+    floats, n, seen, m, dt, survival, step, noise, T_now_before, motion_cov, lens, sigmas, now,
+    pairs,
 ):  # fmt: skip
     """Packed tracks dt seconds later, and which of the m packed beliefs lie in their search areas.
 
     It is `move_covariances`, `move_road`, `carry_beliefs`, then `gate` of one drive. survival: the
-    probability that a car is still there. now: the tracks, without scores; their regions as packed
-    cuboids; the search areas; the motion of the road. pairs: the rows, then from n * m on the
-    columns. Gives how many pairs there are.
+    probability that a car is still there. lens: see `_lens` of the caller. now: the tracks, without
+    scores; their regions as packed cuboids; the search areas; the motion of the road. pairs: the
+    rows, then from n * m on the columns. Gives how many pairs there are.
     """
+    K, K_inverse = lens[:9].reshape((3, 3)), lens[9:18].reshape((3, 3))
+    T_cam_road, T_road_cam = lens[18:34].reshape((4, 4)), lens[34:50].reshape((4, 4))
+    road_shift, P = lens[50:98].reshape((4, 12)), lens[98:110].reshape((3, 4))
+    signs, far, centre, limits = (
+        lens[110:134].reshape((8, 3)),
+        lens[134:138],
+        lens[138:140],
+        lens[140:142],
+    )
     base, yaw, size, velocity, cov, boxes = belief_columns(floats, n)
     since, existence, innovations, _ = moment_columns(floats, n)
     base_now, yaw_now, size_now, velocity_now, cov_now, boxes_now = belief_columns(now, n)
@@ -113,8 +120,8 @@ def expect_tracks(
     starts, seen_starts = np.empty(2, np.int64), np.empty(2, np.int64)
     starts[0], seen_starts[0], starts[1], seen_starts[1] = 0, 0, n, m
     return gate(
-        base_now, yaw_now, size, cov_now, sigmas, P, centre, far, signs, min_corner_depth,
-        min_depth, seen[25 * m : 29 * m].reshape((m, 4)), starts, seen_starts,
+        base_now, yaw_now, size, cov_now, sigmas, P, centre, far, signs, lens[142], lens[143],
+        seen[25 * m : 29 * m].reshape((m, 4)), starts, seen_starts,
         now[40 * n : 43 * n].reshape((n, 3)), now[43 * n : 47 * n].reshape((n, 4)),
         pairs[: n * m], pairs[n * m :],
     )  # fmt: skip

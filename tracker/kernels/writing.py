@@ -1,6 +1,6 @@
 """The rows that are put out for the tracks of a frame."""
 
-from math import isnan
+from math import isfinite, isnan, nan
 
 from tracker.kernels.compiling import A1, B1, F1, FLOAT, I1, INT, OUT1, OUT_B1, OUT_I1, kernel
 from tracker.kernels.existing import is_in_view, is_likely
@@ -59,3 +59,22 @@ def write_rows(
             at += 1
         told += is_told
     return count
+
+
+@kernel(F1, INT, F1, A1, OUT1, allocates=False)
+def keep_measured(beliefs, n, mean_size, yaws, cuboids):
+    """Packed cuboids of packed beliefs; NaN for sizes and headings that nothing measured.
+
+    mean_size: what is assumed. yaws: as measured, or none.
+    """
+    for number in range(7 * n):
+        cuboids[number] = beliefs[number]
+    for row in range(n):
+        is_assumed, size = True, 4 * n + 3 * row
+        for axis in range(3):
+            is_assumed = is_assumed and beliefs[size + axis] == mean_size[axis]
+        if is_assumed:
+            for axis in range(3):
+                cuboids[size + axis] = nan
+            if not (len(yaws) and isfinite(yaws[row])):
+                cuboids[3 * n + row] = nan
