@@ -40,14 +40,6 @@ Picked = TypeVar("Picked", bound=Rows)
 # What kernels take where a filter is left out.
 NO_EXISTENCE, NO_BOX_FILTER = ExistenceFilter(), BoxFilter()
 NO_GAINS = NO_BOX_FILTER.start()
-# The dynamics, filters of boxes and of existence, and lives that one kernel knows; classes made of
-# them are asked themselves.
-OUR_PARTS = (
-    OUR_DYNAMICS,
-    (type(None), BoxFilter),
-    (type(None), ExistenceFilter),
-    (Lifecycle,),
-)
 Updated = tuple[ActiveTracks, Gains | None]
 
 
@@ -109,11 +101,16 @@ class Renewal(NamedTuple):
         kernel does all, by the kernels that the parts have.
         """
         given = tracks, partners, observed, found, learned, dt, next_id
-        parts = [type(part) for part in self[:4]]
-        is_ours = all(part in ours for part, ours in zip(parts, OUR_PARTS, strict=True))
-        if is_ours and self.update is None:
-            return self.at_once(*given)
-        return self.by_parts(*given)
+        return self.at_once(*given) if self._is_ours else self.by_parts(*given)
+
+    @property
+    def _is_ours(self) -> bool:
+        """Whether one kernel knows all parts; classes made of ours are asked themselves."""
+        is_known = type(self.dynamics) in OUR_DYNAMICS and type(self.lifecycle) is Lifecycle
+        is_known = is_known and (self.box_filter is None or type(self.box_filter) is BoxFilter)
+        judge = self.existence
+        is_known = is_known and (judge is None or type(judge) is ExistenceFilter)
+        return is_known and self.update is None
 
     def at_once(
         self,

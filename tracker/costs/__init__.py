@@ -1,6 +1,7 @@
 """Pairwise costs: small = same object. One file a cost; `COSTS` is their register."""
 
 from collections.abc import Callable
+from math import isnan
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -54,7 +55,7 @@ def weighted_sum(pairing: GatedPairs, costs: WeightedCosts) -> Sum:
     cost is impossible (inf).
     """
     parts = tuple([cost(pairing) for _, cost in costs])
-    if len(parts) == 1 and np.count_nonzero(np.isnan(parts[0])) == 0:
+    if len(parts) == 1 and not isnan(np.dot(parts[0], parts[0])):  # nor is one of them
         return Sum(parts[0], parts, 0)
     values = np.array(parts)
     weights = np.array([[weight] for weight, _ in costs])
