@@ -8,6 +8,7 @@ from mot_sim.simulation.kernels.compiling import (
     F32_1,
     I32_2,
     OUT_F32_1,
+    OUT_F32_2,
     OUT_I32_2,
     OUT_U8_2,
 )
@@ -36,15 +37,15 @@ def place_in(starts, boxes, layer, row, column):
     return starts[layer] + (row - box[1]) * (box[2] - box[0]) + column - box[0]
 
 
-@kernel(F3, B1, I2, F2, I2, I1, OUT_F32_1, OUT_I32_2, allocates=False)
-def draw_layers(corners, keep, parts, K, boxes, starts, alone, numbers):
+@kernel(F3, B1, I2, F2, I2, I1, OUT_F32_1, OUT_F32_2, OUT_I32_2, allocates=False)
+def draw_layers(corners, keep, parts, K, boxes, starts, alone, nearness, numbers):
     """Draw each layer alone, in its crop, and lay the crops over one another.
 
     parts: rows (layer, first triangle, last plus one), by layer; of their triangles those of `keep`
     are drawn. boxes (k, 4): first column and row, last ones plus one, of the crops. alone: the
     crops' nearness, 1 / m, layer after layer from `starts` on, and PIXELS more, as in `filling`.
-    numbers, of the image, are so far 0 and become 1 + the nearest layer, the first of equally near
-    ones.
+    nearness and numbers, of the image, are so far 0 and become those of the nearest layer, 1 + its
+    row, the first of equally near ones.
     """
     part = 0
     for layer in range(len(boxes)):
@@ -58,13 +59,14 @@ def draw_layers(corners, keep, parts, K, boxes, starts, alone, numbers):
                 if keep[row] and crop.size:
                     fill_triangle(corners[row], K, box, starts[layer], alone, None, 0)
             part += 1
+        number = np.int32(layer + 1)
         for row in range(rows):
-            for column in range(columns):
-                if crop[row, column] > 0.0:
-                    v, u = top + row, left + column
-                    shown = numbers[v, u] - 1
-                    if shown < 0 or crop[row, column] > alone[place_in(starts, boxes, shown, v, u)]:
-                        numbers[v, u] = layer + 1
+            own, near = crop[row], nearness[top + row, left:right]
+            found = numbers[top + row, left:right]
+            for column in range(len(own)):
+                is_nearer = own[column] > near[column]
+                near[column] = own[column] if is_nearer else near[column]
+                found[column] = number if is_nearer else found[column]
 
 
 @kernel(F32_1, I1, I2, I32_2, OUT_I1, OUT_I1, OUT2, OUT_I2, allocates=False)

@@ -34,8 +34,8 @@ class Filler(Protocol):
 
     def fill_apart(
         self, triangles: Triangles, camera: Camera, leaves: Bool[Array, " t"]
-    ) -> tuple[Fragments, Fragments]:
-        """`fill` of the triangles that are no leaves, and of those that are."""
+    ) -> tuple[Fragments, Fragments | None]:
+        """`fill` of the triangles that are no leaves, and of those that are, if there are any."""
 
 
 def fill(triangles: Triangles, camera: Camera) -> Fragments:
@@ -48,16 +48,16 @@ def fill(triangles: Triangles, camera: Camera) -> Fragments:
 
 def fill_apart(
     triangles: Triangles, camera: Camera, leaves: Bool[Array, " t"]
-) -> tuple[Fragments, Fragments]:
-    """`fill` of the triangles that are no leaves, and of those that are."""
+) -> tuple[Fragments, Fragments | None]:
+    """`fill` of the triangles that are no leaves, and of those that are, if there are any."""
     width, height = camera.image_size
-    layers = [np.zeros(width * height + SPARE_PIXELS, each) for each in 2 * (np.float32, np.int32)]
+    kinds = (np.float32, np.int32) * (2 if leaves.any() else 1)
+    layers = [np.zeros(width * height + SPARE_PIXELS, each) for each in kinds]
     K, corners = np.ascontiguousarray(camera.K, float), np.ascontiguousarray(triangles.corners)
-    FILL_TRIANGLES(corners, K, leaves, width, height, *layers)
-    near, found, near_leaves, found_leaves = (
-        each[: width * height].reshape(height, width) for each in layers
-    )
-    return Fragments(found, near), Fragments(found_leaves, near_leaves)
+    FILL_TRIANGLES(corners, K, leaves, width, height, *layers[:2], *layers[-2:])
+    images = [each[: width * height].reshape(height, width) for each in layers]
+    others = Fragments(images[1], images[0])
+    return others, Fragments(images[3], images[2]) if len(images) > 2 else None
 
 
 class KernelFiller:

@@ -93,13 +93,14 @@ class Materials:
         """
         tufts, shape = self.kinds == Material.TUFT, semantics.shape
         nearest, leaves = filler.fill_apart(triangles, view.camera, tufts)
+        has_tufts, leaves = leaves is not None, leaves or nearest
         depth, instances = np.empty(shape, np.float32), np.empty(shape, np.int32)
         seen, spans = np.zeros(len(triangles), bool), np.empty((shape[0], 2), np.int32)
         ids = view.instances.ids[triangles.objects].astype(np.int32)
         LAY_LABELS(
             nearest.numbers, nearest.nearness, leaves.numbers, leaves.nearness, plane_depth(view),
             self.codes, self.objects, ids, NO_INSTANCE, self.As_cell_ray, self.pixel, OPEN_SHARE,
-            bool(tufts.any()), seen, depth, instances, semantics, spans,
+            has_tufts, seen, depth, instances, semantics, spans,
             np.empty((2, shape[1])), np.empty(shape[1], np.uint32),
         )  # fmt: skip
         return depth, instances, Shown(nearest.numbers, nearest.nearness, seen, spans)
@@ -117,6 +118,8 @@ class Materials:
         painted: lit colours and semantic ids.
         """
         width = image.shape[1]
+        if not (shown.seen & (slots < 0)).any():
+            return
         walls, laid = np.empty((len(triangles), WALL_NUMBERS)), np.zeros(len(triangles), bool)
         PAINT_FACES(
             shown.numbers, shown.nearness, triangles.corners, self.codes, painted, self.kinds,

@@ -114,10 +114,10 @@ class OpenGLFiller:
 
     def fill_apart(
         self, triangles: Triangles, camera: Camera, leaves: Bool[Array, " t"]
-    ) -> tuple[Fragments, Fragments]:
-        """`fill` of the triangles that are no leaves, and of those that are."""
-        others, alone = (self._fill_some(triangles, camera, some) for some in (~leaves, leaves))
-        return others, alone
+    ) -> tuple[Fragments, Fragments | None]:
+        """`fill` of the triangles that are no leaves, and of those that are, if there are any."""
+        others = self._fill_some(triangles, camera, ~leaves)
+        return others, self._fill_some(triangles, camera, leaves) if leaves.any() else None
 
     def _fill_some(
         self, triangles: Triangles, camera: Camera, some: Bool[Array, " t"]

@@ -177,8 +177,9 @@ def scan_view(view: View, near: float = NEAR_METRES) -> Scan:
     layers = Cutouts.empty(np.append(NO_INSTANCE, every), pixel_boxes(clipped, camera))
     width, height = camera.image_size
     # (Zeros cost nothing where nothing is drawn: the system hands out empty pages.)
-    numbers = np.zeros((height, width), np.int32)
-    DRAW_LAYERS(corners, keep, parts, K, layers.boxes, layers.starts, layers.nearness, numbers)
+    nearest, numbers = np.zeros((height, width), np.float32), np.zeros((height, width), np.int32)
+    crops = layers.boxes, layers.starts, layers.nearness
+    DRAW_LAYERS(corners, keep, parts, K, *crops, nearest, numbers)
     counted, hidden = _measured(layers, numbers)
     return Scan(Silhouettes(every, *counted, boxes[1:], seen), hidden, layers, numbers)
 
