@@ -243,10 +243,10 @@ def paint_leaves(
 
 
 @inlined
-def level_of(across):
-    """The level of a pattern for pixels so many metres wide, and the width of its texels."""
-    level, side = 0, 1.0 / TEXELS_A_METRE
-    while across > side and level < LEVELS - 1:
+def level_of(wide, near):
+    """The level of a pattern for pixels so many metres wide at 1 m, at an inverse depth."""
+    level, side = 0, np.float64(near) * (1.0 / TEXELS_A_METRE)
+    while wide > side and level < LEVELS - 1:
         side, level = 2.0 * side, level + 1
     return level
 
@@ -261,12 +261,12 @@ def paint_wall(
     wide: a pixel's width at 1 m. metres (3, w), places (4, w), draws (11): room.
     """
     number, begun = numbers[column], column
-    level = level_of(wide / np.float64(nearness[column]))
+    level = level_of(wide, nearness[column])
     while column < len(numbers) and numbers[column] == number:
         column += 1
-    if level_of(wide / np.float64(nearness[column - 1])) != level:
+    if level_of(wide, nearness[column - 1]) != level:
         column = begun + 1
-        while level_of(wide / np.float64(nearness[column])) == level:
+        while level_of(wide, nearness[column]) == level:
             column += 1
     count, near = column - begun, nearness[begun:column]
     xs, ys, tones = metres[0, :count], metres[1, :count], places[3, :count]

@@ -218,9 +218,15 @@ def collect_row(
 
 
 @inlined
-def shade_row(count, b, light, cover, depths, rays, lits):
-    """Write how much of the sun comes to each pixel, 0 to 1, by the picture of shadows."""
-    none, one = np.float32(0.0), np.float32(1.0)
+def shade_row(count, b, light, cover, room, texels):
+    """Write how much of the sun comes to each pixel, 0 to 1, by the picture of shadows.
+
+    room: see `light_row`, of which three rows and texels (w) are room here.
+    """
+    depths, rays, lits, rights, downs, insides = (
+        room[4], room[11], room[12], room[13], room[14], room[15]
+    )  # fmt: skip
+    none, one, byte = np.float32(0.0), np.float32(1.0), np.int32(255)
     if not light[12] > 0.0:
         lits[:count] = one
         return
@@ -230,20 +236,31 @@ def shade_row(count, b, light, cover, depths, rays, lits):
     step_v, begun_v, eye_v = (
         np.float32(light[17]), np.float32(light[18] * b + light[19]), np.float32(light[20])
     )  # fmt: skip
-    wide, high = np.float32(cover.shape[1] - 1.0), np.float32(cover.shape[0] - 1.0)
+    pitch, wide, high = (
+        np.int32(cover.shape[1]), np.float32(cover.shape[1] - 1.0), np.float32(cover.shape[0] - 1.0)
+    )  # fmt: skip
     for each in range(count):
         across = (step_u * rays[each] + begun_u) * depths[each] + eye_u
         along = (step_v * rays[each] + begun_v) * depths[each] + eye_v
-        lits[each] = one
-        if none <= across < wide and none <= along < high:
-            left, top = np.uint32(across), np.uint32(along)
-            right, down = across - np.float32(left), along - np.float32(top)
-            upper, lower = cover[top], cover[top + np.uint32(1)]
-            beside = left + np.uint32(1)
-            one_row = (one - right) * np.float32(upper[left]) + right * np.float32(upper[beside])
-            other = (one - right) * np.float32(lower[left]) + right * np.float32(lower[beside])
-            dark = (one - down) * one_row + down * other
-            lits[each] = one - dark * np.float32(1.0 / 255.0)
+        is_inside = (none <= across) & (across < wide) & (none <= along) & (along < high)
+        across, along = across if is_inside else none, along if is_inside else none
+        left, top = np.int32(across), np.int32(along)
+        texels[each] = np.int32(np.int32(top * pitch) + left)
+        rights[each], downs[each] = across - np.float32(left), along - np.float32(top)
+        insides[each] = np.float32(1.0 / 255.0) if is_inside else none
+    flat, beneath = cover.reshape(cover.size), np.uint32(cover.shape[1])
+    for each in range(count):
+        one_texel = np.uint32(texels[each])
+        other = one_texel + beneath
+        upper = np.int32(flat[one_texel]) | np.int32(flat[one_texel + np.uint32(1)]) << 8
+        lower = np.int32(flat[other]) | np.int32(flat[other + np.uint32(1)]) << 8
+        texels[each] = np.int32(upper | lower << 16)
+    for each in range(count):
+        word, right, down = texels[each], rights[each], downs[each]
+        upper, lower = np.float32(word & byte), np.float32((word >> np.int32(16)) & byte)
+        upper = (one - right) * upper + right * np.float32((word >> np.int32(8)) & byte)
+        lower = (one - right) * lower + right * np.float32((word >> np.int32(24)) & byte)
+        lits[each] = one - ((one - down) * upper + down * lower) * insides[each]
 
 
 @inlined
@@ -353,7 +370,7 @@ def light_skins(
             light, gloss, glyphs, columns, room,
         )  # fmt: skip
         b = light[9] * (scale * row + shift) + light[10]
-        shade_row(count, b, light, cover, room[4], room[11], room[12])
+        shade_row(count, b, light, cover, room, steps[1])
         light_row(count, b, light, diffuse, room, steps[1])
         mirror_row(count, mirror, room, steps[1])
         colours, reds, greens, blues = image[row], room[0], room[1], room[2]
