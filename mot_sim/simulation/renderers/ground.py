@@ -178,8 +178,19 @@ def road_rgba(
 ) -> UInt8[Array, "r w 4"]:
     """The road from the horizon's first row down; alpha is 255 on the road, 0 beside it.
 
-    spans: see `sky_image`.
+    spans: see `sky_image`. Of a plain road it is made once for a camera: nobody writes to it.
     """
+    return _plain_rgba(camera) if road.is_plain else _warped(camera, road, spans)
+
+
+@lru_cache(maxsize=8)
+def _plain_rgba(camera: Camera) -> UInt8[Array, "r w 4"]:
+    return _warped(camera, Road())
+
+
+def _warped(
+    camera: Camera, road: Road, spans: Int32[Array, "h 2"] | None = None
+) -> UInt8[Array, "r w 4"]:
     first, (width, height) = horizon(camera).first, camera.image_size
     warps = [road_warp(camera, level) for level in road.levels]
     image = np.empty((height - first, width, 4), np.uint8)
@@ -241,10 +252,19 @@ def cuts(camera: Camera, road: Road) -> tuple[tuple[int, int, int, int], ...]:
 
 
 def road_semantics(camera: Camera, road: Road) -> UInt8[Array, "h w"]:
-    """Sky, road or ground at each pixel, without any object.
+    """Sky, road or ground at each pixel, without any object; the caller's own.
 
     Road inside the texture, exactly; ground around it. Only of a road without finer levels.
     """
+    return _plain_kinds(camera).copy() if road.is_plain else _semantics(camera, road)
+
+
+@lru_cache(maxsize=8)
+def _plain_kinds(camera: Camera) -> UInt8[Array, "h w"]:
+    return _semantics(camera, Road())
+
+
+def _semantics(camera: Camera, road: Road) -> UInt8[Array, "h w"]:
     seen, (width, height) = horizon(camera), camera.image_size
     kinds = np.full((height, width), Semantic.SKY, np.uint8)
     columns, rows = road.texture.size

@@ -103,6 +103,12 @@ class Road:
         """All pictures of the plane, from fine to coarse."""
         return (*self.finer, Level(self.texture, self.A_texture_road))
 
+    @property
+    def is_plain(self) -> bool:
+        """Whether it is the default one, which looks the same wherever the camera goes."""
+        is_whole = self.texture is _plain() and not self.finer and self.around == GRASS_COLOUR
+        return is_whole and np.array_equal(self.A_texture_road, _plain_map())
+
     @classmethod
     def spread(
         cls,
