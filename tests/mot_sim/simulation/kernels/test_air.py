@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -11,6 +12,7 @@ from mot_sim.simulation.scenery.weather import Weather
 from tests.mot_sim.simulation.kernels.test_drawing import SMALL
 
 
+@pytest.mark.unchecked
 @settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([15.0, 300.0, 1e9]), st.sampled_from([0.0, 0.4]))
 def test_air(seed: int, visibility: float, loss: float) -> None:
