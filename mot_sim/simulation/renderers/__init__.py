@@ -24,6 +24,7 @@ from mot_sim.simulation.renderers.view import (
     Semantic,
     Skin,
     View,
+    cross,
 )
 from tracker.errors import TrackingError, UnknownName
 
@@ -51,6 +52,7 @@ __all__ = [
     "Sun",
     "Texture",
     "View",
+    "cross",
     "find_renderer",
     "scan_view",
     "silhouettes",

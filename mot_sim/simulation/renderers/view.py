@@ -59,6 +59,15 @@ class Material(IntEnum):
     SHOP = 16  # added to a wall's: the lowest storey is a shop's front
 
 
+def cross(a: Float[Array, "n 3"], b: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
+    """`np.cross` of two lists of vectors, the same bits; for few of them much faster."""
+    (ax, ay, az), (bx, by, bz) = a.T, b.T
+    across = np.empty((len(a), 3))
+    across[:, 0], across[:, 1] = ay * bz - az * by, az * bx - ax * bz
+    across[:, 2] = ax * by - ay * bx
+    return across
+
+
 @dataclass(frozen=True, eq=False)
 class Skin:
     """How a car's surface takes the light between the corners of its faces."""
@@ -118,8 +127,8 @@ class Mesh:
     def normals(self) -> Float[Array, "f 3"]:
         """Unit normals away from the object; zero for faces without area."""
         a, b, c = self.corners.swapaxes(0, 1)
-        across = np.cross(b - a, c - a)
-        length = np.linalg.norm(across, axis=1, keepdims=True)
+        across = cross(b - a, c - a)
+        length = np.sqrt((across * across).sum(axis=1, keepdims=True))
         return across / np.where(length > 0.0, length, 1.0)
 
     @cached_property

@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 
 from mot_sim.simulation.random_numbers import named_stream
-from mot_sim.simulation.renderers import Material, Semantic
+from mot_sim.simulation.renderers import Material, Semantic, cross
 from mot_sim.simulation.scenery.signs import STEEL_COLOUR, sign
-from mot_sim.simulation.scenery.solids import Colour, Solid, box, cross, facing, join, prism, shaded
+from mot_sim.simulation.scenery.solids import Colour, Solid, box, facing, join, prism, shaded
 
 LAMP_HEIGHT_METRES = 6.5
 WIRE_HEIGHT_METRES, WIRE_SAG = 6.3, 0.02  # where it is fixed; how far it hangs, of its length

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 from numpy import ndarray as Array
 
-from mot_sim.simulation.renderers import Mesh, Semantic
+from mot_sim.simulation.renderers import Mesh, Semantic, cross
 
 Colour = tuple[int, int, int]
 # The eight corners of a box between 0 and 1, and its six sides.
@@ -48,15 +48,6 @@ class Solid:
     def made_of(self, material: int) -> "Solid":
         """The same, all of one `Material`."""
         return replace(self, materials=np.full(len(self), material, np.uint8))
-
-
-def cross(a: Float[Array, "n 3"], b: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
-    """`np.cross` of two lists of vectors, the same bits; for few of them much faster."""
-    (ax, ay, az), (bx, by, bz) = a.T, b.T
-    across = np.empty((len(a), 3))
-    across[:, 0], across[:, 1] = ay * bz - az * by, az * bx - ax * bz
-    across[:, 2] = ax * by - ay * bx
-    return across
 
 
 def join(solids: list[Solid]) -> Solid:

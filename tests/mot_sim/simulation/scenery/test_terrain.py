@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mot_sim.simulation.scenery.solids import cross
+from mot_sim.simulation.renderers import cross
 from mot_sim.simulation.scenery.terrain import Terrain
 from mot_sim.simulation.traffic.roads import Roads, Surface
 
