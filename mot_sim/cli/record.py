@@ -1,6 +1,7 @@
 """`mot-sim record`: runs a scene and writes the episodes as a KITTI tree."""
 
 from dataclasses import dataclass, field
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -79,8 +80,13 @@ class Record:
         kept = len(folder.finished)
         total = len(folder.missing) * scene.frame_count
         try:
-            with terminal.progress(total, unit="frames") as advance:
-                record_episodes(scene, self.seed, folder, pictures, advance)
+            with terminal.progress(total, unit="frames", lines=True) as advance:
+                frames = count(1)
+                record_episodes(
+                    scene, self.seed, folder, pictures,
+                    lambda name: advance(name, next(frames), total),
+                    lambda driven: advance("traffic", driven, scene.frame_count),
+                )  # fmt: skip
         except KeyboardInterrupt:
             self._say_interrupted(terminal)
             return INTERRUPTED

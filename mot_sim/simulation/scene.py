@@ -16,7 +16,7 @@ from mot_sim.simulation.scenery import Neighbourhood, Scenery, Spheres, Weather,
 from mot_sim.simulation.sensors import Detector
 from mot_sim.simulation.traffic.recording import RecordedTraffic
 from mot_sim.simulation.traffic.roads import Roads
-from mot_sim.simulation.traffic.traffic_state import Finite, Traffic, TrafficState
+from mot_sim.simulation.traffic.traffic_state import DrivenAhead, Finite, Traffic, TrafficState
 from tracker.errors import BadConfig
 
 LOGGER = logging.getLogger(__name__)
@@ -119,13 +119,18 @@ class Rollout:
         return self.traffic.states
 
 
-def record_scene_traffic(scene: Scene, seed: int) -> RecordedTraffic:
+def record_scene_traffic(
+    scene: Scene, seed: int, driven: Callable[[int], None] | None = None
+) -> RecordedTraffic:
     """Who is where in a run of a scene; to be recorded once and used many times.
 
-    The run is shorter than the scene where the road of the ego car ends before; a warning is
-    logged.
+    driven: called with the number of frames that the traffic has been driven for, while that goes
+    on; it counts anew where the traffic begins anew, since somebody crashed. The run is shorter
+    than the scene where the road of the ego car ends before; a warning is logged.
     """
     traffic = scene.make_traffic(scene.vehicle_sampler.models_of(seed))
+    if isinstance(traffic, DrivenAhead):
+        traffic.driven = driven
     states = [traffic.reset(random_numbers.named_stream(seed, "traffic"))]
     while len(states) < scene.frame_count:
         state = traffic.step()

@@ -91,17 +91,19 @@ def record_episodes(
     folder: EpisodeFolder,
     options: PictureOptions = NO_PICTURES,
     progress: Callable[[str], None] | None = None,
+    driven: Callable[[int], None] | None = None,
 ) -> None:
     """Record the episodes that the folder lacks; the first has the seed, the next seed + 1, ...
 
-    progress: called after every frame with the episode's name. See `record_episode` for what an
-    interruption leaves.
+    progress: called after every frame with the episode's name. driven: see
+    `record_scene_traffic`. See `record_episode` for what an interruption leaves.
     """
     with folder:
         for name in folder.missing:
             advance = None if progress is None else partial(progress, name)
             places = EpisodeFiles(folder.path, name)
-            record_episode(scene, seed + folder.wanted.index(name), places, options, advance)
+            own_seed = seed + folder.wanted.index(name)
+            record_episode(scene, own_seed, places, options, advance, driven)
         folder.is_complete = True
         folder.write()
 

@@ -12,7 +12,7 @@ from mot_sim.simulation.episodes.pictures import Encoded, Pictures
 from mot_sim.simulation.episodes.places import PICTURES, EpisodeFiles
 from mot_sim.simulation.episodes.texts import write_texts
 from mot_sim.simulation.imaging import RenderedImages
-from mot_sim.simulation.scene import Rollout, Scene
+from mot_sim.simulation.scene import Rollout, Scene, record_scene_traffic
 from mot_sim.simulation.truth import Annotations, annotate_frame
 from tracker.errors import BadConfig, UnknownName
 
@@ -46,17 +46,18 @@ def record_episode(
     places: EpisodeFiles,
     options: PictureOptions = NO_PICTURES,
     progress: Callable[[], None] | None = None,
+    driven: Callable[[int], None] | None = None,
 ) -> Metadata:
     """Run a scene and write the episode; an older one of that name is replaced.
 
-    progress: called after every frame. The extra file comes last and makes the episode whole. A
-    KeyboardInterrupt leaves a valid episode of the frames that were finished, as if the scene
-    had so many, and goes on; without any finished frame, and after any other error, such as
-    BadOutput on a full disk, nothing of the episode is left.
+    progress: called after every frame. driven: before, see `record_scene_traffic`. The extra file
+    comes last and makes the episode whole. A KeyboardInterrupt leaves a valid episode of the frames
+    that were finished, as if the scene had so many, and goes on; without any finished frame, and
+    after any other error, such as BadOutput on a full disk, nothing of the episode is left.
     """
     places.remove()
     try:
-        rollout = Rollout.of(scene, seed)
+        rollout = Rollout.of(scene, seed, record_scene_traffic(scene, seed, driven))
         drawn = RenderedImages(rollout, options.renderer) if options.parts else None
         parts, pictures, interrupt = _look(
             rollout, drawn, Pictures(options.parts, places), options.jobs, progress

@@ -1,5 +1,6 @@
 """One moment of traffic, who touches whom in it, and the protocol of what makes traffic."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -88,6 +89,14 @@ class Finite(Traffic, Protocol):
     def has_ended(self) -> bool:
         """Whether the ego car was behind the end of its road in the last state that was given."""
         ...
+
+
+@runtime_checkable
+class DrivenAhead(Traffic, Protocol):
+    """Traffic that `reset` drives ahead, which may take long."""
+
+    driven: Callable[[int], None] | None
+    """Called with the number of steps that were driven so far; None: nobody asks."""
 
 
 def colliding_pairs(poses: Float[Array, "n 3"], size: Float[Array, "n 3"]) -> Int[Array, "p 2"]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from mot_sim.cli import terminal as terminal_module
 from mot_sim.cli.options import parse_knobs
 from mot_sim.simulation import registry
 from mot_sim.simulation.episodes import EpisodeFiles, read_episode
@@ -186,3 +187,12 @@ def test_verify_of_what_is_no_recording_is_wrong_input(
     outcome = mot_sim("verify", tmp_path)
     assert outcome.code == 2
     assert outcome.err == f"error: {tmp_path}: no episodes in it; mot-sim record makes some\n"
+
+
+def test_without_a_terminal_lines_tell_now_and_then_how_far_it_is(
+    mot_sim: CommandLine, out: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(terminal_module, "NOTE_SECONDS", 0.0)
+    outcome = mot_sim("record", "street", "--frames", 3, "--out", out, "--no-images")
+    lines = [line.split(",")[0] for line in outcome.err.splitlines()]
+    assert lines == [f"{what}: {done} of 3" for what in ("traffic", "0000") for done in (1, 2, 3)]

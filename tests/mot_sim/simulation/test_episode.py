@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mot_sim.simulation.episode import Episode, Scene, record, record_scene_traffic
+from mot_sim.simulation.registry import find_scene
 from mot_sim.simulation.rig import Rig
 from mot_sim.simulation.sensors import Detector
 from mot_sim.simulation.traffic import Route, Script, Scripted
@@ -95,3 +96,13 @@ def test_cast_events_and_occlusions_are_at_hand(episode) -> None:
 def test_a_scene_without_frames_is_refused() -> None:
     with pytest.raises(BadConfig, match="0 frames"):
         Scene("none", _traffic, frame_count=0)
+
+
+def test_traffic_that_is_driven_ahead_tells_how_far_it_is() -> None:
+    told: list[int] = []
+    one = record_scene_traffic(find_scene("street", frames=6), 0, told.append)
+    assert told == [1, 2, 3, 4, 5, 6]
+    other = record_scene_traffic(find_scene("street", frames=6), 0)
+    assert one.checksum == other.checksum
+    record_scene_traffic(find_scene("crossing", frames=6), 0, told.append)  # is not driven ahead
+    assert len(told) == 6

@@ -80,6 +80,7 @@ class HighwayTraffic(Demand):
                 f"sizes (length, height, width) {shapes.tolist()}: give one or more, positive, at "
                 f"most {MAX_LENGTH_METRES:g} m long and {MAX_WIDTH_METRES:g} m wide"
             )
+        self.driven: Callable[[int], None] | None = None  # see `DrivenAhead`
         self._simulation: Simulation | None = None
         self._ahead: deque[tuple[TrafficState, bool]] = deque()
         self._has_ended = False
@@ -153,6 +154,8 @@ class HighwayTraffic(Demand):
             if simulation.has_crashed:
                 return False
             self._ahead.append((simulation.state(), simulation.has_ended))
+            if self.driven is not None:
+                self.driven(len(self._ahead) - 1)
             if simulation.has_ended:
                 break
         return True
