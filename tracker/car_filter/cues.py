@@ -88,7 +88,7 @@ class CueModel:
         told = np.empty(states.log_weights.shape)
         before = states.means, states.covs, states.log_weights, MIN_LOG_WEIGHT
         seen = cues.yaw, cues.yaw_var, cues.log_size, hidden
-        READ_CUES(*before, *seen, *self._noise, repetition, evidence, *out, told, np.empty(9))
+        READ_CUES(*before, *seen, *self._noise, repetition, evidence, *out, told, np.empty(18))
         return CarStates(*out, states.log_weights), told
 
     @cached_property

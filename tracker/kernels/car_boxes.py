@@ -5,7 +5,19 @@ from math import cos, exp, inf, isfinite, sin
 import numpy as np
 from numba.types import Tuple
 
-from tracker.kernels.compiling import A2, BOOL, F2, FLOAT, I2, OUT1, OUT2, OUT3, inlined, kernel
+from tracker.kernels.compiling import (
+    A2,
+    BOOL,
+    F2,
+    FLOAT,
+    I2,
+    OUT1,
+    OUT2,
+    OUT3,
+    inlined,
+    inlined_with_arrays,
+    kernel,
+)
 
 ROOM_TO_CARRY = Tuple((OUT2, OUT2, OUT1, OUT1))
 
@@ -176,7 +188,7 @@ def project_cars(states, P, far_x, signs, edges, boxes, jacobians, is_derived):
         put_box(states[car], P, far_x, signs, edges, pixels, boxes[car], jacobian, is_derived)
 
 
-@inlined
+@inlined_with_arrays
 def room_to_carry():
     """Arrays that `carry_in_room` writes to."""
     return np.empty((8, 3)), np.empty((4, 9)), np.empty(4), np.empty(4)

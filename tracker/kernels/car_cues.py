@@ -33,17 +33,17 @@ def wrapped(angle):
 def correct_column(mean, cov, column, off, var, scratch):
     """Correct a state by a direct measurement of one column, in place.
 
-    off: the measurement less the mean. scratch: (9,).
+    cov: (81,). off: the measurement less the mean. scratch: (18,).
     """
-    scale = cov[column, column] + var
-    for row in range(9):
-        scratch[row] = cov[row, column]
+    scale = cov[10 * column] + var
     rest = off / scale
     for row in range(9):
-        gain = scratch[row] / scale
+        scratch[row] = cov[9 * row + column]
+        scratch[9 + row] = scratch[row] / scale
         mean[row] += scratch[row] * rest
-        for other in range(9):
-            cov[row, other] -= gain * scratch[other]
+    for other in range(len(mean)):
+        for row in range(9):
+            cov[9 * row + other] -= scratch[9 + row] * scratch[other]
 
 
 @inlined
@@ -54,7 +54,7 @@ def follow_yaw(mean, cov, yaw, yaw_var, turned, how, repetition, scratch):
     """
     var = how[0] if isnan(yaw_var) else how[1] * yaw_var
     var = repetition * (var + how[2])
-    total = cov[YAW, YAW] + var
+    total = cov[10 * YAW] + var
     off = wrapped(yaw - mean[YAW])
     is_opposite = abs(off) > 0.5 * pi
     folded = wrapped(off - pi) if is_opposite else off
@@ -63,7 +63,7 @@ def follow_yaw(mean, cov, yaw, yaw_var, turned, how, repetition, scratch):
     likelihood = told + how[3] / (2.0 * pi)
     # a yaw that tells something with probability p: its variance over p
     trust = max(told / likelihood, 1e-6)
-    correct_column(mean, cov, YAW, folded, total / trust - cov[YAW, YAW], scratch)
+    correct_column(mean, cov, YAW, folded, total / trust - cov[10 * YAW], scratch)
     return log(likelihood)
 
 
@@ -80,6 +80,8 @@ def read_cues(
     turned: how often front is taken for rear, and where a box is hidden. how: as `follow_yaw` has
     it. size_vars: of measured logarithms. Hypotheses that are not followed stay as they are.
     """
+    flat = len(means), means.shape[1], 81
+    covs, covs_out = covs.reshape(flat), covs_out.reshape(flat)
     for car in range(len(means)):
         is_sized = isfinite(log_size[car, 0]) and isfinite(log_size[car, 1])
         is_sized = is_sized and isfinite(log_size[car, 2])

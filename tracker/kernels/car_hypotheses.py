@@ -18,6 +18,7 @@ from tracker.kernels.compiling import (
     OUT_B1,
     OUT_I2,
     inlined,
+    inlined_with_arrays,
     kernel,
 )  # fmt: skip
 
@@ -56,6 +57,9 @@ def weigh_directions(
     for car in range(len(means)):
         total = 0.0
         for which in range(means.shape[1]):
+            weights[car, which] = 0.0
+            if log_weights[car, which] == -inf:
+                continue
             x, ahead = means[car, which, 0], -sin(means[car, which, YAW])
             aside = min(max((abs(x) - middle[0]) / (middle[1] - middle[0]), 0.0), 1.0)
             there = 1 if x < 0.0 else 2
@@ -101,7 +105,7 @@ def likeliest(means, weights, ways, alike, cos_same, min_weight):
     return best, known
 
 
-@inlined
+@inlined_with_arrays
 def room_to_estimate(count):
     """Arrays that `estimate_in_room` writes to, for cars with so many hypotheses."""
     ways, off = np.empty((count, 2)), np.empty((count, 9))
@@ -112,6 +116,7 @@ def room_to_estimate(count):
 def estimate_in_room(means, covs, weights, cos_same, min_weight, means_out, covs_out, known, room):
     """What `estimate_cars` does."""
     count, (ways, alike, off, shares, shift) = means.shape[1], room
+    covs, covs_out = covs.reshape(len(means), count, 81), covs_out.reshape(len(means), 81)
     for car in range(len(means)):
         best, known[car] = likeliest(means[car], weights[car], ways, alike, cos_same, min_weight)
         total, shift[:] = 0.0, 0.0
@@ -136,15 +141,18 @@ def estimate_in_room(means, covs, weights, cos_same, min_weight, means_out, covs
         for row in range(9):
             means_out[car, row] = means[car, best, row] + shift[row]
             for column in range(9):
-                covs_out[car, row, column] = 0.0
+                covs_out[car, 9 * row + column] = 0.0
         for which in range(count):
             share = shares[which] / total
             if share > 0.0:
+                cov, out, spread = covs[car, which], covs_out[car], shift  # no longer needed
                 for row in range(9):
-                    spread = share * off[which, row]
-                    for column in range(9):
-                        covs_out[car, row, column] += (
-                            share * covs[car, which, row, column] + spread * off[which, column]
+                    spread[row] = share * off[which, row]
+                for column in range(means.shape[2]):
+                    beside = off[which, column]
+                    for row in range(9):
+                        out[9 * row + column] += (
+                            share * cov[9 * row + column] + spread[row] * beside
                         )
 
 

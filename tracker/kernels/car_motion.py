@@ -17,10 +17,11 @@ from tracker.kernels.compiling import (
     OUT3,
     OUT4,
     inlined,
+    inlined_with_arrays,
     kernel,
 )  # fmt: skip
 
-ROOM_TO_PREDICT = Tuple((OUT1, OUT1, OUT2, OUT2, OUT2))
+ROOM_TO_PREDICT = Tuple((OUT2, OUT1, OUT1))
 
 
 @inlined
@@ -47,39 +48,38 @@ def put_moved(state, T_road, step, rates, log_size, later):
 
 
 @inlined
-def drive_rows(cov, by_turn, by_pace, dt, out):
-    """Rows of a covariance after driving: x and z take of yaw, yaw rate and speed."""
-    for column in range(9):
-        turning, pace = cov[3, column] + 0.5 * dt * cov[8, column], cov[4, column]
-        for row in range(9):
-            out[row, column] = cov[row, column]
-        out[0, column] += by_turn[0] * turning + by_pace[0] * pace
-        out[2, column] += by_turn[1] * turning + by_pace[1] * pace
+def step_rows(cov, T_road, by_turn, by_pace, dt, kept, count, out):
+    """Rows of a covariance (81,) after driving, and by what is the same for all cars: F P.
 
-
-@inlined
-def share_rows(cov, T_road, dt, kept_turn, kept_off, kept_size, out):
-    """Rows of a covariance by the part of a step that is the same for all cars."""
-    for column in range(9):
-        x, y, z = cov[0, column], cov[1, column], cov[2, column]
-        out[0, column] = T_road[0, 0] * x + T_road[0, 1] * y + T_road[0, 2] * z
-        out[1, column] = (
-            kept_off * T_road[1, 0] * x + kept_off * T_road[1, 1] * y + kept_off * T_road[1, 2] * z
-        )
-        out[2, column] = T_road[2, 0] * x + T_road[2, 1] * y + T_road[2, 2] * z
-        out[3, column] = cov[3, column] + dt * cov[8, column]
-        out[4, column] = cov[4, column]
-        for side in range(5, 8):
-            out[side, column] = kept_size * cov[side, column]
-        out[8, column] = kept_turn * cov[8, column]
+    x and z take of yaw, yaw rate and speed. One loop over flat arrays, whose end the compiler does
+    not know, is one that it works off several columns at a time.
+    """
+    a, b, c = T_road[0, 0], T_road[0, 1], T_road[0, 2]
+    d, e, f = kept[1] * T_road[1, 0], kept[1] * T_road[1, 1], kept[1] * T_road[1, 2]
+    g, h, i = T_road[2, 0], T_road[2, 1], T_road[2, 2]
+    for at in range(count):
+        yaw, pace, rate = cov[27 + at], cov[36 + at], cov[72 + at]
+        turning = yaw + 0.5 * dt * rate
+        x = cov[at] + (by_turn[0] * turning + by_pace[0] * pace)
+        y = cov[9 + at]
+        z = cov[18 + at] + (by_turn[1] * turning + by_pace[1] * pace)
+        out[at] = a * x + b * y + c * z
+        out[9 + at] = d * x + e * y + f * z
+        out[18 + at] = g * x + h * y + i * z
+        out[27 + at] = yaw + dt * rate
+        out[36 + at] = pace
+        out[45 + at] = kept[2] * cov[45 + at]
+        out[54 + at] = kept[2] * cov[54 + at]
+        out[63 + at] = kept[2] * cov[63 + at]
+        out[72 + at] = kept[0] * rate
 
 
 @inlined
 def transpose(square, out):
-    """The transposed matrix."""
+    """The transposed matrix, both (81,)."""
     for row in range(9):
         for column in range(9):
-            out[row, column] = square[column, row]
+            out[9 * row + column] = square[9 * column + row]
 
 
 @kernel(F2, F2, F1, F1, F1, OUT2, allocates=False)
@@ -91,28 +91,31 @@ def moved(states, T_road, step, rates, log_size, later):
 
 @inlined
 def copy_hypothesis(mean, cov, mean_out, cov_out):
-    """The same state and covariance."""
+    """The same state and covariance (81,)."""
     for row in range(9):
         mean_out[row] = mean[row]
-        for column in range(9):
-            cov_out[row, column] = cov[row, column]
+    for entry in range(len(cov)):
+        cov_out[entry] = cov[entry]
 
 
 @inlined
 def add_noise(cov, pace, reach, is_moving, dt, new, noise, off_road, log_size_cov):
-    """Add to a covariance what changes at random in a step. new: shares of yaw rate, road, size."""
-    cov[0, 0] += noise[0] * dt
-    cov[2, 2] += noise[0] * dt
-    cov[1, 1] += new[1] * off_road[2] * (off_road[0] + off_road[1] * reach) ** 2
+    """Add to a covariance (81,) what changes at random in a step.
+
+    new: shares of yaw rate, road, size.
+    """
+    cov[0] += noise[0] * dt
+    cov[20] += noise[0] * dt
+    cov[10] += new[1] * off_road[2] * (off_road[0] + off_road[1] * reach) ** 2
     if is_moving:
-        cov[3, 3] += noise[1] * dt * pace
-        cov[8, 8] += new[0] * noise[2] * pace
-        cov[4, 4] += noise[3] * dt
+        cov[30] += noise[1] * dt * pace
+        cov[80] += new[0] * noise[2] * pace
+        cov[40] += noise[3] * dt
     else:
-        cov[3, 3] += noise[4] * dt
+        cov[30] += noise[4] * dt
     for side in range(3):
         for beside in range(3):
-            cov[5 + side, 5 + beside] += new[2] * log_size_cov[side, beside]
+            cov[50 + 9 * side + beside] += new[2] * log_size_cov[side, beside]
 
 
 @inlined
@@ -130,8 +133,8 @@ def add_ego_motion(state, place_shift, motion_cov, jacobian, cov):
             for inner in range(6):
                 moved += jacobian[row, inner] * motion_cov[inner, column]
             for other in range(3):
-                cov[row, other] += moved * jacobian[other, column]
-    cov[3, 3] += motion_cov[4, 4]
+                cov[9 * row + other] += moved * jacobian[other, column]
+    cov[30] += motion_cov[4, 4]
 
 
 @inlined
@@ -144,32 +147,30 @@ def kept_in(dt, rates):
 def predict_hypothesis(state, cov, is_moving, shared, ego, scratch, later, cov_out):
     """A hypothesis after a step; it may be written where it is read.
 
-    shared: as `predict_cars` has it. ego: what the camera's motion does to places, its covariance.
+    cov: (81,). shared: as `predict_cars` has it. ego: what the camera's motion does to places, its
+    covariance.
     """
     T_road, step, rates, kept, noise, off_road, log_size, log_size_cov = shared
-    by_turn, by_pace, jacobian, one, other = scratch
-    dt = step[1]
+    jacobian, one, other = scratch
+    dt, count = step[1], len(state)
     new = 1.0 - kept[0] ** 2, 1.0 - kept[1] ** 2, 1.0 - kept[2] ** 2
     way = state[3] + 0.5 * dt * state[8]
     c, s, distance = cos(way), sin(way), dt * state[4]
-    by_turn[0], by_turn[1] = -s * distance, -c * distance
-    by_pace[0], by_pace[1] = dt * c, -dt * s
-    # F P F' in two parts, each from both sides
-    drive_rows(cov, by_turn, by_pace, dt, one)
-    share_rows(one, T_road, dt, kept[0], kept[1], kept[2], other)
-    transpose(other, one)
-    drive_rows(one, by_turn, by_pace, dt, other)
-    share_rows(other, T_road, dt, kept[0], kept[1], kept[2], cov_out)
+    by_turn, by_pace = (-s * distance, -c * distance), (dt * c, -dt * s)
+    # F P F' in two parts, from either side
+    step_rows(cov, T_road, by_turn, by_pace, dt, kept, count, one)
+    transpose(one, other)
+    step_rows(other, T_road, by_turn, by_pace, dt, kept, count, cov_out)
     reach = put_moved(state, T_road, step, rates, log_size, later)
     pace = min(1.0, later[4] / noise[5] + noise[6])
     add_noise(cov_out, pace, reach, is_moving, dt, new, noise, off_road, log_size_cov)
     add_ego_motion(later, ego[0], ego[1], jacobian, cov_out)
 
 
-@inlined
+@inlined_with_arrays
 def room_to_predict():
     """Arrays that `predict_hypothesis` writes to, made once for many hypotheses."""
-    return np.empty(2), np.empty(2), np.empty((3, 6)), np.empty((9, 9)), np.empty((9, 9))
+    return np.empty((3, 6)), np.empty(81), np.empty(81)
 
 
 @kernel(
@@ -183,6 +184,8 @@ def predict_in_room(
     """What `predict_cars` does."""
     kept, half = kept_in(step[1], rates), means.shape[1] // 2
     shared = T_road, step, rates, kept, noise, off_road, log_size, log_size_cov
+    flat = len(means), means.shape[1], 81
+    covs, covs_out = covs.reshape(flat), covs_out.reshape(flat)
     for car in range(len(means)):
         for which in range(means.shape[1]):
             state, cov = means[car, which], covs[car, which]

@@ -21,10 +21,11 @@ from tracker.kernels.compiling import (
     OUT3,
     OUT4,
     inlined,
+    inlined_with_arrays,
     kernel,
 )  # fmt: skip
 
-ROOM_FOR_UPDATE = Tuple((OUT1, OUT1, OUT1, OUT2, OUT2, Tuple((OUT2, OUT2, OUT1, OUT1))))
+ROOM_FOR_UPDATE = Tuple((OUT1, OUT1, OUT1, OUT2, OUT2, Tuple((OUT1, OUT2, OUT1, OUT1, OUT1))))
 
 
 @inlined
@@ -33,6 +34,37 @@ def is_censored(which, edge, expected, far, border):
     if which < 2:
         return edge < border and (expected - edge) * -1.0 > 0.0
     return far - edge < border and expected - edge > 0.0
+
+
+@inlined
+def shifted_by(H, edge):
+    """What an edge takes of a state: of all but speed and yaw rate, which shift none."""
+    by_place = H[edge, 0], H[edge, 1], H[edge, 2], H[edge, 3]
+    return *by_place, H[edge, 5], H[edge, 6], H[edge, 7]
+
+
+@inlined
+def product(a, b):
+    """The sum of the products of seven numbers, in their order."""
+    by_place = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+    return by_place + a[4] * b[4] + a[5] * b[5] + a[6] * b[6]
+
+
+@inlined
+def put_by_state(H, cov, count, by_state):
+    """Covariances of edges with the state, (36,): H P.
+
+    One loop over flat arrays, whose end the compiler does not know, is one that it works off
+    several columns at a time.
+    """
+    left, top, right, bottom = (
+        shifted_by(H, 0), shifted_by(H, 1), shifted_by(H, 2), shifted_by(H, 3)
+    )  # fmt: skip
+    for at in range(count):
+        by_place = cov[at], cov[9 + at], cov[18 + at], cov[27 + at]
+        column = *by_place, cov[45 + at], cov[54 + at], cov[63 + at]
+        by_state[at], by_state[9 + at] = product(left, column), product(top, column)
+        by_state[18 + at], by_state[27 + at] = product(right, column), product(bottom, column)
 
 
 @inlined
@@ -50,8 +82,8 @@ def weigh_edges(
             gain = by_edge[edge, later] * weights[edge]
             off[later] -= gain * bounded[edge]
             for column in range(9):
-                by_state[later, column] -= gain * by_state[edge, column]
-            for column in range(edge + 1, 4):
+                by_state[9 * later + column] -= gain * by_state[9 * edge + column]
+            for column in range(later, 4):
                 by_edge[later, column] -= gain * by_edge[edge, column]
         square = weights[edge] * bounded[edge] ** 2
         fit += tightness * log(var) + square
@@ -60,42 +92,47 @@ def weigh_edges(
 
 
 @inlined
+def subtract_gains(cov, gains, by_state, count, cov_out):
+    """The covariance (81,) less what the edges told, one after the other. gains: (36,)."""
+    for at in range(count):
+        one, two, three, four = by_state[at], by_state[9 + at], by_state[18 + at], by_state[27 + at]
+        for row in range(9):
+            left = cov[9 * row + at] - gains[4 * row] * one - gains[4 * row + 1] * two
+            cov_out[9 * row + at] = left - gains[4 * row + 2] * three - gains[4 * row + 3] * four
+
+
+@inlined
 def update_car(mean, cov, H, off, told, variances, scratch, limits, mean_out, cov_out):
     """A hypothesis after its box; what the box counts for, and its squared deviation.
 
-    scratch: covariances of edges with the state and with edges, weights, bounded deviations.
+    cov: (81,). scratch: covariances of edges with the state and with later edges, weights, bounded
+    deviations, gains.
     """
-    by_state, by_edge, weights, bounded = scratch
+    by_state, by_edge, weights, bounded, gains = scratch
+    put_by_state(H, cov, len(mean), by_state)
     for edge in range(4):
-        for column in range(9):
-            by_state[edge, column] = 0.0
-        for row in range(9):
-            if H[edge, row] != 0.0:  # speed and yaw rate shift no edge
-                for column in range(9):
-                    by_state[edge, column] += H[edge, row] * cov[row, column]
-        for other in range(4):
-            by_edge[edge, other] = 0.0
-            for column in range(9):
-                by_edge[edge, other] += by_state[edge, column] * H[other, column]
+        for other in range(edge, 4):
+            total = 0.0
+            for column in range(8):
+                total += by_state[9 * edge + column] * H[other, column]
+            by_edge[edge, other] = total
     fit, misfit = weigh_edges(
         off, variances, told, by_state, by_edge, weights, bounded, limits[1], limits[2]
     )
     for row in range(9):
-        mean_out[row] = mean[row]
-        for column in range(9):
-            cov_out[row, column] = cov[row, column]
+        corrected = mean[row]
         for edge in range(4):
-            gain = weights[edge] * by_state[edge, row]
-            mean_out[row] += weights[edge] * bounded[edge] * by_state[edge, row]
-            for column in range(9):
-                cov_out[row, column] -= gain * by_state[edge, column]
+            gains[4 * row + edge] = weights[edge] * by_state[9 * edge + row]
+            corrected += weights[edge] * bounded[edge] * by_state[9 * edge + row]
+        mean_out[row] = corrected
+    subtract_gains(cov, gains, by_state, len(mean), cov_out)
     return fit, misfit
 
 
-@inlined
+@inlined_with_arrays
 def room_for_update():
     """Arrays that `update_hypothesis` writes to, made once for many hypotheses."""
-    of_edges = np.empty((4, 9)), np.empty((4, 4)), np.empty(4), np.empty(4)
+    of_edges = np.empty(36), np.empty((4, 4)), np.empty(4), np.empty(4), np.empty(36)
     return np.empty(4), np.empty(4), np.empty(4), np.empty((4, 9)), np.empty((8, 3)), of_edges
 
 
@@ -103,7 +140,10 @@ def room_for_update():
 def update_hypothesis(
     mean, cov, at, is_linear_given, seen, lens, limits, scratch, mean_out, cov_out
 ):  # fmt: skip
-    """A hypothesis after its box, linearised at `at`; it may be written where it is read."""
+    """A hypothesis after its box, linearised at `at`; it may be written where it is read.
+
+    cov: (81,).
+    """
     off, told, expected, H, pixels, of_edges = scratch
     P, signs, edges, far = lens
     box, variances = seen
@@ -127,7 +167,8 @@ def update_in_room(
     edges, far, limits, means_out, covs_out, fits, misfits, room,
 ):  # fmt: skip
     """What `update_cars` does."""
-    lens = P, signs, edges, far
+    lens, flat = (P, signs, edges, far), (len(means), means.shape[1], 81)
+    covs, covs_out = covs.reshape(flat), covs_out.reshape(flat)
     for car in range(len(means)):
         for which in range(means.shape[1]):
             mean, cov = means[car, which], covs[car, which]

@@ -41,12 +41,23 @@ def kernel(*arguments: Any, allocates: bool = True) -> Callable[[Function], Func
 
 
 def inlined(function: Function) -> Function:
-    """A function for kernels to call; it is compiled with each of them.
+    """A function for kernels to call that makes no array; it is compiled with each of them.
 
-    It counts references where its kernel does. (For numba a 3 in a call has a type of its own, for
-    which the function would be compiled once more: here all whole numbers are alike.)
+    It counts no references, whichever kernel it is first compiled with. (For numba a 3 in a call
+    has a type of its own, for which the function would be compiled once more: here all whole
+    numbers are alike.)
     """
-    options = {"no_cfunc_wrapper": True, "no_cpython_wrapper": True}  # nobody else calls it
+    return _compiled_with_callers(function, _nrt=False)
+
+
+def inlined_with_arrays(function: Function) -> Function:
+    """The same for one that makes arrays, or gives parts of some to callers that drop them."""
+    return _compiled_with_callers(function)
+
+
+def _compiled_with_callers(function: Function, **options: bool) -> Function:
+    """A function that nobody but kernels can call."""
+    options |= {"no_cfunc_wrapper": True, "no_cpython_wrapper": True}
     found = njit(error_model="numpy", **options)(function)
     template_of = found.get_call_template
 

@@ -75,7 +75,7 @@ def predict_each_in_room(
     off_road, log_size, log_size_cov, place_shift, motion_cov, room,
 ):  # fmt: skip
     """What `predict_each` does."""
-    half = means.shape[1] // 2
+    half, covs = means.shape[1] // 2, covs.reshape(len(means), means.shape[1], 81)
     for row in range(len(places)):
         car, drive = places[row], drives[row]
         step = steps[drive]
@@ -194,14 +194,14 @@ def update_each_in_room(
     limits, told, evidence, begin, switching, starting_var, misfits, before, fits, parents, room,
 ):  # fmt: skip
     """What `update_each` does."""
-    lens = P, signs, edges, far
+    lens, flat = (P, signs, edges, far), covs.reshape(len(means), means.shape[1], 81)
     for row in range(len(places)):
         car, seen = places[row], (boxes[row], variances[row])
         misfits[row] = inf
         for which in range(means.shape[1]):
             before[0, which], fits[0, which] = log_weights[car, which], 0.0
             if log_weights[car, which] > min_log_weight:
-                mean, cov = means[car, which], covs[car, which]
+                mean, cov = means[car, which], flat[car, which]
                 fits[0, which], misfit = update_hypothesis(
                     mean, cov, mean, False, seen, lens, limits, room, mean, cov
                 )

@@ -18,6 +18,7 @@ from tracker.kernels.compiling import (
     OUT_I1,
     OUT_I2,
     inlined,
+    inlined_with_arrays,
     kernel,
 )
 
@@ -138,7 +139,7 @@ def is_close(box, other, limit):
     return (1.0 + limit) * shared > limit * (one + two)  # shared > limit (both - shared)
 
 
-@inlined
+@inlined_with_arrays
 def from_highest(scores):
     """Rows by falling scores; the earlier row first where two are equal."""
     order = np.empty(len(scores), np.int64)

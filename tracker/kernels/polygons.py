@@ -1,5 +1,7 @@
 """The shared area of convex polygons, by cutting one at the sides of the other."""
 
+from math import inf, isnan, nan
+
 import numpy as np
 
 from tracker.kernels.compiling import F3, OUT1, inlined, kernel
@@ -40,11 +42,25 @@ def cut(polygon, count, x, y, to_x, to_y, left):
 
 
 @inlined
+def reach_of(polygon, axis):
+    """Where a polygon begins and ends along an axis; NaN if a corner is."""
+    low, high = inf, -inf
+    for corner in range(len(polygon)):
+        place = polygon[corner, axis]
+        if isnan(place):
+            return nan, nan
+        low, high = min(low, place), max(high, place)
+    return low, high
+
+
+@inlined
 def boxes_meet(a, b):
     """Whether the upright boxes around two polygons share area; False if a corner is NaN."""
     for axis in range(2):
-        low, high = max(a[:, axis].min(), b[:, axis].min()), min(a[:, axis].max(), b[:, axis].max())
-        if not low < high:
+        one, other = reach_of(a, axis), reach_of(b, axis)
+        if not (one[0] < one[1] and other[0] < other[1]):
+            return False
+        if not (one[0] < other[1] and other[0] < one[1]):
             return False
     return True
 

@@ -1,9 +1,9 @@
 """Where the columns of tables lie that are packed one after the other, see `Packed`."""
 
-from tracker.kernels.compiling import inlined
+from tracker.kernels.compiling import inlined_with_arrays
 
 
-@inlined
+@inlined_with_arrays
 def belief_columns(floats, n):
     """Base, yaw, size, velocity, covariance and box of so many beliefs."""
     return (
@@ -16,7 +16,7 @@ def belief_columns(floats, n):
     )
 
 
-@inlined
+@inlined_with_arrays
 def moment_columns(floats, n):
     """Seconds unseen, existence, innovations and scores of so many tracks."""
     return (
