@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 from numpy import ndarray as Array
 
 from tracker.car_filter.projection import CUBOID_EDGES
@@ -74,18 +74,52 @@ class GapRows:
 
         estimates: of the cars behind them. What was detected only once is not put out.
         """
-        logits = np.empty(len(tracks))
-        WEIGH_GAPS(gap_features(tracks, estimates, camera), self._weights, logits)
+        return self._judged(gap_features(tracks, estimates, camera), tracks.hits)
+
+    def of_some(
+        self,
+        rows: Int[Array, " k"],
+        tracks: ActiveTracks,
+        estimates: CarEstimates,
+        camera: Camera,
+    ) -> tuple[Float[Array, " k"], Bool[Array, " k"]]:
+        """The same of some of the tracks; a class of one's own is called with these alone."""
+        if type(self).__call__ is not GapRows.__call__:
+            return self(tracks.replaced(cars=None).take(rows), estimates.take(rows), camera)
+        hits = tracks.hits.take(rows)
+        told = tracks.beliefs.boxes.take(rows, 0), tracks.existence.take(rows), hits
+        believed = estimates.means.take(rows, 0), estimates.covs.take(rows, 0)
+        return self._judged(_features(*told, *believed, camera), hits)
+
+    def _judged(
+        self, features: Float[Array, "n 6"], hits: Int[Array, " n"]
+    ) -> tuple[Float[Array, " n"], Bool[Array, " n"]]:
+        """Probabilities by features, and what is put out."""
+        logits = np.empty(len(hits))
+        WEIGH_GAPS(features, self._weights, logits)
         probabilities: Float[Array, " n"] = 1.0 / (1.0 + np.exp(-logits))
-        return probabilities, (probabilities >= self.threshold) & (tracks.hits > 1)
+        return probabilities, (probabilities >= self.threshold) & (hits > 1)
 
 
 def gap_features(
     tracks: ActiveTracks, estimates: CarEstimates, camera: Camera
 ) -> Float[Array, "n 6"]:
     """What tells whether predicted boxes are right, in the order of the weights of `GapRows`."""
-    features = np.empty((len(tracks), 6))
-    given = tracks.beliefs.boxes, tracks.existence, tracks.hits, estimates.means, estimates.covs
+    told = tracks.beliefs.boxes, tracks.existence, tracks.hits
+    return _features(*told, estimates.means, estimates.covs, camera)
+
+
+def _features(
+    boxes: Float[Array, "n 4"],
+    existence: Float[Array, " n"],
+    hits: Int[Array, " n"],
+    means: Float[Array, "n 9"],
+    covs: Float[Array, "n 9 9"],
+    camera: Camera,
+) -> Float[Array, "n 6"]:
+    """The same, of the columns that tell something."""
+    features = np.empty((len(boxes), 6))
     lens = camera.P_road, camera.far_corner, CORNERS, CUBOID_EDGES
+    given = boxes, existence, hits, means, covs
     TELL_GAPS(*given, *lens, LIMITS, MIN_STD, LEAVING_MARGIN, features)
     return features

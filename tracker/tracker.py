@@ -373,8 +373,8 @@ class Tracker:
             cuboids, unseen = estimates.cuboids(), tracks.time_since_update > since_look
             is_known = frame.T_now_before is not None and self.existence is not None
             if is_known and self.gap_rows is not None and unseen.any():
-                gone = tracks.replaced(cars=None).select(unseen), estimates.select(unseen)
-                likely, chosen = self.gap_rows(*gone, self.camera)
+                gone = unseen.nonzero()[0], tracks, estimates
+                likely, chosen = self.gap_rows.of_some(*gone, self.camera)
                 gaps = unseen, np.asarray(likely, float), np.asarray(chosen, bool)
         decided = self.existence, gaps, since_look
         return rows_of(frame.index, tracks, *decided, cuboids, estimates, self.camera)

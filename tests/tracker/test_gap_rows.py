@@ -2,13 +2,15 @@
 
 import numpy as np
 import pytest
+from jaxtyping import Bool, Float
+from numpy import ndarray as Array
 
 from tests.tracker.samples import LEVEL, beliefs_at
 from tracker.car_filter import project_boxes
 from tracker.errors import BadConfig
 from tracker.gap_rows import GapRows
 from tracker.lifecycle import ActiveTracks
-from tracker.types import CarEstimates
+from tracker.types import Camera, CarEstimates
 
 
 def gone(std: float = 0.2, hits: int = 30, x: float = 0.0) -> tuple[ActiveTracks, CarEstimates]:
@@ -55,3 +57,30 @@ def test_the_threshold_decides(threshold: float) -> None:
 def test_a_threshold_that_is_no_probability_is_refused(threshold: float) -> None:
     with pytest.raises(BadConfig, match="threshold"):
         GapRows(threshold=threshold)
+
+
+def test_some_of_the_tracks_are_judged_as_these_alone() -> None:
+    parts = [gone(std) for std in (0.1, 2.0, 0.4)]
+    tracks = ActiveTracks.concatenate([part for part, _ in parts])
+    estimates = CarEstimates.concatenate([part for _, part in parts])
+    rows = np.array([2, 0])
+    alone = GapRows()(tracks.take(rows), estimates.take(rows), LEVEL)
+    for some, whole in zip(GapRows().of_some(rows, tracks, estimates, LEVEL), alone, strict=True):
+        np.testing.assert_array_equal(some, whole)
+
+
+def test_gap_rows_of_ones_own_are_asked_with_some_tracks_alone() -> None:
+    asked = []
+
+    class Never(GapRows):
+        """Puts nothing out."""
+
+        def __call__(
+            self, tracks: ActiveTracks, estimates: CarEstimates, camera: Camera
+        ) -> tuple[Float[Array, " n"], Bool[Array, " n"]]:
+            asked.append((len(tracks), len(estimates)))
+            return np.zeros(len(tracks)), np.zeros(len(tracks), bool)
+
+    tracks, estimates = gone()
+    _, put_out = Never().of_some(np.array([0]), tracks, estimates, LEVEL)
+    assert (put_out.tolist(), asked) == ([False], [(1, 1)])

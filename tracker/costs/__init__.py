@@ -57,11 +57,14 @@ def weighted_sum(pairing: GatedPairs, costs: WeightedCosts) -> Sum:
     parts = tuple([cost(pairing) for _, cost in costs])
     if len(parts) == 1 and not isnan(np.dot(parts[0], parts[0])):  # nor is one of them
         return Sum(parts[0], parts, 0)
+    each = np.array([weight for weight, _ in costs])
+    total = each[0] * parts[0]
+    for weight, part in zip(each[1:], parts[1:], strict=True):
+        total += weight * part
+    if not isnan(np.dot(total, total)):
+        return Sum(total / each.sum(), parts, 0)
     values = np.array(parts)
-    weights = np.array([[weight] for weight, _ in costs])
-    measured = ~np.isnan(values)
-    if measured.all():
-        return Sum((weights * values).sum(axis=0) / weights.sum(), parts, 0)
+    weights, measured = each[:, None], ~np.isnan(values)
     shares = weights * measured
     share = shares.sum(axis=0)
     total = np.full(len(share), np.inf)
