@@ -7,6 +7,7 @@ from jaxtyping import Float
 from numpy import ndarray as Array
 
 from tracker.types.cuboids import Cuboids
+from tracker.types.packed import NO_INTS, Packed
 from tracker.types.rows import Rows
 
 
@@ -42,4 +43,9 @@ class CarEstimates(Rows):
 
     def cuboids(self) -> Cuboids:
         """The likeliest cuboids."""
-        return Cuboids(self.means[:, :3], self.means[:, 3], np.exp(self.means[:, 5:8]))
+        n, means = len(self.means), self.means
+        numbers = np.empty(7 * n)
+        numbers[: 3 * n].reshape(n, 3)[:] = means[:, :3]
+        numbers[3 * n : 4 * n] = means[:, 3]
+        np.exp(means[:, 5:8], out=numbers[4 * n :].reshape(n, 3))
+        return Cuboids.of_packed(Packed(n, numbers, NO_INTS))
