@@ -4,7 +4,9 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from numba import boolean, config, float64, int64, njit
-from numba.types import Array, unliteral
+from numba.types import Array
+
+from tracker.kernels.parts import as_part, few_types
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -43,9 +45,7 @@ def kernel(*arguments: Any, allocates: bool = True) -> Callable[[Function], Func
 def inlined(function: Function) -> Function:
     """A function for kernels to call that makes no array; it is compiled with each of them.
 
-    It counts no references, whichever kernel it is first compiled with. (For numba a 3 in a call
-    has a type of its own, for which the function would be compiled once more: here all whole
-    numbers are alike.)
+    It counts no references, whichever kernel it is first compiled with.
     """
     return _compiled_with_callers(function, _nrt=False)
 
@@ -55,15 +55,15 @@ def inlined_with_arrays(function: Function) -> Function:
     return _compiled_with_callers(function)
 
 
-def _compiled_with_callers(function: Function, **options: bool) -> Function:
+def _compiled_with_callers(function: Function, **options: Any) -> Function:
     """A function that nobody but kernels can call."""
-    options |= {"no_cfunc_wrapper": True, "no_cpython_wrapper": True}
+    options |= {"no_cfunc_wrapper": True, "no_cpython_wrapper": True} | as_part()
     found = njit(error_model="numpy", **options)(function)
     template_of = found.get_call_template
 
-    def of_any_number(arguments: Any, named: Any) -> Any:
-        named = {name: unliteral(each) for name, each in named.items()}
-        return template_of(tuple(unliteral(each) for each in arguments), named)
+    def of_few_types(arguments: Any, named: Any) -> Any:
+        _, arguments = found.fold_argument_types(arguments, named)
+        return template_of(few_types(arguments, found.overloads), {})
 
-    found.get_call_template = of_any_number
+    found.get_call_template = of_few_types
     return found

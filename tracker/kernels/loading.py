@@ -25,7 +25,7 @@ from tracker.kernels.sparing import sparing
 from tracker.user_cache import user_cache
 
 PACKAGE = "tracker.kernels"
-OTHER_MODULES = ("__init__", "compiling", "loading", "sparing")
+OTHER_MODULES = ("__init__", "compiling", "loading", "parts", "sparing")
 # What pyproject.toml asks for.
 LOWEST_NUMBA, NUMBA = (0, 61), "pip install 'numba>=0.61,<1'"
 # A terminal is told of what compiles for longer than this, s.

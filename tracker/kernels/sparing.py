@@ -21,7 +21,7 @@ def sparing() -> Iterator[None]:
     """As long as this lasts, numba does less to get the same."""
     with ExitStack() as changes:
         changes.enter_context(_uncollected())
-        for change in (_flags_compared_quickly, _operators_typed_once):
+        for change in (_flags_compared_quickly, _operators_typed_once, _declarations_passed_by):
             try:
                 changes.enter_context(change())
             except (AttributeError, ImportError, TypeError):
@@ -96,6 +96,23 @@ def _operators_typed_once() -> Iterator[None]:
         return _typed[key]
 
     with _replaced(of_numba, "get_call_type", get_call_type):
+        yield
+
+
+@contextmanager
+def _declarations_passed_by() -> Iterator[None]:
+    """Functions that a module only names, most of them, are not optimised in it."""
+    of_numba = import_module("numba.core.codegen").CPUCodeLibrary
+    of_numba._optimize_functions  # noqa: B018 - whether it is there
+
+    def optimize_functions(library: Any, module: Any) -> None:
+        module.data_layout = library._codegen._data_layout
+        for function in module.functions:
+            if not function.is_declaration:
+                manager, builder = library._codegen._function_pass_manager()
+                manager.run(function, builder)
+
+    with _replaced(of_numba, "_optimize_functions", optimize_functions):
         yield
 
 

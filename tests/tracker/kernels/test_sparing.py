@@ -99,7 +99,7 @@ def test_numba_is_as_before_afterwards() -> None:
 
 @pytest.mark.parametrize(
     "change",
-    [room._flags_compared_quickly, room._operators_typed_once],
+    [room._flags_compared_quickly, room._operators_typed_once, room._declarations_passed_by],
     ids=lambda each: each.__name__,
 )
 def test_another_numba_works_as_it_does(
@@ -107,6 +107,7 @@ def test_another_numba_works_as_it_does(
 ) -> None:
     monkeypatch.setattr("numba.core.targetconfig.ConfigStack", None)
     monkeypatch.setattr("numba.core.targetconfig.TargetConfig", None)
+    monkeypatch.setattr("numba.core.codegen.CPUCodeLibrary", None)
     before = TargetConfig.__eq__, BaseFunction.get_call_type
     with pytest.raises((AttributeError, TypeError)), change():
         pass
