@@ -5,19 +5,21 @@ instead of a dozen. Columns are cut out of them, as views, where somebody looks.
 """
 
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 from jaxtyping import Float, Int
 from numpy import ndarray as Array
 
+from tracker.kernels import Kernel
 from tracker.types.rows import Rows, assembled
 
 PackedTable = TypeVar("PackedTable", bound="PackedRows")
 
 
 NO_INTS = np.zeros(0, np.int64)
+TAKE_ROWS = Kernel("tracker.kernels.tables", "take_rows")
 
 
 class Packed(NamedTuple):
@@ -92,6 +94,42 @@ class PackedRows(Rows):
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
             column = self.__dict__[name] = block.cut(packed)
             return column
+
+    def take(self: PackedTable, rows: Any, axis: int = 0) -> PackedTable:
+        """`select` for an array of row numbers."""
+        mine, numbers = self.__dict__, np.asarray(rows)
+        if "packed" not in mine or numbers.ndim != 1 or numbers.dtype != np.int64:
+            return super().take(rows)
+        (n, floats, ints), k = mine["packed"], len(numbers)
+        widths, whole = type(self)._widths()
+        out, out_whole = np.empty(int(widths.sum()) * k), np.empty(whole * k, np.int64)
+        if not TAKE_ROWS(floats, ints, widths, whole, n, numbers, out, out_whole):
+            return super().take(rows)  # which says what is wrong
+        return self._rows_of(numbers, Packed(k, out, out_whole))
+
+    def _rows_of(self: PackedTable, rows: Int[Array, " k"], packed: Packed) -> PackedTable:
+        """These rows, of which the packed columns are known."""
+        columns: dict[str, Any] = {"packed": packed}
+        for name in self.__match_args__:
+            block = self.BLOCKS.get(name)
+            if block is None:
+                column = getattr(self, name)
+                columns[name] = None if column is None else column.take(rows, 0)
+            elif block.table is not None:
+                columns[name] = getattr(self, name)._rows_of(rows, packed)
+        return assembled(type(self), columns)
+
+    @classmethod
+    @cache
+    def _widths(cls) -> tuple[Int[Array, " _"], int]:
+        """Of the packed columns of floats, those of its tables among them; how many have ints."""
+        widths: list[int] = []
+        for block in cls.BLOCKS.values():
+            if block.table is not None:
+                widths.extend(block.table._widths()[0].tolist())
+            elif not block.is_whole:
+                widths.append(block.width)
+        return np.array(widths), sum(block.is_whole for block in cls.BLOCKS.values())
 
     def replaced(self: PackedTable, **columns: Any) -> PackedTable:
         """The same table with other columns of these names."""

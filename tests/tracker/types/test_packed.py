@@ -53,6 +53,18 @@ def test_a_packed_table_does_what_every_table_does(count: int) -> None:
     same_values(packed(tracks), tracks)
 
 
+def test_rows_are_taken_of_packed_columns_at_once() -> None:
+    tracks = plain(5)
+    for rows in ([3, 0, 3], [-1, 2], [], [True, False, True, False, False]):
+        some = packed(tracks).select(np.array(rows, bool if True in rows else np.int64))
+        assert "packed" in vars(some)
+        same_values(some, tracks.select(rows))
+        some.beliefs.boxes[:] = 0.0  # its own
+    for rows in ([5], [-6], [0, 9]):
+        with pytest.raises(IndexError):
+            packed(tracks).select(np.array(rows))
+
+
 @COUNTS
 def test_what_replaces_a_column_is_packed_anew(count: int) -> None:
     tracks, ones = plain(count), np.ones(count)
