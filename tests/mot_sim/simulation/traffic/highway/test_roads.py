@@ -57,8 +57,8 @@ def test_ways_of_the_intersection_that_cross_exclude_each_other() -> None:
 @pytest.mark.parametrize("road", ["highway", "intersection", "roundabout"])
 def test_points_are_projected_on_a_lane_as_highway_env_does(road: str) -> None:
     points = np.random.default_rng(0).uniform(-60, 60, (20, 2))
-    lanes = ROADS[road]().network.lanes_list()
-    table = LaneTable(dict(enumerate(lanes)))
+    named = ROADS[road]().network.lanes_dict()
+    table, lanes = LaneTable(named), list(named.values())
     rows = np.arange(len(lanes))
     found = np.stack(table.project(rows, points), axis=2)
     for row, lane in enumerate(lanes):
@@ -67,16 +67,16 @@ def test_points_are_projected_on_a_lane_as_highway_env_does(road: str) -> None:
         own = np.transpose(table.own_places(np.full(20, row), points))
         np.testing.assert_array_equal(own, expected)  # each by itself, to the last bit
     on_it = {
-        row: [
+        name: [
             (number, pytest.approx(lane.local_coordinates(point)[0]))
             for number, point in enumerate(points)
             if lane.on_lane(point, margin=1.0)
         ]
-        for row, lane in enumerate(lanes)
+        for name, lane in named.items()
     }
     for some in (points, points[:0]):
         found_on = table.who_is_on(table.may_hold(some), some)
-        assert found_on == ({row: who for row, who in on_it.items() if who} if len(some) else {})
+        assert found_on == ({name: who for name, who in on_it.items() if who} if len(some) else {})
 
 
 @pytest.mark.parametrize("road", ["highway", "intersection"])
