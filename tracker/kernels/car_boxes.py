@@ -3,7 +3,6 @@
 from math import cos, exp, inf, isfinite, sin
 
 import numpy as np
-from numba.types import Tuple
 
 from tracker.kernels.compiling import (
     A2,
@@ -11,15 +10,12 @@ from tracker.kernels.compiling import (
     F2,
     FLOAT,
     I2,
-    OUT1,
     OUT2,
     OUT3,
     inlined,
     inlined_with_arrays,
     kernel,
 )
-
-ROOM_TO_CARRY = Tuple((OUT2, OUT2, OUT1, OUT1))
 
 # Corners nearer to the camera than this are taken to be this far, m.
 MIN_CORNER_DEPTH = 0.5
@@ -194,7 +190,7 @@ def room_to_carry():
     return np.empty((8, 3)), np.empty((4, 9)), np.empty(4), np.empty(4)
 
 
-@kernel(A2, F2, F2, F2, FLOAT, F2, I2, FLOAT, OUT2, ROOM_TO_CARRY, allocates=False)
+@inlined
 def carry_in_room(boxes, before, after, P, far_x, signs, edges, max_growth, carried, room):
     """What `carry_boxes` does."""
     pixels, none, old, new = room

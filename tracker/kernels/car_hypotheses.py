@@ -3,7 +3,6 @@
 from math import cos, erfc, exp, inf, log, pi, sin, sqrt
 
 import numpy as np
-from numba.types import Tuple
 
 from tracker.kernels.compiling import (
     F1,
@@ -15,14 +14,11 @@ from tracker.kernels.compiling import (
     OUT2,
     OUT3,
     OUT4,
-    OUT_B1,
     OUT_I2,
     inlined,
     inlined_with_arrays,
     kernel,
 )  # fmt: skip
-
-ROOM_TO_ESTIMATE = Tuple((OUT2, OUT_B1, OUT2, OUT1, OUT1))
 
 YAW, SPEED, LOG_HEIGHT, YAW_RATE = 3, 4, 6, 8
 
@@ -112,7 +108,7 @@ def room_to_estimate(count):
     return ways, np.empty(count, np.bool_), off, np.empty(count), np.empty(9)
 
 
-@kernel(F3, F4, F2, FLOAT, FLOAT, OUT2, OUT3, OUT1, ROOM_TO_ESTIMATE, allocates=False)
+@inlined
 def estimate_in_room(means, covs, weights, cos_same, min_weight, means_out, covs_out, known, room):
     """What `estimate_cars` does."""
     count, (ways, alike, off, shares, shift) = means.shape[1], room

@@ -3,7 +3,6 @@
 from math import cos, exp, sin, sqrt
 
 import numpy as np
-from numba.types import Tuple
 
 from tracker.kernels.compiling import (
     A2,
@@ -12,7 +11,6 @@ from tracker.kernels.compiling import (
     F3,
     F4,
     FLOAT,
-    OUT1,
     OUT2,
     OUT3,
     OUT4,
@@ -20,8 +18,6 @@ from tracker.kernels.compiling import (
     inlined_with_arrays,
     kernel,
 )  # fmt: skip
-
-ROOM_TO_PREDICT = Tuple((OUT2, OUT1, OUT1))
 
 
 @inlined
@@ -173,10 +169,7 @@ def room_to_predict():
     return np.empty((3, 6)), np.empty(81), np.empty(81)
 
 
-@kernel(
-    F3, F4, F2, FLOAT, F2, F1, F1, F1, F1, F1, F2, F2, A2, OUT3, OUT4, ROOM_TO_PREDICT,
-    allocates=False,
-)  # fmt: skip
+@inlined
 def predict_in_room(
     means, covs, log_weights, min_log_weight, T_road, step, rates, noise, off_road, log_size,
     log_size_cov, place_shift, motion_cov, means_out, covs_out, room,

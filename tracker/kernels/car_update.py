@@ -158,10 +158,7 @@ def update_hypothesis(
     return update_car(mean, cov, H, off, told, variances, of_edges, limits, mean_out, cov_out)
 
 
-@kernel(
-    F3, F4, F2, FLOAT, F3, BOOL, A2, F2, F2, F2, I2, F1, F1, OUT3, OUT4, OUT2, OUT2,
-    ROOM_FOR_UPDATE, allocates=False,
-)  # fmt: skip
+@inlined
 def update_in_room(
     means, covs, log_weights, min_log_weight, linear, is_linear_given, boxes, variances, P, signs,
     edges, far, limits, means_out, covs_out, fits, misfits, room,

@@ -10,9 +10,8 @@ from math import inf
 import numpy as np
 
 from tracker.kernels.box_gains import filter_boxes
-from tracker.kernels.car_boxes import ROOM_TO_CARRY, carry_in_room, room_to_carry
+from tracker.kernels.car_boxes import carry_in_room, room_to_carry
 from tracker.kernels.car_hypotheses import (
-    ROOM_TO_ESTIMATE,
     believe_heights,
     estimate_in_room,
     room_to_estimate,
@@ -22,14 +21,13 @@ from tracker.kernels.car_hypotheses import (
     weigh_directions,
 )
 from tracker.kernels.car_motion import (
-    ROOM_TO_PREDICT,
     kept_in,
     moved,
     predict_hypothesis,
     room_to_predict,
 )
 from tracker.kernels.car_scene import hide_edges, sum_flatness, sum_slopes
-from tracker.kernels.car_update import ROOM_FOR_UPDATE, room_for_update, update_hypothesis
+from tracker.kernels.car_update import room_for_update, update_hypothesis
 from tracker.kernels.compiling import (
     B1,
     F1,
@@ -43,7 +41,7 @@ from tracker.kernels.compiling import (
     OUT3,
     OUT4,
     OUT_B2,
-    OUT_I2,
+    inlined,
     kernel,
 )
 from tracker.kernels.lifting import carry_beliefs
@@ -69,7 +67,7 @@ def carry_each(
 PREDICT = OUT3, OUT4, F2, FLOAT, I1, I1, F3, F2, F1, F1, F2, F1, F2, F2, F3
 
 
-@kernel(*PREDICT, ROOM_TO_PREDICT, allocates=False)
+@inlined
 def predict_each_in_room(
     means, covs, log_weights, min_log_weight, places, drives, T_road, steps, rates, noise,
     off_road, log_size, log_size_cov, place_shift, motion_cov, room,
@@ -102,7 +100,7 @@ def predict_each(
 CARRY = F2, F2, I1, F3, F2, F1, F1, F2, FLOAT, F2, I2, FLOAT, OUT2
 
 
-@kernel(*CARRY, OUT2, ROOM_TO_CARRY, allocates=False)
+@inlined
 def carry_boxes_each_in_room(
     boxes, states, drives, T_road, steps, rates, log_size, P, far_x, signs, edges, max_growth,
     carried, later, room,
@@ -188,7 +186,7 @@ UPDATE = (
 )  # fmt: skip
 
 
-@kernel(*UPDATE, OUT2, OUT2, OUT_I2, ROOM_FOR_UPDATE, allocates=False)
+@inlined
 def update_each_in_room(
     means, covs, log_weights, min_log_weight, places, boxes, variances, P, signs, edges, far,
     limits, told, evidence, begin, switching, starting_var, misfits, before, fits, parents, room,
@@ -248,7 +246,7 @@ ESTIMATE = (
 )  # fmt: skip
 
 
-@kernel(*ESTIMATE, OUT2, OUT3, ROOM_TO_ESTIMATE, allocates=False)
+@inlined
 def estimate_each_in_room(
     means, covs, log_weights, places, drives, shares, traffic, borders, middle, concentration,
     prior, cos_same, min_weight, stating, own, means_out, covs_out, known, weights, cov, room,
