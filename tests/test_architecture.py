@@ -29,7 +29,7 @@ ROOMS: dict[str, set[str]] = {
     "ego_motion": {"beliefs"},
     "camera_rotation_filter": {"types"},
     "dynamics": {"beliefs"},
-    "car_filter": {"beliefs"},
+    "car_filter": {"beliefs", "ego_motion"},
     "lifecycle": {"dynamics", "car_filter", "association"},
     "costs": {"beliefs", "shape"},
     "association": {"kernels"},

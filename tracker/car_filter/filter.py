@@ -40,6 +40,7 @@ from tracker.car_filter.states import (
     CarStates,
     normalised,
 )
+from tracker.ego_motion import RoadMotion
 from tracker.errors import BadConfig
 from tracker.kernels import Kernel
 from tracker.types import CAR_SIZE, CAR_SIZE_STD, Camera, CarEstimates, Detections
@@ -172,8 +173,7 @@ class CarFilter:
 
         T_now_before, motion_cov: of the camera, as in `Frame`.
         """
-        T_road = camera.T_road_cam.dot(T_now_before).dot(camera.T_cam_road)
-        turn = math.atan2(T_road[0, 2] - T_road[2, 0], T_road[0, 0] + T_road[2, 2])
+        T_road, turn, *_ = RoadMotion.of(T_now_before, camera)
         memory = self.roughness.predict(memory, dt)
         memory, slope = self.road.predict(memory, T_road, dt)
         memory = self.directions.predict(memory, turn, dt)

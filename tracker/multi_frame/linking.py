@@ -1,6 +1,5 @@
 """Detections as nodes, and the arcs between them that the costs allow, a frame at a time."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -13,7 +12,7 @@ from tracker.association.min_cost_flow import Arcs
 from tracker.beliefs import Beliefs
 from tracker.box_filter import Gains
 from tracker.costs import GatedPairs
-from tracker.ego_motion import CameraMotion
+from tracker.ego_motion import CameraMotion, RoadMotion
 from tracker.errors import BadConfig
 from tracker.geometry import homogeneous, invert, rotation_y
 from tracker.lifecycle import MAX_TIME_ROUNDING, NO_TRACKS, ActiveTracks, in_view
@@ -233,8 +232,7 @@ class Linker:
 
 def on_the_road(T_now_before: Float[Array, "4 4"], camera: Camera) -> Float[Array, "4 4"]:
     """The camera's motion as one of the road's plane: T_roadnow_roadbefore, a turn and x, z."""
-    T_road = camera.T_road_cam @ T_now_before @ camera.T_cam_road
-    turn = math.atan2(T_road[0, 2] - T_road[2, 0], T_road[0, 0] + T_road[2, 2])
+    T_road, turn, *_ = RoadMotion.of(T_now_before, camera)
     return homogeneous(rotation_y(turn), T_road[:3, 3] * (1.0, 0.0, 1.0))
 
 
