@@ -58,9 +58,9 @@ class Compare:
     --guest "mine=python mine.py {detections} {results}"
 
     One row per tracker over all drives: quality, and frames per CPU second of the tracker's calls
-    alone, measured one after the other on one core. External trackers (guests) exchange files and
-    run in environments of their own (docs/guests.md). If one fails, its stderr is shown, the
-    others continue, and the exit code is 1.
+    alone, measured one after the other on one core, after a few untimed frames. External trackers
+    (guests) exchange files and run in environments of their own (docs/guests.md). If one fails,
+    its stderr is shown, the others continue, and the exit code is 1.
     """
 
     trackers: Annotated[str, option("NAMES", DEFAULT_TRACKERS)] = DEFAULT_TRACKERS

@@ -14,8 +14,10 @@ from mot_sim.experiments.guests import (
     SequenceTracker,
     find_sequence_tracker,
 )
+from mot_sim.experiments.guests.sequence_trackers import UNTIMED_FRAMES
 from tests.mot_sim.experiments.guests.conftest import CAMERA, truth_of
 from tests.mot_sim.experiments.guests.programs import guest
+from tracker import Tracker, Tracks
 from tracker.errors import BadConfig, OutputExists, UnknownName
 from tracker.types import Detections, Frame
 
@@ -33,6 +35,23 @@ def test_our_own_are_contestants(name: str, drives: list[RecordedSequence]) -> N
     assert outcome.seconds is not None
     assert all(seconds > 0.0 for seconds in outcome.seconds.values())
     assert 0.2 < outcome.min_score < 0.9
+
+
+def test_kernels_are_loaded_before_the_clock_runs(
+    drives: list[RecordedSequence], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen, step = [], Tracker.step
+
+    def watched(tracker: Tracker, frame: Frame) -> Tracks:
+        seen.append(frame.index)
+        return step(tracker, frame)
+
+    monkeypatch.setattr(Tracker, "step", watched)
+    outcome = find_sequence_tracker("paper").track(drives)
+    first, second = (list(range(len(drive))) for drive in drives)
+    assert len(first) < UNTIMED_FRAMES
+    assert seen == [*first, *first, *second]
+    assert outcome.tracks["a"].ids.min() == 0
 
 
 def test_a_guest_is_a_contestant(drives: list[RecordedSequence], programs: Path) -> None:
