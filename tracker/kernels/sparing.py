@@ -11,6 +11,7 @@ import gc
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from importlib import import_module
+from inspect import signature
 from typing import Any
 
 _typed: dict[Any, Any] = {}  # signatures by function, types of arguments, context and flags
@@ -102,8 +103,10 @@ def _operators_typed_once() -> Iterator[None]:
 @contextmanager
 def _declarations_passed_by() -> Iterator[None]:
     """Functions that a module only names, most of them, are not optimised in it."""
-    of_numba = import_module("numba.core.codegen").CPUCodeLibrary
+    codegen = import_module("numba.core.codegen")
+    of_numba = codegen.CPUCodeLibrary
     of_numba._optimize_functions  # noqa: B018 - whether it is there
+    signature(codegen.CPUCodegen._function_pass_manager).bind(None)  # 0.61 asks for a module, too
 
     def optimize_functions(library: Any, module: Any) -> None:
         module.data_layout = library._codegen._data_layout

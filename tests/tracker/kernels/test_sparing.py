@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numba import float64, int64, njit
+from numba.core.codegen import CPUCodegen, CPUCodeLibrary
 from numba.core.compiler import Flags
 from numba.core.targetconfig import TargetConfig
 from numba.core.types.functions import BaseFunction
@@ -113,3 +114,13 @@ def test_another_numba_works_as_it_does(
         pass
     with sparing():
         assert before == (TargetConfig.__eq__, BaseFunction.get_call_type)
+
+
+def test_passes_that_ask_for_a_module_are_left_to_numba(monkeypatch: pytest.MonkeyPatch) -> None:
+    def of_old_numba(codegen: Any, llvm_module: Any) -> Any:
+        raise AssertionError(codegen, llvm_module)
+
+    monkeypatch.setattr(CPUCodegen, "_function_pass_manager", of_old_numba)
+    before = CPUCodeLibrary._optimize_functions
+    with sparing():
+        assert CPUCodeLibrary._optimize_functions is before
