@@ -165,10 +165,13 @@ def _can_write(folder: Path) -> bool:
 
 
 def _forget(folder: Path, module: str) -> None:
-    """Remove what is kept of a module, so that it is compiled anew."""
+    """Remove what is kept of a module, and of all that are not loaded: it may need them."""
     sys.modules.pop(module, None)
-    for path in folder.rglob(f"{module.rpartition('.')[2]}.*"):
-        path.unlink(missing_ok=True)
+    packages = {PACKAGE, module.rpartition(".")[0]}
+    for path in folder.rglob("*.nb[ci]"):
+        name = path.name.partition(".")[0]
+        if not any(f"{package}.{name}" in sys.modules for package in packages):
+            path.unlink(missing_ok=True)
 
 
 @contextmanager

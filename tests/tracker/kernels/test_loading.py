@@ -50,7 +50,7 @@ def few(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 def forget() -> None:
     """As in a new process."""
-    for module in ("few", "few.numbers"):
+    for module in ("few", "few.halves", "few.numbers"):
         sys.modules.pop(module, None)
     loading._compiled.discard("few.numbers")
 
@@ -85,6 +85,24 @@ def test_damaged_files_are_made_anew(few: Path, ending: str, damage: bytes | Non
     path.write_bytes(whole[: len(whole) // 2] if damage is None else damage)
     assert compiles()
     assert not compiles()
+
+
+def test_damaged_files_of_a_module_that_another_needs_are_made_anew(few: Path) -> None:
+    package = few.parent / "few"
+    halves = CODE.replace("twice", "half").replace("2.0", "0.5")
+    (package / "halves.py").write_text(halves)
+    numbers = CODE.replace("2.0 * number", "4.0 * half(number)")
+    (package / "numbers.py").write_text(
+        numbers.replace("\nfrom", "\nfrom few.halves import half\nfrom")
+    )
+    assert compiles()
+    for ending in ("nbi", "nbc"):
+        paths = [*few.rglob(f"*.{ending}")]
+        assert {path.name.split(".")[0] for path in paths} == {"halves", "numbers"}
+        for path in paths:
+            path.write_bytes(b"garbage\n")
+        assert compiles()
+        assert not compiles()
 
 
 def test_a_folder_that_cannot_be_written_to_is_named_once(
