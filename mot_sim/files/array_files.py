@@ -114,7 +114,8 @@ def write_npz(file: IO[bytes], arrays: Mapping[str, Array]) -> None:
     """
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=PACKING) as archive:
         for name, array in arrays.items():
-            start = np.ascontiguousarray(array).tobytes()[:SAMPLED_BYTES]
+            first = max(SAMPLED_BYTES // max(array.itemsize, 1), 1)
+            start = np.ravel(array)[:first].tobytes()
             packs = len(zlib.compress(start, PACKING)) < PACKED_SHARE * len(start)
             entry = f"{name}.npy"
             with archive.open(
