@@ -3,7 +3,6 @@
 from math import inf, log, sqrt
 
 import numpy as np
-from numba.types import Tuple
 
 from tracker.kernels.car_boxes import put_box
 from tracker.kernels.car_motion import copy_hypothesis
@@ -16,7 +15,6 @@ from tracker.kernels.compiling import (
     F4,
     FLOAT,
     I2,
-    OUT1,
     OUT2,
     OUT3,
     OUT4,
@@ -24,8 +22,6 @@ from tracker.kernels.compiling import (
     inlined_with_arrays,
     kernel,
 )  # fmt: skip
-
-ROOM_FOR_UPDATE = Tuple((OUT1, OUT1, OUT1, OUT2, OUT2, Tuple((OUT1, OUT2, OUT1, OUT1, OUT1))))
 
 
 @inlined

@@ -12,7 +12,9 @@ from numpy import ndarray as Array
 from tests.tracker.kernels.plain_existence import plain_written
 from tests.tracker.kernels.plain_renewal import same_values
 from tests.tracker.kernels.test_tracks import cameras, counts, seeds, some_tracks
+from tracker import output_rows
 from tracker.existence import ExistenceFilter
+from tracker.kernels import load
 from tracker.lifecycle import ActiveTracks, in_view
 from tracker.output_rows import NO_GAPS, Gaps, rows_of
 from tracker.types import Camera, CarEstimates, Tracks
@@ -79,3 +81,9 @@ def test_the_rows_of_a_frame(filters, seed, count, camera, since_look, has_gaps)
     same_values(replace(again, estimates=None), expected)
     at = np.searchsorted(tracks.ids, expected.ids)
     np.testing.assert_array_equal(again.estimates.heading_known, at)
+
+
+def test_the_kernel_numbers_what_decides_as_its_caller_does() -> None:
+    writing = load("tracker.kernels.writing")
+    for name in ("GIVEN", "LIKELY", "DETECTED"):
+        assert getattr(writing, name) == getattr(output_rows, name)

@@ -17,7 +17,7 @@ from mot_sim.simulation.renderers import (
     View,
     scan_view,
 )
-from mot_sim.simulation.renderers.filling import fill
+from mot_sim.simulation.renderers.filling import SPARE_PIXELS, fill
 from mot_sim.simulation.renderers.materials import Materials
 from mot_sim.simulation.renderers.raster import RasterRenderer, SmoothRenderer, paint
 from mot_sim.simulation.renderers.triangles import Triangles, boxes_inside, cut_near
@@ -25,6 +25,7 @@ from mot_sim.simulation.truth.annotate import seen_keypoints
 from tests.mot_sim.simulation.kernels import plain_pixels as pixels
 from tests.mot_sim.simulation.kernels import plain_triangles as plain
 from tests.mot_sim.simulation.renderers.shapes import at, box, lump, painted, wedge
+from tracker.kernels import load
 from tracker.types import Camera
 
 K = np.array([[30.0, 0.4, 19.3], [0.0, 33.0, 13.6], [0.0, 0.0, 1.0]])
@@ -228,3 +229,7 @@ def test_smooth_edges_mix_four_samples_and_nothing_else_changes(seed: int, count
     is_edge = (np.array(objects) != objects[0]).any(axis=0)
     expected = np.where(is_edge[..., None], mixed, plain_one.image)
     assert (smooth.image != expected).any(axis=2).sum() <= 1  # a centre on an edge, once
+
+
+def test_an_image_has_room_for_all_that_are_filled_at_once() -> None:
+    assert load("mot_sim.simulation.kernels.filling").PIXELS == SPARE_PIXELS
